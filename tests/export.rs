@@ -149,8 +149,8 @@ impl Expected {
 
     /// As it stands in the log.
     fn event(&mut self, event: &Event) {
-        let row = serde_json::from_str(&event.payload).expect("an event is JSON");
-        self.push(&event.topic, row);
+        let row = serde_json::from_str(&event.json()).expect("an event is JSON");
+        self.push(event.topic(), row);
     }
 
     fn of_topic(&self, topic: &str) -> Vec<&Map<String, Value>> {

@@ -68,7 +68,7 @@ fn sound_of(folder: &Path, scenario: &[&str]) -> Vec<u8> {
     let (items, _) = read(&path);
     for topic in ["/events/onset", "/events/slip", "/events/rupture", "/events/arrival"] {
         assert!(
-            items.iter().any(|item| matches!(item, LogItem::Event(event) if event.topic == topic)),
+            items.iter().any(|item| matches!(item, LogItem::Event(event) if event.topic() == topic)),
             "no {topic}"
         );
     }

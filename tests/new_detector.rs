@@ -42,7 +42,7 @@ const CHANGES: [(&str, &str, &str); 4] = [
     (
         "crates/run/src/detectors.rs",
         "(\"arrival\", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links?))),\n",
-        "    (\"longest\", |run| boxed(asperity_detect_longest::LongestDetector::new(run.blocks, run.rules))),\n",
+        "    (\"longest\", |_| boxed(asperity_detect_longest::LongestDetector::default())),\n",
     ),
     (
         "crates/model/src/laws.rs",

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::support::binary::{succeed, text};
 use crate::support::{binary, small};
 use asperity_record::{
-    Arrival, EventKind, GlobalSlip, Onset, RunEnd, RunStatus, Rupture, SlipEvent, SolverReport,
+    Arrival, Event, EventKind, GlobalSlip, Onset, RunEnd, RunStatus, Rupture, SlipEvent, SolverReport,
 };
 use asperity_runlog::{Existing, LogError, LogItem, RunReader, RunWriter, Topics, partial_path};
 use mcap::read::{ChunkFlattener, LinearReader};
@@ -259,10 +259,10 @@ fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
         while let Some(item) = reader.next_item().expect("the log is whole") {
             match item {
                 LogItem::Record(record) => writer.record(&record).unwrap(),
-                LogItem::Event(mut event) if kinds.iter().any(|kind| kind.topic == event.topic) => {
-                    if change == Some(&*event.topic) {
-                        event.payload = event.payload.replace("\"event\":7,", "\"event\":8,");
-                    }
+                LogItem::Event(event) if kinds.iter().any(|kind| kind.topic == event.topic()) => {
+                    let changed = event.json().replace("\"event\":7,", "\"event\":8,");
+                    let is_changed = change == Some(event.topic());
+                    let event = if is_changed { Event::of_json(event.topic(), &changed) } else { event };
                     writer.event(&event).unwrap();
                 }
                 LogItem::Event(_) => {}

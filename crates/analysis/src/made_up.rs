@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
-    Arrival, Direction, FieldRecord, Record, RunHeader, Rupture, SlipEvent, StepRecord, Switch,
+    Arrival, Direction, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent, StepRecord, Switch,
 };
 use asperity_testkit::{quiet_step, slip_event, switch};
 

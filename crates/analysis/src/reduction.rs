@@ -11,9 +11,9 @@ use std::sync::Mutex;
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
-use asperity_record::{Event, Record, RunHeader};
+use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
 use asperity_report::{Gather, Limits, Run, Seen, Study as Page};
-use asperity_summary::Summary;
+use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary};
 use polars::prelude::DataFrame;
 
 use crate::claims::{self, Measured};
@@ -74,22 +74,12 @@ pub struct Passing {
     collector: Collector,
     loads: LoadTable,
     page: Gather,
+    summarizer: Summarizer,
+    /// The first failure to write the load table.
+    written: Result<(), AnalysisError>,
 }
 
 impl Passing {
-    /// A record of it.
-    ///
-    /// # Errors
-    /// If a table cannot be written.
-    pub fn record(&mut self, record: &Record) -> Result<(), AnalysisError> {
-        self.collector.record(record);
-        self.page.record(record);
-        match record {
-            Record::Step(record) => self.loads.push(record),
-            Record::Fields(_) | Record::Window(_) => Ok(()),
-        }
-    }
-
     /// The times at which all nodes of the run are wanted, s; they must be given before it has passed.
     pub fn nodes_at_s(&self) -> &[f64] {
         self.collector.nodes_at_s()
@@ -99,17 +89,22 @@ impl Passing {
     pub fn nodes(&mut self, nodes: NodeField) {
         self.collector.nodes(nodes);
     }
+}
 
-    /// An event of it.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn event(&mut self, event: &Event) -> Result<(), AnalysisError> {
-        self.collector.event(event)?;
-        self.page.event(event).map_err(|error| AnalysisError::Run {
-            run: self.collector.name().to_owned(),
-            problem: format!("an event of {} cannot be read: {error}", event.topic),
-        })
+impl Observer for Passing {
+    fn record(&mut self, record: &Record) {
+        self.collector.record(record);
+        self.page.record(record);
+        self.summarizer.record(record);
+        if let (Record::Step(record), Ok(())) = (record, &self.written) {
+            self.written = self.loads.push(record);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.collector.event(event);
+        self.page.event(event);
+        self.summarizer.event(event);
     }
 }
 
@@ -142,7 +137,8 @@ impl<'a> Reduction<'a> {
         self.pipeline.wants(run)
     }
 
-    /// A run is about to go by, while it is made or out of its log.
+    /// A run is about to go by, while it is made or out of its log; `slider` is what its summary needs
+    /// of its scenario.
     ///
     /// # Errors
     /// If a table cannot be written.
@@ -151,12 +147,14 @@ impl<'a> Reduction<'a> {
         run: &str,
         header: RunHeader,
         scenario: Scenario,
+        slider: Slider,
     ) -> Result<Passing, AnalysisError> {
+        let summarizer = Summarizer::new(run, &header, slider);
         let collector = Collector::new(run, header, scenario, self.wants(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
         let page = Gather::new(collector.steps(), Limits::of_runs(self.pipeline.run.len()));
-        Ok(Passing { collector, loads, page })
+        Ok(Passing { collector, loads, page, summarizer, written: Ok(()) })
     }
 
     /// What has gone by was not the run: it is as if nothing had.
@@ -164,20 +162,16 @@ impl<'a> Reduction<'a> {
         passing.loads.discard(&self.files);
     }
 
-    /// A run has gone by, and this is its summary: writes its tables, and draws the figures that it was
-    /// the last run of.
+    /// A run of this program has gone by: writes its tables, and draws the figures that it was the last
+    /// run of.
     ///
     /// # Errors
     /// If a file cannot be written, or a run has not what is to be shown of it.
-    pub fn passed(
-        &self,
-        passing: Passing,
-        has_ruptures: bool,
-        summary: Summary,
-    ) -> Result<(), AnalysisError> {
-        let Passing { collector, loads, page } = passing;
-        loads.finish()?;
-        let run = collector.finish(has_ruptures);
+    pub fn passed(&self, passing: Passing, end: &RunEnd) -> Result<(), AnalysisError> {
+        let Passing { collector, loads, page, summarizer, written } = passing;
+        written.and_then(|()| loads.finish())?;
+        let summary = summarizer.finish(RupturesFrom::Log, Some(end));
+        let run = collector.finish(true);
         let write = |what: &str, mut table: DataFrame| {
             table_file::write(&self.files, &self.tables, &table_of(&run.name, what), &mut table)
         };

@@ -8,10 +8,10 @@ use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
-    Arrival, Direction, Event, EventPayload, FieldRecord, Record, RunHeader, Rupture, SlipEvent, StepRecord,
-    WindowRecord,
+    Arrival, Direction, Event, EventPayload, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent,
+    StepRecord, WindowRecord,
 };
-use asperity_runlog::{LogItem, RunReader};
+use asperity_runlog::{LogItem, RunReader, Topics};
 
 use crate::error::AnalysisError;
 use crate::states::States;
@@ -93,8 +93,6 @@ pub struct RunData {
     /// Ruptures, in the order in which they became certain, as in the log; none where the log is
     /// from before there were any.
     pub ruptures: Option<Vec<Rupture>>,
-    /// What of the run is missing, where the log does not hold all of it.
-    pub lacks: Option<String>,
     /// The first and the last switch of every block.
     pub switches: Vec<Option<[Switched; 2]>>,
     /// How often blocks re-attached, all together.
@@ -115,30 +113,14 @@ impl RunData {
     /// # Errors
     /// If the log is damaged, incomplete, or holds what cannot be understood.
     pub fn read(name: &str, path: &Path) -> Result<RunData, AnalysisError> {
-        let data = RunData::read_part(name, path, Wants::all())?;
-        match data.lacks {
-            None => Ok(data),
-            Some(problem) => Err(AnalysisError::Run { run: path.display().to_string(), problem }),
-        }
-    }
-
-    /// Reads what there is in a run log that ends too early or was salvaged, see
-    /// [`RunData::lacks`], and keeps what is wanted of it.
-    ///
-    /// # Errors
-    /// If the log is damaged, or holds what cannot be understood.
-    pub fn read_part(name: &str, path: &Path, wants: Wants) -> Result<RunData, AnalysisError> {
-        let mut reader = RunReader::open(path, wants.topics())?;
-        let mut collector = Collector::of_log(name, path, &reader, wants)?;
-        loop {
-            match reader.next_item() {
-                Ok(Some(item)) => collector.item(&item)?,
-                Ok(None) => break,
-                Err(error) if error.problem.is_early_end() => {
-                    collector.lacks(error.problem.to_string());
-                    break;
-                }
-                Err(error) => return Err(error.into()),
+        let mut reader = RunReader::open(path, Topics::ALL)?;
+        let collector = Collector::of_log(name, reader.header(), reader.scenario_toml(), Wants::all());
+        let mut collector =
+            collector.map_err(|problem| AnalysisError::Run { run: path.display().to_string(), problem })?;
+        while let Some(item) = reader.next_item()? {
+            match item {
+                LogItem::Record(record) => collector.record(&record),
+                LogItem::Event(event) => collector.event(&event),
             }
         }
         Ok(collector.finish(reader.event_topics().any(|topic| topic == Rupture::TOPIC)))
@@ -254,8 +236,6 @@ impl RunData {
 pub struct Collector {
     run: RunData,
     ruptures: Vec<Rupture>,
-    /// Whose it is, for errors.
-    place: String,
 }
 
 impl Collector {
@@ -271,7 +251,6 @@ impl Collector {
             plan,
             slips: Vec::new(),
             ruptures: None,
-            lacks: None,
             reattachments: 0,
             kept: wants,
             loads: Vec::new(),
@@ -281,42 +260,44 @@ impl Collector {
             arrivals: Vec::new(),
             nodes: Vec::new(),
         };
-        Collector { run, ruptures: Vec::new(), place: name.to_owned() }
+        Collector { run, ruptures: Vec::new() }
     }
 
-    /// For a log that is about to be read.
+    /// For a log that is about to be read, with this header and scenario.
     ///
     /// # Errors
-    /// If its scenario cannot be understood, or is not that of its header.
+    /// In words, if its scenario cannot be understood, or is not that of its header.
     pub fn of_log(
         name: &str,
-        path: &Path,
-        reader: &RunReader,
+        header: &RunHeader,
+        scenario_toml: &str,
         wants: Wants,
-    ) -> Result<Collector, AnalysisError> {
-        let path = path.display();
-        let understood = |problem: String| AnalysisError::Run { run: path.to_string(), problem };
+    ) -> Result<Collector, String> {
         // Of a log that breaks off so early, or was salvaged without it, no scenario says what it is of.
-        if reader.scenario_toml().is_empty() {
-            return Err(understood("it has no attachment `scenario.toml`".to_owned()));
+        if scenario_toml.is_empty() {
+            return Err("it has no attachment `scenario.toml`".to_owned());
         }
-        let source = ScenarioSource::logged(format!("{path}: scenario.toml"), reader.scenario_toml());
-        let scenario = Scenario::resolve(&source).map_err(|errors| understood(errors.to_string()))?;
+        let source = ScenarioSource::logged("scenario.toml", scenario_toml);
+        let scenario = Scenario::resolve(&source).map_err(|errors| errors.to_string())?;
         // What is read by block and step from here on is that of the header.
-        if scenario.hash() != reader.header().scenario_hash {
-            return Err(understood(format!(
+        if scenario.hash() != header.scenario_hash {
+            return Err(format!(
                 "scenario.toml has the hash {}, metadata `run` says {}",
                 scenario.hash(),
-                reader.header().scenario_hash
-            )));
+                header.scenario_hash
+            ));
         }
-        let collector = Collector::new(name, reader.header().clone(), scenario, wants);
-        Ok(Collector { place: path.to_string(), ..collector })
+        Ok(Collector::new(name, header.clone(), scenario, wants))
     }
 
     /// The run's name.
     pub fn name(&self) -> &str {
         &self.run.name
+    }
+
+    /// Its scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.run.scenario
     }
 
     /// How many steps it is to take.
@@ -327,35 +308,6 @@ impl Collector {
     /// Whether its drive pulls both ways.
     pub fn both_ways(&self) -> bool {
         self.run.plan.drive.pulls_both_ways()
-    }
-
-    /// Takes what passes.
-    ///
-    /// # Errors
-    /// If an event cannot be read.
-    pub fn item(&mut self, item: &LogItem) -> Result<(), AnalysisError> {
-        match item {
-            LogItem::Record(record) => {
-                self.record(record);
-                Ok(())
-            }
-            LogItem::Event(event) => self.event(event),
-        }
-    }
-
-    /// Takes a record.
-    pub fn record(&mut self, record: &Record) {
-        match record {
-            Record::Step(record) => self.step(record),
-            Record::Fields(record) => self.run.states.state(record),
-            Record::Window(record) if self.run.kept.windows => {
-                let run = &mut self.run;
-                let is_chosen = (record.window as usize) < run.plan.recording.windows.len();
-                let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
-                of.push(record.clone());
-            }
-            Record::Window(_) => {}
-        }
     }
 
     fn step(&mut self, record: &StepRecord) {
@@ -393,50 +345,49 @@ impl Collector {
         self.run.nodes.push(nodes);
     }
 
-    /// Takes an event.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn event(&mut self, event: &Event) -> Result<(), AnalysisError> {
-        if let Some(slip) = self.decoded::<SlipEvent>(event)? {
-            self.slip(slip);
-        }
-        self.ruptures.extend(self.decoded::<Rupture>(event)?);
-        if self.run.kept.arrivals {
-            self.run.arrivals.extend(self.decoded::<Arrival>(event)?);
-        }
-        Ok(())
-    }
-
     pub(crate) fn slip(&mut self, slip: SlipEvent) {
         self.run.states.slip(&slip);
         self.run.slips.push(slip);
     }
 
-    fn decoded<P: EventPayload>(&self, event: &Event) -> Result<Option<P>, AnalysisError> {
-        event.decode().transpose().map_err(|error| AnalysisError::Run {
-            run: self.place.clone(),
-            problem: format!("an event of {} cannot be read: {error}", event.topic),
-        })
-    }
-
-    /// Records what is missing.
-    fn lacks(&mut self, problem: String) {
-        self.run.lacks = Some(problem);
-    }
-
     /// What was kept, once all has passed; whether ruptures were looked for.
     pub fn finish(self, has_ruptures: bool) -> RunData {
-        let Collector { mut run, ruptures, .. } = self;
+        let Collector { mut run, ruptures } = self;
         run.states.end();
         run.ruptures = has_ruptures.then_some(ruptures);
         run
     }
 }
 
+impl Observer for Collector {
+    fn record(&mut self, record: &Record) {
+        match record {
+            Record::Step(record) => self.step(record),
+            Record::Fields(record) => self.run.states.state(record),
+            Record::Window(record) if self.run.kept.windows => {
+                let run = &mut self.run;
+                let is_chosen = (record.window as usize) < run.plan.recording.windows.len();
+                let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
+                of.push(record.clone());
+            }
+            Record::Window(_) => {}
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if let Some(slip) = event.get::<SlipEvent>() {
+            self.slip(slip.clone());
+        } else if let Some(rupture) = event.get::<Rupture>() {
+            self.ruptures.push(rupture.clone());
+        } else if let Some(arrival) = event.get::<Arrival>().filter(|_| self.run.kept.arrivals) {
+            self.run.arrivals.push(arrival.clone());
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use asperity_record::{Direction, FieldRecord, Record, StepRecord, WindowRecord};
+    use asperity_record::{Direction, FieldRecord, Observer, Record, StepRecord, WindowRecord};
     use asperity_testkit::{quiet_step, slip_event, switch};
 
     use super::Collector;

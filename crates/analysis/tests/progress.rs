@@ -5,8 +5,9 @@ use std::path::Path;
 use asperity_analysis::pipeline::Pipeline;
 use asperity_analysis::reduction::{Progress, Reduction};
 use asperity_model::{Scenario, ScenarioSource};
+use asperity_record::Observer;
 use asperity_runlog::{LogItem, RunReader, Topics};
-use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary};
+use asperity_summary::{Slider, Summary};
 
 const PIPELINE: &str = r#"
 title = "two logs"
@@ -44,12 +45,13 @@ fn every_table_of_several_runs_is_told() {
     let reduction = Reduction::begin(&pipeline, out.path(), asperity_files::Inputs::default(), true)
         .expect("files can be written");
     // Whichever run comes first, the tables have them in the order of the pipeline.
-    let summaries = ["left-right", "complete"].map(|name| -> Summary {
+    for name in ["left-right", "complete"] {
         let log = runs.join(format!("{name}.mcap"));
         let mut reader = RunReader::open(&log, Topics::ALL).expect("the log is there");
         let source = ScenarioSource::logged("scenario.toml".to_owned(), reader.scenario_toml());
         let scenario = Scenario::resolve(&source).expect("its scenario is sound");
-        let passing = || reduction.passing(name, reader.header().clone(), scenario.clone());
+        let passing =
+            || reduction.passing(name, reader.header().clone(), scenario.clone(), Slider::default());
         // What is taken back leaves nothing behind.
         reduction.discard(passing().expect("tables can be begun"));
         let mut passing = passing().expect("tables can be begun again");
@@ -58,16 +60,14 @@ fn every_table_of_several_runs_is_told() {
                 LogItem::Record(record) => passing.record(&record),
                 LogItem::Event(event) => passing.event(&event),
             }
-            .expect("what it holds can be reduced");
         }
-        let summarizer = Summarizer::new(name, reader.header(), Slider::default());
-        let summary = summarizer.finish(RupturesFrom::None, None);
-        reduction.passed(passing, false, summary.clone()).expect("the log can be reduced");
-        summary
-    });
+        let end = reader.end().expect("the log is whole");
+        reduction.passed(passing, end).expect("the log can be reduced");
+    }
     let mut told = Vec::new();
     let in_order = reduction.finish(&mut |progress| told.push(progress)).expect("the tables can be written");
-    assert_eq!(in_order, [summaries[1].clone(), summaries[0].clone()]);
+    let names: Vec<&str> = in_order.iter().map(|summary| summary.run.as_str()).collect();
+    assert_eq!(names, ["complete", "left-right"]);
     // The summaries, the residuals, the first global slips, the study, and the page.
     let expected: Vec<Progress> = (0..=5).map(|done| Progress { done, of: 5 }).collect();
     assert_eq!(told, expected);
@@ -81,6 +81,6 @@ fn every_table_of_several_runs_is_told() {
     let runs: Vec<&str> = table.lines().filter_map(|row| row.split(',').next()).collect();
     assert_eq!(runs, ["run", "complete", "left-right"]);
     let json = std::fs::read(out.path().join("tables/left-right.summary.json")).expect("it is there");
-    assert_eq!(serde_json::from_slice::<Summary>(&json).expect("it is a summary"), summaries[0]);
+    assert_eq!(serde_json::from_slice::<Summary>(&json).expect("it is a summary"), in_order[1]);
     assert!(out.path().join("figures/load.png").is_file());
 }

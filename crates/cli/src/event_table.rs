@@ -14,8 +14,9 @@ use crate::outputs::refused;
 
 /// Adds the row of an event.
 fn add(rows: &mut CsvRows<impl Write>, kind: &EventKind, event: &Event) -> Result<(), Failure> {
-    let unreadable = |error| Failure::Failed(format!("an event of {} cannot be read: {error}", event.topic));
-    let row = kind.cells(&event.payload).map_err(unreadable)?;
+    let unreadable =
+        |error| Failure::Failed(format!("an event of {} cannot be read: {error}", event.topic()));
+    let row = kind.cells(event).map_err(unreadable)?;
     rows.push(&row).map_err(Failure::Output)
 }
 
@@ -57,7 +58,7 @@ impl EventTables<'_> {
 
     /// Adds an event to its table.
     pub(crate) fn write(&mut self, event: &Event) -> Result<(), Failure> {
-        match self.tables.iter_mut().find(|table| table.kind.topic == event.topic) {
+        match self.tables.iter_mut().find(|table| table.kind.topic == event.topic()) {
             Some(Table { kind, path, rows }) => {
                 add(rows, kind, event).map_err(|failure| not_written(path, &failure))
             }
@@ -114,7 +115,7 @@ impl<W: Write> Printed<W> {
 
     /// Prints an event, if it is a slip event.
     pub(crate) fn event(&mut self, event: &Event) -> Result<(), Failure> {
-        if event.topic != SlipEvent::TOPIC {
+        if event.topic() != SlipEvent::TOPIC {
             return Ok(());
         }
         match self {
@@ -122,7 +123,7 @@ impl<W: Write> Printed<W> {
             Printed::Json(out, any) => {
                 let before = if *any { ",\n" } else { "[\n" };
                 *any = true;
-                Ok(write!(out, "{before}{}", event.payload)?)
+                Ok(write!(out, "{before}{}", event.json())?)
             }
         }
     }

@@ -2,9 +2,10 @@
 
 #[cfg(feature = "analysis")]
 use asperity_analysis::table_file::{self, PrintError};
-use asperity_runlog::{LogItem, RunReader, Topics};
+use asperity_record::{Event, Observer};
+use asperity_run::{Verdict, check_seen};
 
-use crate::args::EventsArguments;
+use crate::args::{EventsArguments, TableFormat};
 use crate::event_table::Printed;
 use crate::exit::Failure;
 use crate::progress::Board;
@@ -18,23 +19,44 @@ pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), 
     if table_file::is_parquet(&arguments.run).unwrap_or(false) {
         return print_table(arguments);
     }
-    let checked = verdict_exit::readable(&arguments.run)?;
-    let mut printed = Printed::begin(arguments.format, terminal::data())?;
-    if let Ok(mut reader) = RunReader::open(&arguments.run, Topics::EVENTS) {
-        for _ in 0..checked.seen.events {
-            // The verdict reports where the log cannot be read.
-            let Ok(Some(LogItem::Event(event))) = reader.next_item() else { break };
-            printed.event(&event)?;
+    let mut printing = Printing { format: arguments.format, printed: None };
+    let checked = check_seen(&arguments.run, &mut printing);
+    if checked.verdict == Verdict::NoRunLog {
+        return Err(verdict_exit::failure(&arguments.run, &checked));
+    }
+    printing.finish()?;
+    verdict_exit::finish(&arguments.run, &checked, board)
+}
+
+/// Prints the events of a log that is read.
+struct Printing {
+    format: TableFormat,
+    /// What has been begun with the first event, or the first failure to print.
+    printed: Option<Result<Printed<terminal::Data>, Failure>>,
+}
+
+impl Printing {
+    fn finish(self) -> Result<(), Failure> {
+        self.printed.unwrap_or_else(|| Printed::begin(self.format, terminal::data()))?.finish()
+    }
+}
+
+impl Observer for Printing {
+    fn event(&mut self, event: &Event) {
+        let begin = || Printed::begin(self.format, terminal::data());
+        let printed = self.printed.get_or_insert_with(begin);
+        if let Ok(to) = printed
+            && let Err(failure) = to.event(event)
+        {
+            *printed = Err(failure);
         }
     }
-    printed.finish()?;
-    verdict_exit::finish(&arguments.run, &checked, board)
 }
 
 /// Prints a Parquet table, of slip events or others, as CSV.
 #[cfg(feature = "analysis")]
 fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
-    if arguments.format != crate::args::TableFormat::Csv {
+    if arguments.format != TableFormat::Csv {
         return Err(Failure::BadInput(format!(
             "--format json of {}, which is a Parquet table (accepted: csv; json of a run log)",
             arguments.run.display()

@@ -14,6 +14,7 @@ mod interrupt;
 mod man;
 mod outputs;
 mod progress;
+mod reading;
 mod relative_link;
 mod replay;
 mod report;

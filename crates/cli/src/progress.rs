@@ -234,7 +234,7 @@ pub(crate) struct RunProgress {
 impl Observer for RunProgress {
     fn event(&mut self, event: &Event) {
         if let Some(events) = &mut self.events {
-            *events += u64::from(event.topic == SlipEvent::TOPIC);
+            *events += u64::from(event.topic() == SlipEvent::TOPIC);
         }
     }
 

@@ -5,24 +5,24 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_model::{Scenario, ScenarioSource, text};
-use asperity_record::{EventPayload, Record, Rupture};
+use asperity_model::text;
+use asperity_record::RunHeader;
 use asperity_report::{
     Claim, Contents, Entry, Gather, Judgement, Limits, Link, Recorded, Run, Study, encoded, files_of_picture,
     index,
 };
-use asperity_run::{Checked, Verdict, at_once};
-use asperity_runlog::{LogItem, RunReader, Topics};
-use asperity_summary::{RupturesFrom, Summarizer};
+use asperity_run::{Checked, at_once};
+use asperity_summary::Summarizer;
 use serde::Deserialize;
 
 use crate::args::ReportArguments;
 use crate::exit::{self, Code, Failure};
 use crate::outputs::refused;
 use crate::progress::Board;
+use crate::reading::{self, Reading};
 use crate::relative_link::relative_link;
 use crate::terminal::say;
-use crate::{ruptures, study_page, summary, verdict_exit};
+use crate::{study_page, summary, verdict_exit};
 
 /// The file name of a study's own page.
 pub(crate) const PAGE: &str = "report.html";
@@ -117,18 +117,12 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
     let is_told_apart = stems.len() == of.len();
     let limits = Limits::of_runs(of.len());
     let found = at_once(of, None, |path| {
-        let checked = verdict_exit::readable(path)?;
-        if checked.verdict == Verdict::Damaged {
-            return Err(Failure::Log(
-                checked.verdict,
-                format!("{}: {checked} (accepted: what asperity salvage makes of it)", path.display()),
-            ));
-        }
         let name = if is_told_apart { stem(path) } else { path.display().to_string() };
-        let mut run = run(&name, path, &checked, limits)?;
+        let accept = |checked: &Checked| verdict_exit::must_be_sound(path, checked);
+        let (mut run, checked) = run(&name, path, limits, accept)?;
         let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         run.links = vec![Link { path: relative_link(out, path), words }];
-        Ok((run, checked))
+        Ok::<_, Failure>((run, checked))
     })?;
     let mut runs: Vec<Run> = Vec::new();
     let mut codes = Vec::new();
@@ -154,59 +148,34 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
     Ok((study, codes))
 }
 
-/// Reads the sound part of a run's log, in one pass.
-fn run(name: &str, log: &Path, checked: &Checked, limits: Limits) -> Result<Run, Failure> {
-    let problem = |problem: String| verdict_exit::unreadable(log, checked.verdict, problem);
-    let topics = Topics { events: true, ..Topics::STEPS };
-    let mut reader = RunReader::open(log, topics).map_err(|error| problem(error.problem.to_string()))?;
-    // A log that ends early, or was salvaged without its scenario, has no parameters.
-    if reader.scenario_toml().is_empty() {
-        return Err(problem("it has no attachment `scenario.toml`".to_owned()));
-    }
-    let source = ScenarioSource::logged(format!("{}: scenario.toml", log.display()), reader.scenario_toml());
-    let scenario = Scenario::resolve(&source).map_err(|errors| problem(errors.to_string()))?;
-    let header = reader.header().clone();
-    let mut summarizer = Summarizer::new(name, &header, summary::slider(&scenario));
-    let mut page = Gather::new(header.steps, limits);
-    loop {
-        match reader.next_item() {
-            Ok(Some(LogItem::Record(record))) => {
-                if let Record::Step(record) = &record {
-                    summarizer.record(record);
-                }
-                page.record(&record);
-            }
-            Ok(Some(LogItem::Event(event))) => {
-                let unread = |error| problem(format!("an event of {} cannot be read: {error}", event.topic));
-                summarizer.event(&event).map_err(unread)?;
-                page.event(&event).map_err(unread)?;
-            }
-            Ok(None) => break,
-            Err(error) if error.problem.is_early_end() => break,
-            Err(error) => return Err(problem(error.problem.to_string())),
-        }
-    }
-    let holds_all = checked.verdict.holds_all();
-    let ruptures_from = if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
-        RupturesFrom::Log
-    } else if holds_all {
-        for rupture in ruptures::found_in_steps(log)? {
-            summarizer.rupture(&rupture);
-            page.rupture(rupture);
-        }
-        RupturesFrom::Steps
-    } else {
-        RupturesFrom::None
+/// Reads the sound part of a run's log.
+fn run(
+    name: &str,
+    log: &Path,
+    limits: Limits,
+    accept: impl FnOnce(&Checked) -> Result<(), Failure>,
+) -> Result<(Run, Checked), Failure> {
+    let mut shown = None;
+    let begin = |header: &RunHeader, toml: &str| {
+        // A log that ends early, or was salvaged without its scenario, has no parameters.
+        let scenario =
+            reading::scenario(log, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
+        let summarizer = Summarizer::new(name, header, summary::slider(&scenario));
+        shown = Some((header.clone(), scenario));
+        Ok((summarizer, Gather::new(header.steps, limits)))
     };
-    Ok(Run {
+    let Reading { checked, observer: (summarizer, page), ruptures_from } = reading::once(log, begin, accept)?;
+    let (header, scenario) = shown.expect("what is observed has begun");
+    let run = Run {
         name: name.to_owned(),
-        summary: summarizer.finish(ruptures_from, reader.end()),
+        summary: summarizer.finish(ruptures_from, checked.seen.end.as_ref()),
         seen: page.finish(),
         header,
         scenario,
-        lacks: (!holds_all).then(|| checked.to_string()),
+        lacks: (!checked.verdict.holds_all()).then(|| checked.to_string()),
         links: Vec::new(),
-    })
+    };
+    Ok((run, checked))
 }
 
 /// The record of a pipeline's folder.
@@ -244,8 +213,7 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     let places: Vec<usize> = (0..logs.len()).collect();
     let runs = at_once(&places, None, |&place| {
         let (of, log) = (&recorded.runs[place], &logs[place]);
-        let checked = verdict_exit::holds_all(log)?;
-        let run = run(&of.name, log, &checked, limits)?;
+        let (run, _) = run(&of.name, log, limits, |checked| verdict_exit::must_hold_all(log, checked))?;
         if run.header != of.run {
             return Err(Failure::BadInput(format!(
                 "{}: it is of another run than {RECORD} says (accepted: the log that its tables were made of; asperity \

@@ -8,15 +8,15 @@ use asperity_analysis::load_table::LoadTable;
 use asperity_analysis::pipeline::Pipeline;
 use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::reduction::{Passing, Progress, Reduction};
-use asperity_analysis::run_data::{NodeField, RunData};
+use asperity_analysis::run_data::{Collector, NodeField};
 use asperity_analysis::tables::ResidualRow;
 use asperity_analysis::{AnalysisError, figures, record, summaries, table_file, tables};
 use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
-use asperity_record::{Event, Record, RunEnd};
+use asperity_record::{Observer, Record, RunEnd, RunHeader};
 use asperity_run::study::{Job, Stored};
-use asperity_run::{NodeState, Nodes, Notice, Observer, SolverKind, Threads, Verdict, at_once};
+use asperity_run::{Checked, NodeState, Nodes, SolverKind, Threads, at_once};
 use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
@@ -24,9 +24,10 @@ use crate::exit::Failure;
 use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use crate::reading::{self, Reading};
 use crate::terminal::say;
 use crate::verdict_exit;
-use crate::{run, ruptures, scenario, summary};
+use crate::{run, scenario, summary};
 
 /// The file beside tables and figures of an incomplete log.
 const MISSING: &str = "what-is-missing.txt";
@@ -42,33 +43,24 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         )));
     }
     let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
-    let checked = verdict_exit::readable(&arguments.run)?;
-    let verdict = checked.verdict;
-    if verdict == Verdict::Damaged {
-        return Err(Failure::Log(
-            verdict,
-            format!("{}: {checked} (accepted: what asperity salvage makes of it)", arguments.run.display()),
-        ));
-    }
-    let wants = figures::OVERVIEW_WANTS | rules.wants();
-    let mut data = RunData::read_part(&name, &arguments.run, wants).map_err(|error| {
-        if verdict.holds_all() { Failure::failed(error) } else { Failure::Log(verdict, error.to_string()) }
-    })?;
-    if data.ruptures.is_none() && verdict.holds_all() {
-        data.ruptures = Some(ruptures::found_in_steps(&arguments.run)?);
-    }
-    let law = LengthLaw::natural(&data.scenario);
-    let files = FileSet::new(Existing::Refuse, Inputs::of([&arguments.run]));
+    let run = &arguments.run;
+    let files = FileSet::new(Existing::Refuse, Inputs::of([run]));
     files.folder(out).map_err(Failure::failed)?;
-    let both_ways = data.plan.drive.pulls_both_ways();
-    let mut loads = LoadTable::begin(&files, out, "load", both_ways).map_err(not_written)?;
-    let mut written = Ok(());
-    let summary = summary::of_log_seen(&arguments.run, &checked, &mut |record| {
-        if written.is_ok() {
-            written = loads.push(record);
-        }
-    })?;
-    written.and_then(|()| loads.finish()).map_err(not_written)?;
+    let begin = |header: &RunHeader, toml: &str| {
+        let wants = figures::OVERVIEW_WANTS | rules.wants();
+        let collector = Collector::of_log(&name, header, toml, wants)?;
+        let summarizer = Summarizer::new(&name, header, summary::slider(collector.scenario()));
+        let loads = Loads(LoadTable::begin(&files, out, "load", collector.both_ways()));
+        Ok(((collector, summarizer), loads))
+    };
+    let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
+    let Reading { checked, observer: ((collector, summarizer), loads), ruptures_from } =
+        reading::once(run, begin, accept)?;
+    loads.0.and_then(LoadTable::finish).map_err(not_written)?;
+    let verdict = checked.verdict;
+    let summary = summarizer.finish(ruptures_from, checked.seen.end.as_ref());
+    let data = collector.finish(ruptures_from != RupturesFrom::None);
+    let law = LengthLaw::natural(&data.scenario);
     if !verdict.holds_all() {
         let note = format!(
             "These tables and figures are of what there is of a run. Its log is not whole.\n{}: {checked}\n",
@@ -103,6 +95,19 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     say(out.display())?;
     summary::tell(arguments.run.display(), &summary, board);
     verdict_exit::finish(&arguments.run, &checked, board)
+}
+
+/// The table of loads of a log that is read, or the first failure to write it.
+struct Loads(Result<LoadTable, AnalysisError>);
+
+impl Observer for Loads {
+    fn record(&mut self, record: &Record) {
+        if let (Record::Step(record), Ok(table)) = (record, &mut self.0)
+            && let Err(error) = table.push(record)
+        {
+            self.0 = Err(error);
+        }
+    }
 }
 
 /// Why tables and figures were not written: invalid input, if another folder would do.
@@ -216,28 +221,27 @@ impl Reducing<'_> {
         if !job.log(self.runs_folder).exists() {
             return Ok(Stored::Nothing);
         }
-        let mut nobody = ();
-        let mut passage = self.passage(job, &mut nobody)?;
-        let stored = job.stored(self.runs_folder, self.solver, &mut passage);
+        let mut passing = self.passing(job)?;
+        let stored = job.stored(self.runs_folder, self.solver, &mut passing);
         match &stored {
-            Stored::Whole(end) => self.passed(job, passage, end)?,
-            Stored::Nothing | Stored::Unfit(_) => self.reduction.discard(passage.passing),
+            Stored::Whole(end) => self.passed(job, passing, end)?,
+            Stored::Nothing | Stored::Unfit(_) => self.reduction.discard(passing),
         }
         Ok(stored)
     }
 
     /// Makes a run and reduces it meanwhile.
     fn of_run(&self, job: &Job, fresh: bool, threads: Threads, board: &Board) -> Result<(), Failure> {
-        let mut progress = board.run(&job.name, job.steps(), job.scenario.time.duration_s);
-        let mut passage = self.passage(job, &mut progress)?;
+        let mut both = (board.run(&job.name, job.steps(), job.scenario.time.duration_s), self.passing(job)?);
         let outcome =
-            job.make(self.runs_folder, self.solver, fresh, threads, &interrupt::has_come, &mut passage);
+            job.make(self.runs_folder, self.solver, fresh, threads, &interrupt::has_come, &mut both);
+        let (progress, passing) = both;
         let outcome = outcome.map_err(|error| run::failure(error, board, &format!("run {}", job.name)))?;
         match outcome.end.filter(|_| outcome.has_run) {
-            Some(end) => self.passed(job, passage, &end)?,
+            Some(end) => self.passed(job, passing, &end)?,
             // The log only lacked its name, so no records passed.
             None => {
-                self.reduction.discard(passage.passing);
+                self.reduction.discard(passing);
                 if let Stored::Unfit(why) = self.of_log(job)? {
                     return Err(Failure::Failed(format!("run {}: {why}", job.name)));
                 }
@@ -247,16 +251,14 @@ impl Reducing<'_> {
         Ok(())
     }
 
-    fn passage<'a>(&self, job: &Job, also: &'a mut dyn Observer) -> Result<Passage<'a>, Failure> {
-        let header = job.header(self.solver);
-        let summarizer = Summarizer::new(&job.name, &header, summary::slider(&job.scenario));
-        let passing = self.reduction.passing(&job.name, header, job.scenario.clone()).map_err(not_written)?;
-        Ok(Passage { passing, summarizer, problem: None, also })
+    fn passing(&self, job: &Job) -> Result<Passing, Failure> {
+        let slider = summary::slider(&job.scenario);
+        let passing =
+            self.reduction.passing(&job.name, job.header(self.solver), job.scenario.clone(), slider);
+        passing.map_err(not_written)
     }
 
-    fn passed(&self, job: &Job, passage: Passage<'_>, end: &RunEnd) -> Result<(), Failure> {
-        let Passage { mut passing, summarizer, problem, .. } = passage;
-        problem.map_or(Ok(()), Err)?;
+    fn passed(&self, job: &Job, mut passing: Passing, end: &RunEnd) -> Result<(), Failure> {
         if !passing.nodes_at_s().is_empty() {
             let told = |error| Failure::failed(format!("run {}: {error}", job.name));
             let mut nodes =
@@ -267,48 +269,7 @@ impl Reducing<'_> {
                 passing.nodes(NodeField { step, time_s, displacement_m });
             }
         }
-        let summary = summarizer.finish(RupturesFrom::Log, Some(end));
-        self.reduction.passed(passing, true, summary).map_err(not_written)
-    }
-}
-
-/// The passage of one run's records.
-struct Passage<'a> {
-    passing: Passing,
-    summarizer: Summarizer,
-    /// The first failure; nothing is reduced after it.
-    problem: Option<Failure>,
-    /// A further observer.
-    also: &'a mut dyn Observer,
-}
-
-impl Observer for Passage<'_> {
-    fn record(&mut self, record: &Record) {
-        self.also.record(record);
-        if self.problem.is_none() {
-            self.problem = self.passing.record(record).map_err(not_written).err();
-            if let Record::Step(record) = record {
-                self.summarizer.record(record);
-            }
-        }
-    }
-
-    fn event(&mut self, event: &Event) {
-        self.also.event(event);
-        if self.problem.is_none() {
-            let taken = self.passing.event(event).map_err(not_written);
-            let problem =
-                |error| Failure::failed(format!("an event of {} cannot be read: {error}", event.topic));
-            self.problem = taken.and_then(|()| self.summarizer.event(event).map_err(problem)).err();
-        }
-    }
-
-    fn reached(&mut self, step: u64) {
-        self.also.reached(step);
-    }
-
-    fn notice(&mut self, notice: Notice<'_>) {
-        self.also.notice(notice);
+        self.reduction.passed(passing, end).map_err(not_written)
     }
 }
 

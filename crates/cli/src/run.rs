@@ -4,8 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_files::is_taken;
-use asperity_record::{Event, Record};
-use asperity_run::{Begin, LeftError, LogTo, Notice, Observer, RunError, Task};
+use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
 use asperity_runlog::{Unfinished, WriteError};
 use asperity_summary::{RupturesFrom, Summarizer};
 
@@ -13,7 +12,7 @@ use crate::args::RunArguments;
 use crate::exit::{Failure, folder_is_there};
 use crate::interrupt;
 use crate::outputs::refused;
-use crate::progress::{Board, RunProgress};
+use crate::progress::Board;
 use crate::summary;
 
 pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
@@ -46,16 +45,17 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     }
     interrupt::install()?;
     let header = task.header();
-    let mut lookers = Lookers {
-        progress: board.run(&scenario.name, header.steps, scenario.time.duration_s),
-        summarizer: Summarizer::new(&scenario.name, &header, summary::slider(&scenario)),
-    };
+    // Progress, and notes about the physics at the end.
+    let mut observers = (
+        board.run(&scenario.name, header.steps, scenario.time.duration_s),
+        Summarizer::new(&scenario.name, &header, summary::slider(&scenario)),
+    );
     // Released, because the run locks it itself.
     drop(unfinished);
     let begin = if arguments.resume { Begin::GoOn } else { Begin::Anew };
-    let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut lookers);
+    let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut observers);
     let outcome = outcome.map_err(|error| failure(error, board, &scenario.name))?;
-    let Lookers { progress, summarizer } = lookers;
+    let (progress, summarizer) = observers;
     progress.end(outcome.has_run);
     if outcome.has_run {
         let found = summarizer.finish(RupturesFrom::Log, outcome.end.as_ref());
@@ -66,33 +66,6 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
         board.answer(outcome.counters.to_string().trim_end());
     }
     Ok(())
-}
-
-/// The observers of a run: progress, and notes about its physics at the end.
-struct Lookers {
-    progress: RunProgress,
-    summarizer: Summarizer,
-}
-
-impl Observer for Lookers {
-    fn record(&mut self, record: &Record) {
-        if let Record::Step(record) = record {
-            self.summarizer.record(record);
-        }
-    }
-
-    fn event(&mut self, event: &Event) {
-        self.summarizer.event(event).expect("a detector of this program emits what its topic promises");
-        self.progress.event(event);
-    }
-
-    fn reached(&mut self, step: u64) {
-        self.progress.reached(step);
-    }
-
-    fn notice(&mut self, notice: Notice<'_>) {
-        self.progress.notice(notice);
-    }
 }
 
 fn taken(out: &Path) -> Failure {

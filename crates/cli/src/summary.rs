@@ -6,27 +6,24 @@ use std::path::Path;
 
 use asperity_export::{CsvRows, Spelling};
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_model::{Scenario, ScenarioSource, WRONG_FRONT};
-use asperity_record::{EventPayload, Record, Rupture, StepRecord};
-use asperity_run::{Checked, Verdict, at_once};
-use asperity_runlog::{LogItem, RunReader, Topics};
-use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary, text};
+use asperity_model::{Scenario, WRONG_FRONT};
+use asperity_record::RunHeader;
+use asperity_run::{Checked, at_once};
+use asperity_summary::{Slider, Summarizer, Summary, text};
 
 use crate::args::{SummaryArguments, SummaryFormat};
 use crate::exit::{self, Code, Failure};
 use crate::progress::Board;
+use crate::reading::{self, Reading};
+use crate::terminal;
 use crate::verdict_exit;
-use crate::{ruptures, terminal};
 
 /// Prints the summaries, then the verdicts on the logs.
 pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(), Failure> {
     if arguments.schema {
         return print_json(&Summary::schema());
     }
-    let found = at_once(&arguments.runs, None, |run| {
-        let checked = verdict_exit::readable(run);
-        Ok::<_, Failure>(checked.and_then(|checked| Ok((of_log(run, &checked)?, checked))))
-    })?;
+    let found = at_once(&arguments.runs, None, |run| Ok::<_, Failure>(of_log(run, |_| Ok(()))))?;
     let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, _)| summary).collect();
     if !summaries.is_empty() {
         print(arguments, &summaries)?;
@@ -163,80 +160,27 @@ pub(crate) fn slider(scenario: &Scenario) -> Slider {
     Slider { scales: Some(scenario.scales()), length_law }
 }
 
-/// The summary of the sound part of a log. Ruptures that an older log lacks are searched for in its
-/// step records, if these are complete.
+/// The summary of the sound part of a log, and its verdict.
 ///
 /// # Errors
-/// If the log changed since it was checked, or its scenario is invalid.
-pub(crate) fn of_log(run: &Path, checked: &Checked) -> Result<Summary, Failure> {
-    // If a log contradicts itself, reading stops after the messages that were found sound.
-    let most = (checked.verdict == Verdict::Damaged).then_some(checked.seen.messages);
-    read(run, checked.verdict, most, &mut |_| {})
-}
-
-/// The summary of a log, see [`of_log`], that also passes every step record to `seen`.
-///
-/// # Errors
-/// As [`of_log`].
-#[cfg(feature = "analysis")]
-pub(crate) fn of_log_seen(
+/// If it is not a run log, is not accepted, or its scenario is invalid.
+pub(crate) fn of_log(
     run: &Path,
-    checked: &Checked,
-    seen: &mut dyn FnMut(&StepRecord),
-) -> Result<Summary, Failure> {
-    read(run, checked.verdict, None, seen)
+    accept: impl FnOnce(&Checked) -> Result<(), Failure>,
+) -> Result<(Summary, Checked), Failure> {
+    let begin = |header: &RunHeader, toml: &str| {
+        // A log that ends early, or was salvaged without its scenario, has none.
+        let slider = reading::scenario(run, toml)?.map_or_else(Slider::default, |scenario| slider(&scenario));
+        Ok(Summarizer::new(&name(run), header, slider))
+    };
+    let Reading { checked, observer, ruptures_from } = reading::once(run, begin, accept)?;
+    Ok((observer.finish(ruptures_from, checked.seen.end.as_ref()), checked))
 }
 
-/// The summary of a log that must be whole.
+/// The summary of a log that must hold all of its run.
 ///
 /// # Errors
-/// If it is not.
+/// If it does not.
 pub(crate) fn of_whole_log(run: &Path) -> Result<Summary, Failure> {
-    read(run, Verdict::Whole, None, &mut |_| {})
-}
-
-fn read(
-    run: &Path,
-    verdict: Verdict,
-    most_messages: Option<u64>,
-    seen: &mut dyn FnMut(&StepRecord),
-) -> Result<Summary, Failure> {
-    let topics = if most_messages.is_some() { Topics::ALL } else { Topics { events: true, ..Topics::STEPS } };
-    let mut left = most_messages.unwrap_or(u64::MAX);
-    let unreadable = |problem: String| verdict_exit::unreadable(run, verdict, problem);
-    let mut reader = RunReader::open(run, topics).map_err(|error| unreadable(error.problem.to_string()))?;
-    let slider = match reader.scenario_toml() {
-        // A log that ends early, or was salvaged without its scenario.
-        "" => Slider::default(),
-        toml => {
-            let source = ScenarioSource::logged(format!("{}: scenario.toml", run.display()), toml);
-            slider(&Scenario::resolve(&source).map_err(|errors| unreadable(errors.to_string()))?)
-        }
-    };
-    let mut summarizer = Summarizer::new(&name(run), reader.header(), slider);
-    // The verdict reports where the log cannot be read.
-    while left > 0
-        && let Ok(Some(item)) = reader.next_item()
-    {
-        left -= 1;
-        match item {
-            LogItem::Record(Record::Step(record)) => {
-                summarizer.record(&record);
-                seen(&record);
-            }
-            LogItem::Record(_) => {}
-            LogItem::Event(event) => summarizer.event(&event).map_err(|error| {
-                unreadable(format!("an event of {} cannot be read: {error}", event.topic))
-            })?,
-        }
-    }
-    let ruptures_from = if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
-        RupturesFrom::Log
-    } else if verdict.holds_all() {
-        ruptures::found_in_steps(run)?.iter().for_each(|rupture| summarizer.rupture(rupture));
-        RupturesFrom::Steps
-    } else {
-        RupturesFrom::None
-    };
-    Ok(summarizer.finish(ruptures_from, reader.end()))
+    of_log(run, |checked| verdict_exit::must_hold_all(run, checked)).map(|(summary, _)| summary)
 }

@@ -37,7 +37,29 @@ pub(crate) fn readable(run: &Path) -> Result<Checked, Failure> {
 /// If it does not.
 pub(crate) fn holds_all(run: &Path) -> Result<Checked, Failure> {
     let checked = check(run);
-    if checked.verdict.holds_all() { Ok(checked) } else { Err(failure(run, &checked)) }
+    must_hold_all(run, &checked)?;
+    Ok(checked)
+}
+
+/// Refuses a log that does not hold all of its run.
+///
+/// # Errors
+/// If it does not.
+pub(crate) fn must_hold_all(run: &Path, checked: &Checked) -> Result<(), Failure> {
+    if checked.verdict.holds_all() { Ok(()) } else { Err(failure(run, checked)) }
+}
+
+/// Refuses a damaged log, of which only `asperity salvage` finds what is sound.
+///
+/// # Errors
+/// If it is damaged.
+#[cfg(feature = "analysis")]
+pub(crate) fn must_be_sound(run: &Path, checked: &Checked) -> Result<(), Failure> {
+    if checked.verdict != Verdict::Damaged {
+        return Ok(());
+    }
+    let words = format!("{}: {checked} (accepted: what asperity salvage makes of it)", run.display());
+    Err(Failure::Log(checked.verdict, words))
 }
 
 /// Ends a command that has used the sound part of a log; prints a note if the log is by another

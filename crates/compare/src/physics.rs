@@ -47,12 +47,8 @@ impl Physics {
         let mut rows = Vec::new();
         while let Some(item) = reader.next_item().map_err(TableError::Log)? {
             let LogItem::Event(event) = item else { continue };
-            slip_events += u64::from(event.topic == SlipEvent::TOPIC);
-            if let Some(rupture) = event.decode::<Rupture>() {
-                let unreadable =
-                    |error| TableError::Event { path: path.to_owned(), topic: event.topic.clone(), error };
-                rows.push(rupture::row(&rupture.map_err(unreadable)?));
-            }
+            slip_events += u64::from(event.topic() == SlipEvent::TOPIC);
+            rows.extend(event.get::<Rupture>().map(rupture::row));
         }
         let has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
         let why = || {

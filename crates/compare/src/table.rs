@@ -112,18 +112,12 @@ pub fn open(path: &Path) -> Result<Table, TableError> {
 
 fn log(path: &Path) -> Result<Table, TableError> {
     let mut reader = RunReader::open(path, Topics::EVENTS)?;
-    let path = path.to_owned();
     let mut next = move || -> Result<Option<SlipEvent>, TableError> {
         while let Some(item) = reader.next_item()? {
             if let LogItem::Event(event) = item
-                && let Some(slip) = event.decode()
+                && let Some(slip) = event.get::<SlipEvent>()
             {
-                let topic = event.topic.clone();
-                return slip.map(Some).map_err(|error| TableError::Event {
-                    path: path.clone(),
-                    topic,
-                    error,
-                });
+                return Ok(Some(slip.clone()));
             }
         }
         Ok(None)

@@ -1,7 +1,7 @@
 //! Finds slip events and how far they run: the raw event table.
 //!
 //! ```
-//! use asperity_detect::{Detector, SlipRules, detect_all};
+//! use asperity_detect::{Detectors, SlipRules};
 //! use asperity_detect_extent::ExtentDetector;
 //! use asperity_record::{Direction, SlipEvent, StepRecord};
 //! use asperity_testkit::{quiet_step, switch};
@@ -13,65 +13,46 @@
 //!     StepRecord { sliding: 1, switches: vec![switch(2, Direction::Attach)], ..quiet_step(9, 0.9, 0.41) },
 //!     quiet_step(10, 1.0, 0.38),
 //! ];
-//! let detector = ExtentDetector::new(3, SlipRules::EVERY_SLIP);
-//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(detector)];
-//! let events = detect_all(&mut detectors, &records);
-//! let slip: SlipEvent = events[0].decode().expect("it is one")?;
-//! assert_eq!((slip.onset_step, slip.end_step, slip.blocks_slipped), (8, Some(10), 1));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! let mut detectors = Detectors::new(3, SlipRules::EVERY_SLIP, vec![Box::new(ExtentDetector)]);
+//! let events = detectors.all_events(&records);
+//! let slip: &SlipEvent = events[0].get().expect("it is one");
+//! assert_eq!((slip.onset.step, slip.end_step, slip.blocks_slipped), (8, Some(10), 1));
 //! ```
 
-use asperity_detect::{Change, Detector, Slip, SlipRules, SlipTracker};
-use asperity_record::{Contacts, Event, EventKind, Reach, SlipEvent, StepRecord};
+use asperity_detect::{Change, Detector, Slip};
+use asperity_record::{Event, EventKind, Reach, SlipEvent};
 
 /// Emits a [`SlipEvent`] at the end of every slip event.
-#[derive(Debug, Clone)]
-pub struct ExtentDetector {
-    tracker: SlipTracker,
-}
-
-impl ExtentDetector {
-    /// A detector for these contacts.
-    pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> ExtentDetector {
-        ExtentDetector { tracker: SlipTracker::new(blocks, rules) }
-    }
-}
+#[derive(Debug, Clone, Copy)]
+pub struct ExtentDetector;
 
 impl Detector for ExtentDetector {
     fn emits(&self) -> EventKind {
         EventKind::of::<SlipEvent>()
     }
 
-    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        self.tracker.observe(record, &mut |change| emit_ended(&change, emit));
-    }
-
-    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        self.tracker.finish(&mut |change| emit_ended(&change, emit));
-    }
-}
-
-fn emit_ended(change: &Change<'_>, emit: &mut dyn FnMut(Event)) {
-    if let Change::Ended(slip) = change {
-        emit(Event::new(&event(slip)));
+    fn slip(&mut self, change: &Change, emit: &mut dyn FnMut(Event)) {
+        if let Change::Ended(slip) = change {
+            emit(Event::new(event(slip)));
+        }
     }
 }
 
 fn event(slip: &Slip) -> SlipEvent {
     let Reach { first, last } = slip.extent.columns().expect("a slip event has a block that slid");
     SlipEvent {
-        onset_s: slip.onset_s,
+        onset_s: slip.onset.time_s,
         end_s: slip.end.map(|end| end.time_s),
         first_block: first,
         last_block: last,
         max_sliding: slip.max_sliding,
-        ft_fn_onset: slip.onset_load_ratio,
+        ft_fn_onset: slip.onset.load_ratio,
         ft_fn_end: slip.end.map(|end| end.load_ratio),
-        event: slip.event,
-        onset_step: slip.onset_step,
+        event: slip.onset.event,
+        onset_step: slip.onset.step,
         end_step: slip.end.map(|end| end.step),
         blocks_slipped: slip.extent.count(),
-        nucleation_block: slip.nucleation.block,
+        nucleation_block: slip.onset.nucleation.block,
         ft_fn_min: slip.min_load_ratio,
         ft_fn_max: slip.max_load_ratio,
         open: slip.end.is_none(),

@@ -1,7 +1,7 @@
 //! The definitions of slip events, on made-up records, through the detectors of extents, onsets and
 //! global slips.
 
-use asperity_detect::{Detector, SlipRules, detect_all};
+use asperity_detect::{Detectors, SlipRules};
 use asperity_detect_extent::ExtentDetector;
 use asperity_record::{Direction, SlipEvent, StepRecord, Switch};
 use asperity_testkit::{quiet_step, switch};
@@ -24,8 +24,8 @@ fn slips(records: &[StepRecord]) -> Vec<SlipEvent> {
 }
 
 fn slips_by(rules: SlipRules, records: &[StepRecord]) -> Vec<SlipEvent> {
-    let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(ExtentDetector::new(BLOCKS, rules))];
-    detect_all(&mut detectors, records).iter().map(|event| event.decode().unwrap().unwrap()).collect()
+    let events = Detectors::new(BLOCKS, rules, vec![Box::new(ExtentDetector)]).all_events(records);
+    events.iter().filter_map(|event| event.get().cloned()).collect()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! the one before, and how far the load fell.
 //!
 //! ```
-//! use asperity_detect::{Detector, SlipRules, detect_all};
+//! use asperity_detect::{Detectors, SlipRules};
 //! use asperity_detect_global::GlobalDetector;
 //! use asperity_record::{Direction, GlobalSlip, StepRecord};
 //! use asperity_testkit::{quiet_step, switch};
@@ -14,59 +14,36 @@
 //!     StepRecord { sliding: 1, switches: vec![switch(1, Direction::Attach)], ..quiet_step(9, 0.9, 0.41) },
 //!     quiet_step(10, 1.0, 0.38),
 //! ];
-//! let detector = GlobalDetector::new(1, SlipRules::EVERY_SLIP);
-//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(detector)];
-//! let events = detect_all(&mut detectors, &records);
-//! let global: GlobalSlip = events[0].decode().expect("it is one")?;
+//! let mut detectors =
+//!     Detectors::new(1, SlipRules::EVERY_SLIP, vec![Box::new(GlobalDetector::default())]);
+//! let events = detectors.all_events(&records);
+//! let global: &GlobalSlip = events[0].get().expect("it is one");
 //! assert_eq!((global.onset_s, global.end_s), (0.8, Some(1.0)));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use asperity_detect::{Change, Detector, Slip, SlipRules, SlipTracker};
-use asperity_record::{Contacts, Event, EventKind, GlobalSlip, StepRecord};
+use asperity_detect::{Change, Detector, Slip};
+use asperity_record::{Event, EventKind, GlobalSlip};
 
 /// Emits a [`GlobalSlip`] at the end of every slip event that took all blocks.
-#[derive(Debug, Clone)]
-pub struct GlobalDetector {
-    tracker: SlipTracker,
-    globals: Globals,
-}
-
-/// The global slips up to now.
 #[derive(Debug, Clone, Default)]
-struct Globals {
+pub struct GlobalDetector {
     count: u64,
     last_onset_s: Option<f64>,
 }
 
 impl GlobalDetector {
-    /// A detector for these contacts.
-    pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> GlobalDetector {
-        GlobalDetector { tracker: SlipTracker::new(blocks, rules), globals: Globals::default() }
-    }
-}
-
-impl Globals {
-    fn take(&mut self, change: &Change<'_>, emit: &mut dyn FnMut(Event)) {
-        if let Change::Ended(slip) = change
-            && slip.extent.is_whole()
-        {
-            emit(Event::new(&self.next(slip)));
-        }
-    }
-
     fn next(&mut self, slip: &Slip) -> GlobalSlip {
         let global = GlobalSlip {
             global: self.count,
-            event: slip.event,
-            onset_s: slip.onset_s,
+            event: slip.onset.event,
+            onset_s: slip.onset.time_s,
             end_s: slip.end.map(|end| end.time_s),
-            recurrence_s: self.last_onset_s.map(|last_s| slip.onset_s - last_s),
-            load_drop_n: slip.end.map(|end| slip.onset_force_n - end.force_n),
-            ft_fn_drop: slip.end.map(|end| slip.onset_load_ratio - end.load_ratio),
+            recurrence_s: self.last_onset_s.map(|last_s| slip.onset.time_s - last_s),
+            load_drop_n: slip.end.map(|end| slip.onset.force_n - end.force_n),
+            ft_fn_drop: slip.end.map(|end| slip.onset.load_ratio - end.load_ratio),
         };
         self.count += 1;
-        self.last_onset_s = Some(slip.onset_s);
+        self.last_onset_s = Some(slip.onset.time_s);
         global
     }
 }
@@ -76,21 +53,19 @@ impl Detector for GlobalDetector {
         EventKind::of::<GlobalSlip>()
     }
 
-    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        let GlobalDetector { tracker, globals } = self;
-        tracker.observe(record, &mut |change| globals.take(&change, emit));
-    }
-
-    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        let GlobalDetector { tracker, globals } = self;
-        tracker.finish(&mut |change| globals.take(&change, emit));
+    fn slip(&mut self, change: &Change, emit: &mut dyn FnMut(Event)) {
+        if let Change::Ended(slip) = change
+            && slip.extent.is_whole()
+        {
+            emit(Event::new(self.next(slip)));
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::GlobalDetector;
-    use asperity_detect::{Detector, SlipRules, detect_all};
+    use asperity_detect::{Detectors, SlipRules};
     use asperity_record::{Direction, GlobalSlip, StepRecord};
     use asperity_testkit::{quiet_step, switch};
 
@@ -121,12 +96,10 @@ mod tests {
         ];
         let records: Vec<StepRecord> =
             in_turn(10, 30.0).into_iter().chain(partial).chain(in_turn(100, 40.0)).collect();
-        let mut detectors: Vec<Box<dyn Detector>> =
-            vec![Box::new(GlobalDetector::new(2, SlipRules::EVERY_SLIP))];
-        let globals: Vec<GlobalSlip> = detect_all(&mut detectors, &records)
-            .iter()
-            .map(|event| event.decode().unwrap().unwrap())
-            .collect();
+        let mut detectors =
+            Detectors::new(2, SlipRules::EVERY_SLIP, vec![Box::new(GlobalDetector::default())]);
+        let events = detectors.all_events(&records);
+        let globals: Vec<&GlobalSlip> = events.iter().filter_map(|event| event.get()).collect();
         let seen: Vec<_> = globals.iter().map(|g| (g.global, g.event, g.onset_s, g.recurrence_s)).collect();
         assert_eq!(seen, [(0, 0, 11.0, None), (1, 2, 101.0, Some(90.0))]);
         assert_eq!((globals[0].load_drop_n, globals[0].ft_fn_drop), (Some(10.0), Some(0.3 - 0.2)));

@@ -1,7 +1,7 @@
 //! Finds stick-slip onsets: which block went first, when, at what load.
 //!
 //! ```
-//! use asperity_detect::{Detector, SlipRules, detect_all};
+//! use asperity_detect::{Detectors, SlipRules};
 //! use asperity_detect_onset::OnsetDetector;
 //! use asperity_record::{Direction, Onset, StepRecord};
 //! use asperity_testkit::{quiet_step, switch};
@@ -13,60 +13,45 @@
 //!     StepRecord { sliding: 1, switches: vec![switch(2, Direction::Attach)], ..quiet_step(9, 0.9, 0.41) },
 //!     quiet_step(10, 1.0, 0.38),
 //! ];
-//! let detector = OnsetDetector::new(3, SlipRules::EVERY_SLIP);
-//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(detector)];
-//! let events = detect_all(&mut detectors, &records);
-//! let onset: Onset = events[0].decode().expect("it is one")?;
+//! let mut detectors = Detectors::new(3, SlipRules::EVERY_SLIP, vec![Box::new(OnsetDetector)]);
+//! let events = detectors.all_events(&records);
+//! let onset: &Onset = events[0].get().expect("it is one");
 //! assert_eq!((onset.onset_step, onset.nucleation_block, onset.ft_fn_onset), (8, 2, 0.41));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use asperity_detect::{Change, Detector, SlipRules, SlipTracker};
-use asperity_record::{Contacts, Event, EventKind, Onset, StepRecord};
+use asperity_detect::{Change, Detector};
+use asperity_record::{Event, EventKind, Onset};
 
 /// Emits an [`Onset`] for every slip event as soon as it counts: in its first step, unless small events
 /// are left out.
-#[derive(Debug, Clone)]
-pub struct OnsetDetector {
-    tracker: SlipTracker,
-}
-
-impl OnsetDetector {
-    /// A detector for these contacts.
-    pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> OnsetDetector {
-        OnsetDetector { tracker: SlipTracker::new(blocks, rules) }
-    }
-}
+#[derive(Debug, Clone, Copy)]
+pub struct OnsetDetector;
 
 impl Detector for OnsetDetector {
     fn emits(&self) -> EventKind {
         EventKind::of::<Onset>()
     }
 
-    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        self.tracker.observe(record, &mut |change| {
-            if let Change::Begins(slip) = change {
-                emit(Event::new(&Onset {
-                    event: slip.event,
-                    onset_step: slip.onset_step,
-                    onset_s: slip.onset_s,
-                    nucleation_block: slip.nucleation.block,
-                    nucleation_blocks: slip.nucleation_blocks,
-                    tangential_force_n: slip.nucleation.tangential_force_n,
-                    threshold_n: slip.nucleation.threshold_n,
-                    ft_fn_onset: slip.onset_load_ratio,
-                }));
-            }
-        });
+    fn slip(&mut self, change: &Change, emit: &mut dyn FnMut(Event)) {
+        if let Change::Begins(onset) = change {
+            emit(Event::new(Onset {
+                event: onset.event,
+                onset_step: onset.step,
+                onset_s: onset.time_s,
+                nucleation_block: onset.nucleation.block,
+                nucleation_blocks: onset.nucleation_blocks,
+                tangential_force_n: onset.nucleation.tangential_force_n,
+                threshold_n: onset.nucleation.threshold_n,
+                ft_fn_onset: onset.load_ratio,
+            }));
+        }
     }
-
-    fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
 
 #[cfg(test)]
 mod tests {
     use super::OnsetDetector;
-    use asperity_detect::{Detector, SlipRules, detect_all};
+    use asperity_detect::{Detectors, SlipRules};
     use asperity_record::{Direction, Onset, StepRecord, Switch};
     use asperity_testkit::{quiet_step, switch};
 
@@ -83,15 +68,12 @@ mod tests {
             ..quiet_step(step, step as f64, 0.25)
         };
         let records = [record(7, 0, &[3, 5]), record(8, 2, &[1]), record(9, 3, &[])];
-        let mut detectors: Vec<Box<dyn Detector>> =
-            vec![Box::new(OnsetDetector::new(6, SlipRules::EVERY_SLIP))];
-        let onsets: Vec<Onset> = detect_all(&mut detectors, &records)
-            .iter()
-            .map(|event| event.decode().unwrap().unwrap())
-            .collect();
+        let mut detectors = Detectors::new(6, SlipRules::EVERY_SLIP, vec![Box::new(OnsetDetector)]);
+        let events = detectors.all_events(&records);
+        let onsets: Vec<&Onset> = events.iter().filter_map(|event| event.get()).collect();
         assert_eq!(
             onsets,
-            [Onset {
+            [&Onset {
                 event: 0,
                 onset_step: 8,
                 onset_s: 8.0,

@@ -6,7 +6,7 @@
 //! and at most `t_link` lies between them, and a rupture is a set of detachments connected by links.
 //!
 //! ```
-//! use asperity_detect::{Detector, detect_all};
+//! use asperity_detect::{Detectors, SlipRules};
 //! use asperity_detect_rupture::{Links, RuptureDetector};
 //! use asperity_record::{Direction, Rupture, StepRecord, TimeGrid};
 //! use asperity_testkit::{quiet_step, switch};
@@ -30,18 +30,16 @@
 //!     modulus_n_per_m: None,
 //!     interfacial_stiffness_n_per_m: None,
 //! };
-//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(RuptureDetector::new(10, links))];
-//! let ruptures: Vec<Rupture> = detect_all(&mut detectors, &records)
-//!     .iter()
-//!     .map(|event| event.decode().expect("it is one"))
-//!     .collect::<Result<_, _>>()?;
+//! let detector = RuptureDetector::new(10, links);
+//! let mut detectors = Detectors::new(10, SlipRules::EVERY_SLIP, vec![Box::new(detector)]);
+//! let events = detectors.all_events(&records);
+//! let ruptures: Vec<&Rupture> = events.iter().filter_map(|event| event.get()).collect();
 //! assert_eq!(ruptures.len(), 2);
 //! // The lonely block was certain first, a step before the other two.
 //! assert_eq!((ruptures[0].first_block, ruptures[0].last_block), (9, 9));
 //! assert_eq!((ruptures[1].first_block, ruptures[1].last_block), (2, 3));
 //! assert_eq!((ruptures[1].onset_s, ruptures[1].end_s), (2.25, Some(3.25)));
 //! assert!(ruptures[1].overlapping);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod front;
@@ -96,12 +94,12 @@ impl Detector for RuptureDetector {
 
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
         let RuptureDetector { tracker, links, contacts } = self;
-        tracker.observe(record, &mut |slipped| emit(Event::new(&rupture(slipped, links, *contacts))));
+        tracker.observe(record, &mut |slipped| emit(Event::new(rupture(slipped, links, *contacts))));
     }
 
     fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         let RuptureDetector { tracker, links, contacts } = self;
-        tracker.finish(&mut |slipped| emit(Event::new(&rupture(slipped, links, *contacts))));
+        tracker.finish(&mut |slipped| emit(Event::new(rupture(slipped, links, *contacts))));
     }
 }
 
@@ -220,7 +218,7 @@ fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn
         let took_s = towards
             .filter(|_| contacts.rows() == 1)
             .map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));
-        emit(Event::new(&Arrival {
+        emit(Event::new(Arrival {
             rupture: slipped.rupture,
             block,
             arrival_s,

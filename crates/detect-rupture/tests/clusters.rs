@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_detect::{Detector, detect_all};
+use asperity_detect::{Detectors, SlipRules};
 use asperity_detect_rupture::{ArrivalDetector, Links, RuptureDetector};
 use asperity_record::{
     Arrival, Direction, Energy, Event, EventPayload, Rupture, StepRecord, Switch, TimeGrid,
@@ -138,17 +138,19 @@ fn components(slides: &[Slide]) -> BTreeSet<Vec<Slide>> {
 }
 
 fn decode<P: EventPayload>(events: &[Event]) -> Vec<P> {
-    events.iter().map(|event| event.decode().expect("it is of that kind").expect("it is read")).collect()
+    events.iter().map(|event| event.get().cloned().expect("it is of that kind")).collect()
 }
 
 fn ruptures(records: &[StepRecord], blocks: u32) -> Vec<Rupture> {
-    let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(RuptureDetector::new(blocks, links()))];
-    decode(&detect_all(&mut detectors, records))
+    let mut detectors =
+        Detectors::new(blocks, SlipRules::EVERY_SLIP, vec![Box::new(RuptureDetector::new(blocks, links()))]);
+    decode(&detectors.all_events(records))
 }
 
 fn arrivals(records: &[StepRecord], blocks: u32) -> Vec<Arrival> {
-    let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(ArrivalDetector::new(blocks, links()))];
-    decode(&detect_all(&mut detectors, records))
+    let mut detectors =
+        Detectors::new(blocks, SlipRules::EVERY_SLIP, vec![Box::new(ArrivalDetector::new(blocks, links()))]);
+    decode(&detectors.all_events(records))
 }
 
 /// The numbers of a rupture that identify its component.

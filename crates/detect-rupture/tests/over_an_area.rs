@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_detect::{Detector, detect_all};
+use asperity_detect::{Detector, Detectors, SlipRules};
 use asperity_detect_rupture::{ArrivalDetector, Links, RuptureDetector, RuptureTracker, Slipped};
 use asperity_record::{Arrival, Contacts, Direction, Reach, Rupture, StepRecord, TimeGrid};
 use asperity_testkit::{Random, quiet_step, switch};
@@ -129,11 +129,10 @@ fn an_event_reaches_from_column_to_column_and_has_no_front_along_its_numbers() {
     // Column 4 of each row in turn, and column 3 of the last; then all.
     let first = [(1, 4), (2, 10), (3, 16), (4, 22), (4, 21)];
     let all: Vec<(u64, u32)> = first.into_iter().chain((1..=24).map(|contact| (20, contact))).collect();
-    let mut detectors: Vec<Box<dyn Detector>> =
+    let list: Vec<Box<dyn Detector>> =
         vec![Box::new(RuptureDetector::new(area(), links)), Box::new(ArrivalDetector::new(area(), links))];
-    let events = detect_all(&mut detectors, &records(&all));
-    let ruptures: Vec<Rupture> =
-        events.iter().filter_map(|event| event.decode()).collect::<Result<_, _>>().expect("they are read");
+    let events = Detectors::new(area(), SlipRules::EVERY_SLIP, list).all_events(&records(&all));
+    let ruptures: Vec<&Rupture> = events.iter().filter_map(|event| event.get()).collect();
     let seen: Vec<_> = ruptures
         .iter()
         .map(|one| {
@@ -147,8 +146,7 @@ fn an_event_reaches_from_column_to_column_and_has_no_front_along_its_numbers() {
             (Reach { first: 1, last: 6 }, true, Some(4), None)
         ]
     );
-    let arrivals: Vec<Arrival> =
-        events.iter().filter_map(|event| event.decode()).collect::<Result<_, _>>().expect("they are read");
+    let arrivals: Vec<&Arrival> = events.iter().filter_map(|event| event.get()).collect();
     assert_eq!(arrivals.len(), 29);
     assert!(arrivals.iter().all(|arrival| arrival.front_speed_m_per_s.is_none()));
 }

@@ -1,5 +1,5 @@
-//! The interface between a stream of step records and event detectors, and the bookkeeping that
-//! detectors of slip share.
+//! The interface between a stream of step records and event detectors, and the slip events that
+//! detectors read from.
 //!
 //! A detector depends on step records alone, so a live run and a replayed log use the same code and give
 //! the same events.
@@ -7,7 +7,7 @@
 //! A new detector:
 //!
 //! ```
-//! use asperity_detect::{Detector, detect_all};
+//! use asperity_detect::{Detector, Detectors, SlipRules};
 //! use asperity_record::{Event, EventKind, EventPayload, StepRecord, payload};
 //!
 //! payload! {
@@ -41,7 +41,7 @@
 //!
 //!     fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
 //!         if let Some(peak) = &self.peak {
-//!             emit(Event::new(peak));
+//!             emit(Event::new(peak.clone()));
 //!         }
 //!     }
 //! }
@@ -57,18 +57,17 @@
 //!     switches: Vec::new(),
 //! };
 //! let records = [record(1, 10.0), record(2, 30.0), record(3, 20.0)];
-//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(PeakDetector::default())];
-//! let events = detect_all(&mut detectors, &records);
-//! assert_eq!(events[0].decode::<Peak>().unwrap()?, Peak { time_s: 0.25, driving_force_n: 30.0 });
+//! let mut detectors = Detectors::new(1, SlipRules::EVERY_SLIP, vec![Box::new(PeakDetector::default())]);
+//! let events = detectors.all_events(&records);
+//! assert_eq!(events[0].get(), Some(&Peak { time_s: 0.25, driving_force_n: 30.0 }));
 //! assert_eq!(Peak::COLUMNS[1].unit, Some("N"));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod slip;
 
-pub use slip::{Change, Slip, SlipEnd, SlipRules, SlipTracker};
+pub use slip::{Change, Slip, SlipEnd, SlipOnset, SlipRules, SlipTracker};
 
-use asperity_record::{Event, EventKind, StepRecord};
+use asperity_record::{Contacts, Event, EventKind, StepRecord};
 
 /// Finds events in step records, which come one by one in order of time.
 ///
@@ -80,26 +79,73 @@ pub trait Detector: Send {
     /// The kind of its events.
     fn emits(&self) -> EventKind;
 
-    /// Processes the next record, and passes events that are now certain to `emit`.
-    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event));
+    /// Takes a slip event that the next record begins or ends, before that record is observed, and
+    /// passes events that are now certain to `emit`.
+    fn slip(&mut self, _change: &Change, _emit: &mut dyn FnMut(Event)) {}
 
-    /// Ends the run: passes events that are still open to `emit`, flagged as such.
-    fn finish(&mut self, emit: &mut dyn FnMut(Event));
+    /// Processes the next record, and passes events that are now certain to `emit`.
+    fn observe(&mut self, _record: &StepRecord, _emit: &mut dyn FnMut(Event)) {}
+
+    /// Ends the run, after the slip event that is still open was passed to [`Detector::slip`]: passes
+    /// events that are still open to `emit`, flagged as such.
+    fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
 
-/// Runs detectors over records in memory, in the order of the stream: for tests and analyses.
-pub fn detect_all<'a>(
-    detectors: &mut [Box<dyn Detector>],
-    records: impl IntoIterator<Item = &'a StepRecord>,
-) -> Vec<Event> {
-    let mut events = Vec::new();
-    for record in records {
-        for detector in detectors.iter_mut() {
-            detector.observe(record, &mut |event| events.push(event));
+/// The detectors of a run, and the one tracker of slip events that they read from.
+pub struct Detectors {
+    slips: SlipTracker,
+    /// What the current record changed; a reused buffer.
+    changes: Vec<Change>,
+    list: Vec<Box<dyn Detector>>,
+}
+
+impl Detectors {
+    /// Detectors for a run with these contacts, all stuck at the start. They emit in the order of the
+    /// list.
+    pub fn new(contacts: impl Into<Contacts>, rules: SlipRules, list: Vec<Box<dyn Detector>>) -> Detectors {
+        Detectors { slips: SlipTracker::new(contacts, rules), changes: Vec::new(), list }
+    }
+
+    /// Adds a detector behind the others.
+    pub fn push(&mut self, detector: Box<dyn Detector>) {
+        self.list.push(detector);
+    }
+
+    /// The kinds of their events, in order.
+    pub fn emit(&self) -> impl Iterator<Item = EventKind> {
+        self.list.iter().map(|detector| detector.emits())
+    }
+
+    /// Processes the next record, and passes events that are now certain to `emit`.
+    pub fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
+        if self.list.is_empty() {
+            return;
         }
+        self.slips.observe(record, &mut self.changes);
+        for detector in &mut self.list {
+            self.changes.iter().for_each(|change| detector.slip(change, emit));
+            detector.observe(record, emit);
+        }
+        self.changes.clear();
     }
-    for detector in detectors {
-        detector.finish(&mut |event| events.push(event));
+
+    /// Ends the run: passes events that are still open to `emit`, flagged as such.
+    pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
+        self.slips.finish(&mut self.changes);
+        for detector in &mut self.list {
+            self.changes.iter().for_each(|change| detector.slip(change, emit));
+            detector.finish(emit);
+        }
+        self.changes.clear();
     }
-    events
+
+    /// Runs over records in memory, to the end of the run: for tests and analyses.
+    pub fn all_events<'a>(&mut self, records: impl IntoIterator<Item = &'a StepRecord>) -> Vec<Event> {
+        let mut events = Vec::new();
+        for record in records {
+            self.observe(record, &mut |event| events.push(event));
+        }
+        self.finish(&mut |event| events.push(event));
+        events
+    }
 }

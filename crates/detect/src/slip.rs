@@ -41,23 +41,30 @@ pub struct SlipTracker {
     events: u64,
 }
 
-/// A slip event up to now.
+/// The onset of a slip event.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Slip {
+pub struct SlipOnset {
     /// Number of the event in its run, counted from 0.
     pub event: u64,
     /// First step in which a block slides.
-    pub onset_step: u64,
-    /// Time of that step.
-    pub onset_s: f64,
-    /// Driving force used in it.
-    pub onset_force_n: f64,
+    pub step: u64,
+    /// Time of that step, s.
+    pub time_s: f64,
+    /// Driving force used in it, N.
+    pub force_n: f64,
     /// `F_T / F_N` used in it.
-    pub onset_load_ratio: f64,
+    pub load_ratio: f64,
     /// The detachment of the lowest-numbered block that slides in it.
     pub nucleation: Switch,
     /// How many blocks slide in it.
     pub nucleation_blocks: u32,
+}
+
+/// A slip event up to now.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slip {
+    /// Its onset.
+    pub onset: SlipOnset,
     /// Which blocks slid.
     pub extent: Extent,
     /// Most blocks sliding in one step.
@@ -76,21 +83,21 @@ pub struct Slip {
 pub struct SlipEnd {
     /// The step.
     pub step: u64,
-    /// Its time.
+    /// Its time, s.
     pub time_s: f64,
-    /// Driving force used in it.
+    /// Driving force used in it, N.
     pub force_n: f64,
     /// `F_T / F_N` used in it.
     pub load_ratio: f64,
 }
 
 /// A change in the knowledge of slip events.
-#[derive(Debug)]
-pub enum Change<'a> {
-    /// It has begun, and has enough blocks to count.
-    Begins(&'a Slip),
-    /// It is over; without an [`end`](Slip::end) the run ended first.
-    Ended(&'a Slip),
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// One has begun, and has enough blocks to count.
+    Begins(SlipOnset),
+    /// One is over; without an [`end`](Slip::end) the run ended first.
+    Ended(Slip),
 }
 
 impl SlipTracker {
@@ -107,13 +114,13 @@ impl SlipTracker {
         }
     }
 
-    /// Processes the next record, and passes the resulting changes to `tell`.
-    pub fn observe(&mut self, record: &StepRecord, tell: &mut dyn FnMut(Change<'_>)) {
+    /// Processes the next record, and appends the resulting changes.
+    pub fn observe(&mut self, record: &StepRecord, changes: &mut Vec<Change>) {
         let ended = self.open.as_ref().and_then(|slip| slip.end);
         if let Some(end) = ended
             && record.time_s - end.time_s > self.rules.merge_gap_s
         {
-            self.conclude(tell);
+            self.conclude(changes);
         }
         match &mut self.open {
             None if record.sliding > 0 => {
@@ -148,7 +155,7 @@ impl SlipTracker {
                 }
             }
         }
-        self.count(tell);
+        self.count(changes);
         for switch in &record.switches {
             match switch.direction {
                 Direction::Detach => self.detached.insert(switch.block),
@@ -158,31 +165,31 @@ impl SlipTracker {
         self.last_switches.clone_from(&record.switches);
         self.last_load_ratio = record.load_ratio();
         if self.rules.merge_gap_s == 0.0 && record.sliding == 0 {
-            self.conclude(tell);
+            self.conclude(changes);
         }
     }
 
-    /// Ends the run.
-    pub fn finish(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
-        self.conclude(tell);
+    /// Ends the run, and appends the event that is still open.
+    pub fn finish(&mut self, changes: &mut Vec<Change>) {
+        self.conclude(changes);
     }
 
     /// Reports the open event once it is large enough to count.
-    fn count(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
+    fn count(&mut self, changes: &mut Vec<Change>) {
         let Some(slip) = self.open.as_mut().filter(|_| !self.counts) else { return };
         if slip.extent.count() >= self.rules.min_blocks {
             self.counts = true;
-            slip.event = self.events;
+            slip.onset.event = self.events;
             self.events += 1;
-            tell(Change::Begins(slip));
+            changes.push(Change::Begins(slip.onset.clone()));
         }
     }
 
-    fn conclude(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
+    fn conclude(&mut self, changes: &mut Vec<Change>) {
         if let Some(slip) = self.open.take()
             && std::mem::take(&mut self.counts)
         {
-            tell(Change::Ended(&slip));
+            changes.push(Change::Ended(slip));
         }
     }
 
@@ -194,13 +201,15 @@ impl SlipTracker {
             .expect("the record before an onset holds the detachment that caused it")
             .clone();
         Slip {
-            event: 0,
-            onset_step: record.step,
-            onset_s: record.time_s,
-            onset_force_n: record.driving_force_n,
-            onset_load_ratio: record.load_ratio(),
-            nucleation,
-            nucleation_blocks: record.sliding,
+            onset: SlipOnset {
+                event: 0,
+                step: record.step,
+                time_s: record.time_s,
+                force_n: record.driving_force_n,
+                load_ratio: record.load_ratio(),
+                nucleation,
+                nucleation_blocks: record.sliding,
+            },
             extent: self.detached.clone(),
             max_sliding: 0,
             min_load_ratio: self.last_load_ratio,

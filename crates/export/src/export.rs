@@ -386,22 +386,22 @@ impl<'a> Export<'a> {
     }
 
     fn event(&mut self, event: &Event) -> Result<Result<(), String>, ExportError> {
-        let Some(rows) = self.events.get(&event.topic) else {
-            *self.left_out.entry(event.topic.clone()).or_insert(0) += 1;
+        let Some(rows) = self.events.get(event.topic()) else {
+            *self.left_out.entry(event.topic().to_owned()).or_insert(0) += 1;
             return Ok(Ok(()));
         };
-        match rows.cells(&event.payload) {
+        match rows.cells(event) {
             Ok(cells) => {
                 let time_s = match rows.time.map(|time| cells[time]) {
                     Some(Cell::Number(time_s)) => time_s,
                     _ => self.last_s,
                 };
-                if let Some(batch) = self.batch(&event.topic, time_s) {
+                if let Some(batch) = self.batch(event.topic(), time_s) {
                     batch.push(&cells);
                 }
             }
             Err(problem) => {
-                return Ok(Err(format!("an event of {} cannot be read: {problem}", event.topic)));
+                return Ok(Err(format!("an event of {} cannot be read: {problem}", event.topic())));
             }
         }
         self.flush(BATCH_ROWS)?;
@@ -507,10 +507,10 @@ impl EventRows {
         }
     }
 
-    fn cells(&self, payload: &str) -> Result<Vec<Cell>, String> {
+    fn cells(&self, event: &Event) -> Result<Vec<Cell>, String> {
         match &self.kind {
-            Some(kind) => kind.cells(payload).map_err(|error| error.to_string()),
-            None => foreign::cells(&self.columns, payload),
+            Some(kind) => kind.cells(event).map_err(|error| error.to_string()),
+            None => foreign::cells(&self.columns, &event.json()),
         }
     }
 }

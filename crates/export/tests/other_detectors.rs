@@ -81,9 +81,9 @@ fn log(folder: &Path) -> PathBuf {
         let growth = (step > 1).then_some(1.5);
         // Told a second later than it began.
         let longest = Longest { onset_s: step as f64 - 1.0, growth, blocks: 2, last: step == 4 };
-        writer.event(&Event::new(&longest)).unwrap();
-        writer.event(&Event::new(&Turn { direction: Direction::Attach })).unwrap();
-        writer.event(&Event::new(&Count { count: step })).unwrap();
+        writer.event(&Event::new(longest.clone())).unwrap();
+        writer.event(&Event::new(Turn { direction: Direction::Attach })).unwrap();
+        writer.event(&Event::new(Count { count: step })).unwrap();
     }
     writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
     path

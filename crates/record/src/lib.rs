@@ -46,6 +46,7 @@ mod event;
 mod extent;
 mod fields;
 mod header;
+mod observer;
 mod payload;
 mod printable;
 mod rupture;
@@ -62,6 +63,7 @@ pub use event::{Event, EventKind, EventPayload};
 pub use extent::{Extent, Reach};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
+pub use observer::{Notice, Observer};
 #[doc(hidden)]
 pub use payload::macros;
 pub use printable::printable;

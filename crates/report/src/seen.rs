@@ -1,6 +1,6 @@
 //! What stays of a run that goes by: a thinned load curve, its ruptures, its slip events.
 
-use asperity_record::{Event, EventPayload, Record, Rupture, SlipEvent};
+use asperity_record::{Event, Observer, Record, Rupture, SlipEvent};
 
 use crate::thin::{Curve, Widest};
 
@@ -66,6 +66,24 @@ pub struct Gather {
     events: Widest<(u64, Option<u64>, u32, u32)>,
 }
 
+impl Observer for Gather {
+    fn record(&mut self, record: &Record) {
+        if let Record::Step(record) = record {
+            self.step(record.step, record.load_ratio());
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if let Some(rupture) = event.get::<Rupture>() {
+            let seen = SeenRupture { rupture: rupture.clone(), is_precursor: false };
+            self.ruptures.push(rupture.reach().count(), seen, &precursors_stay);
+        } else if let Some(slip) = event.get::<SlipEvent>() {
+            let row = (slip.onset_step, slip.end_step, slip.first_block, slip.last_block);
+            self.events.push(slip.reach().count(), row, &|_| {});
+        }
+    }
+}
+
 impl Gather {
     /// Collects a run with that many steps.
     pub fn new(steps: u64, limits: Limits) -> Gather {
@@ -76,44 +94,12 @@ impl Gather {
         }
     }
 
-    /// A record of it.
-    pub fn record(&mut self, record: &Record) {
-        if let Record::Step(record) = record {
-            self.step(record.step, record.load_ratio());
-        }
-    }
-
     /// `F_T / F_N` in a step, later than those before.
     pub fn step(&mut self, step: u64, load_ratio: f64) {
         // Without any normal load there is no ratio.
         if load_ratio.is_finite() {
             self.curve.push(step, load_ratio);
         }
-    }
-
-    /// An event of it.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn event(&mut self, event: &Event) -> serde_json::Result<()> {
-        if event.topic == Rupture::TOPIC
-            && let Some(rupture) = event.decode::<Rupture>()
-        {
-            self.rupture(rupture?);
-        } else if event.topic == SlipEvent::TOPIC
-            && let Some(slip) = event.decode::<SlipEvent>()
-        {
-            let slip = slip?;
-            let row = (slip.onset_step, slip.end_step, slip.first_block, slip.last_block);
-            self.events.push(slip.reach().count(), row, &|_| {});
-        }
-        Ok(())
-    }
-
-    /// A rupture of it, where its log has none.
-    pub fn rupture(&mut self, rupture: Rupture) {
-        let blocks = rupture.reach().count();
-        self.ruptures.push(blocks, SeenRupture { rupture, is_precursor: false }, &precursors_stay);
     }
 
     /// It has gone by.

@@ -32,21 +32,19 @@ impl Detector for Wait {
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
         if self.0 == Some(record.sliding) {
             self.0 = None;
-            emit(Event::new(&AllSliding { time_s: record.time_s, ft_fn: record.load_ratio() }));
+            emit(Event::new(AllSliding { time_s: record.time_s, ft_fn: record.load_ratio() }));
         }
     }
-
-    fn finish(&mut self, _: &mut dyn FnMut(Event)) {}
 }
 
 struct Print;
 
 impl Observer for Print {
     fn event(&mut self, event: &Event) {
-        if let Some(Ok(AllSliding { time_s, ft_fn })) = event.decode() {
+        if let Some(AllSliding { time_s, ft_fn }) = event.get() {
             println!("all blocks slide at {time_s} s, F_T/F_N = {ft_fn:.4}");
         }
-        if let Some(Ok(GlobalSlip { global: 0, onset_s, .. })) = event.decode() {
+        if let Some(GlobalSlip { global: 0, onset_s, .. }) = event.get() {
             println!("the first global slip began at {onset_s} s");
         }
     }

@@ -3,13 +3,12 @@
 use std::fmt;
 use std::path::Path;
 
-use asperity_record::{EventPayload, Record, RunEnd, RunHeader, RunStatus, SlipEvent};
+use asperity_record::{EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
 use crate::detectors;
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
 use crate::header::CODE_VERSION;
-use crate::observer::Observer;
 use crate::self_check::{self, Rerun, SelfCheckProblem};
 use crate::verdict::Verdict;
 
@@ -50,7 +49,8 @@ pub fn check(log: &Path) -> Checked {
     check_seen(log, &mut ())
 }
 
-/// Checks a log as [`check`] does, and passes the records and events that it reads to an observer.
+/// Checks a log as [`check`] does, and passes the records and events that it finds sound to an observer,
+/// as well as events that the detectors find where the log lacks their topic.
 pub fn check_seen(log: &Path, observer: &mut dyn Observer) -> Checked {
     judge(log, false, observer)
 }
@@ -148,7 +148,9 @@ pub struct Seen {
     pub other_events_from: Option<usize>,
     /// Topics of events that only the log or only this program has.
     pub other_detectors: OtherDetectors,
-    /// The log's `run_end`, once it has been read.
+    /// Topics of events that the log announces.
+    pub topics: Vec<String>,
+    /// The log's `run_end`, once it has been read; none of a damaged log.
     pub end: Option<RunEnd>,
 }
 
@@ -186,7 +188,23 @@ impl Seen {
         observer: &mut dyn Observer,
     ) -> Result<(), CheckProblem> {
         let mut reader = RunReader::open(run, Topics::ALL)?;
+        let read = self.read_from(&mut reader, again, found, observer);
+        if read.as_ref().err().is_none_or(|problem| problem.verdict() != Verdict::Damaged) {
+            self.end = reader.end().cloned();
+            self.topics = reader.event_topics().collect();
+        }
+        read
+    }
+
+    fn read_from(
+        &mut self,
+        reader: &mut RunReader,
+        again: bool,
+        found: &mut Option<RunHeader>,
+        observer: &mut dyn Observer,
+    ) -> Result<(), CheckProblem> {
         let header = found.insert(reader.header().clone()).clone();
+        observer.begins(&header, reader.scenario_toml());
         self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
         let ours = header.code_version == CODE_VERSION;
         let kinds = detectors::event_kinds();
@@ -203,17 +221,16 @@ impl Seen {
         let mut differs = None;
         // The log of a stopped run holds everything that there is of it.
         let mut stopped = None;
+        let mut lacking = Vec::new();
         loop {
             let item = match reader.next_item() {
                 Ok(Some(item)) => item,
                 Ok(None) => break,
-                Err(LogError { problem: LogProblem::Salvaged, .. }) if differs.is_some() => {
+                Err(salvaged @ LogError { problem: LogProblem::Salvaged, .. }) if differs.is_some() => {
                     if let Some(difference) = differs.filter(|_| !reader.says_lost()) {
                         self.events_differ(&header, difference)?;
                     }
-                    return Err(reader
-                        .verify()
-                        .map_or_else(CheckProblem::Log, |_| unreachable!("it is salvaged")));
+                    return Err(salvaged.into());
                 }
                 Err(error @ LogError { problem: LogProblem::Stopped(_), .. }) => {
                     stopped = Some(error);
@@ -229,30 +246,37 @@ impl Seen {
                 && both.announced(reader.event_topics())
             {
                 self.other_detectors = both.other_detectors();
+                self.topics = reader.event_topics().collect();
             }
             if reader.has_gap() {
                 // The gap may contain the beginning of an event.
                 (both, differs) = (None, None);
             }
-            match item {
+            match &item {
                 LogItem::Event(event) => {
-                    observer.event(&event);
-                    self.slips += u64::from(event.topic == SlipEvent::TOPIC);
+                    self.slips += u64::from(event.topic() == SlipEvent::TOPIC);
                     self.events += 1;
                     if let Some(both) = &mut both {
-                        both.logged(event);
+                        both.logged(event.clone());
                     }
                 }
                 LogItem::Record(record) => {
-                    observer.record(&record);
-                    self.record(&header, &record, reader.has_gap())?;
+                    self.record(&header, record, reader.has_gap())?;
                     if let Some(made_again) = &mut made_again {
-                        made_again.record(&record)?;
+                        made_again.record(record)?;
                     }
-                    if let (Record::Step(step), Some(both)) = (&record, &mut both) {
-                        for detector in &mut detectors {
-                            detector.observe(step, &mut |event| both.found(event));
-                        }
+                    let lacks = &self.other_detectors.only_found;
+                    if let Record::Step(step) = record
+                        && (both.is_some() || !lacks.is_empty())
+                    {
+                        detectors.observe(step, &mut |event| {
+                            lacking.extend(
+                                lacks.iter().any(|topic| topic == event.topic()).then(|| event.clone()),
+                            );
+                            if let Some(both) = &mut both {
+                                both.found(event);
+                            }
+                        });
                     }
                 }
             }
@@ -264,33 +288,45 @@ impl Seen {
                 }
                 both = None;
             }
+            match &item {
+                LogItem::Record(record) => observer.record(record),
+                LogItem::Event(event) => observer.event(event),
+            }
+            lacking.drain(..).for_each(|event| observer.lacking(&event));
             self.messages += 1;
         }
         self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
         if ours && scenario_is_lost {
             self_check::plan(&header, reader.scenario_toml())?;
         }
-        self.end = reader.end().cloned();
-        let end = self.end.as_ref();
+        let end = reader.end();
         let status = end.map_or(RunStatus::Complete, |end| end.status);
         let why = end.and_then(|end| end.stopped.as_deref());
         // Without any message the loop has not started the rerun.
         if let Some(made) = made_again.or_else(|| plan.map(|plan| Rerun::new(plan, &header, false))) {
             made.finish(status, why)?;
         }
-        if let Some(mut both) = both {
+        if let Some(both) = &mut both {
             both.announced(reader.event_topics());
             self.other_detectors = both.other_detectors();
             // A log of this code version has all topics of its detectors, and may have more.
             if ours && !self.other_detectors.only_found.is_empty() {
                 return Err(CheckProblem::Topics(self.other_detectors.only_found.clone()));
             }
-            for detector in &mut detectors {
-                detector.finish(&mut |event| both.found(event));
-            }
-            if let Err(difference) = both.finish() {
-                self.events_differ(&header, difference)?;
-            }
+        }
+        let lacks = &self.other_detectors.only_found;
+        if both.is_some() || !lacks.is_empty() {
+            detectors.finish(&mut |event| {
+                if lacks.iter().any(|topic| topic == event.topic()) {
+                    observer.lacking(&event);
+                }
+                if let Some(both) = &mut both {
+                    both.found(event);
+                }
+            });
+        }
+        if let Some(Err(difference)) = both.map(EventCheck::finish) {
+            self.events_differ(&header, difference)?;
         }
         stopped.map_or(Ok(()), |error| Err(error.into()))
     }

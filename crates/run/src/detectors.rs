@@ -7,7 +7,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use asperity_detect::{Detector, SlipRules};
+use asperity_detect::{Detector, Detectors, SlipRules};
 use asperity_detect_rupture::Links;
 use asperity_model::text::{self, Lines};
 use asperity_model::{Plan, Scenario, ScenarioSource};
@@ -21,7 +21,6 @@ use toml::Spanned;
 struct OfRun {
     /// How its blocks lie.
     blocks: Contacts,
-    rules: SlipRules,
     /// What links detachments to ruptures; None for a log that lost this, in which ruptures cannot
     /// be found.
     links: Option<Links>,
@@ -31,9 +30,9 @@ type Start = fn(OfRun) -> Option<Box<dyn Detector>>;
 
 /// Detectors by name. New ones are added at the end.
 const DETECTORS: &[(&str, Start)] = &[
-    ("onset", |run| boxed(asperity_detect_onset::OnsetDetector::new(run.blocks, run.rules))),
-    ("extent", |run| boxed(asperity_detect_extent::ExtentDetector::new(run.blocks, run.rules))),
-    ("global", |run| boxed(asperity_detect_global::GlobalDetector::new(run.blocks, run.rules))),
+    ("onset", |_| boxed(asperity_detect_onset::OnsetDetector)),
+    ("extent", |_| boxed(asperity_detect_extent::ExtentDetector)),
+    ("global", |_| boxed(asperity_detect_global::GlobalDetector::default())),
     ("rupture", |run| boxed(asperity_detect_rupture::RuptureDetector::new(run.blocks, run.links?))),
     ("arrival", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links?))),
 ];
@@ -56,17 +55,17 @@ pub fn event_kinds() -> Vec<EventKind> {
         modulus_n_per_m: None,
         interfacial_stiffness_n_per_m: None,
     };
-    let run = OfRun { blocks: Contacts::from(2), rules: SlipRules::EVERY_SLIP, links: Some(links) };
+    let run = OfRun { blocks: Contacts::from(2), links: Some(links) };
     DETECTORS.iter().filter_map(|(_, start)| start(run)).map(|detector| detector.emits()).collect()
 }
 
 /// The registered detectors, configured as in the live run with that header and scenario.
-pub fn all(header: &RunHeader, scenario_toml: &str) -> Vec<Box<dyn Detector>> {
+pub fn all(header: &RunHeader, scenario_toml: &str) -> Detectors {
     Settings::default().start(header, scenario_toml)
 }
 
 /// The registered detectors for a run of that plan.
-pub(crate) fn of_plan(plan: &Plan) -> Vec<Box<dyn Detector>> {
+pub(crate) fn of_plan(plan: &Plan) -> Detectors {
     Settings::default().for_run(plan.elastic.layout(), plan.grid, Some(plan.scales))
 }
 
@@ -95,8 +94,8 @@ pub enum TopicError {
 }
 
 /// The kinds of events that the detectors of one run emit.
-pub(crate) fn kinds_of(detectors: &[Box<dyn Detector>]) -> Result<Vec<EventKind>, TopicError> {
-    let kinds: Vec<EventKind> = detectors.iter().map(|detector| detector.emits()).collect();
+pub(crate) fn kinds_of(detectors: &Detectors) -> Result<Vec<EventKind>, TopicError> {
+    let kinds: Vec<EventKind> = detectors.emit().collect();
     for (number, EventKind { topic, .. }) in kinds.iter().enumerate() {
         if !topic.starts_with("/events/") {
             return Err(TopicError::NoEvents(topic));
@@ -249,16 +248,11 @@ impl Settings {
     /// Starts the detectors for a run with that header and scenario. Detectors that need what
     /// neither contains are left out: ruptures cannot be found in a log of a version before 4 that
     /// has lost its scenario.
-    pub fn start(&self, header: &RunHeader, scenario_toml: &str) -> Vec<Box<dyn Detector>> {
+    pub fn start(&self, header: &RunHeader, scenario_toml: &str) -> Detectors {
         self.for_run(header.contacts(), header.time_grid(), scales(header, scenario_toml))
     }
 
-    fn for_run(
-        &self,
-        blocks: Contacts,
-        time_grid: TimeGrid,
-        scales: Option<Scales>,
-    ) -> Vec<Box<dyn Detector>> {
+    fn for_run(&self, blocks: Contacts, time_grid: TimeGrid, scales: Option<Scales>) -> Detectors {
         let links = scales.map(|scales| {
             let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
             let t_link_s = Scales { link_time_ratio, ..scales }.link_s();
@@ -271,9 +265,9 @@ impl Settings {
             }
         });
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
-        let run = OfRun { blocks, rules, links };
+        let run = OfRun { blocks, links };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
-        chosen.filter_map(|(_, start)| start(run)).collect()
+        Detectors::new(blocks, rules, chosen.filter_map(|(_, start)| start(run)).collect())
     }
 }
 

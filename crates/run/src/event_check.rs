@@ -7,7 +7,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt;
 
-use asperity_detect::Detector;
+use asperity_detect::Detectors;
 use asperity_record::{Event, EventPayload, RunHeader, Rupture};
 use serde_json::{Map, Value};
 
@@ -80,21 +80,18 @@ pub struct Difference {
 
 impl EventCheck {
     /// Starts the comparison for a log with that header.
-    pub(crate) fn with(detectors: &[Box<dyn Detector>], header: &RunHeader) -> EventCheck {
-        let emitted = detectors.iter().map(|detector| detector.emits().topic.to_owned()).collect();
+    pub(crate) fn with(detectors: &Detectors, header: &RunHeader) -> EventCheck {
+        let emitted = detectors.emit().map(|kind| kind.topic.to_owned()).collect();
         EventCheck { emitted, version: header.record_schema_version, ..EventCheck::default() }
     }
 
     /// Removes the fields that the log's version lacks or defines otherwise.
-    fn comparable(&self, mut event: Event) -> Event {
-        let later = SINCE.iter().filter(|(since, topic, _)| self.version < *since && event.topic == *topic);
-        for (_, _, fields) in later {
-            if let Ok(mut payload) = serde_json::from_str::<Map<String, Value>>(&event.payload) {
-                payload.retain(|field, _| !fields.contains(&field.as_str()));
-                event.payload = Value::Object(payload).to_string();
-            }
-        }
-        event
+    fn comparable(&self, event: Event) -> Event {
+        let later = SINCE.iter().find(|(since, topic, _)| self.version < *since && event.topic() == *topic);
+        let Some((_, topic, fields)) = later else { return event };
+        let Ok(mut payload) = serde_json::from_str::<Map<String, Value>>(&event.json()) else { return event };
+        payload.retain(|field, _| !fields.contains(&field.as_str()));
+        Event::of_json(topic, &Value::Object(payload).to_string())
     }
 
     /// Records the topics that the log announces, which must be known before the first event is
@@ -120,20 +117,20 @@ impl EventCheck {
 
     /// Adds an event of the log.
     pub(crate) fn logged(&mut self, event: Event) {
-        if !self.emitted.contains(&event.topic) {
+        if !self.emitted.contains(event.topic()) {
             return;
         }
         let event = self.comparable(event);
-        self.keep(size(&event), |both| both.logged.push_back(event));
+        self.keep(event.bytes(), |both| both.logged.push_back(event));
     }
 
     /// Adds an event that a detector found.
     pub(crate) fn found(&mut self, event: Event) {
-        if !self.announced.as_ref().is_some_and(|announced| announced.contains(&event.topic)) {
+        if !self.announced.as_ref().is_some_and(|announced| announced.contains(event.topic())) {
             return;
         }
         let event = self.comparable(event);
-        self.keep(size(&event), |both| both.found.push_back(event));
+        self.keep(event.bytes(), |both| both.found.push_back(event));
     }
 
     /// Queues an event until its counterpart arrives. Nothing is queued after the first difference;
@@ -159,7 +156,7 @@ impl EventCheck {
                 self.part();
                 break;
             }
-            self.bytes -= size(logged) + size(found);
+            self.bytes -= logged.bytes() + found.bytes();
             self.logged.pop_front();
             self.found.pop_front();
             self.agreed += 1;
@@ -186,15 +183,9 @@ impl EventCheck {
     }
 
     fn difference(&self) -> Difference {
-        let told = |event: Option<&Event>| {
-            event.map_or("nothing".to_owned(), |event| format!("{} {}", event.topic, event.payload))
-        };
+        let told = |event: Option<&Event>| event.map_or("nothing".to_owned(), |event| format!("{event:?}"));
         Difference { number: self.agreed, logged: told(self.logged.front()), found: told(self.found.front()) }
     }
-}
-
-fn size(event: &Event) -> usize {
-    std::mem::size_of::<Event>() + event.topic.len() + event.payload.len()
 }
 
 #[cfg(test)]
@@ -206,7 +197,7 @@ mod tests {
     use super::{EventCheck, OtherDetectors};
 
     fn event(topic: &str, payload: &str) -> Event {
-        Event { topic: topic.to_owned(), payload: payload.to_owned() }
+        Event::of_json(topic, payload)
     }
 
     fn topics(topics: &[&str]) -> BTreeSet<String> {

@@ -21,8 +21,8 @@
 //!
 //! impl Observer for First {
 //!     fn event(&mut self, event: &Event) {
-//!         if let (None, Some(Ok(global))) = (&self.0, event.decode()) {
-//!             self.0 = Some(global);
+//!         if self.0.is_none() {
+//!             self.0 = event.get().cloned();
 //!         }
 //!     }
 //! }
@@ -48,7 +48,6 @@ mod header;
 mod log;
 mod log_target;
 mod nodes;
-mod observer;
 mod replay;
 mod resume;
 mod run;
@@ -58,6 +57,7 @@ pub mod study;
 mod verdict;
 pub mod verify;
 
+pub use asperity_record::{Notice, Observer};
 pub use check::{CheckProblem, Checked, Seen, check, check_again, check_seen};
 pub use event_check::{Difference, OtherDetectors};
 pub use forecast::{Forecast, MostLogBytes};
@@ -65,7 +65,6 @@ pub use header::CODE_VERSION;
 pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};
 pub use log_target::{LogTargetError, OtherRun};
 pub use nodes::{NodeState, Nodes, NodesError};
-pub use observer::{Notice, Observer};
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
 pub use run::{Begin, Outcome, RunError, Task, Threads, run};
@@ -73,6 +72,6 @@ pub use salvage::{SalvageProblem, salvage};
 pub use self_check::SelfCheckProblem;
 pub use verdict::Verdict;
 
-pub use asperity_detect::Detector;
+pub use asperity_detect::{Detector, Detectors};
 pub use asperity_simulator::{Counters, SolverKind};
 pub use asperity_stream::at_once;

@@ -192,7 +192,7 @@ fn bytes(item: &Item) -> usize {
             record.detached.len() + 4 * size_of_val(record.displacement_m.as_slice())
         }
         Item::Record(Record::Window(record)) => 3 * size_of_val(record.displacement_m.as_slice()),
-        Item::Event(event) => event.topic.len() + event.payload.len(),
+        Item::Event(event) => event.bytes(),
         Item::Checkpoint(checkpoint) => checkpoint.state.len(),
     };
     size_of::<Item>() + held

@@ -6,20 +6,20 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use asperity_detect::Detector;
+use asperity_detect::{Detector, Detectors};
 use asperity_record::{EventKind, EventPayload, RunHeader, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use asperity_stream::{Given, Item, StreamError};
 
 use crate::detectors::{Settings, TopicError, kinds_of};
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
-use crate::observer::Observer;
+use asperity_record::Observer;
 
 /// A log to be sent through detectors.
 pub struct Replay {
     path: PathBuf,
     reader: RunReader,
-    detectors: Vec<Box<dyn Detector>>,
+    detectors: Detectors,
     /// Whether the found events must equal the logged ones.
     compares: bool,
 }
@@ -91,7 +91,7 @@ impl Replay {
 
     /// The kinds of events of its detectors.
     pub fn kinds(&self) -> Vec<EventKind> {
-        self.detectors.iter().map(|detector| detector.emits()).collect()
+        self.detectors.emit().collect()
     }
 
     /// Replays the log. `stop` is polled between records, on another thread.
@@ -134,7 +134,7 @@ impl Replay {
             |item| {
                 match item {
                     Item::Event(event) => {
-                        slip_events += u64::from(event.topic == SlipEvent::TOPIC);
+                        slip_events += u64::from(event.topic() == SlipEvent::TOPIC);
                         observer.event(&event);
                         let mut event_check = event_check.lock().expect("no one panics with it");
                         if let Some(event_check) = &mut *event_check {

@@ -14,9 +14,9 @@ use crate::detectors::{self, TopicError};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
 use crate::log_target::LogTargetError;
-use crate::observer::{Notice, Observer};
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::self_check::ending;
+use asperity_record::{Notice, Observer};
 
 /// Most bytes of checkpoints per second of computing, since long chains have large states.
 pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
@@ -200,7 +200,7 @@ pub fn run(
     }
     let Task { scenario, solver, log, detectors: own, threads } = task;
     let mut detectors = detectors::all(&header, "");
-    detectors.extend(own);
+    own.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors)?;
     let mut source = Source {
         solver: solver.start(plan.clone()),

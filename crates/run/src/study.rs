@@ -10,9 +10,9 @@ use asperity_simulator::SolverKind;
 use crate::check::{check, check_seen};
 use crate::log::LogTo;
 use crate::log_target::{self, LogTargetError, OtherRun, SCENARIO, SOLVER};
-use crate::observer::Observer;
 use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
 use crate::verdict::Verdict;
+use asperity_record::Observer;
 
 /// What exists of a run.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use asperity_detect::detect_all;
 use asperity_model::{Plan, Scenario};
 use asperity_record::{Event, EventPayload, SlipEvent, StepRecord};
 use asperity_simulator::equality::{self, Agreement, Disagreement, NearTie, TOLERANCE};
@@ -100,9 +99,9 @@ pub fn verify(plan: &Plan, reached: impl FnMut(u64)) -> Result<Verified, VerifyE
         .filter_map(|record| record.energy)
         .flat_map(|energy| [energy.drive_work_j, energy.friction_heat_j, energy.elastic_j])
         .fold(0.0, |most: f64, energy_j| most.max(energy_j.abs()));
-    let [plain, fast] = records.map(|records| detect_all(&mut detectors::of_plan(plan), &records));
+    let [plain, fast] = records.map(|records| detectors::of_plan(plan).all_events(&records));
     same_events(&plain, &fast, &agreement, largest_energy_j)?;
-    let slip_events = plain.iter().filter(|event| event.topic == SlipEvent::TOPIC).count();
+    let slip_events = plain.iter().filter(|event| event.topic() == SlipEvent::TOPIC).count();
     Ok(Verified { agreement, slip_events })
 }
 
@@ -131,18 +130,21 @@ fn same_events(
                     key if key.ends_with("_j") => largest_energy_j,
                     _ => value.abs(),
                 };
-                let most = largest.entry((event.topic.clone(), key)).or_default();
+                let most = largest.entry((event.topic().to_owned(), key)).or_default();
                 *most = most.max(of_kind);
             }
         }
     }
     for (index, (plain, fast)) in plain.iter().zip(fast).enumerate() {
         let (left, right) = (fields(plain), fields(fast));
-        let alike = plain.topic == fast.topic
+        let alike = plain.topic() == fast.topic()
             && left.len() == right.len()
             && left.iter().zip(&right).all(|((key, a), (other, b))| {
-                let near = || match (a.as_f64(), b.as_f64(), largest.get(&(plain.topic.clone(), key.clone())))
-                {
+                let near = || match (
+                    a.as_f64(),
+                    b.as_f64(),
+                    largest.get(&(plain.topic().to_owned(), key.clone())),
+                ) {
                     (Some(a), Some(b), Some(largest)) => (a - b).abs() <= TOLERANCE * largest,
                     _ => false,
                 };
@@ -157,6 +159,6 @@ fn same_events(
 
 fn fields(event: &Event) -> Vec<(String, serde_json::Value)> {
     let object: serde_json::Map<String, serde_json::Value> =
-        serde_json::from_str(&event.payload).expect("a payload is a JSON object");
+        serde_json::from_str(&event.json()).expect("a payload is a JSON object");
     object.into_iter().collect()
 }

@@ -37,11 +37,9 @@ impl Detector for Widen {
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
         if record.sliding > self.0 {
             self.0 = record.sliding;
-            emit(Event::new(&Widest { time_s: record.time_s, sliding: record.sliding }));
+            emit(Event::new(Widest { time_s: record.time_s, sliding: record.sliding }));
         }
     }
-
-    fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
 
 /// Finds nothing, on the given topic.
@@ -53,10 +51,6 @@ impl Detector for Idle {
         kind.topic = self.0;
         kind
     }
-
-    fn observe(&mut self, _record: &StepRecord, _emit: &mut dyn FnMut(Event)) {}
-
-    fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
 
 /// Collects everything that a caller observes; sets `stop` after this many records.
@@ -71,7 +65,7 @@ impl Seen<'_> {
     const ALL: Seen<'static> = Seen { records: Vec::new(), events: Vec::new(), reached: 0, stop: None };
 
     fn of(&self, topic: &str) -> Vec<&Event> {
-        self.events.iter().filter(|event| event.topic == topic).collect()
+        self.events.iter().filter(|event| event.topic() == topic).collect()
     }
 }
 

@@ -4,8 +4,8 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, EventPayload, FieldRecord, GlobalSlip, Onset, Reach, RunHeader, Rupture, SlipEvent, StepRecord,
-    WindowRecord,
+    Arrival, Event, EventPayload, FieldRecord, GlobalSlip, Onset, Reach, RunHeader, Rupture, SlipEvent,
+    StepRecord, WindowRecord,
 };
 use serde_json::{Map, Value};
 
@@ -146,17 +146,17 @@ pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProble
     Ok(())
 }
 
-/// Checks an event on a chain of `blocks` blocks: that its payload matches its topic, and that its
-/// blocks and steps exist.
+/// Reads an event on a chain of `blocks` blocks, and checks that its payload matches its topic, and
+/// that its blocks and steps exist.
 ///
 /// # Errors
 /// A message about what is wrong.
-pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde_json::Error> {
+pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<Event, serde_json::Error> {
     let wrong = |what: String| Err(serde::de::Error::custom(what));
     let in_chain = |block: u32| (1..=blocks).contains(&block);
     if topic == SlipEvent::TOPIC {
         let slip: SlipEvent = serde_json::from_str(payload)?;
-        let SlipEvent { nucleation_block, blocks_slipped, max_sliding, .. } = slip;
+        let &SlipEvent { nucleation_block, blocks_slipped, max_sliding, .. } = &slip;
         let most = reach(slip.reach(), nucleation_block, blocks).map_err(serde::de::Error::custom)?;
         for (key, count) in [("blocks_slipped", blocks_slipped), ("max_sliding", max_sliding)] {
             if !(1..=most).contains(&count) {
@@ -173,25 +173,29 @@ pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde
         if slip.open != slip.end_step.is_none() || slip.open != slip.end_s.is_none() {
             return wrong(format!("open = {}, and it ends in step {:?}", slip.open, slip.end_step));
         }
+        Ok(Event::new(slip))
     } else if topic == Onset::TOPIC {
         let onset: Onset = serde_json::from_str(payload)?;
-        let Onset { nucleation_block, nucleation_blocks, .. } = onset;
+        let &Onset { nucleation_block, nucleation_blocks, .. } = &onset;
         if !in_chain(nucleation_block) || !in_chain(nucleation_blocks) {
             return wrong(format!(
                 "{nucleation_blocks} blocks from block {nucleation_block} of a chain of {blocks}"
             ));
         }
+        Ok(Event::new(onset))
     } else if topic == Rupture::TOPIC {
-        return rupture(&serde_json::from_str(payload)?, blocks).or_else(wrong);
+        let read: Rupture = serde_json::from_str(payload)?;
+        rupture(&read, blocks).map_or_else(wrong, |()| Ok(Event::new(read)))
     } else if topic == Arrival::TOPIC {
-        return arrival(&serde_json::from_str(payload)?, blocks).or_else(wrong);
+        let read: Arrival = serde_json::from_str(payload)?;
+        arrival(&read, blocks).map_or_else(wrong, |()| Ok(Event::new(read)))
     } else if topic == GlobalSlip::TOPIC {
-        serde_json::from_str::<GlobalSlip>(payload)?;
+        Ok(Event::new(serde_json::from_str::<GlobalSlip>(payload)?))
     } else {
         // Of an unknown detector, which must still emit a JSON object.
         serde_json::from_str::<Map<String, Value>>(payload)?;
+        Ok(Event::of_json(topic, payload))
     }
-    Ok(())
 }
 
 /// From which block to which an event of a chain of `blocks` blocks reached, and where it began; how

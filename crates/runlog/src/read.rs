@@ -409,11 +409,10 @@ impl RunReader {
                     }
                 }
                 let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
-                let payload = std::str::from_utf8(data)
-                    .map_err(|error| invalid(serde::de::Error::custom(error)))?
-                    .to_owned();
-                agree::event(&topic, &payload, header.blocks).map_err(invalid)?;
-                self.ready.push_back(LogItem::Event(Event { topic, payload }));
+                let payload =
+                    std::str::from_utf8(data).map_err(|error| invalid(serde::de::Error::custom(error)))?;
+                let event = agree::event(&topic, payload, header.blocks).map_err(invalid)?;
+                self.ready.push_back(LogItem::Event(event));
             }
             _ => {}
         }

@@ -206,8 +206,8 @@ impl RunWriter {
     /// If the file cannot be written or the event's topic was not announced.
     pub fn event(&mut self, event: &Event) -> Result<(), WriteError> {
         self.payload.clear();
-        self.payload.extend_from_slice(event.payload.as_bytes());
-        self.put(&event.topic, self.last_step)
+        event.write_json(&mut self.payload);
+        self.put(event.topic(), self.last_step)
     }
 
     fn step(&mut self, record: &StepRecord) -> Result<(), WriteError> {

@@ -156,7 +156,7 @@ fn events_of_detectors_that_are_not_known_are_json_objects() {
         let mut writer =
             RunWriter::create(&path, Existing::Replace, &header(), "", &[EventKind::of::<Mark>()]).unwrap();
         (1..=STEPS).for_each(|n| writer.record(&step(n)).unwrap());
-        let event = Event { topic: Mark::TOPIC.to_owned(), payload: payload.to_owned() };
+        let event = Event::of_json(Mark::TOPIC, payload);
         writer.event(&event).unwrap();
         writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
         let outcome = RunReader::open(&path, Topics::ALL).unwrap().verify();
@@ -191,7 +191,7 @@ impl Marked {
         for n in 1..=Marked::STEPS {
             writer.record(&step(n)).unwrap();
             if n % 1000 == 0 {
-                writer.event(&Event::new(&Mark { before: n / 1000 - 1 })).unwrap();
+                writer.event(&Event::new(Mark { before: n / 1000 - 1 })).unwrap();
             }
         }
         writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
@@ -245,7 +245,7 @@ fn events_of_detectors_that_are_not_known_are_salvaged_with_their_schema() {
     assert_eq!(reader.event_schemas()[Mark::TOPIC], schema);
     let items: Vec<LogItem> = first.into_iter().chain(items(reader)).collect();
     assert_eq!(items.len() as u64, Marked::STEPS + Marked::MARKS);
-    assert_eq!(items[1000], LogItem::Event(Event::new(&Mark { before: 0 })));
+    assert_eq!(items[1000], LogItem::Event(Event::new(Mark { before: 0 })));
 
     // One missing chunk makes one gap, which contains the marks of that chunk.
     let mut bytes = log.bytes.clone();

@@ -18,6 +18,7 @@
 //! ```
 //! use std::convert::Infallible;
 //!
+//! use asperity_detect::{Detectors, SlipRules};
 //! use asperity_record::{Record, StepRecord};
 //! use asperity_stream::{Given, Item};
 //!
@@ -41,7 +42,8 @@
 //!     Ok::<_, Infallible>(())
 //! };
 //! // No detectors, so no events.
-//! asperity_stream::run(source, Vec::new(), sink)?;
+//! let detectors = Detectors::new(1, SlipRules::EVERY_SLIP, Vec::new());
+//! asperity_stream::run(source, detectors, sink)?;
 //! assert_eq!(seen, [0, 1, 2]);
 //! # Ok::<(), asperity_stream::StreamError<Infallible, Infallible>>(())
 //! ```
@@ -52,7 +54,7 @@ mod at_once;
 
 use std::thread;
 
-use asperity_detect::Detector;
+use asperity_detect::Detectors;
 use asperity_record::{Checkpoint, Event, Record};
 use crossbeam_channel::{Receiver, Sender, bounded};
 
@@ -105,7 +107,7 @@ const CHANNEL_CAPACITY: usize = 64;
 /// finished, so that they end no event that a whole run would not have ended.
 pub fn run<SourceError, SinkError>(
     mut source: impl FnMut() -> Result<Option<Given>, SourceError> + Send,
-    mut detectors: Vec<Box<dyn Detector>>,
+    mut detectors: Detectors,
     mut sink: impl FnMut(Item) -> Result<(), SinkError>,
 ) -> Result<(), StreamError<SourceError, SinkError>>
 where
@@ -141,7 +143,7 @@ where
 /// The first failure of source or sink; the detectors are then not finished.
 pub fn run_in_turn<SourceError, SinkError>(
     mut source: impl FnMut() -> Result<Option<Given>, SourceError>,
-    mut detectors: Vec<Box<dyn Detector>>,
+    mut detectors: Detectors,
     mut sink: impl FnMut(Item) -> Result<(), SinkError>,
 ) -> Result<(), StreamError<SourceError, SinkError>> {
     let mut events = Vec::new();
@@ -175,7 +177,7 @@ fn feed<E>(
     }
 }
 
-fn detect(detectors: &mut [Box<dyn Detector>], records: &Receiver<Fed>, to_sink: &Sender<Item>) {
+fn detect(detectors: &mut Detectors, records: &Receiver<Fed>, to_sink: &Sender<Item>) {
     let mut events = Vec::new();
     for fed in records {
         let ends = matches!(fed, Fed::End);
@@ -190,7 +192,7 @@ fn detect(detectors: &mut [Box<dyn Detector>], records: &Receiver<Fed>, to_sink:
 /// buffer.
 fn pass_on<E>(
     fed: Fed,
-    detectors: &mut [Box<dyn Detector>],
+    detectors: &mut Detectors,
     events: &mut Vec<Event>,
     sink: &mut impl FnMut(Item) -> Result<(), E>,
 ) -> Result<(), E> {
@@ -198,16 +200,12 @@ fn pass_on<E>(
         Fed::Given(Given::Checkpoint(checkpoint)) => sink(Item::Checkpoint(checkpoint))?,
         Fed::Given(Given::Record(record)) => {
             if let Record::Step(step) = &record {
-                for detector in detectors.iter_mut() {
-                    detector.observe(step, &mut |event| events.push(event));
-                }
+                detectors.observe(step, &mut |event| events.push(event));
             }
             sink(Item::Record(record))?;
         }
         Fed::End => {
-            for detector in detectors.iter_mut() {
-                detector.finish(&mut |event| events.push(event));
-            }
+            detectors.finish(&mut |event| events.push(event));
         }
     }
     events.drain(..).try_for_each(|event| sink(Item::Event(event)))

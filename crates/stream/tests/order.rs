@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use asperity_detect::Detector;
+use asperity_detect::{Detector, Detectors, SlipRules};
 use asperity_record::{Event, EventKind, Onset, Record, StepRecord};
 use asperity_stream::{Given, Item, StreamError, run, run_in_turn};
 use asperity_testkit::quiet_step;
@@ -22,12 +22,12 @@ impl Detector for Tenth {
 
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
         if record.step % 10 == self.0 {
-            emit(Event { topic: "/events/tenth".to_owned(), payload: format!("{} {}", self.0, record.step) });
+            emit(Event::of_json("/events/tenth", &format!("{} {}", self.0, record.step)));
         }
     }
 
     fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        emit(Event { topic: "/events/tenth".to_owned(), payload: format!("{} over", self.0) });
+        emit(Event::of_json("/events/tenth", &format!("{} over", self.0)));
     }
 }
 
@@ -39,8 +39,9 @@ fn source(steps: u64) -> impl FnMut() -> Result<Option<Given>, String> + Send {
     }
 }
 
-fn detectors() -> Vec<Box<dyn Detector>> {
-    vec![Box::new(Tenth(0)), Box::new(Tenth(0)), Box::new(Tenth(3))]
+fn detectors() -> Detectors {
+    let list: Vec<Box<dyn Detector>> = vec![Box::new(Tenth(0)), Box::new(Tenth(0)), Box::new(Tenth(3))];
+    Detectors::new(1, SlipRules::EVERY_SLIP, list)
 }
 
 #[test]
@@ -66,11 +67,11 @@ fn events_follow_their_record_in_the_order_of_the_detectors() {
                 assert_eq!(record.step(), last + 1);
                 last = record.step();
             }
-            Item::Event(event) => assert!(event.payload.ends_with(&format!(" {last}"))),
+            Item::Event(event) => assert!(event.json().ends_with(&format!(" {last}"))),
             Item::Checkpoint(_) => unreachable!("the source gives none"),
         }
     }
-    assert!(matches!(&seen[1302], Item::Event(event) if event.payload == "3 over"));
+    assert!(matches!(&seen[1302], Item::Event(event) if event.json() == "3 over"));
     assert_eq!(collect(Duration::from_millis(2)), seen, "a slow sink sees the same");
     let mut in_turn = Vec::new();
     let sink = |item| {
@@ -92,7 +93,7 @@ fn a_slow_sink_holds_the_source_back() {
             MADE.store(next, Ordering::SeqCst);
             Ok::<_, String>((next <= 2000).then(|| Given::Record(step(next))))
         },
-        Vec::new(),
+        Detectors::new(1, SlipRules::EVERY_SLIP, Vec::new()),
         |_| {
             if seen == 500 {
                 std::thread::sleep(Duration::from_millis(200));
@@ -132,7 +133,7 @@ fn a_failing_source_is_reported_and_closes_no_event() {
             if next < 50 { Ok(Some(Given::Record(step(next)))) } else { Err("overflow") }
         };
         let sink = |item| {
-            over += usize::from(matches!(&item, Item::Event(event) if event.payload.ends_with("over")));
+            over += usize::from(matches!(&item, Item::Event(event) if event.json().ends_with("over")));
             records += usize::from(matches!(item, Item::Record(_)));
             Ok::<(), String>(())
         };

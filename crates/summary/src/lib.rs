@@ -26,7 +26,7 @@
 //!     scales: None,
 //! };
 //! let mut summarizer = Summarizer::new("mine", &header, Slider::default());
-//! summarizer.record(&quiet_step(20_000_000, 2.0, 0.25));
+//! summarizer.step(&quiet_step(20_000_000, 2.0, 0.25));
 //! let summary = summarizer.finish(RupturesFrom::Log, None);
 //! assert_eq!((summary.precursor_count, summary.largest_ft_fn), (Some(0), Some(0.25)));
 //! assert_eq!(summary.first_slip_s, None);

@@ -1,7 +1,7 @@
 //! Accumulates the summary of a run from its records and events.
 
 use asperity_record::{
-    Direction, Energy, Event, EventPayload, RunEnd, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
+    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
     TimeGrid,
 };
 
@@ -120,7 +120,7 @@ impl Summarizer {
     }
 
     /// Adds a step record.
-    pub fn record(&mut self, record: &StepRecord) {
+    pub fn step(&mut self, record: &StepRecord) {
         self.last_step = record.step;
         self.energy = record.energy.or(self.energy);
         self.records += 1;
@@ -132,19 +132,6 @@ impl Summarizer {
             self.detachments += 1;
             self.creep.slides(switch.block, record.step + 1);
         }
-    }
-
-    /// Adds an event; ignores events other than raw slip events and ruptures.
-    ///
-    /// # Errors
-    /// If its payload does not match its topic.
-    pub fn event(&mut self, event: &Event) -> Result<(), serde_json::Error> {
-        match event.topic.as_str() {
-            SlipEvent::TOPIC => self.slip_event(&serde_json::from_str(&event.payload)?),
-            Rupture::TOPIC => self.rupture(&serde_json::from_str(&event.payload)?),
-            _ => {}
-        }
-        Ok(())
     }
 
     /// Adds a raw slip event.
@@ -310,6 +297,23 @@ impl Summarizer {
             windows: solver("windows"),
             jump_steps: solver("jump_steps"),
             jumps: solver("jumps"),
+        }
+    }
+}
+
+impl Observer for Summarizer {
+    fn record(&mut self, record: &Record) {
+        if let Record::Step(record) = record {
+            self.step(record);
+        }
+    }
+
+    /// Ignores events other than raw slip events and ruptures.
+    fn event(&mut self, event: &Event) {
+        if let Some(slip) = event.get::<SlipEvent>() {
+            self.slip_event(slip);
+        } else if let Some(rupture) = event.get::<Rupture>() {
+            self.rupture(rupture);
         }
     }
 }

@@ -66,7 +66,7 @@ pub(crate) fn kept_events(keep: &[Keep]) -> Vec<KeptEvents> {
 
 /// The line of an event.
 pub(crate) fn line_of(event: &Event) -> String {
-    format!("{}\t{}\n", event.topic, event.payload)
+    format!("{}\t{}\n", event.topic(), event.json())
 }
 
 /// Packs a summary and the lines of events.
@@ -203,7 +203,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
             ));
         };
         let events = &kept[index];
-        let cells = events.kind.cells(payload);
+        let cells = events.kind.read(payload).and_then(|event| events.kind.cells(&event));
         let number = lines.number();
         let cells = cells.map_err(|error| {
             format!("line {number}: {} (accepted: an event of {})", problem_of(&error), events.kind.topic)

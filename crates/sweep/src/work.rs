@@ -145,14 +145,12 @@ struct Kept<'a> {
 
 impl Observer for Kept<'_> {
     fn record(&mut self, record: &Record) {
-        if let Record::Step(record) = record {
-            self.summarizer.record(record);
-        }
+        self.summarizer.record(record);
     }
 
     fn event(&mut self, event: &Event) {
-        self.summarizer.event(event).expect("a detector of this program emits what its topic promises");
-        let is_kept = match event.topic.as_str() {
+        self.summarizer.event(event);
+        let is_kept = match event.topic() {
             SlipEvent::TOPIC => self.events,
             Rupture::TOPIC => self.ruptures,
             _ => false,

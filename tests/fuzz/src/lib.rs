@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{Event, Record, SlipEvent};
+use asperity_record::{Event, EventPayload, Record, SlipEvent};
 use asperity_run::{Forecast, detectors};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 use asperity_simulator::SolverKind;
@@ -124,18 +124,14 @@ fn read_log(path: &Path, topics: Topics) -> Result<Seen, LogError> {
         match item {
             LogItem::Event(event) => {
                 // What it says is its detector's affair, but it must be readable or refused.
-                if let Some(Err(error)) = event.decode::<SlipEvent>() {
-                    assert!(!error.to_string().is_empty());
-                }
+                assert_eq!(event.topic() == SlipEvent::TOPIC, event.get::<SlipEvent>().is_some());
                 seen.logged.push(event);
             }
             LogItem::Record(record) => {
                 assert!(grid.time_s(record.step()).is_finite());
                 match record {
                     Record::Step(step) => {
-                        for detector in &mut detectors {
-                            detector.observe(&step, &mut |event| seen.found.push(event));
-                        }
+                        detectors.observe(&step, &mut |event| seen.found.push(event));
                     }
                     Record::Fields(fields) => assert_eq!(fields.displacement_m.len(), blocks as usize),
                     Record::Window(window) => {
@@ -146,9 +142,7 @@ fn read_log(path: &Path, topics: Topics) -> Result<Seen, LogError> {
             }
         }
     }
-    for detector in &mut detectors {
-        detector.finish(&mut |event| seen.found.push(event));
-    }
+    detectors.finish(&mut |event| seen.found.push(event));
     Ok(seen)
 }
 

@@ -11,7 +11,7 @@ use std::process::{Command, ExitCode};
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::Record;
-use asperity_run::{Detector, Task, detectors};
+use asperity_run::{Detectors, Task, detectors};
 use asperity_simulator::SolverKind;
 
 use crate::{ROUNDS, asperity, median, seconds};
@@ -118,22 +118,23 @@ pub(crate) fn make_runs(arguments: &[String]) -> ExitCode {
         let source = set.iter().fold(source, |source, value| source.with_override(value));
         let source = source.with_override(&format!("normal_load.tilt={}", tilt(run, runs)));
         let scenario = Scenario::resolve(&source).expect("the scenario is accepted");
-        let detectors =
-            if kind == "detectors" { detectors::all(&Task::new(&scenario).header(), "") } else { Vec::new() };
+        let detectors = (kind == "detectors").then(|| detectors::all(&Task::new(&scenario).header(), ""));
         std::hint::black_box(events(&Plan::new(&scenario), detectors));
     }
     ExitCode::SUCCESS
 }
 
 /// How many events detectors find in a run.
-fn events(plan: &Plan, mut detectors: Vec<Box<dyn Detector>>) -> usize {
+fn events(plan: &Plan, mut detectors: Option<Detectors>) -> usize {
     let mut events = 0;
     let mut fast = SolverKind::Fast.start(plan.clone());
     while let Some(record) = fast.next_record().expect("the run stays finite") {
-        if let Record::Step(step) = &record {
-            detectors.iter_mut().for_each(|detector| detector.observe(step, &mut |_| events += 1));
+        if let (Record::Step(step), Some(detectors)) = (&record, &mut detectors) {
+            detectors.observe(step, &mut |_| events += 1);
         }
     }
-    detectors.iter_mut().for_each(|detector| detector.finish(&mut |_| events += 1));
+    if let Some(detectors) = &mut detectors {
+        detectors.finish(&mut |_| events += 1);
+    }
     events
 }

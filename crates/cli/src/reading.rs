@@ -1,0 +1,97 @@
+//! Reads a log once: checks it, and meanwhile passes what is sound to what a command makes of it.
+
+use std::path::Path;
+
+use asperity_model::{Scenario, ScenarioSource};
+use asperity_record::{Event, EventPayload, Observer, Record, RunHeader, Rupture};
+use asperity_run::{Checked, Verdict, check_seen};
+use asperity_summary::RupturesFrom;
+
+use crate::exit::Failure;
+use crate::verdict_exit::{self, unreadable};
+
+/// A log that has been read.
+pub(crate) struct Reading<O> {
+    pub(crate) checked: Checked,
+    /// What observed it.
+    pub(crate) observer: O,
+    /// Where the ruptures that it observed are from.
+    pub(crate) ruptures_from: RupturesFrom,
+}
+
+/// Reads a log. `begin` makes the observer of its header and scenario, or says why it cannot; `accept`
+/// refuses verdicts. Ruptures that a whole log of an older version lacks pass at its end.
+///
+/// # Errors
+/// If it is not a run log, is not accepted, or cannot be observed.
+pub(crate) fn once<O: Observer>(
+    run: &Path,
+    begin: impl FnOnce(&RunHeader, &str) -> Result<O, String>,
+    accept: impl FnOnce(&Checked) -> Result<(), Failure>,
+) -> Result<Reading<O>, Failure> {
+    let mut passing = Passing { begin: Some(begin), observer: None, ruptures: Vec::new() };
+    let checked = check_seen(run, &mut passing);
+    let Passing { observer, ruptures, .. } = passing;
+    if checked.verdict == Verdict::NoRunLog {
+        return Err(verdict_exit::failure(run, &checked));
+    }
+    accept(&checked)?;
+    let problem = |problem: String| unreadable(run, checked.verdict, problem);
+    let observer = observer.unwrap_or_else(|| {
+        Err(checked.problem.as_ref().map_or_else(String::new, |problem| problem.to_string()))
+    });
+    let mut observer = observer.map_err(problem)?;
+    let ruptures_from = if checked.seen.topics.iter().any(|topic| topic == Rupture::TOPIC) {
+        RupturesFrom::Log
+    } else if checked.verdict.holds_all() {
+        ruptures.iter().for_each(|rupture| observer.event(rupture));
+        RupturesFrom::Steps
+    } else {
+        RupturesFrom::None
+    };
+    Ok(Reading { checked, observer, ruptures_from })
+}
+
+/// The scenario of a log; none if it has lost it.
+///
+/// # Errors
+/// In words, if it cannot be understood.
+pub(crate) fn scenario(run: &Path, toml: &str) -> Result<Option<Scenario>, String> {
+    if toml.is_empty() {
+        return Ok(None);
+    }
+    let source = ScenarioSource::logged(format!("{}: scenario.toml", run.display()), toml);
+    Scenario::resolve(&source).map(Some).map_err(|errors| errors.to_string())
+}
+
+/// Passes a log to an observer that is made when its header is known.
+struct Passing<Begin, O> {
+    begin: Option<Begin>,
+    observer: Option<Result<O, String>>,
+    /// Those that the log lacks.
+    ruptures: Vec<Event>,
+}
+
+impl<O: Observer, Begin: FnOnce(&RunHeader, &str) -> Result<O, String>> Observer for Passing<Begin, O> {
+    fn begins(&mut self, header: &RunHeader, scenario_toml: &str) {
+        self.observer = self.begin.take().map(|begin| begin(header, scenario_toml));
+    }
+
+    fn record(&mut self, record: &Record) {
+        if let Some(Ok(observer)) = &mut self.observer {
+            observer.record(record);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if let Some(Ok(observer)) = &mut self.observer {
+            observer.event(event);
+        }
+    }
+
+    fn lacking(&mut self, event: &Event) {
+        if event.topic() == Rupture::TOPIC {
+            self.ruptures.push(event.clone());
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! What a run, a replay or the reading of a log passes to whoever makes something of it.
+
+use std::fmt;
+
+use crate::{Event, Record, RunHeader};
+
+/// Observes a run as it is made, replayed or read out of its log. All calls are made on one thread, in
+/// the order of the log. Summaries, tables, pages and progress bars are observers, and a pair of
+/// observers is one that passes everything to both.
+///
+/// All methods default to no-ops; `()` ignores everything.
+pub trait Observer {
+    /// A log is about to be read, with this header and this scenario; the scenario is empty if the log
+    /// has lost it. Not called for runs and replays, whose caller knows both.
+    fn begins(&mut self, _header: &RunHeader, _scenario_toml: &str) {}
+
+    /// A record: a step, the state of all blocks, or that of a dense window.
+    fn record(&mut self, _record: &Record) {}
+
+    /// An event, after the record that completed it.
+    fn event(&mut self, _event: &Event) {}
+
+    /// An event that the detectors of this program find in the steps of a log whose topics do not
+    /// include it, after the record that completed it.
+    fn lacking(&mut self, _event: &Event) {}
+
+    /// The last step that the records have reached; for progress.
+    fn reached(&mut self, _step: u64) {}
+
+    /// A note for the user that is not an error.
+    fn notice(&mut self, _notice: Notice<'_>) {}
+}
+
+impl Observer for () {}
+
+impl<O: Observer + ?Sized> Observer for &mut O {
+    fn begins(&mut self, header: &RunHeader, scenario_toml: &str) {
+        (**self).begins(header, scenario_toml);
+    }
+
+    fn record(&mut self, record: &Record) {
+        (**self).record(record);
+    }
+
+    fn event(&mut self, event: &Event) {
+        (**self).event(event);
+    }
+
+    fn lacking(&mut self, event: &Event) {
+        (**self).lacking(event);
+    }
+
+    fn reached(&mut self, step: u64) {
+        (**self).reached(step);
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        (**self).notice(notice);
+    }
+}
+
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    fn begins(&mut self, header: &RunHeader, scenario_toml: &str) {
+        self.0.begins(header, scenario_toml);
+        self.1.begins(header, scenario_toml);
+    }
+
+    fn record(&mut self, record: &Record) {
+        self.0.record(record);
+        self.1.record(record);
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.0.event(event);
+        self.1.event(event);
+    }
+
+    fn lacking(&mut self, event: &Event) {
+        self.0.lacking(event);
+        self.1.lacking(event);
+    }
+
+    fn reached(&mut self, step: u64) {
+        self.0.reached(step);
+        self.1.reached(step);
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        self.0.notice(notice);
+        self.1.notice(notice);
+    }
+}
+
+/// A note for the user about a run; [`Display`](fmt::Display) formats it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Notice<'a> {
+    /// The run resumes from a checkpoint.
+    GoesOn {
+        /// The last step before.
+        step: u64,
+        /// Its time, s.
+        time_s: f64,
+    },
+    /// The unfinished log was complete except for its final name, which it now has.
+    LackedItsName,
+    /// A warning about the scenario.
+    Warning(&'a str),
+    /// The load at which the drive would stop was never reached.
+    LoadNotReached {
+        /// That load, `F_T / F_N`.
+        ratio: f64,
+    },
+    /// A shortcut that the solver could not use in this run, and what it used instead.
+    Fallback(&'a str),
+}
+
+impl fmt::Display for Notice<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Notice::GoesOn { step, time_s } => write!(f, "goes on from {time_s} s, step {step}"),
+            Notice::LackedItsName => f.write_str("it was whole, but for its name"),
+            Notice::Warning(warning) => write!(f, "warning: {warning}"),
+            Notice::LoadNotReached { ratio } => write!(
+                f,
+                "F_T/F_N never reached {ratio} (drive.until_load_ratio): the drive never stopped; the log says so as \
+                 its status"
+            ),
+            Notice::Fallback(what) => f.write_str(what),
+        }
+    }
+}

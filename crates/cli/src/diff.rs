@@ -3,28 +3,32 @@
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use asperity_compare::sides;
-use asperity_compare::{CompareError, Compared, Settings, Told, compare};
 use asperity_diff::policy::Policy;
 use asperity_diff::report::{Report, Verdict};
-use asperity_diff::{page, summary};
+use asperity_diff::run_log::RunLog;
+use asperity_diff::sides::{self, Logs};
+use asperity_diff::summary as screen;
+use asperity_diff::{CompareError, Compared, Settings, compare, page};
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::text;
-use asperity_summary::{RupturesFrom, Summary};
+use asperity_record::{Event, EventPayload, Record, Rupture};
+use asperity_run::Observer;
+use asperity_runlog::{RunReader, Topics};
+use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
 use crate::outputs::refused;
 use crate::ruptures::found_in_steps;
-use crate::terminal;
-use crate::verdict_exit;
+use crate::{summary, terminal, verdict_exit};
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
-    let settings = settings(arguments)?;
+    let mut settings = settings(arguments)?;
     let files = outputs(arguments)?;
     let told = |error: FileError| refused("", &error, true);
-    hold_all(arguments)?;
+    settings.logs = read_logs(arguments)?;
     let Compared { report, draft } =
         compare(&arguments.old, &arguments.new, &settings, &files).map_err(as_failure)?;
     if let Some(path) = &arguments.draft_policy {
@@ -47,15 +51,90 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     }
 }
 
-/// Checks that every run log on either side is complete. Other code versions are accepted:
-/// comparing them is the purpose.
-fn hold_all(arguments: &DiffArguments) -> Result<(), Failure> {
-    let mut logs = Vec::new();
+/// Most slip events that are kept in memory, of all logs together: about 100 MB.
+const MOST_SLIP_EVENTS: usize = 1_000_000;
+
+/// Reads and checks every run log on either side, each once. All must be complete; other code
+/// versions are accepted, since comparing them is the purpose.
+fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
+    let mut paths = Vec::new();
     for side in [&arguments.old, &arguments.new] {
-        logs.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
+        paths.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
     }
-    let judged = exit::each_of(&logs, None, |log| verdict_exit::holds_all(log))?;
-    Code::worst(judged.into_iter().filter_map(Result::err)).said()
+    let most_slip_events = MOST_SLIP_EVENTS / paths.len().max(1);
+    let read = exit::each_of(&paths, None, |path| read_log(path, most_slip_events))?;
+    let mut logs = Logs::new();
+    let mut codes = Vec::new();
+    for (path, read) in paths.into_iter().zip(read) {
+        match read {
+            Ok(log) => drop(logs.insert(path, Arc::new(log))),
+            Err(code) => codes.push(code),
+        }
+    }
+    Code::worst(codes).said()?;
+    Ok(logs)
+}
+
+/// Checks a log, and collects what a diff needs of it in the same pass.
+fn read_log(path: &Path, most_slip_events: usize) -> Result<RunLog, Failure> {
+    let Ok(mut reader) = RunReader::open(path, Topics::EVENTS) else {
+        // The check says why.
+        return Err(verdict_exit::holds_all(path).map_or_else(
+            |failure| failure,
+            |_| Failure::Failed(format!("{}: it has changed while it was read", path.display())),
+        ));
+    };
+    let begun = summary::begin(path, &reader);
+    let mut collector = Collector {
+        log: RunLog::begin(&reader, most_slip_events),
+        problem: begun.as_ref().err().cloned(),
+        summarizer: begun.ok(),
+    };
+    let checked = verdict_exit::holds_all_seen(path, &mut collector)?;
+    let Collector { mut log, summarizer, mut problem } = collector;
+    // Topics are announced before the first record.
+    if !log.has_ruptures && reader.next_item().is_ok() {
+        log.has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
+    }
+    if !log.has_ruptures && problem.is_none() {
+        match found_in_steps(path) {
+            Ok(found) => log.found_anew = Some(found),
+            Err(failure) => problem = Some(failure.to_string()),
+        }
+    }
+    if let Some(mut summarizer) = summarizer.filter(|_| problem.is_none()) {
+        log.found_anew.iter().flatten().for_each(|rupture| summarizer.rupture(rupture));
+        let from = if log.has_ruptures { RupturesFrom::Log } else { RupturesFrom::Steps };
+        let summary = summarizer.finish(from, checked.seen.end.as_ref());
+        let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
+        log.summary = keys.zip(summary.values()).collect();
+    }
+    log.problem = problem.map(|problem| format!("{}: {problem}", path.display()));
+    Ok(log)
+}
+
+/// Collects what a diff needs of a log while it is checked.
+struct Collector {
+    log: RunLog,
+    summarizer: Option<Summarizer>,
+    /// Why there is no summary.
+    problem: Option<String>,
+}
+
+impl Observer for Collector {
+    fn record(&mut self, record: &Record) {
+        if let (Record::Step(step), Some(summarizer)) = (record, &mut self.summarizer) {
+            summarizer.record(step);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        let summarized = self.summarizer.as_mut().map_or(Ok(()), |summarizer| summarizer.event(event));
+        if let Err(error) = summarized.and_then(|()| self.log.event(event)) {
+            let problem = format!("an event of {} cannot be read: {error}", event.topic);
+            self.problem.get_or_insert(problem);
+        }
+    }
 }
 
 /// Reserves the outputs, which must not overwrite inputs.
@@ -78,7 +157,7 @@ fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
     let (keep_findings, keep_matches) = match arguments.format {
         DiffFormat::Json => (usize::MAX, usize::MAX),
         DiffFormat::Text if arguments.page.is_some() => (page::FINDINGS_OF_A_CLASS, page::MATCHES_OF_A_RUN),
-        DiffFormat::Text => (summary::KEPT_OF_A_CLASS, 0),
+        DiffFormat::Text => (screen::KEPT_OF_A_CLASS, 0),
     };
     Ok(Settings {
         policy: read_policy(arguments)?,
@@ -90,19 +169,8 @@ fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
         keep_findings,
         keep_matches,
         matches_file: matches_file(arguments),
-        tell: Some(tell),
+        logs: Logs::new(),
     })
-}
-
-/// The summary of a log, and its ruptures if the log contains none.
-fn tell(log: &Path) -> Result<Told, String> {
-    let told = || {
-        let summary = crate::summary::of_whole_log(log)?;
-        let found = (summary.ruptures_from == RupturesFrom::Steps.word()).then(|| found_in_steps(log));
-        let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
-        Ok(Told { summary: keys.zip(summary.values()).collect(), ruptures: found.transpose()? })
-    };
-    told().map_err(|failure: Failure| failure.to_string())
 }
 
 fn read_policy(arguments: &DiffArguments) -> Result<Policy, Failure> {
@@ -134,7 +202,7 @@ fn as_failure(error: CompareError) -> Failure {
 fn print(report: &Report, format: DiffFormat) -> Result<(), Failure> {
     match format {
         DiffFormat::Text => {
-            for line in summary::lines(report) {
+            for line in screen::lines(report) {
                 terminal::say(line)?;
             }
         }

@@ -187,12 +187,20 @@ pub(crate) fn of_log_seen(
     read(run, checked.verdict, None, seen)
 }
 
-/// The summary of a log that must be whole.
+/// Begins the summary of a log that is open.
 ///
 /// # Errors
-/// If it is not.
-pub(crate) fn of_whole_log(run: &Path) -> Result<Summary, Failure> {
-    read(run, Verdict::Whole, None, &mut |_| {})
+/// If its scenario is invalid.
+pub(crate) fn begin(run: &Path, reader: &RunReader) -> Result<Summarizer, String> {
+    let slider = match reader.scenario_toml() {
+        // A log that ends early, or was salvaged without its scenario.
+        "" => Slider::default(),
+        toml => {
+            let source = ScenarioSource::logged(format!("{}: scenario.toml", run.display()), toml);
+            slider(&Scenario::resolve(&source).map_err(|errors| errors.to_string())?)
+        }
+    };
+    Ok(Summarizer::new(&name(run), reader.header(), slider))
 }
 
 fn read(
@@ -205,15 +213,7 @@ fn read(
     let mut left = most_messages.unwrap_or(u64::MAX);
     let unreadable = |problem: String| verdict_exit::unreadable(run, verdict, problem);
     let mut reader = RunReader::open(run, topics).map_err(|error| unreadable(error.problem.to_string()))?;
-    let slider = match reader.scenario_toml() {
-        // A log that ends early, or was salvaged without its scenario.
-        "" => Slider::default(),
-        toml => {
-            let source = ScenarioSource::logged(format!("{}: scenario.toml", run.display()), toml);
-            slider(&Scenario::resolve(&source).map_err(|errors| unreadable(errors.to_string()))?)
-        }
-    };
-    let mut summarizer = Summarizer::new(&name(run), reader.header(), slider);
+    let mut summarizer = begin(run, &reader).map_err(unreadable)?;
     // The verdict reports where the log cannot be read.
     while left > 0
         && let Ok(Some(item)) = reader.next_item()

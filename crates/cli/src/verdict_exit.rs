@@ -4,7 +4,7 @@
 use std::fmt::Display;
 use std::path::Path;
 
-use asperity_run::{Checked, Verdict, check};
+use asperity_run::{Checked, Observer, Verdict, check, check_seen};
 
 use crate::exit::Failure;
 use crate::progress::Board;
@@ -36,7 +36,15 @@ pub(crate) fn readable(run: &Path) -> Result<Checked, Failure> {
 /// # Errors
 /// If it does not.
 pub(crate) fn holds_all(run: &Path) -> Result<Checked, Failure> {
-    let checked = check(run);
+    holds_all_seen(run, &mut ())
+}
+
+/// Checks a log as [`holds_all`] does, and passes what it reads to an observer.
+///
+/// # Errors
+/// As [`holds_all`].
+pub(crate) fn holds_all_seen(run: &Path, observer: &mut dyn Observer) -> Result<Checked, Failure> {
+    let checked = check_seen(run, observer);
     if checked.verdict.holds_all() { Ok(checked) } else { Err(failure(run, &checked)) }
 }
 

@@ -201,13 +201,18 @@ fn summaries(old: &RunLog, new: &RunLog) -> Vec<NumberChange> {
     numbers.collect()
 }
 
-/// Compares ruptures in the order of their onsets, or says why that is impossible.
+/// Compares ruptures in the order of their onsets, or says why that is impossible. A log has them
+/// in the order in which they became certain.
 fn compare_ruptures(
     comparison: Comparison<'_>,
-    old: Vec<Rupture>,
-    new: Vec<Rupture>,
+    old: &[Rupture],
+    new: &[Rupture],
 ) -> Result<RuptureDiff, String> {
-    let [old, new] = [old, new].map(|ruptures| ruptures.into_iter().map(Ok::<_, Infallible>));
+    let [old, new] = [old, new].map(|ruptures| {
+        let mut ruptures = ruptures.to_vec();
+        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.first_block));
+        ruptures.into_iter().map(Ok::<_, Infallible>)
+    });
     // There are few ruptures, so all findings are kept, to list the largest first. Drafted
     // tolerances are of slip events only.
     let comparison = Comparison { keep_findings: usize::MAX, ..comparison };
@@ -229,4 +234,79 @@ fn step_s<'a>(run: &Run, columns: Columns, events: Events<'a>) -> (Events<'a>, O
     let of = |event: &SlipEvent| (event.onset_step > 0).then(|| event.onset_s / event.onset_step as f64);
     let step_s = events.peek().and_then(|event| event.as_ref().ok().and_then(of));
     (Box::new(events), step_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::Rupture;
+
+    use super::compare_ruptures;
+    use crate::column::Column;
+    use crate::policy::Policy;
+    use crate::report::{Class, Extent};
+    use crate::row::Row;
+    use crate::tally::Comparison;
+
+    /// With nothing but when and where; the rest is null.
+    fn rupture(number: u64, onset_step: u64, blocks: [u32; 2], end_step: Option<u64>) -> Rupture {
+        let time_s = |step: u64| step as f64 / 1e7;
+        let rupture = serde_json::json!({
+            "rupture": number,
+            "onset_s": time_s(onset_step),
+            "end_s": end_step.map(time_s),
+            "first_block": blocks[0],
+            "last_block": blocks[1],
+            "nucleation_block": blocks[0],
+            "reached_every_block": false,
+            "ft_fn_onset": 0.25,
+            "ft_fn_arrival": 0.25,
+            "ft_fn_end": end_step.map(|_| 0.125),
+            "onset_step": onset_step,
+            "arrival_s": time_s(onset_step),
+            "end_step": end_step,
+            "detachments": 1,
+            "overlapping": false,
+            "open": end_step.is_none(),
+        });
+        serde_json::from_value(rupture).unwrap()
+    }
+
+    #[test]
+    fn ruptures_are_matched_by_onset_and_extent_whatever_order_they_became_certain_in() {
+        // A long one that began first became certain last.
+        let old = [
+            rupture(0, 3_000_000, [1, 7], Some(3_010_000)),
+            rupture(1, 5_000_000, [40, 60], Some(5_010_000)),
+            rupture(2, 1_000_000, [1, 30], Some(6_000_000)),
+        ];
+        let new = [
+            rupture(0, 1_000_000, [1, 30], Some(6_000_000)),
+            rupture(1, 3_000_400, [1, 7], Some(3_010_400)),
+            rupture(2, 7_000_000, [1, 2], None),
+        ];
+        let comparison = Comparison {
+            columns: Rupture::COLUMNS,
+            window_s: 1e-3,
+            policy: &Policy::default(),
+            old_until_s: None,
+            new_until_s: None,
+            keep_findings: 9,
+            keep_matches: 9,
+        };
+        let found = compare_ruptures(comparison, &old, &new).unwrap();
+        let number = |events: &[Extent]| events.first().map(|event| event.event);
+        let matches = found.table.matches.iter();
+        let matches: Vec<_> = matches.map(|one| (one.class, number(&one.old), number(&one.new))).collect();
+        assert_eq!(
+            matches,
+            [
+                (Class::Identical, Some(2), Some(0)),
+                (Class::Shifted, Some(0), Some(1)),
+                (Class::Missing, Some(1), None),
+                (Class::Extra, None, Some(2)),
+            ]
+        );
+        let columns = &found.table.columns;
+        assert!(!columns.contains(&Column::MaxSliding) && columns.contains(&Column::FtFnOnset));
+    }
 }

@@ -87,23 +87,18 @@ impl RunLog {
         (self.slip_events.len() as u64 == self.slip_event_count).then_some(&self.slip_events)
     }
 
-    /// Its ruptures by onset, or why there are none. A log has them in the order in which they
-    /// became certain.
-    pub(crate) fn ruptures(&self, path: &Path) -> Result<Vec<Rupture>, String> {
-        let mut ruptures = match (&self.found_anew, self.has_ruptures) {
-            (_, true) => self.ruptures.clone(),
-            (Some(found), false) => found.clone(),
-            (None, false) => {
-                return Err(format!(
-                    "{} has none (accepted: a log with the topic {}; this one is of version {} of the records)",
-                    path.display(),
-                    Rupture::TOPIC,
-                    self.provenance.header.record_schema_version
-                ));
-            }
-        };
-        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.first_block));
-        Ok(ruptures)
+    /// Its ruptures, or why there are none.
+    pub(crate) fn ruptures(&self, path: &Path) -> Result<&[Rupture], String> {
+        match &self.found_anew {
+            _ if self.has_ruptures => Ok(&self.ruptures),
+            Some(found) => Ok(found),
+            None => Err(format!(
+                "{} has none (accepted: a log with the topic {}; this one is of version {} of the records)",
+                path.display(),
+                Rupture::TOPIC,
+                self.provenance.header.record_schema_version
+            )),
+        }
     }
 
     /// Over which time its slip events are spread.

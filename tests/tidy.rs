@@ -236,7 +236,7 @@ fn versions_and_features_stand_in_the_workspace_manifest_alone() {
                 let keys: Option<BTreeSet<&str>> =
                     dependency.as_table().map(|table| table.keys().map(String::as_str).collect());
                 let plain = keys == Some(BTreeSet::from(["workspace"]));
-                let analysis = matches!(member.name.as_str(), "cli" | "compare")
+                let analysis = matches!(member.name.as_str(), "cli" | "diff")
                     && name == "asperity-analysis"
                     && keys == Some(BTreeSet::from(["workspace", "optional"]));
                 assert!(

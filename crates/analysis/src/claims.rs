@@ -11,10 +11,10 @@ mod shown;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
+use asperity_summary::claim::{Claim, Judgement};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-pub(crate) use shown::told;
 pub use shown::{markdown, table};
 
 use crate::estimate::{Estimate, median_of};
@@ -72,10 +72,11 @@ impl Speaker {
     }
 }
 
-/// One claim, as the pipeline has it.
+/// A claim before it is judged, as the pipeline has it.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Claim {
+#[schemars(rename = "Claim")]
+pub struct ClaimSpec {
     /// Where it is made, or what it is about: a figure, equation or section.
     pub about: String,
     /// Whose statement it is.
@@ -141,7 +142,7 @@ pub struct Runs {
     pub minus_spread: Vec<String>,
 }
 
-impl Claim {
+impl ClaimSpec {
     /// All runs that it speaks of.
     pub(crate) fn runs(&self) -> impl Iterator<Item = &str> {
         let second = self.as_stated.as_ref();
@@ -162,11 +163,6 @@ impl Claim {
     /// The number stated.
     fn stated(&self) -> Option<f64> {
         self.stated.as_ref().and_then(|text| text.parse().ok())
-    }
-
-    /// Ours minus stated.
-    fn deviation(&self, ours: Option<Estimate>) -> Option<f64> {
-        Some(ours?.value - self.stated()?)
     }
 
     /// The values that bear it out, and the rule in words.
@@ -230,43 +226,6 @@ impl Claim {
     }
 }
 
-/// A claim, measured.
-#[derive(Debug, Clone)]
-pub struct Outcome<'a> {
-    /// The claim.
-    pub claim: &'a Claim,
-    /// Measured in its own runs.
-    pub own: Judgement,
-    /// Measured in those with the parameter set `as-stated`, where it names them.
-    pub as_stated: Option<Judgement>,
-}
-
-/// What was measured, and how it stands to what is claimed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Judgement {
-    /// What was measured; `None` where the run does not have it.
-    pub ours: Option<Estimate>,
-    /// Ours minus stated.
-    pub deviation: Option<f64>,
-    /// The rule in words.
-    pub rule: String,
-    /// `agrees`, `differs`, `undecided` where the standard error reaches over the limit, `not
-    /// reached`, or `in the spread` where no more can be said.
-    pub verdict: &'static str,
-}
-
-impl Judgement {
-    /// What was measured.
-    fn value(&self) -> Option<f64> {
-        self.ours.map(|ours| ours.value)
-    }
-
-    /// Its standard error, where it has one.
-    fn error(&self) -> Option<f64> {
-        self.ours.map(|ours| ours.error).filter(|error| *error > 0.0)
-    }
-}
-
 /// What the claims of a list measure in one run, in their order; `None` for those that do not speak
 /// of it, and where the run does not have it.
 #[derive(Debug, Clone)]
@@ -274,41 +233,56 @@ pub struct Measured(Vec<Option<Estimate>>);
 
 impl Measured {
     /// Measures a run.
-    pub fn of(claims: &[Claim], run: &RunData) -> Measured {
-        let speaks = |claim: &Claim| claim.runs().any(|name| name == run.name);
-        let measure = |claim: &Claim| claim.measure.estimate(run, claim.near.or(claim.stated()));
+    pub fn of(claims: &[ClaimSpec], run: &RunData) -> Measured {
+        let speaks = |claim: &ClaimSpec| claim.runs().any(|name| name == run.name);
+        let measure = |claim: &ClaimSpec| claim.measure.estimate(run, claim.near.or(claim.stated()));
         Measured(claims.iter().map(|claim| speaks(claim).then(|| measure(claim)).flatten()).collect())
     }
 }
 
 /// Judges every claim by what was measured in the runs, by their names.
-pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<&str, &Measured>) -> Vec<Outcome<'a>> {
-    claims
-        .iter()
-        .enumerate()
-        .map(|(index, claim)| {
-            let measured = |run: &str| runs.get(run).and_then(|measured| measured.0[index]);
-            let own = Runs {
-                run: claim.run.clone(),
-                minus: claim.minus.clone(),
-                spread: claim.spread.clone(),
-                minus_spread: claim.minus_spread.clone(),
-            };
-            let as_stated = claim.as_stated.as_ref().map(|second| judge_in(claim, second, &measured));
-            Outcome { claim, own: judge_in(claim, &own, &measured), as_stated }
-        })
-        .collect()
+pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Claim> {
+    let judged = claims.iter().enumerate().map(|(index, claim)| {
+        let measured = |run: &str| runs.get(run).and_then(|measured| measured.0[index]);
+        let own_runs = Runs {
+            run: claim.run.clone(),
+            minus: claim.minus.clone(),
+            spread: claim.spread.clone(),
+            minus_spread: claim.minus_spread.clone(),
+        };
+        let own = judge_in(claim, &own_runs, &measured);
+        Claim {
+            about: claim.about.clone(),
+            of: claim.of.word().to_owned(),
+            run: claim.run.clone(),
+            quote: claim.quote.clone(),
+            measure: claim.measure.name(),
+            stated: claim.stated.clone().unwrap_or_default(),
+            deviation: own.ours.zip(claim.stated()).map(|(ours, stated)| ours - stated),
+            own,
+            kind: claim.kind.word().to_owned(),
+            note: claim.note.clone(),
+            as_stated: claim.as_stated.as_ref().map(|second| judge_in(claim, second, &measured)),
+        }
+    });
+    judged.collect()
 }
 
-fn judge_in(claim: &Claim, of: &Runs, measure: &dyn Fn(&str) -> Option<Estimate>) -> Judgement {
+fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<Estimate>) -> Judgement {
     let difference = |name: &String, minus: Option<&String>| match minus {
         None => measure(name),
         Some(other) => Some(measure(name)?.minus(measure(other)?)),
     };
+    let judgement = |ours: Option<Estimate>, rule: String, verdict: &str| Judgement {
+        ours: ours.map(|ours| ours.value),
+        error: ours.map(|ours| ours.error).filter(|error| *error > 0.0),
+        rule,
+        verdict: verdict.to_owned(),
+    };
     let own = difference(&of.run, of.minus.as_ref());
+    let (range, rule) = claim.range();
     if of.spread.is_empty() {
-        let (range, rule) = claim.range();
-        return Judgement { ours: own, deviation: claim.deviation(own), verdict: verdict(own, &range), rule };
+        return judgement(own, rule, verdict(own, &range));
     }
     let others = of.spread.iter().enumerate();
     let others = others.filter_map(|(index, name)| difference(name, of.minus_spread.get(index)));
@@ -317,25 +291,21 @@ fn judge_in(claim: &Claim, of: &Runs, measure: &dyn Fn(&str) -> Option<Estimate>
     let middle = median_of(&draws);
     let Some(stated) = claim.stated() else {
         // Of one run's number in words there is no more than itself.
-        let (range, rule) = claim.range();
         let rule = format!("{rule}, the median of {} runs", draws.len());
-        return Judgement { ours: middle, deviation: None, verdict: verdict(middle, &range), rule };
+        return judgement(middle, rule, verdict(middle, &range));
     };
-    let (rule, verdict) = match (draws.first(), draws.last(), middle) {
-        (Some(low), Some(high), Some(middle)) => {
-            let tolerance = TOLERANCE * stated.abs();
-            let rule = format!(
-                "within 2 % of {low:.4} to {high:.4}, the spread of {} runs; median {:.4}, {} below",
-                draws.len(),
-                middle.value,
-                draws.iter().filter(|&&draw| draw < stated).count()
-            );
-            let is_in = (low - tolerance..=high + tolerance).contains(&stated);
-            (rule, if is_in { "in the spread" } else { "differs" })
-        }
-        _ => ("within the spread of runs, of which none has it".to_owned(), "not reached"),
+    let (Some(low), Some(high), Some(middle)) = (draws.first(), draws.last(), middle) else {
+        return judgement(own, "within the spread of runs, of which none has it".to_owned(), "not reached");
     };
-    Judgement { ours: own, deviation: claim.deviation(own), rule, verdict }
+    let tolerance = TOLERANCE * stated.abs();
+    let rule = format!(
+        "within 2 % of {low:.4} to {high:.4}, the spread of {} runs; median {:.4}, {} below",
+        draws.len(),
+        middle.value,
+        draws.iter().filter(|&&draw| draw < stated).count()
+    );
+    let is_in = (low - tolerance..=high + tolerance).contains(&stated);
+    judgement(own, rule, if is_in { "in the spread" } else { "differs" })
 }
 
 /// How a number stands to the range that bears a claim out.
@@ -359,20 +329,22 @@ fn half_last_digit(text: &str) -> f64 {
 mod tests {
     use std::collections::BTreeMap;
 
-    use super::{Claim, Measured, Outcome, half_last_digit, judge, markdown, table, verdict};
+    use asperity_summary::claim::Claim;
+
+    use super::{ClaimSpec, Measured, half_last_digit, judge, markdown, table, verdict};
     use crate::estimate::Estimate;
     use crate::made_up;
     use crate::run_data::RunData;
 
-    fn judged<'a>(claims: &'a [Claim], runs: &mut BTreeMap<String, RunData>) -> Vec<Outcome<'a>> {
+    fn judged(claims: &[ClaimSpec], runs: &mut BTreeMap<String, RunData>) -> Vec<Claim> {
         runs.iter_mut().for_each(|(name, run)| run.name.clone_from(name));
         let measured = runs.iter().map(|(name, run)| (name.as_str(), Measured::of(claims, run)));
         let measured: BTreeMap<&str, Measured> = measured.collect();
         judge(claims, &measured.iter().map(|(name, measured)| (*name, measured)).collect())
     }
 
-    fn page_of(outcomes: &[Outcome<'_>], runs: &BTreeMap<String, RunData>) -> String {
-        markdown("title", outcomes, &runs.values().map(|run| &run.header).collect::<Vec<_>>())
+    fn page_of(specs: &[ClaimSpec], outcomes: &[Claim], runs: &BTreeMap<String, RunData>) -> String {
+        markdown("title", specs, outcomes, &runs.values().map(|run| &run.header).collect::<Vec<_>>())
     }
 
     #[test]
@@ -382,7 +354,7 @@ mod tests {
         assert!((half_last_digit("0.225") - 0.0005).abs() < 1e-15);
     }
 
-    fn claim(rest: &str) -> Claim {
+    fn claim(rest: &str) -> ClaimSpec {
         let text = format!("about = \"a\"\nquote = \"q\"\nmeasure = \"first-global-slip-time\"\n{rest}");
         toml::from_str(&text).unwrap()
     }
@@ -406,7 +378,7 @@ mod tests {
             claim("run = \"late\"\nminus = \"none\"\nat_least = 0"),
         ];
         let outcomes = judged(&claims, &mut runs);
-        let verdicts: Vec<&str> = outcomes.iter().map(|outcome| outcome.own.verdict).collect();
+        let verdicts: Vec<&str> = outcomes.iter().map(|outcome| outcome.own.verdict.as_str()).collect();
         assert_eq!(
             verdicts,
             ["differs", "in the spread", "in the spread", "differs", "agrees", "not reached"]
@@ -415,18 +387,18 @@ mod tests {
             outcomes[1].own.rule,
             "within 2 % of 1.0000 to 2.0000, the spread of 2 runs; median 1.5000, 1 below"
         );
-        assert_eq!(outcomes[4].own.ours, Some(Estimate::exact(1.0)));
+        assert_eq!((outcomes[4].own.ours, outcomes[4].own.error), (Some(1.0), None));
         let second = outcomes[4].as_stated.as_ref().unwrap();
-        assert_eq!((second.value(), second.verdict), (Some(-1.0), "differs"));
+        assert_eq!((second.ours, second.verdict.as_str()), (Some(-1.0), "differs"));
 
         assert!(table(&outcomes).unwrap().column("as_stated_verdict").is_ok());
-        let page = page_of(&outcomes, &runs);
+        let page = page_of(&claims, &outcomes, &runs);
         assert!(page.contains("1 agree, 2 differ, 1 not reached, 2 in a spread."), "{page}");
         assert!(page.contains("| late minus early |"), "{page}");
         assert!(page.contains(" -1.0000, **differs** |"), "{page}");
         // Without second runs neither has a column for them.
         assert!(table(&outcomes[..4]).unwrap().column("as_stated_verdict").is_err());
-        assert!(!page_of(&outcomes[..4], &runs).contains("as-stated"));
+        assert!(!page_of(&claims[..4], &outcomes[..4], &runs).contains("as-stated"));
     }
 
     /// The limit of (5.48) is 5 %, and the mean shear ahead of fronts has an error of about 2 %.
@@ -459,11 +431,11 @@ mod tests {
             let claims = [toml::from_str(&text).unwrap()];
             let mut runs = BTreeMap::from([("r".to_owned(), run.clone())]);
             let outcomes = self::judged(&claims, &mut runs);
-            (page_of(&outcomes, &runs), outcomes[0].own.clone())
+            (page_of(&claims, &outcomes, &runs), outcomes[0].own.clone())
         };
         // By hand: slope 1, intercept 0.001 / 3 over 0.45, and an error of 0.0021.
         let (page, own) = judged("0.01", &run);
-        assert!((own.value().unwrap() - 0.001 / 3.0 / 0.45).abs() < 1e-9, "{own:?}");
+        assert!((own.ours.unwrap() - 0.001 / 3.0 / 0.45).abs() < 1e-9, "{own:?}");
         assert_eq!(own.verdict, "agrees");
         assert!(page.contains("| 7.4e-4 ± "), "{page}");
         let (page, own) = judged("0.0007", &run);
@@ -503,13 +475,13 @@ mod tests {
         let mut runs = names.map(str::to_owned).into_iter().zip(steps.map(global)).collect();
         let mut judged = |rest: &str| judged(&[claim(rest)], &mut runs)[0].own.clone();
         let median = judged("run = \"one\"\nspread = [\"four\", \"two\"]\nat_least = 1.2");
-        assert_eq!((median.value(), median.verdict), (Some(2.0), "agrees"));
+        assert_eq!((median.ours, median.verdict.as_str()), (Some(2.0), "agrees"));
         assert_eq!(median.rule, "at least 1.2, the median of 3 runs");
         // 1.0 - 1.5 and 4.0 - 2.0.
         let differences = judged(
             "run = \"one\"\nminus = \"half\"\nspread = [\"four\"]\nminus_spread = [\"two\"]\nat_most = 0",
         );
-        assert_eq!((differences.value(), differences.verdict), (Some(0.75), "differs"));
+        assert_eq!((differences.ours, differences.verdict.as_str()), (Some(0.75), "differs"));
     }
 
     #[test]
@@ -518,7 +490,7 @@ mod tests {
         let claims =
             [claim("run = \"r\"\nof = \"this project\"\nat_least = 5"), claim("run = \"r\"\nat_most = 5")];
         let outcomes = judged(&claims, &mut runs);
-        let page = page_of(&outcomes, &runs);
+        let page = page_of(&claims, &outcomes, &runs);
         let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}: {page}"));
         let ours = place("What this project says:");
         assert!(place("What the source says:") < ours);
@@ -528,7 +500,7 @@ mod tests {
         assert_eq!(page.lines().filter(|line| line.starts_with("|---")).count(), 2, "{page}");
         let of = table(&outcomes).unwrap().column("of").unwrap().str().unwrap().get(0).unwrap().to_owned();
         assert_eq!(of, "this project");
-        let refused = toml::from_str::<Claim>("about = \"a\"\nquote = \"q\"\nof = \"us\"").unwrap_err();
+        let refused = toml::from_str::<ClaimSpec>("about = \"a\"\nquote = \"q\"\nof = \"us\"").unwrap_err();
         assert!(refused.message().contains("`the source`"), "{refused}");
     }
 }

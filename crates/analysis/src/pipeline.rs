@@ -9,7 +9,7 @@ use asperity_report::{Contents, Shown};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::claims::Claim;
+use crate::claims::ClaimSpec;
 use crate::figures::{Figures, files_of};
 use crate::precursors::PrecursorRules;
 use crate::runs::{Ensemble, RunSpec, SpellOut};
@@ -44,7 +44,7 @@ pub struct Pipeline {
     pub figure: Figures,
     /// The claims.
     #[serde(default)]
-    pub claim: Vec<Claim>,
+    pub claim: Vec<ClaimSpec>,
 }
 
 /// A run whose precursors are compared with a length law.
@@ -117,7 +117,7 @@ impl Pipeline {
             .iter()
             .map(|spec| spec.run.as_str())
             .chain(pipeline.first_global_slips.iter().map(String::as_str))
-            .chain(pipeline.claim.iter().flat_map(Claim::runs))
+            .chain(pipeline.claim.iter().flat_map(ClaimSpec::runs))
             .chain(pipeline.study.iter().flat_map(|study| study.runs.iter().map(String::as_str)))
             .chain(pipeline.figure.runs());
         for run in spoken_of {
@@ -165,7 +165,7 @@ impl Pipeline {
     fn spell_out_ensembles(&mut self) -> Result<(), String> {
         let mut spell_out = SpellOut::new(&self.ensemble)?;
         spell_out.add_runs(&mut self.run)?;
-        let mut lists = (self.claim.iter_mut().flat_map(Claim::lists_mut))
+        let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
             .chain(self.study.iter_mut().map(|study| &mut study.runs))
             .chain(self.figure.lists_mut())
             .chain([&mut self.first_global_slips]);

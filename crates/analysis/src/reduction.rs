@@ -256,14 +256,14 @@ impl<'a> Reduction<'a> {
             write(&study_table(study), study.table(&rows)?)?;
             one_more(1);
         }
-        let mut told = Vec::new();
+        let mut judged = Vec::new();
         if !pipeline.claim.is_empty() {
             let measured = runs.iter().map(|(name, run)| (name.as_str(), &run.measured)).collect();
-            let outcomes = claims::judge(&pipeline.claim, &measured);
-            write(CLAIMS, claims::table(&outcomes)?)?;
+            judged = claims::judge(&pipeline.claim, &measured);
+            write(CLAIMS, claims::table(&judged)?)?;
             let headers: Vec<&RunHeader> = runs.values().map(|run| &run.header).collect();
-            files.write(&folder.join(CLAIMS_PAGE), claims::markdown(&pipeline.title, &outcomes, &headers))?;
-            told = claims::told(&outcomes);
+            let page = claims::markdown(&pipeline.title, &pipeline.claim, &judged, &headers);
+            files.write(&folder.join(CLAIMS_PAGE), page)?;
             one_more(1);
         }
         let contents = pipeline.contents(&figures.captions());
@@ -283,7 +283,7 @@ impl<'a> Reduction<'a> {
         let from_folder = |path: &PathBuf| path.strip_prefix(out).unwrap_or(path).display().to_string();
         let written: Vec<String> = written.iter().map(from_folder).collect();
         let read = |file: &str| asperity_files::read(&files.begun(&out.join(file))?).ok();
-        let page = Page::of(&contents, &written, shown.collect(), told, &read, provenance);
+        let page = Page::of(&contents, &written, shown.collect(), judged, &read, provenance);
         files.write(&out.join(REPORT), page.html())?;
         one_more(1);
         files.publish()?;

@@ -3,28 +3,31 @@
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use asperity_compare::sides;
-use asperity_compare::{CompareError, Compared, Settings, Told, compare};
 use asperity_diff::policy::Policy;
 use asperity_diff::report::{Report, Verdict};
-use asperity_diff::{page, summary};
+use asperity_diff::run_log::RunLog;
+use asperity_diff::sides::{self, Logs};
+use asperity_diff::summary as screen;
+use asperity_diff::{CompareError, Compared, Settings, compare, page};
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::text;
-use asperity_summary::{RupturesFrom, Summary};
+use asperity_record::{Event, Observer, Record, RunHeader};
+use asperity_run::Checked;
+use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
 use crate::outputs::refused;
-use crate::ruptures::found_in_steps;
-use crate::terminal;
-use crate::verdict_exit;
+use crate::reading::{self, Reading};
+use crate::{summary, terminal, verdict_exit};
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
-    let settings = settings(arguments)?;
+    let mut settings = settings(arguments)?;
     let files = outputs(arguments)?;
     let told = |error: FileError| refused("", &error, true);
-    hold_all(arguments)?;
+    settings.logs = read_logs(arguments)?;
     let Compared { report, draft } =
         compare(&arguments.old, &arguments.new, &settings, &files).map_err(as_failure)?;
     if let Some(path) = &arguments.draft_policy {
@@ -47,15 +50,67 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     }
 }
 
-/// Checks that every run log on either side is complete. Other code versions are accepted:
-/// comparing them is the purpose.
-fn hold_all(arguments: &DiffArguments) -> Result<(), Failure> {
-    let mut logs = Vec::new();
+/// Most slip events that are kept in memory, of all logs together: about 100 MB.
+const MOST_SLIP_EVENTS: usize = 1_000_000;
+
+/// Reads and checks every run log on either side, each once. All must be complete; other code
+/// versions are accepted, since comparing them is the purpose.
+fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
+    let mut paths = Vec::new();
     for side in [&arguments.old, &arguments.new] {
-        logs.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
+        paths.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
     }
-    let judged = exit::each_of(&logs, None, |log| verdict_exit::holds_all(log))?;
-    Code::worst(judged.into_iter().filter_map(Result::err)).said()
+    let most_slip_events = MOST_SLIP_EVENTS / paths.len().max(1);
+    let read = exit::each_of(&paths, None, |path| read_log(path, most_slip_events))?;
+    let mut logs = Logs::new();
+    let mut codes = Vec::new();
+    for (path, read) in paths.into_iter().zip(read) {
+        match read {
+            Ok(log) => drop(logs.insert(path, Arc::new(log))),
+            Err(code) => codes.push(code),
+        }
+    }
+    Code::worst(codes).said()?;
+    Ok(logs)
+}
+
+/// Checks a log, and collects what a diff needs of it in the same pass.
+fn read_log(path: &Path, most_slip_events: usize) -> Result<RunLog, Failure> {
+    let begin = |header: &RunHeader, toml: &str| {
+        let log = RunLog::begin(header, toml, most_slip_events);
+        // Without a summary, the comparison says why.
+        Ok((log, Summarizing(summary::begin(path, header, toml))))
+    };
+    let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);
+    let Reading { checked, observer: (mut log, Summarizing(summarizer)), ruptures_from } =
+        reading::once(path, begin, accept)?;
+    log.has_ruptures = ruptures_from != RupturesFrom::None;
+    match summarizer {
+        Ok(summarizer) => {
+            let summary = summarizer.finish(ruptures_from, checked.seen.end.as_ref());
+            let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
+            log.summary = keys.zip(summary.values()).collect();
+        }
+        Err(problem) => log.problem = Some(format!("{}: {problem}", path.display())),
+    }
+    Ok(log)
+}
+
+/// A summary, or why there is none.
+struct Summarizing(Result<Summarizer, String>);
+
+impl Observer for Summarizing {
+    fn record(&mut self, record: &Record) {
+        if let Ok(summarizer) = &mut self.0 {
+            summarizer.record(record);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if let Ok(summarizer) = &mut self.0 {
+            summarizer.event(event);
+        }
+    }
 }
 
 /// Reserves the outputs, which must not overwrite inputs.
@@ -78,7 +133,7 @@ fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
     let (keep_findings, keep_matches) = match arguments.format {
         DiffFormat::Json => (usize::MAX, usize::MAX),
         DiffFormat::Text if arguments.page.is_some() => (page::FINDINGS_OF_A_CLASS, page::MATCHES_OF_A_RUN),
-        DiffFormat::Text => (summary::KEPT_OF_A_CLASS, 0),
+        DiffFormat::Text => (screen::KEPT_OF_A_CLASS, 0),
     };
     Ok(Settings {
         policy: read_policy(arguments)?,
@@ -90,19 +145,8 @@ fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
         keep_findings,
         keep_matches,
         matches_file: matches_file(arguments),
-        tell: Some(tell),
+        logs: Logs::new(),
     })
-}
-
-/// The summary of a log, and its ruptures if the log contains none.
-fn tell(log: &Path) -> Result<Told, String> {
-    let told = || {
-        let summary = crate::summary::of_whole_log(log)?;
-        let found = (summary.ruptures_from == RupturesFrom::Steps.word()).then(|| found_in_steps(log));
-        let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
-        Ok(Told { summary: keys.zip(summary.values()).collect(), ruptures: found.transpose()? })
-    };
-    told().map_err(|failure: Failure| failure.to_string())
 }
 
 fn read_policy(arguments: &DiffArguments) -> Result<Policy, Failure> {
@@ -134,7 +178,7 @@ fn as_failure(error: CompareError) -> Failure {
 fn print(report: &Report, format: DiffFormat) -> Result<(), Failure> {
     match format {
         DiffFormat::Text => {
-            for line in summary::lines(report) {
+            for line in screen::lines(report) {
                 terminal::say(line)?;
             }
         }

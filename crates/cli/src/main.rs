@@ -21,7 +21,6 @@ mod report;
 #[cfg(feature = "analysis")]
 mod reproduce;
 mod run;
-mod ruptures;
 mod salvage;
 mod scenario;
 mod study;

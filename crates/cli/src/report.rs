@@ -4,16 +4,15 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Inputs};
+use asperity_files::{Existing, FileSet, Inputs, ShortLines};
 use asperity_model::text;
 use asperity_record::RunHeader;
 use asperity_report::{
-    Claim, Contents, Entry, Gather, Judgement, Limits, Link, Recorded, Run, Study, encoded, files_of_picture,
-    index,
+    Contents, Entry, Gather, Limits, Link, Recorded, Run, Study, encoded, files_of_picture, index,
 };
 use asperity_run::{Checked, at_once};
 use asperity_summary::Summarizer;
-use serde::Deserialize;
+use asperity_summary::claim::{self, Claim};
 
 use crate::args::ReportArguments;
 use crate::exit::{self, Code, Failure};
@@ -232,58 +231,13 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     Ok(Study::of(&contents, &recorded.files, runs, claims, &read, !arguments.no_provenance))
 }
 
-/// A row of the table of claims.
-#[derive(Deserialize)]
-struct ClaimRow {
-    about: String,
-    of: String,
-    run: String,
-    quote: String,
-    measure: String,
-    stated: String,
-    ours: Option<f64>,
-    #[serde(default)]
-    standard_error: Option<f64>,
-    deviation: Option<f64>,
-    rule: String,
-    verdict: String,
-    kind: String,
-    note: String,
-    #[serde(default)]
-    as_stated_ours: Option<f64>,
-    #[serde(default)]
-    as_stated_standard_error: Option<f64>,
-    #[serde(default)]
-    as_stated_rule: String,
-    #[serde(default)]
-    as_stated_verdict: String,
-}
-
 /// Reads the claims of a table.
 fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
-    let bad = |error: csv::Error| {
+    let bad = |error: claim::ReadError| {
         Failure::BadInput(format!("{}: {error} (accepted: the table of a pipeline)", table.display()))
     };
-    let mut reader = csv::Reader::from_path(table).map_err(bad)?;
-    let claim = |row: ClaimRow| Claim {
-        as_stated: (!row.as_stated_verdict.is_empty()).then_some(Judgement {
-            ours: row.as_stated_ours,
-            error: row.as_stated_standard_error,
-            rule: row.as_stated_rule,
-            verdict: row.as_stated_verdict,
-        }),
-        about: row.about,
-        of: row.of,
-        run: row.run,
-        quote: row.quote,
-        measure: row.measure,
-        stated: row.stated,
-        own: Judgement { ours: row.ours, error: row.standard_error, rule: row.rule, verdict: row.verdict },
-        deviation: row.deviation,
-        kind: row.kind,
-        note: row.note,
-    };
-    reader.deserialize().map(|row| row.map(claim).map_err(bad)).collect()
+    let file = asperity_files::open(table).map_err(|error| bad(csv::Error::from(error).into()))?;
+    claim::read(ShortLines::of(file)).map_err(bad)
 }
 
 /// A study among several.

@@ -23,7 +23,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
     if arguments.schema {
         return print_json(&Summary::schema());
     }
-    let found = at_once(&arguments.runs, None, |run| Ok::<_, Failure>(of_log(run, |_| Ok(()))))?;
+    let found = at_once(&arguments.runs, None, |run| Ok::<_, Failure>(of_log(run)))?;
     let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, _)| summary).collect();
     if !summaries.is_empty() {
         print(arguments, &summaries)?;
@@ -163,24 +163,23 @@ pub(crate) fn slider(scenario: &Scenario) -> Slider {
 /// The summary of the sound part of a log, and its verdict.
 ///
 /// # Errors
-/// If it is not a run log, is not accepted, or its scenario is invalid.
-pub(crate) fn of_log(
-    run: &Path,
-    accept: impl FnOnce(&Checked) -> Result<(), Failure>,
-) -> Result<(Summary, Checked), Failure> {
-    let begin = |header: &RunHeader, toml: &str| {
-        // A log that ends early, or was salvaged without its scenario, has none.
-        let slider = reading::scenario(run, toml)?.map_or_else(Slider::default, |scenario| slider(&scenario));
-        Ok(Summarizer::new(&name(run), header, slider))
-    };
-    let Reading { checked, observer, ruptures_from } = reading::once(run, begin, accept)?;
+/// If it is not a run log, or its scenario is invalid.
+fn of_log(run: &Path) -> Result<(Summary, Checked), Failure> {
+    let begin = |header: &RunHeader, toml: &str| begin(run, header, toml);
+    let Reading { checked, observer, ruptures_from } = reading::once(run, begin, |_| Ok(()))?;
     Ok((observer.finish(ruptures_from, checked.seen.end.as_ref()), checked))
 }
 
-/// The summary of a log that must hold all of its run.
+/// Begins the summary of a log with this header and scenario.
 ///
 /// # Errors
-/// If it does not.
-pub(crate) fn of_whole_log(run: &Path) -> Result<Summary, Failure> {
-    of_log(run, |checked| verdict_exit::must_hold_all(run, checked)).map(|(summary, _)| summary)
+/// In words, if its scenario is invalid.
+pub(crate) fn begin(run: &Path, header: &RunHeader, scenario_toml: &str) -> Result<Summarizer, String> {
+    // A log that ends early, or was salvaged without its scenario, has none.
+    let scenario = reading::scenario(run, scenario_toml)?;
+    Ok(Summarizer::new(
+        &name(run),
+        header,
+        scenario.map_or_else(Slider::default, |scenario| slider(&scenario)),
+    ))
 }

@@ -53,7 +53,6 @@ pub(crate) fn must_hold_all(run: &Path, checked: &Checked) -> Result<(), Failure
 ///
 /// # Errors
 /// If it is damaged.
-#[cfg(feature = "analysis")]
 pub(crate) fn must_be_sound(run: &Path, checked: &Checked) -> Result<(), Failure> {
     if checked.verdict != Verdict::Damaged {
         return Ok(());

@@ -10,12 +10,13 @@
 //! | split, merged | one old event stands against several new ones, or the reverse |
 //! | missing, extra | no counterpart |
 
-use asperity_record::{Reach, SlipEvent};
+use asperity_record::Reach;
 
 use crate::column::{Column, Columns, Kind};
 use crate::matching::Group;
 use crate::policy::{Allowed, Policy};
 use crate::report::{CellChange, Class, Conservation};
+use crate::row::Row;
 
 /// How much farther than its onset the end of a shifted event may move: beyond, its
 /// duration changed rather than its place.
@@ -45,11 +46,10 @@ pub(crate) struct Rules<'a> {
 }
 
 impl Rules<'_> {
-    pub(crate) fn classify(&self, group: &Group) -> Outcome {
+    pub(crate) fn classify<R: Row>(&self, group: &Group<R>) -> Outcome {
         let unpaired =
             |class, rule| Outcome { class, rule, cells: Vec::new(), shift_s: None, conservation: None };
-        let is_after =
-            |event: &SlipEvent, until_s: Option<f64>| until_s.is_some_and(|end_s| event.onset_s > end_s);
+        let is_after = |event: &R, until_s: Option<f64>| until_s.is_some_and(|end_s| event.onset_s() > end_s);
         match (&group.old[..], &group.new[..]) {
             ([old], [new]) => self.pair(old, new, group.identical),
             ([old], []) if is_after(old, self.new_until_s) => {
@@ -77,7 +77,7 @@ impl Rules<'_> {
         }
     }
 
-    fn pair(&self, old: &SlipEvent, new: &SlipEvent, identical: bool) -> Outcome {
+    fn pair<R: Row>(&self, old: &R, new: &R, identical: bool) -> Outcome {
         let shift_s = shift_s(old, new);
         let outcome =
             |class, rule, cells| Outcome { class, rule, cells, shift_s: Some(shift_s), conservation: None };
@@ -91,7 +91,7 @@ impl Rules<'_> {
             of_kind.any(|cell| cell.is_beyond() && (cell.column.is_of_onset() || !of_onset))
         };
         // What the end of a run has cut short is compared only in what its onset tells.
-        let cut = old.end_s.is_none() || new.end_s.is_none() || old.open || new.open;
+        let cut = old.is_cut() || new.is_cut();
         const ALL: [Kind; 5] = [Kind::Time, Kind::Step, Kind::Extent, Kind::Load, Kind::Edge];
         let (class, rule) = if cells.is_empty() {
             (Class::Identical, "equal in every column compared")
@@ -100,7 +100,7 @@ impl Rules<'_> {
         } else if cut && !any_beyond(&ALL, true) {
             (Class::Open, "the end of a run cut it short, and it starts alike")
         } else if is_beyond(Column::OnsetS) && !any_beyond(&[Kind::Extent], cut) {
-            let onset_s = (old.onset_s - new.onset_s).abs();
+            let onset_s = (old.onset_s() - new.onset_s()).abs();
             if cut || shift_s <= END_MOVES_ALONG * onset_s {
                 (Class::Shifted, "same blocks, another time")
             } else {
@@ -125,10 +125,10 @@ impl Rules<'_> {
         of_class && (near || outcome.class.is_no_difference())
     }
 
-    fn conservation(&self, group: &Group) -> Conservation {
+    fn conservation<R: Row>(&self, group: &Group<R>) -> Conservation {
         let (old_duration_s, new_duration_s) = (covered_s(&group.old), covered_s(&group.new));
         let [onset_s, end_s] = [Column::OnsetS, Column::EndS].map(|column| {
-            let last = |events: &[SlipEvent]| events.last().map(|event| column.of(event));
+            let last = |events: &[R]| events.last().map(|event| event.cell(column));
             let (old, new) = (last(&group.old), last(&group.new));
             old.zip(new).map_or(0.0, |(old, new)| self.policy.tolerance(column).between(old, new))
         });
@@ -156,20 +156,15 @@ impl CellChange {
 }
 
 /// The farther of the shifts of onset and end, s.
-pub(crate) fn shift_s(old: &SlipEvent, new: &SlipEvent) -> f64 {
-    let end_s = old.end_s.zip(new.end_s).map_or(0.0, |(old, new)| (old - new).abs());
-    (old.onset_s - new.onset_s).abs().max(end_s)
+pub(crate) fn shift_s<R: Row>(old: &R, new: &R) -> f64 {
+    let end_s = old.end_s().zip(new.end_s()).map_or(0.0, |(old, new)| (old - new).abs());
+    (old.onset_s() - new.onset_s()).abs().max(end_s)
 }
 
-/// The cells in which two events differ. Steps are compared only where their
-/// seconds are equal: else it follows from them.
-pub(crate) fn differing(
-    old: &SlipEvent,
-    new: &SlipEvent,
-    columns: Columns,
-    policy: &Policy,
-) -> Vec<CellChange> {
-    let same = |column: Column| column.of(old) == column.of(new);
+/// The cells in which two events differ. Steps are compared only where their seconds are equal:
+/// otherwise the difference follows from that of the seconds.
+fn differing<R: Row>(old: &R, new: &R, columns: Columns, policy: &Policy) -> Vec<CellChange> {
+    let same = |column: Column| old.cell(column) == new.cell(column);
     let is_its_own = |column: &Column| match column {
         Column::Event => false,
         Column::OnsetStep => same(Column::OnsetS),
@@ -181,7 +176,7 @@ pub(crate) fn differing(
         .filter(|&column| !same(column))
         .filter(is_its_own)
         .map(|column| {
-            let (old, new) = (column.of(old), column.of(new));
+            let (old, new) = (old.cell(column), new.cell(column));
             let tolerance = policy.tolerance(column).between(old, new);
             CellChange { column, old, new, difference: old.distance(new), tolerance }
         })
@@ -189,20 +184,20 @@ pub(crate) fn differing(
 }
 
 /// Time covered by events in order of onset, s.
-fn covered_s(events: &[SlipEvent]) -> f64 {
+fn covered_s(events: &[impl Row]) -> f64 {
     let mut until_s = f64::NEG_INFINITY;
     let mut covered_s = 0.0;
     for event in events {
-        let end_s = event.end_s.unwrap_or(event.onset_s);
-        covered_s += (end_s - event.onset_s.max(until_s)).max(0.0);
+        let end_s = event.end_s().unwrap_or(event.onset_s());
+        covered_s += (end_s - event.onset_s().max(until_s)).max(0.0);
         until_s = until_s.max(end_s);
     }
     covered_s
 }
 
 /// Blocks covered by events, as ranges that do not touch.
-fn covered_blocks(events: &[SlipEvent]) -> Vec<Reach> {
-    let mut ranges: Vec<Reach> = events.iter().map(SlipEvent::reach).collect();
+fn covered_blocks<R: Row>(events: &[R]) -> Vec<Reach> {
+    let mut ranges: Vec<Reach> = events.iter().map(R::reach).collect();
     ranges.sort_unstable();
     let mut covered: Vec<Reach> = Vec::new();
     for next in ranges {

@@ -1,23 +1,30 @@
-//! The columns of the event table, and what each says of an event: when, where,
-//! at what load. Rules about columns are rules about these kinds, so that the
-//! matching and the classes know no column by name.
+//! The columns of the event table, which ruptures share, and what each says: when, where, at what
+//! load. Rules about columns are rules about these kinds, so that the matching and the classes know
+//! no column by name.
 
-use asperity_record::{Cell, EventPayload, SlipEvent};
+use asperity_record::{EventPayload, SlipEvent};
 use serde::{Serialize, Serializer};
 
 /// Makes of the table below the columns and what is said of each.
 macro_rules! columns {
-    ($($column:ident $name:literal $kind:ident $known:ident,)+) => {
+    ($($column:ident $field:ident $kind:ident,)+) => {
         /// A column of the event table, by its place in [`SlipEvent::COLUMNS`].
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
         pub enum Column {
-            $(#[doc = concat!("`", $name, "`.")] $column,)+
+            $(#[doc = concat!("`", stringify!($field), "`.")] $column,)+
         }
 
         impl Column {
             /// All columns, in the order of [`SlipEvent::COLUMNS`].
             pub const ALL: [Column; SlipEvent::COLUMNS.len()] = [$(Column::$column),+];
+
+            /// Its name in tables.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Column::$column => stringify!($field),)+
+                }
+            }
 
             /// What it says of an event.
             pub fn kind(self) -> Kind {
@@ -25,45 +32,35 @@ macro_rules! columns {
                     $(Column::$column => Kind::$kind,)+
                 }
             }
-
-            fn known(self) -> Known {
-                match self {
-                    $(Column::$column => Known::$known,)+
-                }
-            }
         }
 
-        #[cfg(test)]
-        const NAMES: &[&str] = &[$($name),+];
+        /// The cell of a slip event in a column.
+        #[inline]
+        pub(crate) fn slip_event_cell(event: &SlipEvent, column: Column) -> Value {
+            match column {
+                $(Column::$column => event.$field.into(),)+
+            }
+        }
     };
 }
 
 columns! {
-    // column, its name, what it says, when it is known
-    OnsetS "onset_s" Time AtOnset,
-    EndS "end_s" Time Later,
-    FirstBlock "first_block" Extent Later,
-    LastBlock "last_block" Extent Later,
-    MaxSliding "max_sliding" Extent Later,
-    FtFnOnset "ft_fn_onset" Load AtOnset,
-    FtFnEnd "ft_fn_end" Load Later,
-    Event "event" Number Later,
-    OnsetStep "onset_step" Step AtOnset,
-    EndStep "end_step" Step Later,
-    BlocksSlipped "blocks_slipped" Extent Later,
-    NucleationBlock "nucleation_block" Extent AtOnset,
-    FtFnMin "ft_fn_min" Load Later,
-    FtFnMax "ft_fn_max" Load Later,
-    Open "open" Edge Later,
-}
-
-/// Since when a column's cell is known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Known {
-    /// Since the event started.
-    AtOnset,
-    /// It may change while the event goes on.
-    Later,
+    // column, its field, what it says
+    OnsetS onset_s Time,
+    EndS end_s Time,
+    FirstBlock first_block Extent,
+    LastBlock last_block Extent,
+    MaxSliding max_sliding Extent,
+    FtFnOnset ft_fn_onset Load,
+    FtFnEnd ft_fn_end Load,
+    Event event Number,
+    OnsetStep onset_step Step,
+    EndStep end_step Step,
+    BlocksSlipped blocks_slipped Extent,
+    NucleationBlock nucleation_block Extent,
+    FtFnMin ft_fn_min Load,
+    FtFnMax ft_fn_max Load,
+    Open open Edge,
 }
 
 /// What a column says of an event.
@@ -84,25 +81,15 @@ pub enum Kind {
 }
 
 impl Column {
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
-        &SlipEvent::COLUMNS[self as usize].name
-    }
-
     /// The column of this name.
     pub fn named(name: &str) -> Option<Column> {
         Column::ALL.into_iter().find(|column| column.name() == name)
     }
 
-    /// Whether it is known as soon as the event starts, so that the end of a run
-    /// cannot have cut it.
+    /// Whether it is known as soon as the event starts, so that the end of a run cannot have
+    /// changed it.
     pub fn is_of_onset(self) -> bool {
-        self.known() == Known::AtOnset
-    }
-
-    /// The cell of an event in this column.
-    pub fn of(self, event: &SlipEvent) -> Value {
-        event.cells().as_ref()[self as usize].into()
+        matches!(self, Column::OnsetS | Column::FtFnOnset | Column::OnsetStep | Column::NucleationBlock)
     }
 }
 
@@ -131,16 +118,22 @@ pub enum Value {
     Flag(bool),
 }
 
-impl From<Cell> for Value {
-    fn from(cell: Cell) -> Value {
-        match cell {
-            Cell::Empty => Value::Empty,
-            Cell::Count(value) => Value::Whole(value.into()),
-            Cell::Step(value) => Value::Whole(value),
-            Cell::Number(value) => Value::Number(value),
-            Cell::Flag(value) => Value::Flag(value),
-            Cell::Word(word) => unreachable!("the event table has no words, as {word:?}"),
-        }
+/// Makes a cell of each type of field that the event table has.
+macro_rules! values {
+    ($($type:ty: $variant:ident),+) => {
+        $(impl From<$type> for Value {
+            fn from(value: $type) -> Value {
+                Value::$variant(value.into())
+            }
+        })+
+    };
+}
+
+values!(f64: Number, u32: Whole, u64: Whole, bool: Flag);
+
+impl<T: Into<Value>> From<Option<T>> for Value {
+    fn from(value: Option<T>) -> Value {
+        value.map_or(Value::Empty, T::into)
     }
 }
 
@@ -206,6 +199,12 @@ impl Columns {
         Columns(self.0 | 1 << column as u16)
     }
 
+    /// With one less.
+    #[must_use]
+    pub const fn without(self, column: Column) -> Columns {
+        Columns(self.0 & !(1 << column as u16))
+    }
+
     /// Those in both.
     #[must_use]
     pub fn and(self, other: Columns) -> Columns {
@@ -231,11 +230,14 @@ impl FromIterator<Column> for Columns {
 
 #[cfg(test)]
 mod tests {
-    use super::{Column, NAMES};
+    use asperity_record::{EventPayload, SlipEvent};
+
+    use super::Column;
 
     #[test]
     fn what_is_said_of_columns_is_said_of_those_of_the_event_table() {
-        assert_eq!(Column::ALL.map(Column::name)[..], *NAMES);
+        let names = SlipEvent::COLUMNS.iter().map(|column| column.name.as_ref());
+        assert!(names.eq(Column::ALL.map(Column::name)));
         let of_onset = Column::ALL.into_iter().filter(|column| column.is_of_onset());
         assert_eq!(
             of_onset.map(Column::name).collect::<Vec<_>>(),

@@ -28,7 +28,9 @@
 
 use std::ops::Add;
 
-use asperity_record::{Reach, SlipEvent};
+use asperity_record::Reach;
+
+use crate::row::Row;
 
 /// The cost of an event without a counterpart.
 pub(crate) const ALONE: i64 = UNIT / 4 * 3;
@@ -51,13 +53,6 @@ pub(crate) struct Cost {
 
 impl Cost {
     pub(crate) const NONE: Cost = Cost { primary: 0, ranks: 0, checksum: 0 };
-    /// Of what is not possible.
-    pub(crate) const NEVER: Cost = Cost { primary: i64::MAX / 4, ranks: 0, checksum: 0 };
-
-    #[inline]
-    pub(crate) fn is_possible(self) -> bool {
-        self.primary < Cost::NEVER.primary
-    }
 
     #[inline]
     pub(crate) fn and(self, primary: i64) -> Cost {
@@ -68,6 +63,7 @@ impl Cost {
 impl Add for Cost {
     type Output = Cost;
 
+    #[inline]
     fn add(self, other: Cost) -> Cost {
         Cost {
             primary: self.primary + other.primary,
@@ -84,6 +80,8 @@ pub(crate) struct Span {
     /// Its end; infinite if the run ended before.
     end_s: f64,
     blocks: Reach,
+    /// How many blocks these are.
+    block_count: u32,
     /// The latest onset that it is compared with, s.
     pub(crate) reach_s: f64,
     /// Number of different onsets before its own, on both sides.
@@ -92,19 +90,20 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    pub(crate) fn new(event: &SlipEvent, rank: u64, window_s: f64) -> Span {
-        let blocks = event.reach();
-        let mut checksum = event.onset_s.to_bits();
-        let end = event.end_s.map_or(0, f64::to_bits);
+    pub(crate) fn new(event: &impl Row, rank: u64, window_s: f64) -> Span {
+        let (onset_s, end_s, blocks) = (event.onset_s(), event.end_s(), event.reach());
+        let mut checksum = onset_s.to_bits();
+        let end = end_s.map_or(0, f64::to_bits);
         // With its number, which distinguishes two equal rows.
-        for word in [end, blocks.first.into(), blocks.last.into(), event.event] {
+        for word in [end, blocks.first.into(), blocks.last.into(), event.number()] {
             checksum = mixed(checksum ^ word);
         }
         Span {
-            onset_s: event.onset_s,
-            end_s: event.end_s.unwrap_or(f64::INFINITY),
+            onset_s,
+            end_s: end_s.unwrap_or(f64::INFINITY),
             blocks,
-            reach_s: event.end_s.unwrap_or(event.onset_s).max(event.onset_s + window_s),
+            block_count: blocks.count(),
+            reach_s: end_s.unwrap_or(onset_s).max(onset_s + window_s),
             rank,
             checksum,
         }
@@ -115,9 +114,28 @@ impl Span {
     }
 
     /// Time that two events have in common, s. One without an end lasts as long as the other.
+    #[inline]
     fn common_s(&self, other: &Span) -> f64 {
         let to_s = self.end_s.min(other.end_s);
         if to_s == f64::INFINITY { 0.0 } else { (to_s - self.onset_s.max(other.onset_s)).max(0.0) }
+    }
+}
+
+/// What two events have in common: no group without a common block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Overlap {
+    /// Time, s.
+    pub(crate) common_s: f64,
+    /// Blocks, at least one.
+    blocks: u32,
+}
+
+impl Overlap {
+    #[inline]
+    pub(crate) fn of(a: &Span, b: &Span) -> Option<Overlap> {
+        let (first, last) = (a.blocks.first.max(b.blocks.first), a.blocks.last.min(b.blocks.last));
+        let blocks = (last + 1).saturating_sub(first);
+        (blocks > 0).then(|| Overlap { common_s: a.common_s(b), blocks })
     }
 }
 
@@ -140,13 +158,10 @@ fn units(cost: f64) -> i64 {
 }
 
 /// The cost of a pair, if it is one.
-pub(crate) fn pair(a: &Span, b: &Span, window_s: f64) -> Option<Cost> {
-    let blocks = a.blocks.common(b.blocks);
-    if blocks == 0 {
-        return None;
-    }
+#[inline]
+pub(crate) fn pair(a: &Span, b: &Span, overlap: Overlap, window_s: f64) -> Option<Cost> {
+    let Overlap { common_s, blocks } = overlap;
     let apart_s = (a.onset_s - b.onset_s).abs();
-    let common_s = a.common_s(b);
     if common_s == 0.0 && apart_s > window_s {
         return None;
     }
@@ -159,12 +174,12 @@ pub(crate) fn pair(a: &Span, b: &Span, window_s: f64) -> Option<Cost> {
             |span: &Span| ((if span.is_open() { last_s } else { span.end_s }) - span.onset_s).max(0.0);
         let covered_s = length_s(a) + length_s(b) - common_s;
         match covered_s > 0.0 {
-            true => common_s / covered_s,
+            true if common_s > 0.0 => common_s / covered_s,
             false if apart_s == 0.0 => 1.0,
-            false => 0.0,
+            _ => 0.0,
         }
     };
-    let blocks = f64::from(blocks) / f64::from(a.blocks.count() + b.blocks.count() - blocks);
+    let blocks = f64::from(blocks) / f64::from(a.block_count + b.block_count - blocks);
     let offset = if apart_s == 0.0 { 0.0 } else { (apart_s / window_s).min(1.0) };
     let primary = units(0.5 * (1.0 - time)) + units(0.5 * offset) + units(1.0 - blocks);
     (primary < 2 * ALONE).then(|| tied(primary, a, b))
@@ -172,18 +187,15 @@ pub(crate) fn pair(a: &Span, b: &Span, window_s: f64) -> Option<Cost> {
 
 /// The cost of taking an event for a part of a split or merged one, if it can be:
 /// to be added to [`BEGUN`].
-pub(crate) fn part(whole: &Span, part: &Span) -> Option<Cost> {
-    let common_s = whole.common_s(part);
+#[inline]
+pub(crate) fn part(whole: &Span, part: &Span, overlap: Overlap) -> Option<Cost> {
+    let Overlap { common_s, blocks } = overlap;
     // What is cut short cannot be said to have been split.
     if common_s <= 0.0 || whole.is_open() {
         return None;
     }
-    let blocks = whole.blocks.common(part.blocks);
-    if blocks == 0 {
-        return None;
-    }
     let inside_time = if part.is_open() { 1.0 } else { common_s / (part.end_s - part.onset_s) };
-    let inside_blocks = f64::from(blocks) / f64::from(part.blocks.count());
+    let inside_blocks = f64::from(blocks) / f64::from(part.block_count);
     let primary = units(0.5 * (1.0 - inside_time)) + units(0.5 * (1.0 - inside_blocks))
         - units(common_s / (whole.end_s - whole.onset_s));
     Some(tied(primary, whole, part))

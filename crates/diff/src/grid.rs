@@ -1,7 +1,7 @@
 //! The grid through which the cheapest path is looked for, row by row: a cell
 //! for a number of old and a number of new events taken, a state for each mode in it.
 
-use crate::cost::{self, ALONE, BEGUN, Cost, Span};
+use crate::cost::{self, ALONE, BEGUN, Cost, Overlap, Span};
 
 /// What a path through the grid is in the middle of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,6 +22,7 @@ pub(crate) enum Mode {
 pub(crate) const MODES: [Mode; 5] = [Mode::Between, Mode::Split1, Mode::Split2, Mode::Merge1, Mode::Merge2];
 
 /// A mode in a set of them.
+#[inline]
 pub(crate) fn bit(mode: Mode) -> u8 {
     1 << mode as u8
 }
@@ -62,18 +63,34 @@ const MOVES: [Move; 9] = [
     Move::Further,
 ];
 
-/// The last moves to the five states of a cell, four bits each.
+/// The last moves to the five states of a cell, four bits each, and above them a bit for each state
+/// that a path leads to.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Moves(u32);
+
+/// Where the bits of states with a path begin.
+const LIVE: u32 = 20;
 
 impl Moves {
     pub(crate) fn get(self, mode: Mode) -> Move {
         MOVES[(self.0 >> (4 * mode as u32) & 0xf) as usize]
     }
 
-    pub(crate) fn set(&mut self, mode: Mode, last: Move) {
+    /// The set of modes that a path leads to.
+    #[inline]
+    pub(crate) fn live(self) -> u8 {
+        (self.0 >> LIVE) as u8
+    }
+
+    #[inline]
+    fn set(&mut self, mode: Mode, last: Move) {
         let shift = 4 * mode as u32;
-        self.0 = self.0 & !(0xf << shift) | (last as u32) << shift;
+        self.0 = self.0 & !(0xf << shift) | (last as u32) << shift | u32::from(bit(mode)) << LIVE;
+    }
+
+    /// Ends the paths here, but keeps how they came.
+    fn close(&mut self) {
+        self.0 &= (1 << LIVE) - 1;
     }
 }
 
@@ -81,59 +98,64 @@ impl Moves {
 pub(crate) type State = (usize, usize, Mode);
 
 /// A row of the grid: the cells with one number of old events taken.
-pub(crate) struct Row {
+pub(crate) struct CostRow {
     /// New events taken in its first cell.
     pub(crate) from: usize,
+    /// At least as many as cells; valid for states that a path leads to.
     pub(crate) costs: Vec<[Cost; 5]>,
+    /// One for each cell.
     pub(crate) moves: Vec<Moves>,
 }
 
-impl Row {
-    /// A row without paths, of cells from one number of new events taken to another.
-    pub(crate) fn cleared(from: usize, to: usize, mut costs: Vec<[Cost; 5]>) -> Row {
-        costs.clear();
-        let mut row = Row { from, costs, moves: Vec::new() };
+impl CostRow {
+    /// A row without paths, of cells from one number of new events taken to another; `costs` is
+    /// memory to be used again.
+    pub(crate) fn cleared(from: usize, to: usize, costs: Vec<[Cost; 5]>) -> CostRow {
+        let mut row = CostRow { from, costs, moves: Vec::new() };
         row.reach_to(to);
         row
     }
 
     /// A row with one cell, where paths start.
-    pub(crate) fn start(taken: usize) -> Row {
-        let mut row = Row::cleared(taken, taken, Vec::new());
-        row.costs[0][Mode::Between as usize] = Cost::NONE;
+    pub(crate) fn start(taken: usize) -> CostRow {
+        let mut row = CostRow::cleared(taken, taken, Vec::new());
+        row.offer(taken, Mode::Between, Cost::NONE, Move::None);
         row
     }
 
     /// Makes room for cells with up to this many new events taken.
     pub(crate) fn reach_to(&mut self, taken: usize) {
         let cells = taken + 1 - self.from;
-        if self.costs.len() < cells {
-            self.costs.resize(cells, [Cost::NEVER; 5]);
+        if self.moves.len() < cells {
             self.moves.resize(cells, Moves::default());
+        }
+        if self.costs.len() < cells {
+            self.costs.resize(cells, [Cost::NONE; 5]);
         }
     }
 
     /// Takes a path to a state if it is cheaper than that known.
+    #[inline]
     pub(crate) fn offer(&mut self, taken: usize, mode: Mode, cost: Cost, last: Move) {
         let cell = taken - self.from;
-        let best = &mut self.costs[cell][mode as usize];
-        if cost < *best {
+        let (moves, best) = (&mut self.moves[cell], &mut self.costs[cell][mode as usize]);
+        if moves.live() & bit(mode) == 0 || cost < *best {
             *best = cost;
-            self.moves[cell].set(mode, last);
+            moves.set(mode, last);
         }
     }
 
     /// Moves along the row and from it to the next, which has taken the old event `whole` more.
     /// `news` are the new events from the next row's first cell to its last: those before are too
     /// far from this old event and all that follow.
-    pub(crate) fn advance(&mut self, next: &mut Row, whole: &Span, news: &[Span], window_s: f64) {
+    pub(crate) fn advance(&mut self, next: &mut CostRow, whole: &Span, news: &[Span], window_s: f64) {
         let near = next.from;
         let end = near + news.len();
         for new in self.from..=end {
-            let here = self.costs[new - self.from];
-            let is_live = here.map(Cost::is_possible);
-            let [between, split1, split2, merge1, merge2] = here;
-            let [is_between, is_split1, is_split2, is_merge1, is_merge2] = is_live;
+            let live = self.moves[new - self.from].live();
+            let [between, split1, split2, merge1, merge2] = self.costs[new - self.from];
+            let [is_between, is_split1, is_split2, is_merge1, is_merge2] =
+                MODES.map(|mode| live & bit(mode) != 0);
             if new >= near {
                 if is_between {
                     next.offer(new, Mode::Between, between.and(ALONE), Move::SkipOld);
@@ -175,10 +197,14 @@ impl Row {
             if !may_meet {
                 continue;
             }
-            if is_between && let Some(pair) = cost::pair(whole, other, window_s) {
+            let Some(overlap) = Overlap::of(whole, other) else { continue };
+            if is_between && let Some(pair) = cost::pair(whole, other, overlap, window_s) {
                 next.offer(new + 1, Mode::Between, between + pair, Move::Pair);
             }
-            if let Some(part) = cost::part(whole, other) {
+            if overlap.common_s == 0.0 {
+                continue;
+            }
+            if let Some(part) = cost::part(whole, other, overlap) {
                 if is_between {
                     self.offer(new + 1, Mode::Split1, between.and(BEGUN) + part, Move::Start);
                 }
@@ -189,7 +215,7 @@ impl Row {
                     self.offer(new + 1, Mode::Split2, split2 + part, Move::Further);
                 }
             }
-            if let Some(part) = cost::part(other, whole) {
+            if let Some(part) = cost::part(other, whole, overlap) {
                 if is_between {
                     next.offer(new, Mode::Merge1, between.and(BEGUN) + part, Move::Start);
                 }
@@ -209,13 +235,14 @@ impl Row {
         for new in self.from..end {
             let cell = new - self.from;
             let [between, .., merge] = self.costs[cell];
-            if between.is_possible() {
+            let live = self.moves[cell].live();
+            if live & bit(Mode::Between) != 0 {
                 self.offer(new + 1, Mode::Between, between.and(ALONE), Move::SkipNew);
             }
-            if merge.is_possible() {
+            if live & bit(Mode::Merge2) != 0 {
                 self.offer(new + 1, Mode::Between, merge, Move::CloseMerge);
             }
-            self.costs[cell] = [Cost::NEVER; 5];
+            self.moves[cell].close();
         }
     }
 }

@@ -1,5 +1,28 @@
-//! Two tables of slip events in, what became of each event out. No file is read or written
-//! here.
+//! What became of the slip events and ruptures of one run, or of many, in another: runs are found,
+//! paired and read, and their events matched by when and where blocks slid.
+//!
+//! ```
+//! use asperity_diff::report::Class;
+//! use asperity_diff::{Settings, compare};
+//! use asperity_files::{Existing, FileSet, Inputs};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let [before, after] = ["before.csv", "after.csv"].map(|name| folder.path().join(name));
+//! std::fs::write(&before, "onset_s,end_s,first_block,last_block\n0.1,0.2,1,5\n0.4,0.5,1,9\n")?;
+//! std::fs::write(&after, "onset_s,end_s,first_block,last_block\n0.1,0.2,1,5\n")?;
+//!
+//! // Nothing is written here: no file of matches is asked for.
+//! let files = FileSet::new(Existing::Refuse, Inputs::default());
+//! let report = compare(&before, &after, &Settings::default(), &files)?.report;
+//! assert_eq!(report.counts[Class::Identical], 1);
+//! assert_eq!(report.counts[Class::Missing], 1);
+//! for line in asperity_diff::summary::lines(&report) {
+//!     println!("{line}");
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The matching alone, without files:
 //!
 //! ```
 //! use std::convert::Infallible;
@@ -40,34 +63,59 @@
 //! # Ok::<(), asperity_diff::matching::MatchError<Infallible>>(())
 //! ```
 //!
-//! In reading order:
+//! In reading order, first the matching of two tables, which reads no files:
 //!
-//! - [`mod@column`]: the columns of the event table, and what each says.
+//! - [`mod@column`], [`row`]: the columns of the event table, and the rows that have them.
 //! - `cost`: what it costs to say that events belong together.
 //! - `grid`: one step of looking for the matching that costs least.
-//! - `side`: one table as it is read.
+//! - `pending`: one table as it is read.
 //! - [`matching`]: that matching, found as the tables are read.
 //! - [`policy`]: which differences are none, and which are allowed.
 //! - [`classify`]: what became of the events that belong together.
-//! - [`rupture`]: ruptures as rows that are matched as events are.
 //! - [`statistics`]: distributions, where there are no counterparts.
-//! - [`tally`]: one pair of runs, from events to report.
+//! - [`tally`]: one pair of tables, from rows to what became of them.
+//!
+//! Then the sides and their files:
+//!
+//! - [`run_log`], [`table`]: what is read of a run log; slip events of a table, one at a time.
+//! - [`sides`]: the runs of each side, and which of them belong together.
 //! - [`provenance`]: what tells two runs apart beside their events.
-//! - [`report`]: what a diff found, as data.
-//! - [`summary`]: a report on a terminal.
-//! - [`page`]: a report as one HTML page.
+//! - `precursors`: what a change of events does to the precursor table.
+//! - `claims`: which claims changed between two outputs of a pipeline.
+//! - `matches`: every match as a row of a Parquet file.
+//! - [`compare()`]: all of this, for two sides.
+//!
+//! And what is found: [`report`] as data, [`summary`] on a terminal, [`page`] as one HTML page.
+//!
+//! Parquet and the precursor table need the feature `analysis`.
 
+mod claims;
 pub mod classify;
 pub mod column;
+mod compare;
 mod cost;
+mod error;
 mod grid;
+#[cfg(feature = "analysis")]
+mod matches;
 pub mod matching;
 pub mod page;
+mod pending;
 pub mod policy;
+#[cfg(feature = "analysis")]
+mod precursors;
 pub mod provenance;
 pub mod report;
-pub mod rupture;
-mod side;
+pub mod row;
+pub mod run_log;
+pub mod sides;
 pub mod statistics;
 pub mod summary;
+pub mod table;
 pub mod tally;
+#[cfg(not(feature = "analysis"))]
+mod without_analysis;
+
+pub use claims::ClaimsError;
+pub use compare::{Compared, Settings, compare};
+pub use error::CompareError;

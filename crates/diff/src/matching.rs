@@ -22,32 +22,33 @@
 
 use std::collections::VecDeque;
 
-use asperity_record::{Reach, SlipEvent};
+use asperity_record::Reach;
 
 use crate::column::{Column, Columns, Kind};
 use crate::cost::Cost;
-use crate::grid::{MODES, Mode, Move, Moves, Row, State, bit};
-use crate::side::Side;
-pub use crate::side::{MOST_AT_ONCE, MatchError, NEAREST};
+use crate::grid::{CostRow, MODES, Mode, Move, Moves, State, bit};
+use crate::pending::Pending;
+pub use crate::pending::{MOST_AT_ONCE, MatchError, NEAREST};
+use crate::row::Row;
 
 /// Rows after which it is looked for a state that all paths go through.
 const ROWS_BETWEEN_FLUSHES: usize = 64;
 
 /// Events that belong together, in order of onset on each side.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Group {
+pub struct Group<R> {
     /// The old events.
-    pub old: Vec<SlipEvent>,
+    pub old: Vec<R>,
     /// The new events.
-    pub new: Vec<SlipEvent>,
+    pub new: Vec<R>,
     /// Whether they are one old and one new event, equal in every column compared.
     pub identical: bool,
 }
 
-impl Group {
+impl<R: Row> Group<R> {
     /// The earliest onset of its events, s.
     pub fn onset_s(&self) -> f64 {
-        let first = |events: &[SlipEvent]| events.first().map_or(f64::INFINITY, |event| event.onset_s);
+        let first = |events: &[R]| events.first().map_or(f64::INFINITY, R::onset_s);
         first(&self.old).min(first(&self.new))
     }
 }
@@ -56,24 +57,24 @@ impl Group {
 ///
 /// # Errors
 /// If a table cannot be read or is not in order, or `emit` fails.
-pub fn match_tables<E>(
-    old: impl Iterator<Item = Result<SlipEvent, E>>,
-    new: impl Iterator<Item = Result<SlipEvent, E>>,
+pub fn match_tables<R: Row, E>(
+    old: impl Iterator<Item = Result<R, E>>,
+    new: impl Iterator<Item = Result<R, E>>,
     columns: Columns,
     window_s: f64,
-    emit: impl FnMut(Group) -> Result<(), E>,
+    emit: impl FnMut(Group<R>) -> Result<(), E>,
 ) -> Result<(), MatchError<E>> {
     let compared = columns.iter().filter(|column| column.kind() != Kind::Number).collect::<Columns>();
     let mut matcher = Matcher {
-        old: Side::new("old", old),
-        new: Side::new("new", new),
+        old: Pending::new("old", old),
+        new: Pending::new("new", new),
         twins: VecDeque::new(),
         columns: compared,
         window_s,
         onsets: 0,
         rows: VecDeque::new(),
         settled: (0, 0),
-        row: Row::start(0),
+        row: CostRow::start(0),
         spare: Vec::new(),
         flush_at: ROWS_BETWEEN_FLUSHES,
         held: Vec::new(),
@@ -82,9 +83,9 @@ pub fn match_tables<E>(
     matcher.run()
 }
 
-struct Matcher<O, N, F> {
-    old: Side<O>,
-    new: Side<N>,
+struct Matcher<O, N, R, F> {
+    old: Pending<O, R>,
+    new: Pending<N, R>,
     /// Events that are equal in every column compared and lie ahead, by their numbers.
     twins: VecDeque<(usize, usize)>,
     columns: Columns,
@@ -96,20 +97,21 @@ struct Matcher<O, N, F> {
     /// The state that all paths go through: old and new events taken.
     settled: (usize, usize),
     /// The row at hand, number `settled.0 + rows.len()`.
-    row: Row,
+    row: CostRow,
     /// Memory of a row that is finished, for the next one.
     spare: Vec<[Cost; 5]>,
     flush_at: usize,
     /// Groups that are settled, but may not be the next in time.
-    held: Vec<Group>,
+    held: Vec<Group<R>>,
     emit: F,
 }
 
-impl<O, N, F, E> Matcher<O, N, F>
+impl<O, N, R, F, E> Matcher<O, N, R, F>
 where
-    O: Iterator<Item = Result<SlipEvent, E>>,
-    N: Iterator<Item = Result<SlipEvent, E>>,
-    F: FnMut(Group) -> Result<(), E>,
+    O: Iterator<Item = Result<R, E>>,
+    N: Iterator<Item = Result<R, E>>,
+    R: Row,
+    F: FnMut(Group<R>) -> Result<(), E>,
 {
     fn run(&mut self) -> Result<(), MatchError<E>> {
         loop {
@@ -158,8 +160,8 @@ where
         Ok(true)
     }
 
-    fn equal(&self, old: &SlipEvent, new: &SlipEvent) -> bool {
-        self.columns.iter().all(|column| column.of(old) == column.of(new))
+    fn equal(&self, old: &R, new: &R) -> bool {
+        self.columns.iter().all(|column| old.cell(column) == new.cell(column))
     }
 
     /// Reads all that the old event `taken` is compared with.
@@ -176,7 +178,7 @@ where
     /// New events that the row of an old event takes in: up to those that it reaches, and to
     /// the next event that has a twin.
     fn row_end(&self, taken: usize) -> usize {
-        let mut end = self.row.from + self.row.costs.len() - 1;
+        let mut end = self.row.from + self.row.moves.len() - 1;
         let reach_s = self.old.span(taken).reach_s;
         while self.new.onset_s(end).is_some_and(|new_s| new_s <= reach_s) {
             end += 1;
@@ -189,7 +191,7 @@ where
         let end = self.row_end(taken);
         let whole = *self.old.span(taken);
         let near = self.first_within_sight(self.row.from, end, whole.onset_s);
-        let next = Row::cleared(near, end, std::mem::take(&mut self.spare));
+        let next = CostRow::cleared(near, end, std::mem::take(&mut self.spare));
         let mut row = std::mem::replace(&mut self.row, next);
         row.reach_to(end);
         row.advance(&mut self.row, &whole, self.new.spans(near, end), self.window_s);
@@ -208,7 +210,7 @@ where
     /// Leads all paths to `end` new events, without taking an old one.
     fn run_out(&mut self, end: usize) {
         self.row.run_to(end);
-        let row = std::mem::replace(&mut self.row, Row::start(end));
+        let row = std::mem::replace(&mut self.row, CostRow::start(end));
         self.rows.push_back((row.from, row.moves));
     }
 
@@ -243,7 +245,7 @@ where
         self.old.settle(old + 1);
         self.new.settle(new + 1);
         self.settled = (old + 1, new + 1);
-        self.row = Row::start(new + 1);
+        self.row = CostRow::start(new + 1);
         self.flush_at = ROWS_BETWEEN_FLUSHES;
         self.release()
     }
@@ -281,13 +283,7 @@ where
         let mut row = self.settled.0 + self.rows.len();
         // Which states of a row some open path goes through: a bit for each mode.
         let mut from = self.row.from;
-        let is_open = |costs: &[Cost; 5]| {
-            MODES
-                .into_iter()
-                .filter(|&mode| costs[mode as usize].is_possible())
-                .fold(0, |set, mode| set | bit(mode))
-        };
-        let mut open: Vec<u8> = self.row.costs.iter().map(is_open).collect();
+        let mut open: Vec<u8> = self.row.moves.iter().map(|moves| moves.live()).collect();
         loop {
             if open.iter().map(|set| set.count_ones()).sum::<u32>() == 1 {
                 let cell = open.iter().position(|&set| set != 0)?;
@@ -301,8 +297,10 @@ where
             let (before_from, moves) = &self.rows[row - 1 - self.settled.0];
             let mut before = vec![0; moves.len()];
             for cell in (0..open.len()).rev() {
-                let here = open[cell];
-                for mode in MODES.into_iter().filter(|&mode| here & bit(mode) != 0) {
+                let mut here = open[cell];
+                while here != 0 {
+                    let mode = MODES[here.trailing_zeros() as usize];
+                    here &= here - 1;
                     let ((old, new, mode), _) = self.before((row, from + cell, mode));
                     if old == row {
                         open[new - from] |= bit(mode);
@@ -387,10 +385,10 @@ where
         let new_s = front(self.new.onset_s(self.new.first), self.new.next_onset_s()?);
         let until_s = old_s.min(new_s);
         // Those of one onset in an order that does not depend on the side.
-        let key = |group: &Group| {
+        let key = |group: &Group<R>| {
             let all = || group.old.iter().chain(&group.new);
-            let end_s = all().map(|event| event.end_s.unwrap_or(event.onset_s)).fold(0.0, f64::max);
-            (end_s, Reach::over(all().map(SlipEvent::reach)))
+            let end_s = all().map(|event| event.end_s().unwrap_or(event.onset_s())).fold(0.0, f64::max);
+            (end_s, Reach::over(all().map(R::reach)))
         };
         if self.held.len() > 1 {
             self.held.sort_by(|a, b| {
@@ -423,7 +421,7 @@ mod tests {
 
     use super::{Group, match_tables};
     use crate::column::Columns;
-    use crate::cost::{self, ALONE, BEGUN, Span};
+    use crate::cost::{self, ALONE, BEGUN, Overlap, Span};
 
     const WINDOW_S: f64 = 4.0;
 
@@ -444,7 +442,7 @@ mod tests {
             .collect()
     }
 
-    fn groups(old: &[SlipEvent], new: &[SlipEvent]) -> Vec<Group> {
+    fn groups(old: &[SlipEvent], new: &[SlipEvent]) -> Vec<Group<SlipEvent>> {
         let mut groups = Vec::new();
         fn source(events: &[SlipEvent]) -> impl Iterator<Item = Result<SlipEvent, Infallible>> {
             events.iter().cloned().map(Ok)
@@ -467,12 +465,18 @@ mod tests {
     /// What a group costs by the table at the head of `cost.rs`.
     fn cost_of(old: &[Ranked], new: &[Ranked]) -> Option<i64> {
         let parts = |whole: &Ranked, parts: &[Ranked]| {
-            let costs = parts.iter().map(|part| cost::part(&whole.1, &part.1).map(|cost| cost.primary));
+            let costs = parts.iter().map(|part| {
+                let overlap = Overlap::of(&whole.1, &part.1)?;
+                cost::part(&whole.1, &part.1, overlap).map(|cost| cost.primary)
+            });
             Some(BEGUN + costs.sum::<Option<i64>>()?)
         };
         match (old, new) {
             ([_], []) | ([], [_]) => Some(ALONE),
-            ([a], [b]) => cost::pair(&a.1, &b.1, WINDOW_S).map(|cost| cost.primary),
+            ([a], [b]) => {
+                let overlap = Overlap::of(&a.1, &b.1)?;
+                cost::pair(&a.1, &b.1, overlap, WINDOW_S).map(|cost| cost.primary)
+            }
             ([whole], several) | (several, [whole]) => parts(whole, several),
             _ => None,
         }

@@ -17,7 +17,7 @@ use asperity_page::markup::{
 };
 use asperity_page::{Document, MAP, Part};
 
-use crate::report::{Class, Report, RunDiff, Verdict};
+use crate::report::{Class, Counts, Report, RunDiff, TableDiff, Verdict};
 use timeline::Thinning;
 use words::{class_cell, key};
 
@@ -56,11 +56,8 @@ fn heading(report: &Report) -> String {
         Verdict::Differs => ("differs", "differs"),
     };
     let events = |side: fn(&RunDiff) -> u64| report.runs.iter().map(side).sum::<u64>();
-    let parts: Vec<String> = Class::ALL
-        .into_iter()
-        .filter(|&class| report.counts.of(class) > 0)
-        .map(|class| format!("{} {}", report.counts.of(class), words::title(class)))
-        .collect();
+    let parts: Vec<String> =
+        report.counts.there().map(|(class, count)| format!("{count} {}", words::title(class))).collect();
     let sentence = format!(
         "{} old and {} new slip events in {}: {}.",
         events(|run| run.old.events),
@@ -101,34 +98,20 @@ fn heading(report: &Report) -> String {
 }
 
 fn classes(report: &Report) -> String {
-    let sum = |class: Class| report.runs.iter().map(|run| run.not_allowed.of(class)).sum::<u64>();
-    let rows = Class::ALL.into_iter().filter(|&class| report.counts.of(class) > 0).map(|class| {
+    let not_allowed: Counts = report.runs.iter().filter_map(|run| run.events.not_allowed.as_ref()).sum();
+    let rows = report.counts.there().map(|(class, count)| {
         Row::from(vec![
             class_cell(class),
-            Cell::number(report.counts.of(class)),
-            Cell::number(sum(class)),
-            Cell::text(meaning(class)),
+            Cell::number(count),
+            Cell::number(not_allowed[class]),
+            Cell::text(class.meaning()),
         ])
     });
     section("Classes", &table("", &["class", "#matches", "#not allowed", "what it means"], rows))
 }
 
-fn meaning(class: Class) -> &'static str {
-    match class {
-        Class::Identical => "one event on each side, equal in every column compared",
-        Class::WithinTolerance => "one on each side, every column within its tolerance",
-        Class::Shifted => "one on each side, of the same blocks at another time",
-        Class::Changed => "one on each side that differ in anything else",
-        Class::Split => "one old event that is several new ones",
-        Class::Merged => "several old events that are one new one",
-        Class::Missing => "an old event without a new one",
-        Class::Extra => "a new event without an old one",
-        Class::Open => "cut short by the end of one of the runs, or after it",
-    }
-}
-
 fn runs(report: &Report) -> String {
-    let there: Vec<Class> = Class::ALL.into_iter().filter(|&class| report.counts.of(class) > 0).collect();
+    let there: Vec<Class> = report.counts.there().map(|(class, _)| class).collect();
     let titles: Vec<String> = there.iter().map(|&class| format!("#{}", words::title(class))).collect();
     let mut headings = vec!["run", "#old events", "#new events"];
     headings.extend(titles.iter().map(String::as_str));
@@ -140,10 +123,10 @@ fn runs(report: &Report) -> String {
             Cell::number(run.old.events),
             Cell::number(run.new.events),
         ];
-        cells
-            .extend(there.iter().map(|&class| Cell::optional(Some(run.counts.of(class)).filter(|&n| n > 0))));
-        cells.push(Cell::optional(Some(run.largest_shift_s).filter(|&shift| shift > 0.0).map(short)));
-        cells.push(Cell::optional(run.horizon.as_ref().map(|horizon| horizon.at_s)));
+        let TableDiff { counts, largest_shift_s, horizon, .. } = &run.events;
+        cells.extend(there.iter().map(|&class| Cell::optional(Some(counts[class]).filter(|&n| n > 0))));
+        cells.push(Cell::optional(Some(*largest_shift_s).filter(|&shift| shift > 0.0).map(short)));
+        cells.push(Cell::optional(horizon.as_ref().map(|horizon| horizon.at_s)));
         Row::from(cells)
     });
     section("Runs", &sortable_table("runs", "", &headings, rows))
@@ -153,14 +136,11 @@ fn timelines(report: &Report) -> String {
     if report.runs.is_empty() {
         return String::new();
     }
-    let is_drawn = |class: Class| {
-        let of_ruptures = |run: &RunDiff| run.ruptures.as_ref().is_some_and(|all| all.counts.of(class) > 0);
-        report.counts.of(class) > 0 || report.runs.iter().any(of_ruptures)
-    };
-    let boxes: String = Class::ALL
-        .into_iter()
-        .filter(|&class| is_drawn(class))
-        .map(|class| {
+    let ruptures = report.runs.iter().filter_map(|run| run.ruptures.as_ref());
+    let drawn: Counts = ruptures.map(|ruptures| &ruptures.table.counts).chain([&report.counts]).sum();
+    let boxes: String = drawn
+        .there()
+        .map(|(class, _)| {
             format!(
                 "<label><input type=\"checkbox\" checked data-class=\"{}\"> {}{}</label>",
                 class.name(),
@@ -170,7 +150,7 @@ fn timelines(report: &Report) -> String {
         })
         .collect();
     let thinned = Thinning::of(report, timeline::EVENTS_MOST).words();
-    let left_out: u64 = report.runs.iter().map(|run| run.matches_left_out).sum();
+    let left_out: u64 = report.runs.iter().map(|run| run.events.matches_left_out).sum();
     let left_out = (left_out > 0)
         .then(|| format!("The report itself leaves out {} for want of room.", counted(left_out, "match")));
     let notes: String = [thinned, left_out].into_iter().flatten().map(|words| paragraph(&words)).collect();
@@ -214,7 +194,7 @@ mod tests {
     use crate::column::{Column, Value};
     use crate::report::{
         CellChange, Class, Conservation, Counts, Extent, FORMAT, Finding, Horizon, Match, ProvenanceChange,
-        Report, RunDiff, RunSide, Sample, Statistics, VERSION, Verdict,
+        Report, RunDiff, RunSide, Statistics, TableDiff, VERSION, Verdict,
     };
 
     fn extent(event: u64, onset_s: f64, end_s: f64, blocks: [u32; 2]) -> Extent {
@@ -242,7 +222,7 @@ mod tests {
         let moved = extent(7, at(7) + 0.003, at(7) + 0.013, [1, 17]);
         matches.push(one(Class::Shifted, Some(lasting(7, 7)), Some(moved)));
         let mut counts = Counts::default();
-        matches.iter().for_each(|found| *counts.of_mut(found.class) += 1);
+        matches.iter().for_each(|found| counts[found.class] += 1);
         let findings = matches
             .iter()
             .filter(|found| !found.class.is_no_difference())
@@ -288,38 +268,30 @@ mod tests {
             summary: Vec::new(),
             ruptures: None,
             no_ruptures: None,
-            window_s: 1e-3,
             provenance: vec![ProvenanceChange {
                 key: "code_version".to_owned(),
                 old: Some("0123".to_owned()),
                 new: Some("4567".to_owned()),
             }],
-            columns: Column::ALL.to_vec(),
-            columns_left_out: Vec::new(),
-            counts,
-            not_allowed: counts,
-            column_changes: Vec::new(),
-            largest_shift_s: 0.003,
-            findings,
-            findings_left_out: 0,
-            matches,
-            matches_left_out: 0,
-            horizon: Some(Horizon {
-                at_s: at(5),
-                class: Class::Split,
-                old_event: Some(5),
-                new_event: Some(5),
-                matches_before: 5,
-                growth: Vec::new(),
-                beyond: Statistics {
-                    old_events: 3,
-                    new_events: 3,
-                    old_per_s: None,
-                    new_per_s: None,
-                    length_blocks: Sample { old_median: None, new_median: None, test: None },
-                    recurrence_s: Sample { old_median: None, new_median: None, test: None },
-                },
-            }),
+            events: TableDiff {
+                window_s: 1e-3,
+                columns: Column::ALL.to_vec(),
+                counts,
+                not_allowed: Some(counts),
+                largest_shift_s: 0.003,
+                findings,
+                matches,
+                horizon: Some(Horizon {
+                    at_s: at(5),
+                    class: Class::Split,
+                    old_event: Some(5),
+                    new_event: Some(5),
+                    matches_before: 5,
+                    growth: Vec::new(),
+                    beyond: Statistics { old_events: 3, new_events: 3, ..Statistics::default() },
+                }),
+                ..TableDiff::default()
+            },
             precursors: None,
         };
         Report {
@@ -385,9 +357,9 @@ mod tests {
         }
         let findings = data["findings"].as_array().expect("a list");
         assert_eq!(findings.len(), 3);
-        for (finding, listed) in findings.iter().zip(&report.runs[0].findings) {
+        for (finding, listed) in findings.iter().zip(&report.runs[0].events.findings) {
             let place = finding["match"].as_u64().expect("every finding is a match");
-            let found = &report.runs[0].matches[place as usize];
+            let found = &report.runs[0].events.matches[place as usize];
             assert_eq!((found.class, &found.old, &found.new), (listed.class, &listed.old, &listed.new));
             let is_there = |side: &str| {
                 let events = run[side].as_array().expect("a list");
@@ -401,8 +373,8 @@ mod tests {
     fn too_many_events_are_thinned_and_it_says_so() {
         let mut report = made_up("default");
         let run = &mut report.runs[0];
-        let same = run.matches[0].clone();
-        run.matches.extend(std::iter::repeat_n(same, 1000));
+        let same = run.events.matches[0].clone();
+        run.events.matches.extend(std::iter::repeat_n(same, 1000));
         assert_eq!(Thinning::of(&report, 3000).words(), None);
         let words = Thinning::of(&report, 500).words().expect("there is no room for all");
         assert!(words.contains("draws all of those that differ and one in 5 of those"), "{words}");
@@ -414,8 +386,9 @@ mod tests {
     fn of_many_findings_those_not_allowed_are_listed_first() {
         let mut report = made_up("default");
         let run = &mut report.runs[0];
-        let allowed = Finding { allowed: true, rule: "let pass".to_owned(), ..run.findings[2].clone() };
-        run.findings.splice(0..0, std::iter::repeat_n(allowed, LISTED_MOST));
+        let allowed =
+            Finding { allowed: true, rule: "let pass".to_owned(), ..run.events.findings[2].clone() };
+        run.events.findings.splice(0..0, std::iter::repeat_n(allowed, LISTED_MOST));
         let page = page(&report);
         assert!(page.contains("the rule of split") && page.contains("the rule of shifted"));
         assert!(page.contains("3 more are not listed here"));

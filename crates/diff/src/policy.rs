@@ -126,8 +126,8 @@ impl Policy {
     /// allowed each match is refused by itself.
     pub fn exceeded(&self, counts: &Counts) -> Vec<Exceeded> {
         let exceeded = |class| match self.allowed(class) {
-            Allowed::UpTo(allowed) if allowed > 0 && counts.of(class) > allowed => {
-                Some(Exceeded { class, allowed, found: counts.of(class) })
+            Allowed::UpTo(allowed) if allowed > 0 && counts[class] > allowed => {
+                Some(Exceeded { class, allowed, found: counts[class] })
             }
             _ => None,
         };

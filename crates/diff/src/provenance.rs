@@ -17,6 +17,13 @@ pub struct Provenance {
     pub scenario_toml: String,
 }
 
+impl Provenance {
+    /// How long the run is, s.
+    pub fn duration_s(&self) -> f64 {
+        self.header.time_grid().time_s(self.header.steps)
+    }
+}
+
 /// What differs between two runs: first the program and its settings, then the scenario's keys.
 /// Numbers that follow from scenario and program, such as hashes, are left out.
 ///

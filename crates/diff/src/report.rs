@@ -2,8 +2,12 @@
 //! this and of nothing else. The JSON is these structs, field by field; a change to a field's
 //! name or meaning raises [`VERSION`].
 
+use std::array;
+use std::iter::Sum;
+use std::ops::{Index, IndexMut};
+
 use asperity_record::Reach;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::column::{Column, Value};
 
@@ -12,59 +16,56 @@ pub const FORMAT: &str = "asperity-diff";
 /// The field `version` of a report.
 pub const VERSION: u32 = 1;
 
-/// What became of an event, or of several that belong together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Class {
-    /// One event on each side, equal in every column compared.
-    Identical,
-    /// One on each side; they differ, and every column within its tolerance.
-    WithinTolerance,
-    /// One on each side, of the same blocks at another time.
-    Shifted,
-    /// One on each side that differ in anything else.
-    Changed,
-    /// One old event that is several new ones.
-    Split,
-    /// Several old events that are one new one.
-    Merged,
-    /// An old event without a new one.
-    Missing,
-    /// A new event without an old one.
-    Extra,
-    /// An event that the end of one of the runs cut short, or that starts after it.
-    Open,
+/// Declares the classes once: variant, name, field of counts in JSON, and meaning.
+macro_rules! classes {
+    ($($class:ident $name:literal $field:literal $meaning:literal,)+) => {
+        /// What became of an event, or of several that belong together.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Class {
+            $(#[doc = $meaning] $class,)+
+        }
+
+        impl Class {
+            /// All classes.
+            pub const ALL: [Class; [$($name),+].len()] = [$(Class::$class),+];
+
+            /// Its name in policies and reports.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Class::$class => $name,)+
+                }
+            }
+
+            /// The name of its count in JSON.
+            fn field(self) -> &'static str {
+                match self {
+                    $(Class::$class => $field,)+
+                }
+            }
+
+            /// What it means, in words.
+            pub fn meaning(self) -> &'static str {
+                match self {
+                    $(Class::$class => $meaning,)+
+                }
+            }
+        }
+    };
+}
+
+classes! {
+    Identical "identical" "identical" "one event on each side, equal in every column compared",
+    WithinTolerance "within-tolerance" "within_tolerance" "one on each side, every column within its tolerance",
+    Shifted "shifted" "shifted" "one on each side, of the same blocks at another time",
+    Changed "changed" "changed" "one on each side that differ in anything else",
+    Split "split" "split" "one old event that is several new ones",
+    Merged "merged" "merged" "several old events that are one new one",
+    Missing "missing" "missing" "an old event without a new one",
+    Extra "extra" "extra" "a new event without an old one",
+    Open "open" "open" "cut short by the end of one of the runs, or after it",
 }
 
 impl Class {
-    /// All classes.
-    pub const ALL: [Class; 9] = [
-        Class::Identical,
-        Class::WithinTolerance,
-        Class::Shifted,
-        Class::Changed,
-        Class::Split,
-        Class::Merged,
-        Class::Missing,
-        Class::Extra,
-        Class::Open,
-    ];
-
-    /// Its name in policies and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Class::Identical => "identical",
-            Class::WithinTolerance => "within-tolerance",
-            Class::Shifted => "shifted",
-            Class::Changed => "changed",
-            Class::Split => "split",
-            Class::Merged => "merged",
-            Class::Missing => "missing",
-            Class::Extra => "extra",
-            Class::Open => "open",
-        }
-    }
-
     /// The class of this name.
     pub fn named(name: &str) -> Option<Class> {
         Class::ALL.into_iter().find(|class| class.name() == name)
@@ -85,6 +86,12 @@ impl Class {
     /// Whether it needs no leave from the policy.
     pub fn is_no_difference(self) -> bool {
         matches!(self, Class::Identical | Class::WithinTolerance)
+    }
+}
+
+impl Serialize for Class {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
     }
 }
 
@@ -125,75 +132,52 @@ pub enum Verdict {
     Differs,
 }
 
-/// Matches by class. A split or merge is one match, whatever the number of its events.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Counts {
-    /// Of [`Class::Identical`].
-    pub identical: u64,
-    /// Of [`Class::WithinTolerance`].
-    pub within_tolerance: u64,
-    /// Of [`Class::Shifted`].
-    pub shifted: u64,
-    /// Of [`Class::Changed`].
-    pub changed: u64,
-    /// Of [`Class::Split`].
-    pub split: u64,
-    /// Of [`Class::Merged`].
-    pub merged: u64,
-    /// Of [`Class::Missing`].
-    pub missing: u64,
-    /// Of [`Class::Extra`].
-    pub extra: u64,
-    /// Of [`Class::Open`].
-    pub open: u64,
-}
+/// Matches by class. A split or merge is one match, whatever the number of its events. In JSON an
+/// object with a number for each class.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts([u64; Class::ALL.len()]);
 
 impl Counts {
-    /// How many of a class.
-    pub fn of(&self, class: Class) -> u64 {
-        match class {
-            Class::Identical => self.identical,
-            Class::WithinTolerance => self.within_tolerance,
-            Class::Shifted => self.shifted,
-            Class::Changed => self.changed,
-            Class::Split => self.split,
-            Class::Merged => self.merged,
-            Class::Missing => self.missing,
-            Class::Extra => self.extra,
-            Class::Open => self.open,
-        }
-    }
-
-    /// The count of a class, to be changed.
-    pub fn of_mut(&mut self, class: Class) -> &mut u64 {
-        match class {
-            Class::Identical => &mut self.identical,
-            Class::WithinTolerance => &mut self.within_tolerance,
-            Class::Shifted => &mut self.shifted,
-            Class::Changed => &mut self.changed,
-            Class::Split => &mut self.split,
-            Class::Merged => &mut self.merged,
-            Class::Missing => &mut self.missing,
-            Class::Extra => &mut self.extra,
-            Class::Open => &mut self.open,
-        }
-    }
-
     /// All matches.
     pub fn total(&self) -> u64 {
-        Class::ALL.iter().map(|&class| self.of(class)).sum()
+        self.0.iter().sum()
     }
 
     /// Matches that are neither identical nor within tolerance.
     pub fn differing(&self) -> u64 {
-        self.total() - self.identical - self.within_tolerance
+        self.total() - self[Class::Identical] - self[Class::WithinTolerance]
     }
 
-    /// Adds another's.
-    pub fn add(&mut self, other: &Counts) {
-        for class in Class::ALL {
-            *self.of_mut(class) += other.of(class);
-        }
+    /// The classes that there are, with how many of each.
+    pub fn there(&self) -> impl Iterator<Item = (Class, u64)> {
+        Class::ALL.into_iter().zip(self.0).filter(|(_, count)| *count > 0)
+    }
+}
+
+impl Index<Class> for Counts {
+    type Output = u64;
+
+    fn index(&self, class: Class) -> &u64 {
+        &self.0[class as usize]
+    }
+}
+
+impl IndexMut<Class> for Counts {
+    fn index_mut(&mut self, class: Class) -> &mut u64 {
+        &mut self.0[class as usize]
+    }
+}
+
+impl<'a> Sum<&'a Counts> for Counts {
+    fn sum<I: Iterator<Item = &'a Counts>>(all: I) -> Counts {
+        all.fold(Counts::default(), |sum, more| Counts(array::from_fn(|class| sum.0[class] + more.0[class])))
+    }
+}
+
+impl Serialize for Counts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer
+            .collect_map(Class::ALL.into_iter().zip(self.0).map(|(class, count)| (class.field(), count)))
     }
 }
 
@@ -213,30 +197,9 @@ pub struct RunDiff {
     pub no_ruptures: Option<String>,
     /// What tells the runs apart beside their events: scenario keys, code version, solver, ...
     pub provenance: Vec<ProvenanceChange>,
-    /// How far from an event's onset its counterpart was looked for, s.
-    pub window_s: f64,
-    /// The columns that were compared.
-    pub columns: Vec<Column>,
-    /// Columns of the event table that one side or both lack; they were not compared.
-    pub columns_left_out: Vec<Column>,
-    /// How many matches of each class.
-    pub counts: Counts,
-    /// Numbers of differences that the policy does not allow, by class.
-    pub not_allowed: Counts,
-    /// Per column: how often it differs in a pair of events, and how far.
-    pub column_changes: Vec<ColumnChange>,
-    /// The largest shift of a pair of events: the farther of onset and end, s. 0 without pairs.
-    pub largest_shift_s: f64,
-    /// Everything that is neither identical nor within tolerance, in order of time.
-    pub findings: Vec<Finding>,
-    /// How many findings were counted and left out of `findings`, for want of room.
-    pub findings_left_out: u64,
-    /// Every match, identical ones too, in order of time: what a timeline is drawn from.
-    pub matches: Vec<Match>,
-    /// How many matches were counted and left out of `matches`, for want of room.
-    pub matches_left_out: u64,
-    /// Where the runs part; null where no event differs.
-    pub horizon: Option<Horizon>,
+    /// What became of the slip events. In JSON its fields stand here.
+    #[serde(flatten)]
+    pub events: TableDiff,
     /// What changed in the precursor table; null where it cannot be made of both sides.
     pub precursors: Option<PrecursorChanges>,
 }
@@ -250,13 +213,12 @@ impl RunDiff {
     /// Whether ruptures differ that both logs hold, and every slip event is identical.
     pub fn ruptures_alone_differ(&self) -> bool {
         let logged = self.ruptures.as_ref().filter(|ruptures| !ruptures.found_anew);
-        logged.is_some_and(|ruptures| ruptures.counts.differing() > 0)
-            && self.counts.identical == self.counts.total()
+        logged.is_some_and(|ruptures| ruptures.table.counts.differing() > 0)
+            && self.events.counts[Class::Identical] == self.events.counts.total()
     }
 }
 
-/// The ruptures of two runs, rupture by rupture. Its fields are those of [`RunDiff`] of the same name; the
-/// numbers of events in them are those of ruptures.
+/// The ruptures of two runs, rupture by rupture.
 #[derive(Debug, Clone, Serialize)]
 pub struct RuptureDiff {
     /// Whether those of a side were found in its step records, since its log holds none.
@@ -265,46 +227,60 @@ pub struct RuptureDiff {
     pub old: u64,
     /// How many the new run has.
     pub new: u64,
-    /// How far from an onset its counterpart was looked for, s.
+    /// What became of them; numbers of events in it are those of ruptures. In JSON its fields stand
+    /// here.
+    #[serde(flatten)]
+    pub table: TableDiff,
+}
+
+/// What became of the rows of two tables, slip events or ruptures.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct TableDiff {
+    /// Number of old rows.
+    #[serde(skip)]
+    pub old_rows: u64,
+    /// Number of new rows.
+    #[serde(skip)]
+    pub new_rows: u64,
+    /// How far from an event's onset its counterpart was looked for, s.
     pub window_s: f64,
     /// The columns that were compared.
     pub columns: Vec<Column>,
+    /// Columns of the event table that one side or both lack; they were not compared. Absent of
+    /// ruptures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub columns_left_out: Option<Vec<Column>>,
     /// How many matches of each class.
     pub counts: Counts,
-    /// Per column: how often it differs in a pair of ruptures, and how far.
+    /// Numbers of differences that the policy does not allow, by class. Absent of ruptures, which
+    /// are judged as a whole ([`RunDiff::ruptures_alone_differ`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_allowed: Option<Counts>,
+    /// Per column: how often it differs in a pair of events, and how far.
     pub column_changes: Vec<ColumnChange>,
-    /// The largest shift of a pair of ruptures, s.
+    /// The largest shift of a pair of events: the farther of onset and end, s. 0 without pairs.
     pub largest_shift_s: f64,
     /// Everything that is neither identical nor within tolerance, in order of time.
     pub findings: Vec<Finding>,
-    /// How many findings were left out, for want of room.
+    /// How many findings were counted and left out of `findings`, for want of room.
     pub findings_left_out: u64,
-    /// Every match, in order of time.
+    /// Every match, identical ones too, in order of time: what a timeline is drawn from.
     pub matches: Vec<Match>,
-    /// How many matches were left out, for want of room.
+    /// How many matches were counted and left out of `matches`, for want of room.
     pub matches_left_out: u64,
-    /// Where the ruptures part; null where none differs.
+    /// Where the tables part; null where no row differs.
     pub horizon: Option<Horizon>,
 }
 
-impl RuptureDiff {
-    /// What was found of ruptures as rows.
-    pub fn of(run: RunDiff, found_anew: bool) -> RuptureDiff {
-        RuptureDiff {
-            found_anew,
-            old: run.old.events,
-            new: run.new.events,
-            window_s: run.window_s,
-            columns: run.columns,
-            counts: run.counts,
-            column_changes: run.column_changes,
-            largest_shift_s: run.largest_shift_s,
-            findings: run.findings,
-            findings_left_out: run.findings_left_out,
-            matches: run.matches,
-            matches_left_out: run.matches_left_out,
-            horizon: run.horizon,
-        }
+impl TableDiff {
+    /// Number of differences that the policy does not allow.
+    pub fn refused(&self) -> u64 {
+        self.not_allowed.as_ref().map_or(0, Counts::total)
+    }
+
+    /// The columns that could not be compared.
+    pub fn left_out(&self) -> &[Column] {
+        self.columns_left_out.as_deref().unwrap_or_default()
     }
 }
 
@@ -515,7 +491,7 @@ pub struct Growth {
 }
 
 /// Events from the horizon on, as distributions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Statistics {
     /// Number of old events.
     pub old_events: u64,
@@ -532,7 +508,7 @@ pub struct Statistics {
 }
 
 /// A quantity on both sides.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Sample {
     /// Its median on the old side, to a part in 256; null without events.
     pub old_median: Option<f64>,

@@ -31,7 +31,8 @@ pub fn lines(report: &Report) -> Vec<String> {
         format!("new     {}", report.new),
         format!("policy  {}", report.policy.as_deref().unwrap_or("exact: every difference counts")),
     ];
-    let differing: Vec<&RunDiff> = report.runs.iter().filter(|run| run.counts.differing() > 0).collect();
+    let differing: Vec<&RunDiff> =
+        report.runs.iter().filter(|run| run.events.counts.differing() > 0).collect();
     physics::lines(report, &mut lines);
     runs(report, &differing, &mut lines);
     findings(report, &differing, &mut lines);
@@ -45,12 +46,14 @@ pub fn lines(report: &Report) -> Vec<String> {
     lines
 }
 
+/// By how much a run differs: first in what is not allowed.
+fn weight(run: &RunDiff) -> (u64, u64) {
+    (run.events.refused(), run.events.counts.differing())
+}
+
 /// The run to look at first: with most that differs.
 fn worst<'a>(differing: &[&'a RunDiff]) -> Option<&'a RunDiff> {
-    differing.iter().copied().max_by(|a, b| {
-        let weight = |run: &RunDiff| (run.not_allowed.total(), run.counts.differing());
-        weight(a).cmp(&weight(b)).then(b.old.name.cmp(&a.old.name))
-    })
+    differing.iter().copied().max_by(|a, b| weight(a).cmp(&weight(b)).then(b.old.name.cmp(&a.old.name)))
 }
 
 fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
@@ -67,9 +70,9 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
         return;
     }
     let mut by_weight = differing.to_vec();
-    by_weight.sort_by_key(|run| std::cmp::Reverse((run.not_allowed.total(), run.counts.differing())));
+    by_weight.sort_by_key(|run| std::cmp::Reverse(weight(run)));
     for run in by_weight.iter().take(RUNS) {
-        lines.push(format!("  {}: {}", run.name(), by_class(&run.counts, "no events")));
+        lines.push(format!("  {}: {}", run.name(), by_class(&run.events.counts, "no events")));
     }
     match (differing.len().saturating_sub(RUNS), report.runs.len() - differing.len()) {
         (0, 0) => {}
@@ -95,7 +98,7 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
         for allowed in [false, true] {
             for class in BY_WEIGHT {
                 let of_class = differing.iter().flat_map(|run| {
-                    let findings = run.findings.iter().map(move |finding| (*run, finding));
+                    let findings = run.events.findings.iter().map(move |finding| (*run, finding));
                     findings.filter(move |(_, finding)| finding.class == class && finding.allowed == allowed)
                 });
                 for (run, finding) in of_class.take(of_a_class) {
@@ -122,7 +125,7 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
 fn columns(report: &Report, lines: &mut Vec<String>) {
     let mut largest: Vec<(&RunDiff, ColumnChange)> = Vec::new();
     for run in &report.runs {
-        for change in &run.column_changes {
+        for change in &run.events.column_changes {
             match largest.iter_mut().find(|(_, known)| known.column == change.column) {
                 None => largest.push((run, change.clone())),
                 Some((of, known)) => {
@@ -157,16 +160,18 @@ fn columns(report: &Report, lines: &mut Vec<String>) {
     if largest.len() > COLUMNS {
         lines.push(format!("  ... and {} more columns", largest.len() - COLUMNS));
     }
-    let left_out = report.runs.iter().find(|run| !run.columns_left_out.is_empty());
-    if let Some(run) = left_out {
-        let names: Vec<&str> = run.columns_left_out.iter().map(|column| column.name()).collect();
+    let left_out = report.runs.iter().map(|run| run.events.left_out()).find(|columns| !columns.is_empty());
+    if let Some(columns) = left_out {
+        let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
         lines
             .push(format!("not compared, for a side lacks them or counts other steps: {}", names.join(", ")));
     }
 }
 
 fn horizon(run: &RunDiff, differing_runs: usize, lines: &mut Vec<String>) {
-    let Some(Horizon { at_s, class, matches_before, growth, beyond, .. }) = &run.horizon else { return };
+    let Some(Horizon { at_s, class, matches_before, growth, beyond, .. }) = &run.events.horizon else {
+        return;
+    };
     let which = if differing_runs > 1 { format!(" of {}", run.name()) } else { String::new() };
     lines.push(format!(
         "first difference{which}: {} at {} s, after {matches_before} events that agree",
@@ -270,7 +275,8 @@ fn verdict(report: &Report) -> String {
         .iter()
         .map(|over| format!("{} {} where the policy allows {}", over.found, over.class.name(), over.allowed))
         .collect();
-    let differing = |run: &RunDiff| run.ruptures.as_ref().map_or(0, |ruptures| ruptures.counts.differing());
+    let differing =
+        |run: &RunDiff| run.ruptures.as_ref().map_or(0, |ruptures| ruptures.table.counts.differing());
     let ruptures_differ = report.runs.iter().any(|run| differing(run) > 0);
     let allowed = report.runs.iter().any(RunDiff::ruptures_alone_differ);
     match report.verdict {

@@ -1,20 +1,20 @@
-//! One pair of runs, from their events to its part of the report, in memory that does
-//! not grow with the tables: everything is counted, and a limited number of findings and matches kept.
+//! Two tables, of slip events or of ruptures, from their rows to their part of the report. Memory
+//! does not grow with the tables: all is counted, and a limited number of findings and matches kept.
 
-use asperity_record::SlipEvent;
+use asperity_record::Reach;
 
 use crate::classify::{Outcome, Rules, shift_s};
 use crate::column::{Column, Columns, Kind};
 use crate::matching::{self, Group, MatchError};
 use crate::policy::{Allowed, Policy, Tolerance};
 use crate::report::{
-    CellChange, Class, ColumnChange, Counts, Extent, Finding, Growth, Horizon, Match, RunDiff, RunSide,
-    Statistics,
+    CellChange, Class, ColumnChange, Counts, Extent, Finding, Growth, Horizon, Match, Statistics, TableDiff,
 };
+use crate::row::Row;
 use crate::statistics::{self, Distribution};
 
-/// What to do with two tables.
-#[derive(Debug, Clone)]
+/// How two tables are compared.
+#[derive(Debug, Clone, Copy)]
 pub struct Comparison<'a> {
     /// The columns that both tables have ([`matching::comparable`]).
     pub columns: Columns,
@@ -22,10 +22,10 @@ pub struct Comparison<'a> {
     pub window_s: f64,
     /// Which differences are none, and which are allowed.
     pub policy: &'a Policy,
-    /// The old run. Its number of events is filled in.
-    pub old: RunSide,
-    /// The new run.
-    pub new: RunSide,
+    /// When the old run ended, s, if that is known.
+    pub old_until_s: Option<f64>,
+    /// When the new run ended, s, if known.
+    pub new_until_s: Option<f64>,
     /// How many findings of each class to keep.
     pub keep_findings: usize,
     /// How many matches to keep.
@@ -33,8 +33,8 @@ pub struct Comparison<'a> {
 }
 
 /// One match on its way to a file.
-#[derive(Debug, Clone, Copy)]
-pub struct Matched<'a> {
+#[derive(Debug)]
+pub struct Matched<'a, R> {
     /// What became of the events.
     pub class: Class,
     /// Whether the policy lets it pass.
@@ -42,44 +42,43 @@ pub struct Matched<'a> {
     /// The farther of the shifts of onset and end, s; of one against one.
     pub shift_s: Option<f64>,
     /// The events.
-    pub group: &'a Group,
+    pub group: &'a Group<R>,
 }
 
-/// Compares two runs, event by event. `on_match` is handed every match, in order of time.
+/// Compares two tables, row by row. `on_match` is handed every match, in order of time; `draft`
+/// widens to a policy under which all of them pass.
 ///
 /// # Errors
 /// If a table cannot be read or is not in order, or `on_match` fails.
-pub fn compare<E>(
+pub fn compare<R: Row, E>(
     comparison: Comparison<'_>,
-    old: impl Iterator<Item = Result<SlipEvent, E>>,
-    new: impl Iterator<Item = Result<SlipEvent, E>>,
+    old: impl Iterator<Item = Result<R, E>>,
+    new: impl Iterator<Item = Result<R, E>>,
     draft: &mut Draft,
-    mut on_match: impl FnMut(Matched<'_>) -> Result<(), E>,
-) -> Result<RunDiff, MatchError<E>> {
+    mut on_match: impl FnMut(Matched<'_, R>) -> Result<(), E>,
+) -> Result<TableDiff, MatchError<E>> {
     let mut tally = Tally::new(comparison);
-    let (columns, window_s) = (tally.columns, tally.run.window_s);
+    let Comparison { columns, window_s, policy, old_until_s, new_until_s, .. } = comparison;
+    let rules = Rules { columns, policy, old_until_s, new_until_s };
     matching::match_tables(old, new, columns, window_s, |group| {
-        let outcome = tally.rules().classify(&group);
-        let allowed = tally.rules().allows(&outcome);
+        let outcome = rules.classify(&group);
+        let allowed = rules.allows(&outcome);
         on_match(Matched { class: outcome.class, allowed, shift_s: outcome.shift_s, group: &group })?;
         draft.take(&outcome, &group);
-        tally.take(group, outcome, allowed);
+        tally.take(&group, outcome, allowed);
         Ok(())
     })?;
     Ok(tally.finish())
 }
 
 struct Tally<'a> {
-    columns: Columns,
-    policy: &'a Policy,
-    keep_findings: usize,
-    keep_matches: usize,
+    comparison: Comparison<'a>,
+    /// How many findings of each class are kept.
     kept: [usize; Class::ALL.len()],
     changes: [Option<ColumnChange>; Column::ALL.len()],
     growth: Vec<Growth>,
-    horizon: Option<Horizon>,
     beyond: [Beyond; 2],
-    run: RunDiff,
+    found: TableDiff,
 }
 
 /// One side's events from the horizon on.
@@ -93,14 +92,14 @@ struct Beyond {
 }
 
 impl Beyond {
-    fn add(&mut self, event: &SlipEvent, columns: Columns) {
+    fn add(&mut self, event: &impl Row, columns: Columns) {
         self.events += 1;
         let length = match columns.has(Column::BlocksSlipped) {
-            true => event.blocks_slipped,
+            true => event.blocks_slipped(),
             false => event.reach().count(),
         };
         self.lengths.add(f64::from(length));
-        let onset_s = event.onset_s;
+        let onset_s = event.onset_s();
         // Groups come in order of their earliest onsets, so that a later event of a group may
         // come before an earlier one of the next; the time between is the same.
         self.onsets_s = Some(match self.onsets_s {
@@ -120,86 +119,62 @@ impl Beyond {
 
 impl<'a> Tally<'a> {
     fn new(comparison: Comparison<'a>) -> Tally<'a> {
-        let Comparison { columns, window_s, policy, old, new, keep_findings, keep_matches } = comparison;
-        let is_compared = |column: &Column| columns.has(*column) && column.kind() != Kind::Number;
-        let is_left_out = |column: &Column| !columns.has(*column) && column.kind() != Kind::Number;
-        let run = RunDiff {
-            old,
-            new,
-            summary: Vec::new(),
-            ruptures: None,
-            no_ruptures: None,
-            provenance: Vec::new(),
-            window_s,
-            columns: Column::ALL.into_iter().filter(is_compared).collect(),
-            columns_left_out: Column::ALL.into_iter().filter(is_left_out).collect(),
-            counts: Counts::default(),
-            not_allowed: Counts::default(),
-            column_changes: Vec::new(),
-            largest_shift_s: 0.0,
-            findings: Vec::new(),
-            findings_left_out: 0,
-            matches: Vec::new(),
-            matches_left_out: 0,
-            horizon: None,
-            precursors: None,
+        let of_events = |has: bool| {
+            let columns = Column::ALL.into_iter().filter(|column| column.kind() != Kind::Number);
+            columns.filter(|&column| comparison.columns.has(column) == has).collect()
         };
         Tally {
-            columns,
-            policy,
-            keep_findings,
-            keep_matches,
-            kept: [0; Class::ALL.len()],
-            changes: [const { None }; Column::ALL.len()],
+            comparison,
+            kept: Default::default(),
+            changes: Default::default(),
             growth: Vec::new(),
-            horizon: None,
             beyond: Default::default(),
-            run,
+            found: TableDiff {
+                window_s: comparison.window_s,
+                columns: of_events(true),
+                columns_left_out: Some(of_events(false)),
+                not_allowed: Some(Counts::default()),
+                ..TableDiff::default()
+            },
         }
     }
 
-    fn rules(&self) -> Rules<'a> {
-        Rules {
-            columns: self.columns,
-            policy: self.policy,
-            old_until_s: self.run.old.duration_s,
-            new_until_s: self.run.new.duration_s,
-        }
-    }
-
-    fn take(&mut self, group: Group, outcome: Outcome, allowed: bool) {
-        let class = outcome.class;
-        self.run.old.events += group.old.len() as u64;
-        self.run.new.events += group.new.len() as u64;
-        *self.run.counts.of_mut(class) += 1;
-        if !allowed {
-            *self.run.not_allowed.of_mut(class) += 1;
+    fn take<R: Row>(&mut self, group: &Group<R>, outcome: Outcome, allowed: bool) {
+        let (class, found) = (outcome.class, &mut self.found);
+        found.old_rows += group.old.len() as u64;
+        found.new_rows += group.new.len() as u64;
+        found.counts[class] += 1;
+        if let Some(not_allowed) = found.not_allowed.as_mut().filter(|_| !allowed) {
+            not_allowed[class] += 1;
         }
         if let ([old], [new]) = (&group.old[..], &group.new[..]) {
-            self.run.largest_shift_s = self.run.largest_shift_s.max(shift_s(old, new));
+            found.largest_shift_s = found.largest_shift_s.max(shift_s(old, new));
             for cell in &outcome.cells {
-                self.column(cell, old.event, new.event);
+                self.column(cell, old.number(), new.number());
             }
         }
-        self.grow(&group, &outcome);
-        if self.horizon.is_some() {
-            group.old.iter().for_each(|event| self.beyond[0].add(event, self.columns));
-            group.new.iter().for_each(|event| self.beyond[1].add(event, self.columns));
+        self.grow(group, &outcome);
+        let Comparison { columns, keep_findings, keep_matches, .. } = self.comparison;
+        if self.found.horizon.is_some() {
+            for (side, events) in self.beyond.iter_mut().zip([&group.old, &group.new]) {
+                events.iter().for_each(|event| side.add(event, columns));
+            }
         }
-        let wants_match = self.run.matches.len() < self.keep_matches;
-        let wants_finding = !class.is_no_difference() && self.kept[class as usize] < self.keep_findings;
-        self.run.matches_left_out += u64::from(!wants_match);
-        self.run.findings_left_out += u64::from(!class.is_no_difference() && !wants_finding);
+        let wants_match = self.found.matches.len() < keep_matches;
+        let wants_finding = !class.is_no_difference() && self.kept[class as usize] < keep_findings;
+        self.found.matches_left_out += u64::from(!wants_match);
+        self.found.findings_left_out += u64::from(!class.is_no_difference() && !wants_finding);
         if !wants_match && !wants_finding {
             return;
         }
         let [old, new] = [&group.old, &group.new].map(|events| events.iter().map(extent).collect::<Vec<_>>());
         if wants_finding {
             self.kept[class as usize] += 1;
-            self.run.findings.push(Finding {
+            let rule = self.rule_in_words(&outcome, allowed);
+            self.found.findings.push(Finding {
                 class,
                 allowed,
-                rule: self.rule_in_words(&outcome, allowed),
+                rule,
                 old: old.clone(),
                 new: new.clone(),
                 shift_s: outcome.shift_s,
@@ -208,7 +183,7 @@ impl<'a> Tally<'a> {
             });
         }
         if wants_match {
-            self.run.matches.push(Match { class, allowed, old, new });
+            self.found.matches.push(Match { class, allowed, old, new });
         }
     }
 
@@ -222,9 +197,10 @@ impl<'a> Tally<'a> {
                 (false, false) => "; conserves neither duration nor blocks",
             };
         }
-        let class_allowed = self.policy.allowed(outcome.class) != Allowed::UpTo(0);
+        let policy = self.comparison.policy;
+        let class_allowed = policy.allowed(outcome.class) != Allowed::UpTo(0);
         if class_allowed && !allowed {
-            rule += &format!("; farther than the policy's max_shift_s = {:e}", self.policy.max_shift_s);
+            rule += &format!("; farther than the policy's max_shift_s = {:e}", policy.max_shift_s);
         }
         rule
     }
@@ -246,8 +222,8 @@ impl<'a> Tally<'a> {
         }
     }
 
-    fn grow(&mut self, group: &Group, outcome: &Outcome) {
-        let number = self.run.counts.total();
+    fn grow<R: Row>(&mut self, group: &Group<R>, outcome: &Outcome) {
+        let number = self.found.counts.total();
         let differs = !outcome.class.is_no_difference();
         let onset_s = group.onset_s();
         if self.growth.last().is_none_or(|decade| number >= 10 * decade.from) {
@@ -260,50 +236,48 @@ impl<'a> Tally<'a> {
             decade.differing += u64::from(differs);
             decade.largest_shift_s = decade.largest_shift_s.max(outcome.shift_s.unwrap_or(0.0));
         }
-        if differs && self.horizon.is_none() {
-            let number_of = |events: &[SlipEvent]| events.first().map(|event| event.event);
-            let nothing = statistics::compare(&Distribution::default(), &Distribution::default());
-            self.horizon = Some(Horizon {
+        if differs && self.found.horizon.is_none() {
+            let number_of = |events: &[R]| events.first().map(R::number);
+            self.found.horizon = Some(Horizon {
                 at_s: onset_s,
                 class: outcome.class,
                 old_event: number_of(&group.old),
                 new_event: number_of(&group.new),
                 matches_before: number - 1,
+                // Known once all have been seen.
                 growth: Vec::new(),
-                beyond: Statistics {
-                    old_events: 0,
-                    new_events: 0,
-                    old_per_s: None,
-                    new_per_s: None,
-                    length_blocks: nothing,
-                    recurrence_s: nothing,
-                },
+                beyond: Statistics::default(),
             });
         }
     }
 
-    fn finish(mut self) -> RunDiff {
-        let [old, new] = &self.beyond;
-        self.run.horizon = self.horizon.map(|horizon| Horizon {
-            growth: self.growth,
-            beyond: Statistics {
+    fn finish(mut self) -> TableDiff {
+        if let Some(horizon) = &mut self.found.horizon {
+            let [old, new] = &self.beyond;
+            horizon.growth = self.growth;
+            horizon.beyond = Statistics {
                 old_events: old.events,
                 new_events: new.events,
                 old_per_s: old.per_s(),
                 new_per_s: new.per_s(),
                 length_blocks: statistics::compare(&old.lengths, &new.lengths),
                 recurrence_s: statistics::compare(&old.recurrences, &new.recurrences),
-            },
-            ..horizon
-        });
-        self.run.column_changes = self.changes.into_iter().flatten().collect();
-        self.run
+            };
+        }
+        self.found.column_changes = self.changes.into_iter().flatten().collect();
+        self.found
     }
 }
 
-fn extent(event: &SlipEvent) -> Extent {
-    let SlipEvent { event, onset_s, end_s, first_block, last_block, .. } = *event;
-    Extent { event, onset_s, end_s, first_block, last_block }
+fn extent(event: &impl Row) -> Extent {
+    let Reach { first, last } = event.reach();
+    Extent {
+        event: event.number(),
+        onset_s: event.onset_s(),
+        end_s: event.end_s(),
+        first_block: first,
+        last_block: last,
+    }
 }
 
 /// The tightest policy under which what was observed passes.
@@ -325,18 +299,18 @@ impl Draft {
         self.ruptures = true;
     }
 
-    fn take(&mut self, outcome: &Outcome, group: &Group) {
+    fn take<R: Row>(&mut self, outcome: &Outcome, group: &Group<R>) {
         if outcome.class == Class::Identical {
             return;
         }
         let ([old], [new]) = (&group.old[..], &group.new[..]) else {
-            *self.counts.of_mut(outcome.class) += 1;
+            self.counts[outcome.class] += 1;
             return;
         };
         let in_kind = |cell: &&CellChange| {
             !matches!(cell.column.kind(), Kind::Time | Kind::Load) || cell.difference.is_none()
         };
-        let cut = old.end_s.is_none() || new.end_s.is_none() || old.open || new.open;
+        let cut = old.is_cut() || new.is_cut();
         let others = outcome.cells.iter().find(in_kind);
         let starts_otherwise = outcome.cells.iter().filter(in_kind).any(|cell| cell.column.is_of_onset());
         // A truncated event is identified by its onset, whose numbers need their tolerances as
@@ -347,7 +321,7 @@ impl Draft {
             Some(_) => Some(Class::Changed),
         };
         if let Some(class) = class {
-            *self.counts.of_mut(class) += 1;
+            self.counts[class] += 1;
             self.largest_shift_s = self.largest_shift_s.max(shift_s(old, new));
         }
         if class != Some(Class::Changed) {
@@ -364,15 +338,15 @@ impl Draft {
     /// The policy; with the window of that under which the events were matched.
     pub fn policy(&self, window_s: Option<f64>) -> Policy {
         let mut policy = Policy { window_s, allows_ruptures: self.ruptures, ..Policy::default() };
-        if self.counts.changed + self.counts.open > 0 {
+        if self.counts[Class::Changed] + self.counts[Class::Open] > 0 {
             policy.max_shift_s = self.largest_shift_s;
         }
         for column in Column::ALL {
             let absolute = self.tolerances[column as usize];
             policy = policy.with_tolerance(column, Tolerance { absolute, relative: 0.0 });
         }
-        for class in Class::ALL.into_iter().filter(|&class| self.counts.of(class) > 0) {
-            policy = policy.with_allowed(class, Allowed::UpTo(self.counts.of(class)));
+        for class in Class::ALL.into_iter().filter(|&class| self.counts[class] > 0) {
+            policy = policy.with_allowed(class, Allowed::UpTo(self.counts[class]));
         }
         policy
     }

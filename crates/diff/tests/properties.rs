@@ -6,7 +6,7 @@ use std::convert::Infallible;
 
 use asperity_diff::column::{Column, Columns};
 use asperity_diff::policy::{Policy, Tolerance, WINDOW_S};
-use asperity_diff::report::{Class, Match, RunDiff, RunSide};
+use asperity_diff::report::{Class, Match, TableDiff};
 use asperity_diff::tally::{self, Comparison, Draft};
 use asperity_record::SlipEvent;
 use asperity_testkit::slip_event;
@@ -117,14 +117,14 @@ fn source(events: &[SlipEvent]) -> impl Iterator<Item = Result<SlipEvent, Infall
     events.iter().cloned().map(Ok)
 }
 
-fn compare_by(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy, columns: Columns) -> (RunDiff, Draft) {
+fn compare_by(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy, columns: Columns) -> (TableDiff, Draft) {
     let mut draft = Draft::default();
     let comparison = Comparison {
         columns,
         window_s: policy.window_s.unwrap_or(WINDOW_S),
         policy,
-        old: RunSide::default(),
-        new: RunSide::default(),
+        old_until_s: None,
+        new_until_s: None,
         keep_findings: usize::MAX,
         keep_matches: usize::MAX,
     };
@@ -132,16 +132,12 @@ fn compare_by(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy, columns: Co
     (run, draft)
 }
 
-fn compare(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy) -> RunDiff {
+fn compare(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy) -> TableDiff {
     compare_by(old, new, policy, Columns::ALL).0
 }
 
-fn counts(run: &RunDiff) -> BTreeMap<Class, u64> {
-    Class::ALL
-        .into_iter()
-        .map(|class| (class, run.counts.of(class)))
-        .filter(|(_, count)| *count > 0)
-        .collect()
+fn counts(run: &TableDiff) -> BTreeMap<Class, u64> {
+    Class::ALL.into_iter().map(|class| (class, run.counts[class])).filter(|(_, count)| *count > 0).collect()
 }
 
 /// A tolerance of a step and a bit in times and the loads that go with them.
@@ -275,7 +271,7 @@ fn inject(
     (numbered(old), numbered(new), expected)
 }
 
-fn found(run: &RunDiff) -> Expected {
+fn found(run: &TableDiff) -> Expected {
     let mut found: Expected = run
         .matches
         .iter()
@@ -396,9 +392,9 @@ fn a_drafted_policy_passes_and_is_tight() {
             let run = compare(&old, &new, policy);
             let exceeded = Class::ALL.into_iter().any(|class| match policy.allowed(class) {
                 asperity_diff::policy::Allowed::Any => false,
-                asperity_diff::policy::Allowed::UpTo(count) => run.counts.of(class) > count,
+                asperity_diff::policy::Allowed::UpTo(count) => run.counts[class] > count,
             });
-            run.not_allowed.total() == 0 && !exceeded
+            run.refused() == 0 && !exceeded
         };
         let (run, draft) = compare_by(&old, &new, &Policy::default(), Columns::ALL);
         let policy = draft.policy(None);
@@ -476,8 +472,8 @@ fn what_the_end_of_a_run_cuts_short_is_open() {
         columns: Columns::ALL,
         window_s: WINDOW_S,
         policy: &policy,
-        old: RunSide { duration_s: Some(1.0), ..RunSide::default() },
-        new: RunSide { duration_s: Some(7_000.0 * STEP_S), ..RunSide::default() },
+        old_until_s: Some(1.0),
+        new_until_s: Some(7_000.0 * STEP_S),
         keep_findings: 9,
         keep_matches: 9,
     };
@@ -507,5 +503,5 @@ fn only_shared_columns_are_compared() {
     let seven: Columns = Column::ALL[..7].iter().copied().collect();
     let (run, _) = compare_by(&old, &new, &Policy::default(), seven);
     assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, 50)]));
-    assert_eq!(run.columns_left_out.len(), 7, "all but the number of the event");
+    assert_eq!(run.left_out().len(), 7, "all but the number of the event");
 }

@@ -34,13 +34,14 @@
 //! - [`Inputs`]: files that are never overwritten.
 //! - `lock`, `rename`: exclude other processes, and rename atomically.
 //! - [`FileSet`], in a `stage`: files that appear together or not at all.
-//! - [`open()`]: opens the inputs of commands, which must be files.
+//! - [`open()`]: opens the inputs of commands, which must be files; [`ShortLines`] bounds their lines.
 //! - [`LockedFile`]: a file with a name known to others while it is written, such as an unfinished
 //!   run log; [`FolderLock`]: a folder that one process at a time writes into.
 
 mod error;
 mod identity;
 mod inputs;
+mod lines;
 mod lock;
 mod locked_file;
 mod open;
@@ -51,6 +52,7 @@ mod stage;
 
 pub use error::FileError;
 pub use inputs::{Inputs, partial_path};
+pub use lines::ShortLines;
 pub use locked_file::{FolderLock, LockedFile};
 pub use open::{NoFile, open, open_text, read};
 pub use place::is_taken;

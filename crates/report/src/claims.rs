@@ -3,48 +3,9 @@
 use std::collections::BTreeMap;
 
 use asperity_page::markup::{Cell, Row, section, sortable_table, table, text};
+use asperity_summary::claim::{Claim, Judgement};
 
 use crate::symbols::{formulas, lettered, rounded};
-
-/// A claim and what became of it; in the words of the table of claims.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Claim {
-    /// What it is about: a figure, equation or section.
-    pub about: String,
-    /// Whose it is: `the source` or `this project`.
-    pub of: String,
-    /// The run that it is measured in.
-    pub run: String,
-    /// Its words.
-    pub quote: String,
-    /// What is measured.
-    pub measure: String,
-    /// The number stated, as it is written; empty where there are words alone.
-    pub stated: String,
-    /// What was measured.
-    pub own: Judgement,
-    /// Ours minus stated.
-    pub deviation: Option<f64>,
-    /// What an agreement is worth.
-    pub kind: String,
-    /// What a reader should know.
-    pub note: String,
-    /// The judgement in runs with the parameter set `as-stated`.
-    pub as_stated: Option<Judgement>,
-}
-
-/// What was measured, and how it stands to what is claimed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Judgement {
-    /// The number; none where the run does not have it.
-    pub ours: Option<f64>,
-    /// Its standard error; none of a number that is no statistic.
-    pub error: Option<f64>,
-    /// The rule in words.
-    pub rule: String,
-    /// `agrees`, `differs`, `undecided`, `not reached` or `in the spread`.
-    pub verdict: String,
-}
 
 /// Verdicts, and the mark that each has beside its word and colour.
 const VERDICTS: [(&str, &str, &str); 5] = [
@@ -312,7 +273,9 @@ pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Claim, Judgement, Named, Score, all, beside, figures_named, scores};
+    use asperity_summary::claim::{Claim, Judgement};
+
+    use super::{Named, Score, all, beside, figures_named, scores};
 
     fn claim(of: &str, verdict: &str) -> Claim {
         Claim {

@@ -2,9 +2,9 @@
 //! of what was measured: the same whether the runs have just gone by or are read again.
 
 use asperity_record::RunHeader;
+use asperity_summary::claim::Claim;
 use serde::{Deserialize, Serialize};
 
-use crate::claims::Claim;
 use crate::figures::{Figure, Picture};
 use crate::study::{Link, Run, Study};
 

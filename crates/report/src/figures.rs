@@ -4,7 +4,9 @@ use asperity_page::markup::{section, text};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::claims::{Claim, beside, figures_named, link, numbered};
+use asperity_summary::claim::Claim;
+
+use crate::claims::{beside, figures_named, link, numbered};
 use crate::symbols::lettered;
 
 /// A figure.

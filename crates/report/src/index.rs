@@ -4,7 +4,9 @@
 use asperity_page::Document;
 use asperity_page::markup::{counted, text};
 
-use crate::claims::{Claim, SPEAKERS, Score};
+use asperity_summary::claim::Claim;
+
+use crate::claims::{SPEAKERS, Score};
 use crate::figures::{place_of, stem};
 use crate::page::STYLE;
 

@@ -46,7 +46,7 @@ mod sweep;
 mod symbols;
 mod thin;
 
-pub use claims::{Claim, Judgement, Score};
+pub use claims::Score;
 pub use contents::{Contents, Recorded, RecordedRun, Shown, encoded, files_of_picture, picture};
 pub use figures::{Figure, Picture, data_url};
 pub use index::{Entry, index};

@@ -4,12 +4,13 @@
 use asperity_model::Energies;
 use asperity_model::keys::Key;
 use asperity_page::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
+use asperity_summary::claim::Claim;
 use asperity_summary::{Summary, front_speed_m_per_s};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::asked::{self, Asked};
-use crate::claims::{Claim, beside, link};
+use crate::claims::{beside, link};
 use crate::figures::{Figure, is_beside_one};
 use crate::seen::SeenRupture;
 use crate::study::{Link, Run};

@@ -3,8 +3,8 @@
 use asperity_model::Scenario;
 use asperity_record::RunHeader;
 use asperity_summary::Summary;
+use asperity_summary::claim::Claim;
 
-use crate::claims::Claim;
 use crate::figures::Figure;
 use crate::seen::Seen;
 

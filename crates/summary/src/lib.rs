@@ -3,7 +3,8 @@
 //!
 //! A [`Summarizer`] receives a run live or from a log, and returns a [`Summary`]. [`Summary::KEYS`]
 //! defines the meaning and unit of every number; the page that explains them, the tables and
-//! [`Summary::schema`] are generated from it. [`text`] formats summaries for a terminal.
+//! [`Summary::schema`] are generated from it. [`text`] formats summaries for a terminal. [`claim`] has
+//! claims about such numbers, as they were judged, and reads their table.
 //!
 //! ```
 //! use asperity_record::RunHeader;
@@ -33,6 +34,7 @@
 //! assert_eq!(Summary::KEYS.len(), summary.row().len());
 //! ```
 
+pub mod claim;
 mod creep;
 mod growth;
 mod key;

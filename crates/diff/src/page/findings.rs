@@ -14,12 +14,12 @@ const LISTED_OF_RUN: usize = 50;
 pub(super) fn listed(report: &Report) -> Vec<(usize, &Finding)> {
     let room = (LISTED_MOST / report.runs.len().max(1)).max(LISTED_OF_RUN);
     let mut left =
-        LISTED_MOST.saturating_sub(report.runs.iter().map(|run| run.findings.len().min(room)).sum());
+        LISTED_MOST.saturating_sub(report.runs.iter().map(|run| run.events.findings.len().min(room)).sum());
     let mut listed = Vec::new();
     for (place, run) in report.runs.iter().enumerate() {
-        let more = run.findings.len().saturating_sub(room).min(left);
+        let more = run.events.findings.len().saturating_sub(room).min(left);
         left -= more;
-        let mut chosen: Vec<(usize, &Finding)> = run.findings.iter().enumerate().collect();
+        let mut chosen: Vec<(usize, &Finding)> = run.events.findings.iter().enumerate().collect();
         chosen.sort_by_key(|(_, finding)| finding.allowed);
         chosen.truncate(room + more);
         chosen.sort_by_key(|&(number, _)| number);
@@ -91,7 +91,8 @@ fn differences(finding: &Finding) -> Cell {
 }
 
 pub(super) fn findings(report: &Report, listed: &[(usize, &Finding)]) -> String {
-    let total: u64 = report.runs.iter().map(|run| run.findings.len() as u64 + run.findings_left_out).sum();
+    let total: u64 =
+        report.runs.iter().map(|run| run.events.findings.len() as u64 + run.events.findings_left_out).sum();
     if total == 0 {
         return String::new();
     }

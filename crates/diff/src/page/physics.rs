@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::findings::events;
 use super::words::{class_cell, name};
-use crate::report::{Class, Finding, NumberChange, Report, RunDiff, RuptureDiff};
+use crate::report::{Finding, NumberChange, Report, RunDiff, RuptureDiff};
 
 /// Most ruptures that the page lists of a run, the largest first.
 const LISTED_MOST: usize = 50;
@@ -60,11 +60,12 @@ pub(super) fn ruptures(report: &Report) -> String {
 }
 
 fn classes(ruptures: &RuptureDiff) -> String {
-    let there = Class::ALL.into_iter().filter(|&class| ruptures.counts.of(class) > 0);
-    let rows = there
-        .map(|class| Row::from(vec![class_cell(class), Cell::number(ruptures.counts.of(class))]))
-        .collect::<Vec<Row>>();
-    let mut largest: Vec<&Finding> = ruptures.findings.iter().collect();
+    let table_diff = &ruptures.table;
+    let rows = table_diff
+        .counts
+        .there()
+        .map(|(class, count)| Row::from(vec![class_cell(class), Cell::number(count)]));
+    let mut largest: Vec<&Finding> = table_diff.findings.iter().collect();
     largest.sort_by_key(|finding| std::cmp::Reverse(finding.most_blocks()));
     let more = largest.len().saturating_sub(LISTED_MOST);
     largest.truncate(LISTED_MOST);
@@ -84,7 +85,7 @@ fn classes(ruptures: &RuptureDiff) -> String {
         "{} and {}, of which a counterpart was looked for within {} s.",
         counted(ruptures.old, "old rupture"),
         counted(ruptures.new, "new rupture"),
-        short(ruptures.window_s)
+        short(table_diff.window_s)
     );
     format!(
         "{}{}<div class=\"wide\">{}</div>\n",

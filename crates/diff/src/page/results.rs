@@ -12,7 +12,7 @@ const DOWNSTREAM_MOST: usize = 200;
 pub(super) fn beyond(report: &Report) -> String {
     let mut out = String::new();
     for run in &report.runs {
-        let Some(horizon) = &run.horizon else { continue };
+        let Some(horizon) = &run.events.horizon else { continue };
         let beyond = &horizon.beyond;
         let growth = horizon.growth.iter().map(|decade| {
             Row::from(vec![
@@ -146,9 +146,9 @@ pub(super) fn provenance(report: &Report) -> String {
     let left_out: Vec<String> = report
         .runs
         .iter()
-        .filter(|run| !run.columns_left_out.is_empty())
+        .filter(|run| !run.events.left_out().is_empty())
         .map(|run| {
-            let names: Vec<&str> = run.columns_left_out.iter().map(|column| column.name()).collect();
+            let names: Vec<&str> = run.events.left_out().iter().map(|column| column.name()).collect();
             format!("{} ({})", name(run), names.join(", "))
         })
         .collect();

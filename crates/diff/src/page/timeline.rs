@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::words;
-use crate::report::{Class, Counts, Extent, Finding, Horizon, Match, Report, RunDiff, RuptureDiff};
+use crate::report::{Class, Extent, Finding, Match, Report, RunDiff, TableDiff};
 
 /// Most events that a page holds, of both sides and all runs: some ten megabytes, and
 /// what a browser still draws at once.
@@ -71,17 +71,17 @@ pub(super) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timelin
     let thinning = Thinning::of(report, EVENTS_MOST);
     // Ruptures behind all slip events, so that the places of runs stay those of findings.
     let pairs = report.runs.iter().enumerate();
-    let events = pairs.clone().map(|(pair, run)| run_events(pair, run, &of_events(run), thinning));
+    let events = pairs.clone().map(|(pair, run)| run_events(pair, run, "events", &run.events, thinning));
     let ruptures = pairs.filter_map(|(pair, run)| {
-        let drawn = of_ruptures(run.ruptures.as_ref()?);
-        Some(run_events(pair, run, &drawn, thinning))
+        let ruptures = run.ruptures.as_ref()?;
+        Some(run_events(pair, run, "ruptures", &ruptures.table, thinning))
     });
     let runs = events.chain(ruptures).collect();
     let places: Vec<HashMap<Key, usize>> = report
         .runs
         .iter()
         .map(|run| {
-            run.matches.iter().enumerate().map(|(place, found)| (key_of_match(found), place)).collect()
+            run.events.matches.iter().enumerate().map(|(place, found)| (key_of_match(found), place)).collect()
         })
         .collect();
     let findings = listed
@@ -113,36 +113,13 @@ fn place(class: Class) -> usize {
     Class::ALL.iter().position(|&other| other == class).expect("every class is among all")
 }
 
-/// What is drawn of a run.
-struct Drawn<'a> {
+fn run_events(
+    pair: usize,
+    run: &RunDiff,
     what: &'static str,
-    matches: &'a [Match],
-    horizon: Option<&'a Horizon>,
-    total: Total,
-    counts: &'a Counts,
-}
-
-fn of_events(run: &RunDiff) -> Drawn<'_> {
-    Drawn {
-        what: "events",
-        matches: &run.matches,
-        horizon: run.horizon.as_ref(),
-        total: Total { old: run.old.events, new: run.new.events },
-        counts: &run.counts,
-    }
-}
-
-fn of_ruptures(ruptures: &RuptureDiff) -> Drawn<'_> {
-    Drawn {
-        what: "ruptures",
-        matches: &ruptures.matches,
-        horizon: ruptures.horizon.as_ref(),
-        total: Total { old: ruptures.old, new: ruptures.new },
-        counts: &ruptures.counts,
-    }
-}
-
-fn run_events(pair: usize, run: &RunDiff, drawn: &Drawn<'_>, thinning: Thinning) -> RunEvents {
+    drawn: &TableDiff,
+    thinning: Thinning,
+) -> RunEvents {
     let (mut old, mut new) = (Vec::new(), Vec::new());
     let (mut same, mut differing) = (0_usize, 0_usize);
     for (number, found) in drawn.matches.iter().enumerate() {
@@ -169,17 +146,17 @@ fn run_events(pair: usize, run: &RunDiff, drawn: &Drawn<'_>, thinning: Thinning)
     let highest = events().map(|event| event.last_block).max();
     RunEvents {
         name: words::name(run),
-        what: drawn.what,
+        what,
         pair,
         blocks: blocks.into_iter().flatten().chain(highest).max().unwrap_or(1),
         // A run starts at 0; its table may start anywhere.
         from_s: from_s.min(0.0),
         to_s: ends.into_iter().flatten().fold(last_s, f64::max),
-        horizon_s: drawn.horizon.map(|horizon| horizon.at_s),
+        horizon_s: drawn.horizon.as_ref().map(|horizon| horizon.at_s),
         old,
         new,
-        total: drawn.total,
-        counts: Class::ALL.iter().map(|&class| drawn.counts.of(class)).collect(),
+        total: Total { old: drawn.old_rows, new: drawn.new_rows },
+        counts: Class::ALL.iter().map(|&class| drawn.counts[class]).collect(),
     }
 }
 
@@ -216,9 +193,9 @@ impl Thinning {
     /// For a page of at most `most` events; what differs comes first.
     pub(super) fn of(report: &Report, most: usize) -> Thinning {
         let matches = || {
-            let events = report.runs.iter().flat_map(|run| &run.matches);
+            let events = report.runs.iter().map(|run| &run.events);
             let ruptures = report.runs.iter().filter_map(|run| run.ruptures.as_ref());
-            events.chain(ruptures.flat_map(|ruptures| &ruptures.matches))
+            events.chain(ruptures.map(|ruptures| &ruptures.table)).flat_map(|table| &table.matches)
         };
         let events = |is_same: bool| -> usize {
             matches()

@@ -9,8 +9,8 @@ use crate::report::{CellChange, Class, Counts, Extent, Finding};
 
 /// How many matches there are of each class.
 pub(super) fn by_class(counts: &Counts, none: &str) -> String {
-    let there = Class::ALL.into_iter().map(|class| (class, counts.of(class))).filter(|(_, count)| *count > 0);
-    let words: Vec<String> = there.map(|(class, count)| format!("{count} {}", class.name())).collect();
+    let words: Vec<String> =
+        counts.there().map(|(class, count)| format!("{count} {}", class.name())).collect();
     if words.is_empty() { none.to_owned() } else { words.join(", ") }
 }
 

@@ -130,15 +130,14 @@ fn change(number: &NumberChange) -> String {
 
 fn ruptures(report: &Report, lines: &mut Vec<String>) {
     let compared: Vec<_> = report.runs.iter().filter_map(|run| Some((run, run.ruptures.as_ref()?))).collect();
-    let mut counts = Counts::default();
-    compared.iter().for_each(|(_, ruptures)| counts.add(&ruptures.counts));
+    let counts: Counts = compared.iter().map(|(_, ruptures)| &ruptures.table.counts).sum();
     if !compared.is_empty() {
         let (old, new) = compared.iter().fold((0, 0), |(old, new), (_, of)| (old + of.old, new + of.new));
         lines.push(format!("{old} old and {new} new ruptures: {}", by_class(&counts, "none")));
     }
     let mut differing: Vec<(&RunDiff, &Finding)> = compared
         .iter()
-        .flat_map(|(run, ruptures)| ruptures.findings.iter().map(move |finding| (*run, finding)))
+        .flat_map(|(run, ruptures)| ruptures.table.findings.iter().map(move |finding| (*run, finding)))
         .collect();
     // A missing rupture of the whole slider matters more than any of a block or two.
     differing.sort_by_key(|(_, finding)| {

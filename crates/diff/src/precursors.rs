@@ -4,12 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_analysis::precursors::Growth;
-use asperity_diff::report::PrecursorChange;
-use asperity_diff::report::PrecursorChanges;
-use asperity_diff::tally::Matched;
 use asperity_record::SlipEvent;
 
+use crate::report::{PrecursorChange, PrecursorChanges};
 use crate::sides::Run;
+use crate::tally::Matched;
 
 /// The precursors of both runs, told as the matches go by; `None` where a table does not say
 /// how many blocks its run has.
@@ -35,7 +34,7 @@ struct Row {
 
 impl Table {
     fn of(run: &Run) -> Option<Table> {
-        let blocks = run.provenance.as_ref()?.header.blocks;
+        let blocks = run.header()?.blocks;
         Some(Table { blocks, growth: Growth::new(blocks), rows: Vec::new() })
     }
 
@@ -58,7 +57,7 @@ impl Precursors {
         Precursors(Table::of(old).zip(Table::of(new)).map(|(old, new)| [old, new]))
     }
 
-    pub(crate) fn watch(&mut self, matched: Matched<'_>) {
+    pub(crate) fn watch(&mut self, matched: &Matched<'_, SlipEvent>) {
         if let Some([old, new]) = &mut self.0 {
             old.watch(&matched.group.old);
             new.watch(&matched.group.new);

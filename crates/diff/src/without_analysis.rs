@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use asperity_diff::report::PrecursorChanges;
-use asperity_diff::tally::Matched;
 use asperity_files::FileSet;
+use asperity_record::SlipEvent;
 
 use crate::error::CompareError;
+use crate::report::PrecursorChanges;
 use crate::sides::Run;
+use crate::tally::Matched;
 
 /// No file of matches can be asked for.
 pub(crate) struct Matches;
@@ -20,7 +21,7 @@ impl Matches {
         }
     }
 
-    pub(crate) fn push(&mut self, _run: &str, _matched: Matched<'_>) -> Result<(), CompareError> {
+    pub(crate) fn push(&mut self, _run: &str, _matched: &Matched<'_, SlipEvent>) -> Result<(), CompareError> {
         Ok(())
     }
 
@@ -37,7 +38,7 @@ impl Precursors {
         Precursors
     }
 
-    pub(crate) fn watch(&mut self, _matched: Matched<'_>) {}
+    pub(crate) fn watch(&mut self, _matched: &Matched<'_, SlipEvent>) {}
 
     pub(crate) fn changes(self) -> Option<PrecursorChanges> {
         None

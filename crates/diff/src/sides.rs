@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use asperity_diff::provenance::Provenance;
-use asperity_diff::report::{RunSide, Unpaired};
-use asperity_runlog::{LogError, RunReader, Topics};
+use asperity_record::RunHeader;
+
+use crate::report::{RunSide, Unpaired};
+use crate::run_log::RunLog;
+use crate::table::TableError;
 
 /// By what the runs of two folders are paired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,7 +48,7 @@ pub enum SideError {
     },
     /// A run log cannot be read.
     #[error(transparent)]
-    Log(#[from] LogError),
+    Log(#[from] TableError),
 }
 
 /// One run of a side.
@@ -55,36 +58,42 @@ pub struct Run {
     pub name: String,
     /// The file.
     pub path: PathBuf,
-    /// What the run is, where the file says so.
-    pub provenance: Option<Provenance>,
+    /// The contents of its log; `None` if the file is a table.
+    pub log: Option<Arc<RunLog>>,
 }
 
+/// Run logs that have been read, by their paths.
+pub type Logs = BTreeMap<PathBuf, Arc<RunLog>>;
+
 impl Run {
-    fn open(path: &Path) -> Result<Run, SideError> {
-        let run = Run { name: name_of(path), path: path.to_owned(), provenance: None };
-        if ending(path) != Some("mcap") {
-            return Ok(run);
-        }
-        let reader = RunReader::open(path, Topics::EVENTS)?;
-        let scenario_toml = reader.scenario_toml().to_owned();
-        Ok(Run { provenance: Some(Provenance { header: reader.header().clone(), scenario_toml }), ..run })
+    fn open(path: &Path, logs: &Logs) -> Result<Run, SideError> {
+        let log = match logs.get(path) {
+            _ if ending(path) != Some("mcap") => None,
+            Some(log) => Some(Arc::clone(log)),
+            None => Some(Arc::new(RunLog::read(path, 0)?)),
+        };
+        Ok(Run { name: name_of(path), path: path.to_owned(), log })
+    }
+
+    /// The header of its log.
+    pub fn header(&self) -> Option<&RunHeader> {
+        self.log.as_ref().map(|log| &log.provenance.header)
     }
 
     /// What a report says of it.
     pub fn side(&self) -> RunSide {
-        let header = self.provenance.as_ref().map(|provenance| &provenance.header);
         RunSide {
             name: self.name.clone(),
             path: self.path.display().to_string(),
             events: 0,
-            duration_s: header.map(|header| header.time_grid().time_s(header.steps)),
-            blocks: header.map(|header| header.blocks),
-            scenario_hash: header.map(|header| header.scenario_hash.clone()),
+            duration_s: self.log.as_ref().map(|log| log.provenance.duration_s()),
+            blocks: self.header().map(|header| header.blocks),
+            scenario_hash: self.hash().map(str::to_owned),
         }
     }
 
     fn hash(&self) -> Option<&str> {
-        self.provenance.as_ref().map(|provenance| provenance.header.scenario_hash.as_str())
+        self.header().map(|header| header.scenario_hash.as_str())
     }
 }
 
@@ -115,13 +124,13 @@ impl Side {
         self.runs.iter().map(|run| &run.path).chain(&self.claims).map(PathBuf::as_path)
     }
 
-    /// Finds the runs of a side.
+    /// Finds the runs of a side. Logs that are not among those given are read.
     ///
     /// # Errors
     /// If there are none, or one cannot be read.
-    pub fn find(path: &Path) -> Result<Side, SideError> {
+    pub fn find(path: &Path, logs: &Logs) -> Result<Side, SideError> {
         let Files { files, is_file, claims } = Files::find(path)?;
-        let runs = files.iter().map(|file| Run::open(file)).collect::<Result<_, _>>()?;
+        let runs = files.iter().map(|file| Run::open(file, logs)).collect::<Result<_, _>>()?;
         Ok(Side { runs, is_file, claims })
     }
 }

@@ -3,11 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use asperity_diff::column::{Column, Columns, Kind, Value};
+use asperity_files::ShortLines;
 use asperity_record::{MOST_BLOCKS, SlipEvent};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
-use crate::lines::ShortLines;
+use crate::column::{Column, Columns, Kind, Value};
 
 /// The columns without which there is nothing to match by.
 const NEEDED: [Column; 4] = [Column::OnsetS, Column::EndS, Column::FirstBlock, Column::LastBlock];
@@ -18,16 +18,6 @@ pub enum TableError {
     /// A run log.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// A run log with an event that is none.
-    #[error("{}: an event of {topic} cannot be read: {error}", path.display())]
-    Event {
-        /// The log.
-        path: PathBuf,
-        /// The event's topic.
-        topic: String,
-        /// What is wrong with it.
-        error: serde_json::Error,
-    },
     /// The system refused.
     #[error("{}: {error}", path.display())]
     Io {
@@ -88,21 +78,21 @@ fn accepted() -> String {
 }
 
 /// Events, one after the other.
-pub type Events = Box<dyn Iterator<Item = Result<SlipEvent, TableError>>>;
+pub type Events<'a> = Box<dyn Iterator<Item = Result<SlipEvent, TableError>> + 'a>;
 
 /// An event table that is open.
-pub struct Table {
+pub struct Table<'a> {
     /// The columns that it has.
     pub columns: Columns,
     /// Its events.
-    pub events: Events,
+    pub events: Events<'a>,
 }
 
 /// Opens a run log or a table, by the ending of its name.
 ///
 /// # Errors
 /// If it cannot be read, or its heading is no event table's.
-pub fn open(path: &Path) -> Result<Table, TableError> {
+pub fn open(path: &Path) -> Result<Table<'static>, TableError> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("csv") => csv(path),
         Some("parquet") => parquet(path),
@@ -110,9 +100,9 @@ pub fn open(path: &Path) -> Result<Table, TableError> {
     }
 }
 
-fn log(path: &Path) -> Result<Table, TableError> {
+fn log(path: &Path) -> Result<Table<'static>, TableError> {
     let mut reader = RunReader::open(path, Topics::EVENTS)?;
-    let mut next = move || -> Result<Option<SlipEvent>, TableError> {
+    let events = one_by_one(move || {
         while let Some(item) = reader.next_item()? {
             if let LogItem::Event(event) = item
                 && let Some(slip) = event.get::<SlipEvent>()
@@ -121,14 +111,20 @@ fn log(path: &Path) -> Result<Table, TableError> {
             }
         }
         Ok(None)
-    };
-    Ok(Table { columns: Columns::ALL, events: Box::new(std::iter::from_fn(move || next().transpose())) })
+    });
+    Ok(Table { columns: Columns::ALL, events })
+}
+
+/// The events that a function returns until there are no more.
+fn one_by_one(mut next: impl FnMut() -> Result<Option<SlipEvent>, TableError> + 'static) -> Events<'static> {
+    Box::new(std::iter::from_fn(move || next().transpose()))
 }
 
 /// Where the columns of a table stand: the place of each in its rows.
 struct Places {
     path: PathBuf,
     places: Vec<(Column, usize)>,
+    columns: Columns,
 }
 
 impl Places {
@@ -149,11 +145,8 @@ impl Places {
         }
         // In the order of the table: an onset comes before the end that is compared with it.
         places.sort_unstable();
-        Ok(Places { path: path.to_owned(), places })
-    }
-
-    fn columns(&self) -> Columns {
-        self.places.iter().map(|(column, _)| *column).collect()
+        let columns = places.iter().map(|(column, _)| *column).collect();
+        Ok(Places { path: path.to_owned(), places, columns })
     }
 
     /// Makes an event of a row. Cells of columns that the table lacks are filled with what
@@ -195,7 +188,7 @@ impl Places {
                 refused(text, accepted)
             })?;
         }
-        if !self.columns().has(Column::Open) {
+        if !self.columns.has(Column::Open) {
             event.open = event.end_s.is_none();
         }
         Ok(event)
@@ -218,17 +211,16 @@ fn kind_accepted(column: Column) -> &'static str {
 fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'static str> {
     const BLOCK: &str = "a whole number from 1 to 100000";
     const _: () = assert!(MOST_BLOCKS == 100_000);
-    let accepted = kind_accepted(column);
     let number = || match value {
         Value::Number(number) if number.is_finite() => Ok(number),
         Value::Whole(whole) => Ok(whole as f64),
-        _ => Err(accepted),
+        _ => Err(kind_accepted(column)),
     };
     let whole = || match value {
         // What is counted is counted on in doubles too.
         Value::Whole(whole @ 0..=MOST_WHOLE) => Ok(whole),
         Value::Whole(_) => Err("a whole number up to 9007199254740992"),
-        _ => Err(accepted),
+        _ => Err(kind_accepted(column)),
     };
     let is_empty = value == Value::Empty;
     let block = || match value {
@@ -261,7 +253,7 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
         Column::EndStep => event.end_step = Some(whole()?),
         Column::Open => match value {
             Value::Flag(open) => event.open = open,
-            _ => return Err(accepted),
+            _ => return Err(kind_accepted(column)),
         },
     }
     Ok(())
@@ -270,30 +262,37 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
 /// The largest whole number up to which doubles have all of them.
 const MOST_WHOLE: u64 = 1 << 53;
 
-fn csv(path: &Path) -> Result<Table, TableError> {
+fn csv(path: &Path) -> Result<Table<'static>, TableError> {
     let file = asperity_files::open(path).map_err(|error| TableError::Io { path: path.to_owned(), error })?;
-    let mut reader = csv::ReaderBuilder::new().from_reader(ShortLines::of(file));
+    let mut reader = csv::Reader::from_reader(ShortLines::of(file));
     let broken = {
         let path = path.to_owned();
         move |error: csv::Error| TableError::Csv { path: path.clone(), error }
     };
     let places = Places::of(path, reader.headers().map_err(&broken)?.iter())?;
-    let columns = places.columns();
+    let columns = places.columns;
     let mut record = csv::StringRecord::new();
     let mut number = 0;
-    let mut next = move || -> Result<Option<SlipEvent>, TableError> {
+    let events = one_by_one(move || {
         if !reader.read_record(&mut record).map_err(&broken)? {
             return Ok(None);
         }
         let line = record.position().map_or(0, csv::Position::line);
         let event = places.event(line, number, |place, column| {
-            let text = record.get(place).unwrap_or_default().trim();
+            let text = trimmed(record.get(place).unwrap_or_default());
             written(column, text).ok_or_else(|| text.to_owned())
         })?;
         number += 1;
         Ok(Some(event))
-    };
-    Ok(Table { columns, events: Box::new(std::iter::from_fn(move || next().transpose())) })
+    });
+    Ok(Table { columns, events })
+}
+
+/// A cell without spaces around it, which few have.
+fn trimmed(text: &str) -> &str {
+    let is_plain = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_graphic);
+    let bytes = text.as_bytes();
+    if is_plain(bytes.first()) && is_plain(bytes.last()) { text } else { text.trim() }
 }
 
 /// A cell as it is written in CSV.
@@ -309,14 +308,14 @@ fn written(column: Column, text: &str) -> Option<Value> {
 }
 
 #[cfg(feature = "analysis")]
-fn parquet(path: &Path) -> Result<Table, TableError> {
+fn parquet(path: &Path) -> Result<Table<'static>, TableError> {
     use asperity_analysis::event_file::{Cell, Rows};
 
     let mut rows = Rows::open(path)?;
     let places = Places::of(path, rows.names().iter().map(String::as_str))?;
-    let columns = places.columns();
+    let columns = places.columns;
     let mut number = 0;
-    let mut next = move || -> Result<Option<SlipEvent>, TableError> {
+    let events = one_by_one(move || {
         let Some(row) = rows.next_row()? else { return Ok(None) };
         // Numbered as lines of the same table in CSV are, below the heading.
         let event = places.event(number + 2, number, |place, _| match &row[place] {
@@ -328,11 +327,11 @@ fn parquet(path: &Path) -> Result<Table, TableError> {
         })?;
         number += 1;
         Ok(Some(event))
-    };
-    Ok(Table { columns, events: Box::new(std::iter::from_fn(move || next().transpose())) })
+    });
+    Ok(Table { columns, events })
 }
 
 #[cfg(not(feature = "analysis"))]
-fn parquet(path: &Path) -> Result<Table, TableError> {
+fn parquet(path: &Path) -> Result<Table<'static>, TableError> {
     Err(TableError::NoParquet { path: path.to_owned() })
 }

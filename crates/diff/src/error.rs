@@ -17,7 +17,7 @@ pub enum CompareError {
     Table(#[from] TableError),
     /// Summary or ruptures of a run log cannot be determined.
     #[error("{}: {problem}", path.display())]
-    Told {
+    Log {
         /// The log.
         path: PathBuf,
         /// Why.

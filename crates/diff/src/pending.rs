@@ -1,10 +1,9 @@
-//! One side of the matching: a table of events as it is read, in order, and what of it is not
-//! settled yet.
-
-use asperity_record::SlipEvent;
+//! One side of the matching: a table as it is read, in order, and the part of it that is not
+//! matched for good yet.
 
 use crate::column::{Columns, Value};
 use crate::cost::Span;
+use crate::row::Row;
 
 /// How many events of its own side an event may look past. Where more than that
 /// start within one window of each other it is arbitrary which is which.
@@ -47,14 +46,14 @@ pub enum MatchError<E> {
 /// Most events of one onset. In a run there is one; all of them would be compared with each other.
 pub const MOST_AT_ONCE: usize = 100;
 
-/// One table as it is read: what was read and is not settled, and the event after it.
-pub(crate) struct Side<I> {
+/// A table as it is read: the events that are not settled, and the one after them.
+pub(crate) struct Pending<I, R> {
     name: &'static str,
     source: I,
-    ahead: Option<SlipEvent>,
+    ahead: Option<R>,
     started: bool,
     /// Events from number `first` of the table on, but for `gone` settled ones in front.
-    events: Vec<SlipEvent>,
+    events: Vec<R>,
     /// What the matching goes by of each.
     spans: Vec<Span>,
     gone: usize,
@@ -64,13 +63,14 @@ pub(crate) struct Side<I> {
 /// Settled events that may stay in memory before they are dropped all at once.
 const GONE: usize = 1024;
 
-impl<I, E> Side<I>
+impl<I, R, E> Pending<I, R>
 where
-    I: Iterator<Item = Result<SlipEvent, E>>,
+    I: Iterator<Item = Result<R, E>>,
+    R: Row,
 {
-    pub(crate) fn new(name: &'static str, source: I) -> Side<I> {
+    pub(crate) fn new(name: &'static str, source: I) -> Pending<I, R> {
         let (events, spans) = (Vec::new(), Vec::new());
-        Side { name, source, ahead: None, started: false, events, spans, gone: 0, first: 0 }
+        Pending { name, source, ahead: None, started: false, events, spans, gone: 0, first: 0 }
     }
 
     /// How many have been read, settled ones included.
@@ -83,7 +83,7 @@ where
         self.events.len() - self.gone
     }
 
-    pub(crate) fn event(&self, index: usize) -> &SlipEvent {
+    pub(crate) fn event(&self, index: usize) -> &R {
         &self.events[index - self.first + self.gone]
     }
 
@@ -118,17 +118,17 @@ where
             self.started = true;
             self.advance()?;
         }
-        Ok(self.ahead.as_ref().map_or(f64::INFINITY, |event| event.onset_s))
+        Ok(self.ahead.as_ref().map_or(f64::INFINITY, R::onset_s))
     }
 
-    fn advance(&mut self) -> Result<Option<SlipEvent>, MatchError<E>> {
+    fn advance(&mut self) -> Result<Option<R>, MatchError<E>> {
         let next = self.source.next().transpose().map_err(MatchError::Source)?;
         if let Some(next) = &next {
-            let before_s = self.ahead.as_ref().map_or(f64::NEG_INFINITY, |event| event.onset_s);
+            let (event, onset_s) = (next.number(), next.onset_s());
+            let before_s = self.ahead.as_ref().map_or(f64::NEG_INFINITY, R::onset_s);
             // Written so that an onset that is no number is not in order either.
-            let in_order = next.onset_s >= before_s && next.onset_s.is_finite();
+            let in_order = onset_s >= before_s && onset_s.is_finite();
             if !in_order {
-                let (event, onset_s) = (next.event, next.onset_s);
                 return Err(MatchError::Order { side: self.name, event, onset_s, before_s });
             }
         }
@@ -153,9 +153,9 @@ where
         }
         if self.events.len() > from + 1 {
             self.events[from..].sort_by(|a, b| {
-                let keys = columns.iter().map(|column| (column.of(a), column.of(b)));
+                let keys = columns.iter().map(|column| (a.cell(column), b.cell(column)));
                 let order = keys.map(|(a, b)| in_order(a, b)).find(|order| order.is_ne());
-                order.unwrap_or(a.event.cmp(&b.event))
+                order.unwrap_or(a.number().cmp(&b.number()))
             });
         }
         for index in from..self.events.len() {

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use asperity_analysis::event_file::{MatchFile, MatchRow, MatchSide};
-use asperity_diff::tally::Matched;
 use asperity_files::FileSet;
 use asperity_record::{Reach, SlipEvent};
 
 use crate::error::CompareError;
+use crate::tally::Matched;
 
 /// The file of matches, if one was asked for.
-pub(crate) struct Matches(Option<asperity_analysis::event_file::MatchFile>);
+pub(crate) struct Matches(Option<MatchFile>);
 
 impl Matches {
     pub(crate) fn create(files: &FileSet, path: Option<&Path>) -> Result<Matches, CompareError> {
@@ -18,7 +18,7 @@ impl Matches {
         file.transpose().map(Matches).map_err(CompareError::NoMatchesFile)
     }
 
-    pub(crate) fn push(&mut self, run: &str, matched: Matched<'_>) -> Result<(), CompareError> {
+    pub(crate) fn push(&mut self, run: &str, matched: &Matched<'_, SlipEvent>) -> Result<(), CompareError> {
         let Some(file) = &mut self.0 else { return Ok(()) };
         let side = |events: &[SlipEvent]| {
             let (first, last) = (events.first()?, events.last()?);

@@ -1,0 +1,119 @@
+//! What a diff needs of the rows that it matches: slip events and ruptures. Both have a place in
+//! time and space, and columns of the event table.
+
+use asperity_record::{Reach, Rupture, SlipEvent};
+
+use crate::column::{Column, Columns, Value, slip_event_cell};
+
+/// A row of a table, which is matched by when and where blocks slid.
+pub trait Row: Clone {
+    /// The columns that such rows have.
+    const COLUMNS: Columns;
+
+    /// Its number in its table.
+    fn number(&self) -> u64;
+
+    /// Its onset, s.
+    fn onset_s(&self) -> f64;
+
+    /// Its end, s; `None` if the run ended before.
+    fn end_s(&self) -> Option<f64>;
+
+    /// From which block to which it reached.
+    fn reach(&self) -> Reach;
+
+    /// How many blocks slid.
+    fn blocks_slipped(&self) -> u32;
+
+    /// Whether the run may have ended before it did.
+    fn is_open(&self) -> bool;
+
+    /// Its cell in a column; empty in one that such rows do not have.
+    fn cell(&self, column: Column) -> Value;
+
+    /// Whether the run cut it short, so that only what its onset tells is known.
+    fn is_cut(&self) -> bool {
+        self.is_open() || self.end_s().is_none()
+    }
+}
+
+impl Row for SlipEvent {
+    const COLUMNS: Columns = Columns::ALL;
+
+    fn number(&self) -> u64 {
+        self.event
+    }
+
+    fn onset_s(&self) -> f64 {
+        self.onset_s
+    }
+
+    fn end_s(&self) -> Option<f64> {
+        self.end_s
+    }
+
+    fn reach(&self) -> Reach {
+        self.reach()
+    }
+
+    fn blocks_slipped(&self) -> u32 {
+        self.blocks_slipped
+    }
+
+    fn is_open(&self) -> bool {
+        self.open
+    }
+
+    #[inline]
+    fn cell(&self, column: Column) -> Value {
+        slip_event_cell(self, column)
+    }
+}
+
+impl Row for Rupture {
+    const COLUMNS: Columns =
+        Columns::ALL.without(Column::MaxSliding).without(Column::FtFnMin).without(Column::FtFnMax);
+
+    fn number(&self) -> u64 {
+        self.rupture
+    }
+
+    fn onset_s(&self) -> f64 {
+        self.onset_s
+    }
+
+    fn end_s(&self) -> Option<f64> {
+        self.end_s
+    }
+
+    fn reach(&self) -> Reach {
+        self.reach()
+    }
+
+    /// All from the first to the last: detachments of a rupture are linked to their neighbours.
+    fn blocks_slipped(&self) -> u32 {
+        self.reach().count()
+    }
+
+    fn is_open(&self) -> bool {
+        self.open
+    }
+
+    fn cell(&self, column: Column) -> Value {
+        match column {
+            Column::OnsetS => self.onset_s.into(),
+            Column::EndS => self.end_s.into(),
+            Column::FirstBlock => self.first_block.into(),
+            Column::LastBlock => self.last_block.into(),
+            Column::FtFnOnset => self.ft_fn_onset.into(),
+            Column::FtFnEnd => self.ft_fn_end.into(),
+            Column::Event => self.rupture.into(),
+            Column::OnsetStep => self.onset_step.into(),
+            Column::EndStep => self.end_step.into(),
+            Column::BlocksSlipped => self.blocks_slipped().into(),
+            Column::NucleationBlock => self.nucleation_block.into(),
+            Column::Open => self.open.into(),
+            Column::MaxSliding | Column::FtFnMin | Column::FtFnMax => Value::Empty,
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Claims as they were judged, and their table, `tables/claims.csv`.
+//!
+//! The columns are listed once, in [`columns`]: whoever writes the table takes them from there, and
+//! [`read`] finds them by the same names.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+
+/// A claim, what was measured, and the verdict.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Claim {
+    /// What it is about: a figure, equation or section.
+    pub about: String,
+    /// Whose it is: `the source` or `this project`.
+    pub of: String,
+    /// The run that it is measured in.
+    pub run: String,
+    /// Its words.
+    pub quote: String,
+    /// What is measured.
+    pub measure: String,
+    /// The number stated, as it is written; empty where there are words alone.
+    pub stated: String,
+    /// What was measured.
+    pub own: Judgement,
+    /// The measured number minus the stated one.
+    pub deviation: Option<f64>,
+    /// What an agreement is worth.
+    pub kind: String,
+    /// What a reader should know.
+    pub note: String,
+    /// The judgement in runs with the parameter set `as-stated`.
+    pub as_stated: Option<Judgement>,
+}
+
+/// What was measured, and how it compares with what is claimed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Judgement {
+    /// The number; none where the run does not have it.
+    pub ours: Option<f64>,
+    /// Its standard error; none of a number that is no statistic.
+    pub error: Option<f64>,
+    /// The rule in words.
+    pub rule: String,
+    /// `agrees`, `differs`, `undecided` where the standard error reaches over the limit, `not
+    /// reached`, or `in the spread` where no more can be said.
+    pub verdict: String,
+}
+
+/// The cells of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// Words.
+    Texts(Vec<String>),
+    /// Numbers, where there are any.
+    Numbers(Vec<Option<f64>>),
+}
+
+/// The table: its columns in order. Those of the second judgement are there if a claim has one.
+pub fn columns(claims: &[Claim]) -> Vec<(&'static str, Cells)> {
+    let texts =
+        |value: fn(&Claim) -> &str| Cells::Texts(claims.iter().map(|of| value(of).to_owned()).collect());
+    let numbers = |value: fn(&Claim) -> Option<f64>| Cells::Numbers(claims.iter().map(value).collect());
+    let mut columns = vec![
+        ("about", texts(|claim| &claim.about)),
+        ("of", texts(|claim| &claim.of)),
+        ("run", texts(|claim| &claim.run)),
+        ("quote", texts(|claim| &claim.quote)),
+        ("measure", texts(|claim| &claim.measure)),
+        ("stated", texts(|claim| &claim.stated)),
+        ("ours", numbers(|claim| claim.own.ours)),
+        ("standard_error", numbers(|claim| claim.own.error)),
+        ("deviation", numbers(|claim| claim.deviation)),
+        ("rule", texts(|claim| &claim.own.rule)),
+        ("verdict", texts(|claim| &claim.own.verdict)),
+        ("kind", texts(|claim| &claim.kind)),
+        ("note", texts(|claim| &claim.note)),
+    ];
+    if claims.iter().any(|claim| claim.as_stated.is_some()) {
+        columns.extend([
+            ("as_stated_ours", numbers(|claim| claim.as_stated.as_ref()?.ours)),
+            ("as_stated_standard_error", numbers(|claim| claim.as_stated.as_ref()?.error)),
+            ("as_stated_rule", texts(|claim| claim.as_stated.as_ref().map_or("", |second| &second.rule))),
+            (
+                "as_stated_verdict",
+                texts(|claim| claim.as_stated.as_ref().map_or("", |second| &second.verdict)),
+            ),
+        ]);
+    }
+    columns
+}
+
+/// A table of claims that cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// Not CSV, or the system refused.
+    #[error(transparent)]
+    Csv(#[from] csv::Error),
+    /// A heading that is not of claims.
+    #[error("there is no column {0} (accepted: a table of claims)")]
+    NoColumn(&'static str),
+    /// A cell that is no number.
+    #[error("line {line}: {column}: {value:?} is not accepted (accepted: a number)")]
+    Number {
+        /// The line, the heading's being 1.
+        line: u64,
+        /// The column.
+        column: &'static str,
+        /// The cell.
+        value: String,
+    },
+}
+
+/// The columns that every version of the program has written.
+const NEEDED: [&str; 6] = ["about", "run", "quote", "measure", "ours", "verdict"];
+
+/// Reads a table of claims. Cells of columns that older versions did not write are empty.
+///
+/// # Errors
+/// If it is no such table.
+pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
+    let mut reader = csv::Reader::from_reader(source);
+    let headings = reader.headers()?.clone();
+    let mut places = BTreeMap::new();
+    for (place, name) in headings.iter().enumerate() {
+        places.entry(name).or_insert(place);
+    }
+    if let Some(column) = NEEDED.into_iter().find(|column| !places.contains_key(column)) {
+        return Err(ReadError::NoColumn(column));
+    }
+    let claim = |row: csv::StringRecord| {
+        let cell = |column| places.get(column).and_then(|place| row.get(*place)).unwrap_or_default();
+        let text = |column| cell(column).to_owned();
+        let number = |column| match cell(column) {
+            "" => Ok(None),
+            value => value.parse().map(Some).map_err(|_| ReadError::Number {
+                line: row.position().map_or(0, csv::Position::line),
+                column,
+                value: value.to_owned(),
+            }),
+        };
+        let judgement = |[ours, error, rule, verdict]: [&'static str; 4]| {
+            Ok::<_, ReadError>(Judgement {
+                ours: number(ours)?,
+                error: number(error)?,
+                rule: text(rule),
+                verdict: text(verdict),
+            })
+        };
+        let second = ["as_stated_ours", "as_stated_standard_error", "as_stated_rule", "as_stated_verdict"];
+        Ok(Claim {
+            about: text("about"),
+            of: text("of"),
+            run: text("run"),
+            quote: text("quote"),
+            measure: text("measure"),
+            stated: text("stated"),
+            own: judgement(["ours", "standard_error", "rule", "verdict"])?,
+            deviation: number("deviation")?,
+            kind: text("kind"),
+            note: text("note"),
+            as_stated: (!cell(second[3]).is_empty()).then(|| judgement(second)).transpose()?,
+        })
+    };
+    reader.records().map(|row| claim(row?)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cells, Claim, Judgement, columns, read};
+
+    /// The table as CSV; no cell here needs quotes.
+    fn csv(claims: &[Claim]) -> String {
+        let columns = columns(claims);
+        let mut lines =
+            vec![columns.iter().map(|(name, _)| (*name).to_owned()).collect::<Vec<_>>().join(",")];
+        for row in 0..claims.len() {
+            let cells = columns.iter().map(|(_, cells)| match cells {
+                Cells::Texts(texts) => texts[row].clone(),
+                Cells::Numbers(numbers) => numbers[row].map_or(String::new(), |number| number.to_string()),
+            });
+            lines.push(cells.collect::<Vec<_>>().join(","));
+        }
+        lines.join("\n")
+    }
+
+    #[test]
+    fn claims_read_back_as_they_were_written() {
+        let judged =
+            |ours| Judgement { ours, error: Some(0.5), rule: "2 %".to_owned(), verdict: "agrees".to_owned() };
+        let claim = |as_stated| Claim {
+            about: "Figure 5.9".to_owned(),
+            of: "the source".to_owned(),
+            run: "default".to_owned(),
+            quote: "it slips".to_owned(),
+            own: judged(Some(0.1 + 0.2)),
+            deviation: Some(-1.0),
+            as_stated,
+            ..Claim::default()
+        };
+        for claims in [vec![claim(None)], vec![claim(Some(judged(None))), claim(None)]] {
+            let text = csv(&claims);
+            assert_eq!(text.contains("as_stated"), claims.len() == 2);
+            assert_eq!(read(text.as_bytes()).unwrap(), claims);
+        }
+    }
+
+    #[test]
+    fn what_is_no_table_of_claims_is_refused_and_older_ones_are_read() {
+        let refused = |text: &str| read(text.as_bytes()).unwrap_err().to_string();
+        assert_eq!(refused("about,run\n"), "there is no column quote (accepted: a table of claims)");
+        let older = "about,run,quote,measure,ours,verdict\n";
+        assert_eq!(
+            refused(&format!("{older}a,r,q,m,much,agrees\n")),
+            "line 2: ours: \"much\" is not accepted (accepted: a number)"
+        );
+        let claims = read(format!("{older}a,r,q,m,,not reached\n").as_bytes()).unwrap();
+        assert_eq!((claims[0].own.ours, claims[0].own.verdict.as_str()), (None, "not reached"));
+    }
+}

@@ -7,7 +7,7 @@
 use std::env;
 use std::fs;
 
-use asperity_analysis::reference::parts;
+use asperity_study::reference::parts;
 
 use crate::support::clients::file;
 use crate::support::markdown::blocks;

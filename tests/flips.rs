@@ -14,8 +14,8 @@ use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
 use asperity_testkit::Random;
 use mcap::records::op;
 
-/// How many bits are flipped in a log, each in a copy of its own.
-const FLIPS: u64 = 2000;
+/// How many bits are flipped in a log, each in a copy of its own; by `cargo xtask ci` four times as many.
+const FLIPS: u64 = 500;
 
 /// Of how many records at a log's beginning every bit of the length is flipped.
 const FIRST_RECORDS: usize = 8;
@@ -154,17 +154,38 @@ fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> 
 
 #[test]
 fn every_flipped_bit_of_a_whole_log_is_seen() {
+    flip_a_whole_log(FLIPS);
+}
+
+#[test]
+fn every_flipped_bit_of_a_slabs_log_is_seen() {
+    flip_the_log_of_a_slab(FLIPS / 4);
+}
+
+#[test]
+fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for() {
+    flip_an_unfinished_log(FLIPS / 2);
+}
+
+#[test]
+#[ignore = "half a minute of reading: a stage of cargo xtask ci"]
+fn two_thousand_flipped_bits_are_seen() {
+    flip_a_whole_log(4 * FLIPS);
+    flip_the_log_of_a_slab(FLIPS);
+    flip_an_unfinished_log(2 * FLIPS);
+}
+
+fn flip_a_whole_log(flips: u64) {
     let folder = asperity_testkit::folder();
     let bytes = sound(folder.path());
-    flip("whole", &bytes, FLIPS, |_, (_, problem)| match problem {
+    flip("whole", &bytes, flips, |_, (_, problem)| match problem {
         None => Some("called whole".to_owned()),
         Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
     });
 }
 
 /// Of a slab, checkpoints hold what no record does, and states have a column of their own.
-#[test]
-fn every_flipped_bit_of_a_slabs_log_is_seen() {
+fn flip_the_log_of_a_slab(flips: u64) {
     let folder = asperity_testkit::folder();
     let sets = "slider.blocks=29 slider.rows=16 time.step_s=4e-7 time.duration_s=0.25";
     let sets = sets.split(' ').flat_map(|set| ["--set", set]);
@@ -172,7 +193,7 @@ fn every_flipped_bit_of_a_slabs_log_is_seen() {
     let often = ["slab", "--solver", "plain", "--checkpoint-s", "0.05"];
     let scenario: Vec<&str> = often.into_iter().chain(sets).collect();
     let bytes = sound_of(folder.path(), &scenario);
-    flip("slab", &bytes, FLIPS / 4, |_, (_, problem)| match problem {
+    flip("slab", &bytes, flips, |_, (_, problem)| match problem {
         None => Some("called whole".to_owned()),
         Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
     });
@@ -180,8 +201,7 @@ fn every_flipped_bit_of_a_slabs_log_is_seen() {
 
 /// A log that was cut off is as good as one that is being written: what it holds is vouched
 /// for up to its last record `chunk`.
-#[test]
-fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for() {
+fn flip_an_unfinished_log(flips: u64) {
     let folder = asperity_testkit::folder();
     let bytes = sound(folder.path());
     let kinds = kinds(&bytes);
@@ -198,7 +218,7 @@ fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for(
         assert!(problem.as_ref().is_some_and(LogProblem::is_early_end), "{problem:?}");
         let vouched_for = vouched_for(cut);
         assert!(vouched_for > end / 2 && vouched_for < end);
-        flip(what, cut, FLIPS / 2, |place, (items, problem)| match problem {
+        flip(what, cut, flips, |place, (items, problem)| match problem {
             None => Some("called whole".to_owned()),
             Some(problem) if !problem.is_early_end() => None,
             Some(problem) if place < vouched_for => Some(format!("called incomplete: {problem}")),

@@ -139,9 +139,20 @@ fn read(path: &Path) -> (Vec<LogItem>, Option<LogProblem>) {
 
 #[test]
 fn what_is_not_hit_is_kept() {
+    hit(5);
+}
+
+#[test]
+#[ignore = "most of a minute of salvaging: a stage of cargo xtask ci"]
+fn what_is_not_hit_anywhere_is_kept() {
+    hit(1);
+}
+
+/// Damages a log in twelve places, of which only every `each`-th is taken.
+fn hit(each: usize) {
     let log = Log::make();
     let end = log.bytes.len();
-    for number in 0..12 {
+    for number in (0..12).step_by(each) {
         let place = 40 + (end - 80) * number / 12 + 77 * number;
         // Bits turned, a block of the disk lost, bytes cut out, bytes put in.
         let mut flipped = log.bytes.clone();
@@ -190,16 +201,26 @@ fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
     assert!(reader.scenario_toml().contains("duration_s = 0.6"));
 }
 
-/// Every chunk of a log broken once: what is lost are its messages and nothing else.
 #[test]
 fn a_broken_chunk_costs_its_messages_and_nothing_else() {
+    break_chunks(10);
+}
+
+#[test]
+#[ignore = "a minute of salvaging: a stage of cargo xtask ci"]
+fn every_broken_chunk_costs_its_messages_and_nothing_else() {
+    break_chunks(1);
+}
+
+/// Every `each`-th chunk of a log broken once: what is lost are its messages and nothing else.
+fn break_chunks(each: usize) {
     for scenario in [
         &["default", "--set", "recording.fields_s=0.0005", "--set", "time.duration_s=0.6"][..],
         // As it is used: nearly all chunks full of events.
         &["default"],
     ] {
         let log = Log::with(scenario);
-        for (number, (chunk, messages)) in log.chunks.iter().enumerate() {
+        for (number, (chunk, messages)) in log.chunks.iter().enumerate().step_by(each) {
             let mut bytes = log.bytes.clone();
             bytes[(chunk.start + chunk.end) / 2] ^= 4;
             let said = log.must_keep(&format!("chunk {number}"), &bytes, chunk);
@@ -372,9 +393,19 @@ fn commands_take_a_salvaged_log_for_what_it_is() {
     assert!(output.status.code() == Some(5) && said.contains("salvaged with gaps"), "{said}");
 }
 
-/// Whatever is lost, what is left is a salvaged log, in whose gaps alone something is missing.
 #[test]
 fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
+    lose_chunks(14);
+}
+
+#[test]
+#[ignore = "half a minute of salvaging: a stage of cargo xtask ci"]
+fn whichever_of_two_hundred_chunks_is_lost_the_rest_is_salvaged_with_gaps() {
+    lose_chunks(70);
+}
+
+/// Whatever is lost, what is left is a salvaged log, in whose gaps alone something is missing.
+fn lose_chunks(of_each_packing: usize) {
     let folder = asperity_testkit::folder();
     let path = |name: &str| folder.path().join(name);
     let windows = "recording.window=[{from_s=0.3,to_s=0.6,every_s=1e-3,first_block=2,last_block=5}]";
@@ -396,7 +427,7 @@ fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
             }
             at += length;
         }
-        let stride = chunks.len() / 70 + 1;
+        let stride = chunks.len() / of_each_packing + 1;
         for chunk in chunks.into_iter().step_by(stride) {
             let mut broken = bytes.clone();
             broken[chunk.end - 1] ^= 1;
@@ -413,5 +444,5 @@ fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
     let count = wrong.len();
     wrong.truncate(20);
     assert!(wrong.is_empty(), "{count} of {lost}:\n{}", wrong.join("\n"));
-    assert!(lost > 100, "{lost} chunks");
+    assert!(lost > 3 * of_each_packing / 2, "{lost} chunks");
 }

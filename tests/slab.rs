@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use crate::support::binary;
 use crate::support::binary::{asperity, succeed, text};
+use asperity_numbers::Summary;
 use asperity_record::Record;
 use asperity_runlog::LogItem;
-use asperity_summary::Summary;
 use asperity_testkit::{read_log, run_end};
 
 /// A coarse slab, up to its second precursor, and what else is asked of it.

@@ -16,7 +16,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use asperity_sweep::results::parse_ranges;
+use asperity_study::results::parse_ranges;
 
 use crate::support::binary::{succeed, text};
 use crate::sweep::{Study, kill, sweep, tables};

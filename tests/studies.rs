@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use asperity_sweep::Plan;
+use asperity_study::Plan;
 
 use crate::hostile::bounded;
 use crate::laws::frames::{Frame, Segment, body, sealed};

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use asperity_numbers::Summary;
 use asperity_record::{Column, markdown};
-use asperity_summary::Summary;
 use serde_json::Value;
 
 use crate::support::binary::{self, asperity, succeed, text};

@@ -70,7 +70,7 @@ fn share(text: &str) -> Result<f64, String> {
 
 pub(crate) fn command(arguments: &BenchArguments) -> Result<(), Failure> {
     const BENCH: [&str; 8] =
-        ["bench", "--profile", "dev", "--package", "asperity-bench", "--bench", "speed", "--locked"];
+        ["bench", "--profile", "dev", "--package", "asperity-cli", "--bench", "speed", "--locked"];
     let &BenchArguments { ref parts, ref against, pairs, within } = arguments;
     match against {
         Some(revision) => against::command(&Task { revision, pairs, within, parts }),

@@ -18,6 +18,7 @@ mod interrupt;
 mod reproduce;
 mod revision;
 mod say;
+mod schedule;
 mod seed;
 mod test;
 mod verify;

@@ -1,16 +1,23 @@
 //! `cargo xtask test`: all tests, with the clients of the run log at hand.
 
+use std::fs;
+use std::path::PathBuf;
+
 use clap::Args;
 
 use crate::clients;
 use crate::say::say;
-use crate::workspace::{Failure, cargo, run};
+use crate::schedule::{Job, Program, programs, run_all};
+use crate::workspace::{Failure, cargo, output, root, run, target_folder};
 
 #[derive(Debug, Default, Args)]
 #[command(after_help = "\
 Examples:
   cargo xtask test
   cargo xtask test --test root clients:: -- --nocapture
+
+Without arguments, tests run on all cores, and what failed is shown at the end.
+Arguments are those of cargo test, which then runs the tests.
 
 Without python3, or node and npm, or their packages, the tests of those clients
 are skipped, and without Chromium those of the page that asperity diff writes.
@@ -22,19 +29,144 @@ pub(crate) struct TestArguments {
     further: Vec<String>,
 }
 
+/// Libraries whose unit tests are compiled without optimisation, which takes longer than those tests.
+/// Those of one call do not use each other; what they use is as ever.
+const LIGHT: [&[&str]; 4] = [
+    &["asperity-figures", "asperity-report", "asperity-tables"],
+    &["asperity-diff", "asperity-study"],
+    &["asperity-numbers"],
+    &["asperity-model"],
+];
+
+/// What takes longest, so that no core is left alone with it at the end.
+const FIRST: [&str; 13] = [
+    EXAMPLES,
+    "root resume",
+    "root salvage",
+    "root bounds",
+    "root ruptures",
+    "root hostile",
+    "root look",
+    "root files",
+    "root clients",
+    "root flips",
+    "root reference",
+    "root golden",
+    "root staging",
+];
+
+/// Examples in comments, which cargo compiles and runs.
+const EXAMPLES: &str = "examples";
+
 pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
-    let mut tests = cargo(&["test", "--workspace", "--locked"]);
-    tests.args(&arguments.further);
-    for clients in clients::ALL {
-        match (clients.set_up)() {
-            Ok(path) => {
-                tests.env(clients.variable, path);
-            }
-            Err(failure) => {
-                say!("warning: no {} clients, tests go on without them: {failure}", clients.name);
-                tests.env_remove(clients.variable);
+    let variables = variables();
+    if !arguments.further.is_empty() {
+        let mut tests = cargo(&["test", "--workspace", "--locked"]);
+        tests.args(&arguments.further);
+        for (name, value) in &variables {
+            match value {
+                Some(value) => tests.env(name, value),
+                None => tests.env_remove(name),
+            };
+        }
+        return run(&mut tests);
+    }
+    run_all(&FIRST, &variables, |add| {
+        let hand_over = |programs: Vec<Program>| -> Result<(), Failure> {
+            programs.iter().try_for_each(|program| {
+                add(Job::all_of(program)?);
+                Ok(())
+            })
+        };
+        hand_over(root_tests()?)?;
+        for packages in LIGHT {
+            let opt_level = |package: &&str| format!("--config=profile.dev.package.{package}.opt-level=0");
+            let light: Vec<String> = packages.iter().map(opt_level).chain(["--lib".to_owned()]).collect();
+            hand_over(of_packages(packages, &light)?)?;
+        }
+        // The command is among all packages, see `of_packages`, but not the tests `root`.
+        let mut units = cargo(&["test", "--no-run", "--locked", MESSAGES, "--workspace"]);
+        units.args(["--lib", "--bins", "--examples"]);
+        units.args(LIGHT.concat().iter().flat_map(|package| ["--exclude", package]));
+        hand_over(programs(&output(&mut units)?))?;
+        let mut others = cargo(&["test", "--no-run", "--locked", MESSAGES, "--workspace"]);
+        others.args(tests_of_crates()?.iter().flat_map(|name| ["--test", name]));
+        hand_over(programs(&output(&mut others)?))?;
+        add(vec![Job::call(EXAMPLES, &cargo(&["test", "--doc", "--workspace", "--locked", "--quiet"]))]);
+        Ok(())
+    })
+}
+
+/// The programs of `asperity-simulator` that have tests which are left out.
+const SOLVERS: [&str; 3] = ["fast", "laws", "slab_fast"];
+
+/// Runs tests that `cargo xtask test` leaves out, given by program and name, in their order.
+pub(crate) fn long(tests: &[&str]) -> Result<(), Failure> {
+    run_all(tests, &variables(), |add| {
+        let mut all = root_tests()?;
+        all.extend(of_packages(&["asperity-simulator"], &SOLVERS.map(|test| format!("--test={test}")))?);
+        let mut jobs = Vec::new();
+        for test in tests {
+            let found = test.split_once(' ').and_then(|(program, test)| {
+                let program = all.iter().find(|other| other.name == program)?;
+                Some(Job::long(program, test))
+            });
+            jobs.push(found.unwrap_or_else(|| Err(Failure::Check(format!("no program has {test}"))))?);
+        }
+        add(jobs);
+        Ok(())
+    })
+}
+
+/// Has cargo say in JSON what it made, and say the rest as ever.
+const MESSAGES: &str = "--message-format=json-render-diagnostics";
+
+/// The package of the command and of the tests that call it.
+const COMMAND: &str = "asperity-cli";
+
+/// Compiles the tests that call the command, without optimising them; what they use is as ever.
+fn root_tests() -> Result<Vec<Program>, Failure> {
+    let mut build = cargo(&["rustc", "--profile", "test", "--locked", MESSAGES]);
+    build.args(["--package", COMMAND, "--test", "root", "--", "-C", "opt-level=0"]);
+    Ok(programs(&output(&mut build)?))
+}
+
+/// The names of all tests in folders `tests` of crates.
+fn tests_of_crates() -> Result<Vec<String>, Failure> {
+    let crates = root().join("crates");
+    let failed = |error| Failure::Io { what: format!("read {}", crates.display()), error };
+    let mut names = Vec::new();
+    for package in fs::read_dir(&crates).map_err(failed)? {
+        let folder = package.map_err(failed)?.path().join("tests");
+        if folder.is_dir() {
+            for file in fs::read_dir(folder).map_err(failed)? {
+                let path = file.map_err(failed)?.path();
+                let is_program = path.extension().is_some_and(|extension| extension == "rs");
+                names.extend(path.file_stem().filter(|_| is_program).map(|name| name.display().to_string()));
             }
         }
     }
-    run(&mut tests)
+    names.sort();
+    names.dedup();
+    Ok(names)
+}
+
+/// Compiles tests of packages. The command is named as well: with less, cargo would give dependencies fewer
+/// features, and compile them and all that uses them once more.
+fn of_packages(packages: &[&str], arguments: &[String]) -> Result<Vec<Program>, Failure> {
+    let mut build = cargo(&["test", "--no-run", "--locked", MESSAGES]);
+    build.args(packages.iter().chain([&COMMAND]).flat_map(|package| ["--package", package]));
+    Ok(programs(&output(build.args(arguments))?))
+}
+
+/// Tells tests where cargo builds and where the clients are, which are set up unless they are there.
+fn variables() -> Vec<(&'static str, Option<PathBuf>)> {
+    let set_up = |clients: &clients::Clients| {
+        let found = (clients.set_up)().inspect_err(|failure| {
+            say!("warning: no {} clients, tests go on without them: {failure}", clients.name);
+        });
+        (clients.variable, found.ok())
+    };
+    let target = ("CARGO_TARGET_DIR", Some(target_folder()));
+    clients::ALL.iter().map(set_up).chain([target]).collect()
 }

@@ -3,22 +3,22 @@
 
 use std::path::{Path, PathBuf};
 
+use asperity_figures::Figure;
 #[cfg(feature = "analysis")]
-use asperity_analysis::figures::of_study::{Drawer, Origins, ScenarioOf};
-#[cfg(feature = "analysis")]
-use asperity_analysis::parquet_tables::Parquet;
-use asperity_export::Csv;
-use asperity_export::format::Format;
+use asperity_figures::draw::of_study::{Drawer, Origins, ScenarioOf};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_record::{Cell, Column};
 #[cfg(feature = "analysis")]
 use asperity_run::CODE_VERSION;
-use asperity_study_figures::Figure;
-use asperity_sweep::plan::FILE;
-use asperity_sweep::results::Counts;
+use asperity_study::plan::FILE;
+use asperity_study::results::Counts;
 #[cfg(feature = "analysis")]
-use asperity_sweep::{Keep, Sweep};
-use asperity_sweep::{Observer, Plan, RUNS, Results, collect};
+use asperity_study::{Keep, Sweep};
+use asperity_study::{Observer, Plan, RUNS, Results, collect};
+use asperity_tables::Csv;
+use asperity_tables::format::Format;
+#[cfg(feature = "analysis")]
+use asperity_tables::parquet_tables::Parquet;
 
 #[cfg(feature = "analysis")]
 use crate::args::SweepDrawArguments;
@@ -96,7 +96,7 @@ fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
             keys.join(", ")
         )));
     }
-    let lengths = |figure: &&Figure| matches!(figure.kind, asperity_study_figures::Kind::Lengths { .. });
+    let lengths = |figure: &&Figure| matches!(figure.kind, asperity_figures::Kind::Lengths { .. });
     match sweep.figures.iter().find(lengths) {
         Some(figure) if !plan.common.keep.contains(&Keep::Ruptures) => Err(Failure::BadInput(format!(
             "--from {}: figure.lengths {:?}: the study has kept no ruptures (accepted: figures of other kinds)",

@@ -13,9 +13,9 @@ use asperity_diff::summary as screen;
 use asperity_diff::{CompareError, Compared, Settings, compare, page};
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::text;
+use asperity_numbers::{Summarizer, Summary};
 use asperity_record::{Event, Observer, Record, RunHeader};
 use asperity_run::Checked;
-use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
@@ -84,7 +84,7 @@ fn read_log(path: &Path, most_slip_events: usize) -> Result<RunLog, Failure> {
     let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);
     let Reading { checked, observer: (mut log, Summarizing(summarizer)), ruptures_from } =
         reading::once(path, begin, accept)?;
-    log.has_ruptures = ruptures_from != RupturesFrom::None;
+    log.ruptures_from = ruptures_from;
     match summarizer {
         Ok(summarizer) => {
             let summary = summarizer.finish(ruptures_from, checked.seen.end.as_ref());

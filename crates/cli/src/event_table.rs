@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use asperity_export::{CsvRows, Spelling};
 use asperity_files::FileSet;
 use asperity_record::{Event, EventKind, EventPayload, SlipEvent};
+use asperity_tables::{CsvRows, Spelling};
 
 use crate::args::TableFormat;
 use crate::exit::Failure;

@@ -1,9 +1,9 @@
 //! `asperity events`: the slip events of a log, or the rows of a Parquet table.
 
-#[cfg(feature = "analysis")]
-use asperity_analysis::table_file::{self, PrintError};
 use asperity_record::{Event, Observer};
 use asperity_run::{Verdict, check_seen};
+#[cfg(feature = "analysis")]
+use asperity_tables::table_file::{self, PrintError};
 
 use crate::args::{EventsArguments, TableFormat};
 use crate::event_table::Printed;

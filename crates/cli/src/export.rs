@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use asperity_export::export::MOST_FOREIGN;
-use asperity_export::format::{Format, State};
-use asperity_export::{Csv, Export, ExportError, Judged, Ndjson, NodeRows, Ran, Report, Request, name_of};
+use asperity_tables::export::MOST_FOREIGN;
+use asperity_tables::format::{Format, State};
+use asperity_tables::{Csv, Export, ExportError, Judged, Ndjson, NodeRows, Ran, Report, Request, name_of};
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
@@ -71,7 +71,7 @@ fn export_one(
 ) -> Result<(), Failure> {
     let format: &dyn Format = match arguments.to {
         #[cfg(feature = "analysis")]
-        ExportFormat::Parquet => &asperity_analysis::parquet_tables::Parquet,
+        ExportFormat::Parquet => &asperity_tables::parquet_tables::Parquet,
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use asperity_model::{Scenario, ScenarioSource};
+use asperity_numbers::RupturesFrom;
 use asperity_record::{Event, EventPayload, Observer, Record, RunHeader, Rupture};
 use asperity_run::{Checked, Verdict, check_seen};
-use asperity_summary::RupturesFrom;
 
 use crate::exit::Failure;
 use crate::verdict_exit::{self, unreadable};

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs, ShortLines};
 use asperity_model::text;
+use asperity_numbers::Summarizer;
+use asperity_numbers::claim::{self, Claim};
 use asperity_record::RunHeader;
 use asperity_report::{
     Contents, Entry, Gather, Limits, Link, Recorded, Run, Study, encoded, files_of_picture, index,
 };
 use asperity_run::{Checked, at_once};
-use asperity_summary::Summarizer;
-use asperity_summary::claim::{self, Claim};
 
 use crate::args::ReportArguments;
 use crate::exit::{self, Code, Failure};
@@ -90,7 +90,7 @@ impl Kind {
         }
         if path.join(RECORD).is_file() {
             Ok(Kind::Pipeline)
-        } else if path.join(asperity_sweep::plan::FILE).is_file() {
+        } else if path.join(asperity_study::plan::FILE).is_file() {
             Ok(Kind::Sweep)
         } else {
             Err(Failure::BadInput(format!(

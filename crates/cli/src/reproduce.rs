@@ -4,20 +4,22 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::thread;
 
-use asperity_analysis::load_table::LoadTable;
-use asperity_analysis::pipeline::Pipeline;
-use asperity_analysis::precursors::PrecursorRules;
-use asperity_analysis::reduction::{Passing, Progress, Reduction};
-use asperity_analysis::run_data::{Collector, NodeField};
-use asperity_analysis::tables::ResidualRow;
-use asperity_analysis::{AnalysisError, figures, record, summaries, table_file, tables};
+use asperity_figures::draw as figures;
 use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
+use asperity_numbers::precursors::PrecursorRules;
+use asperity_numbers::run_data::{Collector, NodeField};
+use asperity_numbers::{RupturesFrom, Summarizer, Summary};
 use asperity_record::{Observer, Record, RunEnd, RunHeader};
 use asperity_run::study::{Job, Stored};
 use asperity_run::{Checked, NodeState, Nodes, SolverKind, Threads, at_once};
-use asperity_summary::{RupturesFrom, Summarizer, Summary};
+use asperity_study::pipeline::Pipeline;
+use asperity_study::reduction::{Passing, Progress, Reduction};
+use asperity_study::{StudyError, record};
+use asperity_tables::load_table::LoadTable;
+use asperity_tables::tables::ResidualRow;
+use asperity_tables::{TableFileError, summaries, table_file, tables};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
@@ -56,7 +58,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
     let Reading { checked, observer: ((collector, summarizer), loads), ruptures_from } =
         reading::once(run, begin, accept)?;
-    loads.0.and_then(LoadTable::finish).map_err(not_written)?;
+    loads.0.and_then(LoadTable::finish).map_err(|error| not_written(error.into()))?;
     let verdict = checked.verdict;
     let summary = summarizer.finish(ruptures_from, checked.seen.end.as_ref());
     let data = collector.finish(ruptures_from != RupturesFrom::None);
@@ -98,7 +100,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
 }
 
 /// The table of loads of a log that is read, or the first failure to write it.
-struct Loads(Result<LoadTable, AnalysisError>);
+struct Loads(Result<LoadTable, TableFileError>);
 
 impl Observer for Loads {
     fn record(&mut self, record: &Record) {
@@ -111,9 +113,9 @@ impl Observer for Loads {
 }
 
 /// Why tables and figures were not written: invalid input, if another folder would do.
-fn not_written(error: AnalysisError) -> Failure {
+fn not_written(error: StudyError) -> Failure {
     match error {
-        AnalysisError::File(error) => refused("--out", &error, false),
+        StudyError::File(error) => refused("--out", &error, false),
         error => Failure::failed(error),
     }
 }

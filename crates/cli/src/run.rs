@@ -4,9 +4,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_files::is_taken;
+use asperity_numbers::{RupturesFrom, Summarizer};
 use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
 use asperity_runlog::{Unfinished, WriteError};
-use asperity_summary::{RupturesFrom, Summarizer};
 
 use crate::args::RunArguments;
 use crate::exit::{Failure, folder_is_there};

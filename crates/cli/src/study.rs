@@ -3,8 +3,8 @@
 use std::io;
 use std::path::Path;
 
-use asperity_sweep::results::{Counts, WHAT_TO_DO};
-use asperity_sweep::{Plan, Results};
+use asperity_study::results::{Counts, WHAT_TO_DO};
+use asperity_study::{Plan, Results};
 
 use crate::exit::{Code, Failure};
 

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 use asperity_report::{Entry, Figure, Link, Sweep, encoded, files_of_picture, picture};
-use asperity_sweep::results::Counts;
-use asperity_sweep::{Observer, Plan, RUNS, collect, segment};
+use asperity_study::results::Counts;
+use asperity_study::{Observer, Plan, RUNS, collect, segment};
 
 use crate::args::ReportArguments;
 use crate::exit::Failure;
@@ -73,7 +73,7 @@ impl Observer for Rows {
 /// What the page of a study shows besides its runs.
 pub(crate) struct Shown<'a> {
     /// Its figures.
-    pub(crate) figures: &'a [asperity_study_figures::Figure],
+    pub(crate) figures: &'a [asperity_figures::Figure],
     /// The links to its tables.
     pub(crate) links: Vec<Link>,
     /// The relative link from the page to the folder of the study.
@@ -107,7 +107,7 @@ pub(crate) fn page(
         (key.clone(), words)
     });
     let figures = shown.figures.iter().map(|figure| {
-        let label = |quantity: &asperity_study_figures::Quantity| quantity.label.clone();
+        let label = |quantity: &asperity_figures::Quantity| quantity.label.clone();
         let mut caption = format!("{} against {}", label(&figure.y), label(&figure.x));
         if let Some(colour) = &figure.colour {
             caption += &format!("; colour: {}", label(colour));
@@ -179,7 +179,7 @@ pub(crate) fn of_folder(
 /// The files of a study that a page uses or links to: plan, results, tables and pictures.
 fn inputs(folder: &Path, plan: &Plan) -> Result<Vec<PathBuf>, Failure> {
     let mut inputs = segment::all(folder).map_err(|error| study::unreadable(folder, &error))?;
-    inputs.push(folder.join(asperity_sweep::plan::FILE));
+    inputs.push(folder.join(asperity_study::plan::FILE));
     inputs.extend(tables_in(folder));
     let pictures = plan.common.figures.iter().flat_map(|figure| files_of_picture(&figure.file));
     inputs.extend(pictures.map(|file| folder.join("figures").join(file)));

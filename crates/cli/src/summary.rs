@@ -4,12 +4,12 @@ use std::fmt::Display;
 use std::io::Write;
 use std::path::Path;
 
-use asperity_export::{CsvRows, Spelling};
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::{Scenario, WRONG_FRONT};
+use asperity_numbers::{Slider, Summarizer, Summary, text};
 use asperity_record::RunHeader;
 use asperity_run::{Checked, at_once};
-use asperity_summary::{Slider, Summarizer, Summary, text};
+use asperity_tables::{CsvRows, Spelling};
 
 use crate::args::{SummaryArguments, SummaryFormat};
 use crate::exit::{self, Code, Failure};
@@ -153,7 +153,7 @@ pub(crate) fn slider(scenario: &Scenario) -> Slider {
     let law = LengthLaw::natural(scenario);
     let parameters = LengthLawParameters::of(scenario);
     // With both ends pulled, F_T is a difference; slabs have no such theory.
-    let length_law = LengthLaw::is_for(scenario).then(|| asperity_summary::LengthLaw {
+    let length_law = LengthLaw::is_for(scenario).then(|| asperity_numbers::LengthLaw {
         name: law.table_word(),
         load_ratio: Box::new(move |lp_l| law.load_ratio(&parameters, lp_l)),
     });

@@ -13,13 +13,13 @@ use std::time::Duration;
 
 use asperity_files::{Inputs, is_new_folder};
 use asperity_run::Notice;
-use asperity_sweep::emit::{Array, Job, USUAL_TASKS, Word, arrays};
-use asperity_sweep::plan::FILE;
-use asperity_sweep::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
-use asperity_sweep::segment::{Kind, Writer};
-use asperity_sweep::stored::reason_kept;
-use asperity_sweep::work::{Made, Ways, make};
-use asperity_sweep::{Plan, PlanError, Sweep, staging};
+use asperity_study::emit::{Array, Job, USUAL_TASKS, Word, arrays};
+use asperity_study::plan::FILE;
+use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
+use asperity_study::segment::{Kind, Writer};
+use asperity_study::stored::reason_kept;
+use asperity_study::work::{Made, Ways, make};
+use asperity_study::{Plan, PlanError, Sweep, staging};
 
 use crate::args::{
     SweepChunk, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments, SweepRunArguments,

@@ -16,7 +16,7 @@
 //! let mut detectors = Detectors::new(3, SlipRules::EVERY_SLIP, vec![Box::new(ExtentDetector)]);
 //! let events = detectors.all_events(&records);
 //! let slip: &SlipEvent = events[0].get().expect("it is one");
-//! assert_eq!((slip.onset.step, slip.end_step, slip.blocks_slipped), (8, Some(10), 1));
+//! assert_eq!((slip.onset_step, slip.end_step, slip.blocks_slipped), (8, Some(10), 1));
 //! ```
 
 use asperity_detect::{Change, Detector, Slip};

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use asperity_files::ShortLines;
-use asperity_summary::claim::{self, Judgement, ReadError};
+use asperity_numbers::claim::{self, Judgement, ReadError};
 
 use crate::report::ClaimChange;
 

@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
+use asperity_numbers::RupturesFrom;
 use asperity_record::{Rupture, SlipEvent};
 
 use crate::column::{Column, Columns};
@@ -167,7 +168,8 @@ fn compare_runs(
     let ruptures = of_old.ruptures(&old.path).and_then(|old| Ok((old, of_new.ruptures(&new.path)?)));
     match ruptures.and_then(|(old, new)| compare_ruptures(of_ruptures, old, new)) {
         Ok(ruptures) => {
-            let found_anew = !(of_old.has_ruptures && of_new.has_ruptures);
+            let is_anew = |log: &RunLog| log.ruptures_from == RupturesFrom::Steps;
+            let found_anew = is_anew(of_old) || is_anew(of_new);
             run.ruptures = Some(RuptureDiff { found_anew, ..ruptures });
         }
         Err(why) => run.no_ruptures = Some(why),

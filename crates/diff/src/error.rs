@@ -50,11 +50,11 @@ pub enum CompareError {
     /// The file of matches cannot be begun.
     #[cfg(feature = "analysis")]
     #[error(transparent)]
-    NoMatchesFile(asperity_analysis::AnalysisError),
+    NoMatchesFile(asperity_tables::TableFileError),
     /// Matches cannot be written.
     #[cfg(feature = "analysis")]
     #[error(transparent)]
-    Matches(asperity_analysis::AnalysisError),
+    Matches(asperity_tables::TableFileError),
     /// Matches are asked for, which only the analysis writes.
     #[cfg(not(feature = "analysis"))]
     #[error(

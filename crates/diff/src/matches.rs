@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use asperity_analysis::event_file::{MatchFile, MatchRow, MatchSide};
 use asperity_files::FileSet;
 use asperity_record::{Reach, SlipEvent};
+use asperity_tables::event_file::{MatchFile, MatchRow, MatchSide};
 
 use crate::error::CompareError;
 use crate::tally::Matched;

@@ -12,10 +12,10 @@ mod results;
 mod timeline;
 mod words;
 
-use asperity_page::markup::{
+use asperity_report::html::markup::{
     Cell, Row, counted, json, paragraph, section, short, sortable_table, table, text,
 };
-use asperity_page::{Document, MAP, Part};
+use asperity_report::html::{Document, MAP, Part};
 
 use crate::report::{Class, Counts, Report, RunDiff, TableDiff, Verdict};
 use timeline::Thinning;

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_analysis::precursors::Growth;
+use asperity_numbers::precursors::Growth;
 use asperity_record::SlipEvent;
 
 use crate::report::{PrecursorChange, PrecursorChanges};

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use asperity_numbers::RupturesFrom;
 use asperity_record::{Event, EventPayload, Observer, RunHeader, Rupture, SlipEvent};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use serde_json::Value;
@@ -20,8 +21,8 @@ pub struct RunLog {
     pub summary: Vec<(String, Value)>,
     /// Why summary or ruptures could not be determined; then it is not compared.
     pub problem: Option<String>,
-    /// Whether its ruptures are known, from the log or from its step records.
-    pub has_ruptures: bool,
+    /// Where its ruptures are from.
+    pub ruptures_from: RupturesFrom,
     ruptures: Vec<Rupture>,
     slip_events: Vec<SlipEvent>,
     slip_event_count: u64,
@@ -29,14 +30,14 @@ pub struct RunLog {
 }
 
 impl RunLog {
-    /// Begins with a log of which nothing has been read but its header and scenario. At most so many slip
-    /// events are kept; of a log with more they are read again, one at a time.
+    /// Begins with a log of which nothing has been read but its header and scenario. Of a log with more
+    /// slip events than `most_slip_events`, they are read again, one at a time.
     pub fn begin(header: &RunHeader, scenario_toml: &str, most_slip_events: usize) -> RunLog {
         RunLog {
             provenance: Provenance { header: header.clone(), scenario_toml: scenario_toml.to_owned() },
             summary: Vec::new(),
             problem: None,
-            has_ruptures: false,
+            ruptures_from: RupturesFrom::None,
             ruptures: Vec::new(),
             slip_events: Vec::new(),
             slip_event_count: 0,
@@ -56,7 +57,9 @@ impl RunLog {
                 log.event(&event);
             }
         }
-        log.has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
+        if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
+            log.ruptures_from = RupturesFrom::Log;
+        }
         Ok(log)
     }
 
@@ -67,7 +70,7 @@ impl RunLog {
 
     /// Its ruptures, or why there are none.
     pub(crate) fn ruptures(&self, path: &Path) -> Result<&[Rupture], String> {
-        if self.has_ruptures {
+        if self.ruptures_from != RupturesFrom::None {
             return Ok(&self.ruptures);
         }
         Err(format!(

@@ -59,7 +59,7 @@ pub enum TableError {
     /// A Parquet file.
     #[cfg(feature = "analysis")]
     #[error(transparent)]
-    Parquet(#[from] asperity_analysis::AnalysisError),
+    Parquet(#[from] asperity_tables::TableFileError),
     /// Parquet, which only the analysis reads.
     #[cfg(not(feature = "analysis"))]
     #[error(
@@ -309,7 +309,7 @@ fn written(column: Column, text: &str) -> Option<Value> {
 
 #[cfg(feature = "analysis")]
 fn parquet(path: &Path) -> Result<Table<'static>, TableError> {
-    use asperity_analysis::event_file::{Cell, Rows};
+    use asperity_tables::event_file::{Cell, Rows};
 
     let mut rows = Rows::open(path)?;
     let places = Places::of(path, rows.names().iter().map(String::as_str))?;

@@ -21,13 +21,13 @@
 //!     load_drop_n: Some(30.5),
 //!     ft_fn_drop: Some(0.0625),
 //! };
-//! let event = Event::new(&slip);
-//! assert_eq!(event.topic, "/events/global");
-//! assert_eq!(event.decode::<GlobalSlip>().unwrap()?, slip);
+//! let event = Event::new(slip.clone());
+//! assert_eq!(event.topic(), "/events/global");
+//! assert_eq!(event.get(), Some(&slip));
 //!
 //! // Code for events of any kind needs only what their detector announces.
 //! let kind = EventKind::of::<GlobalSlip>();
-//! for (column, cell) in kind.columns.iter().zip(kind.cells(&event.payload)?) {
+//! for (column, cell) in kind.columns.iter().zip(kind.cells(&event)?) {
 //!     println!("{} = {cell} {}", column.name, column.unit.unwrap_or_default());
 //! }
 //! assert!(markdown(kind.columns).contains("| `onset_s` | double | s | Time of its onset. |"));

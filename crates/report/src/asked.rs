@@ -1,8 +1,8 @@
 //! What was asked: the parameters of scenarios, with symbols and units.
 
+use crate::html::markup::{Cell, Row, table, text};
 use asperity_model::Scenario;
 use asperity_model::keys::{KEYS, Key};
-use asperity_page::markup::{Cell, Row, table, text};
 use asperity_record::unit_of;
 use toml::{Table, Value};
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use asperity_page::markup::{Cell, Row, section, sortable_table, table, text};
-use asperity_summary::claim::{Claim, Judgement};
+use crate::html::markup::{Cell, Row, section, sortable_table, table, text};
+use asperity_numbers::claim::{Claim, Judgement};
 
 use crate::symbols::{formulas, lettered, rounded};
 
@@ -273,7 +273,7 @@ pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_summary::claim::{Claim, Judgement};
+    use asperity_numbers::claim::{Claim, Judgement};
 
     use super::{Named, Score, all, beside, figures_named, scores};
 

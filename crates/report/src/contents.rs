@@ -1,8 +1,8 @@
 //! What the record of a pipeline (`reproduce.json`) says of its page, and the page made of that and
 //! of what was measured: the same whether the runs have just gone by or are read again.
 
+use asperity_numbers::claim::Claim;
 use asperity_record::RunHeader;
-use asperity_summary::claim::Claim;
 use serde::{Deserialize, Serialize};
 
 use crate::figures::{Figure, Picture};

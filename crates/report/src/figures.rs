@@ -1,10 +1,10 @@
 //! Figures on a page, each with its caption, its runs, and what is claimed of it.
 
-use asperity_page::markup::{section, text};
+use crate::html::markup::{section, text};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use asperity_summary::claim::Claim;
+use asperity_numbers::claim::Claim;
 
 use crate::claims::{beside, figures_named, link, numbered};
 use crate::symbols::lettered;

@@ -1,10 +1,10 @@
 //! Several studies on one page: their scores and every figure as a thumbnail, with links to the
 //! reports.
 
-use asperity_page::Document;
-use asperity_page::markup::{counted, text};
+use crate::html::Document;
+use crate::html::markup::{counted, text};
 
-use asperity_summary::claim::Claim;
+use asperity_numbers::claim::Claim;
 
 use crate::claims::{SPEAKERS, Score};
 use crate::figures::{place_of, stem};

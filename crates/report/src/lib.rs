@@ -34,6 +34,7 @@ mod asked;
 mod claims;
 mod contents;
 mod figures;
+pub mod html;
 mod index;
 mod page;
 mod pen;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use asperity_page::markup::{counted, section, text};
-use asperity_page::{CURVES, Document, LONG_TABLE, MAP, Part};
+use crate::html::markup::{counted, section, text};
+use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use asperity_record::RunHeader;
 
 use crate::asked::{self, Asked, differing, parameters};

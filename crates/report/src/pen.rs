@@ -1,7 +1,7 @@
 //! What the sketches of all bodies are drawn with: lines, springs, arrows, the surface, and labels.
 
+use crate::html::markup::text;
 use asperity_model::Plan;
-use asperity_page::markup::text;
 
 use crate::symbols::spelled;
 

@@ -1,11 +1,11 @@
 //! Runs on a page: the pair of load curve and space-time map, the table of ruptures, and of each run
 //! what was asked, its numbers and its widest ruptures in words.
 
+use crate::html::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
 use asperity_model::Energies;
 use asperity_model::keys::Key;
-use asperity_page::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
-use asperity_summary::claim::Claim;
-use asperity_summary::{Summary, front_speed_m_per_s};
+use asperity_numbers::claim::Claim;
+use asperity_numbers::{Summary, front_speed_m_per_s};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -369,8 +369,8 @@ pub(crate) fn links(links: &[Link]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use asperity_numbers::{RupturesFrom, Slider, Summarizer};
     use asperity_record::RunHeader;
-    use asperity_summary::{RupturesFrom, Slider, Summarizer};
 
     use super::in_short;
 

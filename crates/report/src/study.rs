@@ -1,9 +1,9 @@
 //! What a page is made of.
 
 use asperity_model::Scenario;
+use asperity_numbers::Summary;
+use asperity_numbers::claim::Claim;
 use asperity_record::RunHeader;
-use asperity_summary::Summary;
-use asperity_summary::claim::Claim;
 
 use crate::figures::Figure;
 use crate::seen::Seen;

@@ -1,8 +1,8 @@
 //! The page of a parameter study: what varies, its figures, and a table of its runs.
 
+use crate::html::Document;
+use crate::html::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
 use asperity_model::Scenario;
-use asperity_page::Document;
-use asperity_page::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
 use asperity_record::Cell as Stored;
 
 use crate::asked::{Asked, main as main_of, parameters};

@@ -1,6 +1,6 @@
 //! Symbols and numbers as they are printed.
 
-use asperity_page::markup::text;
+use crate::html::markup::text;
 
 /// Names of Greek letters in symbols, and the letters. A name that holds another stands before it.
 const GREEK: [(&str, &str); 10] = [

@@ -38,6 +38,7 @@
 //! `examples/first_global_slip.rs` adds a custom detector. Nothing here prints, shows progress,
 //! knows exit codes or handles signals; that is up to the caller.
 
+mod at_once;
 mod check;
 #[cfg(test)]
 mod code_version;
@@ -53,6 +54,7 @@ mod resume;
 mod run;
 mod salvage;
 mod self_check;
+pub mod stream;
 pub mod study;
 mod verdict;
 pub mod verify;
@@ -74,4 +76,4 @@ pub use verdict::Verdict;
 
 pub use asperity_detect::{Detector, Detectors};
 pub use asperity_simulator::{Counters, SolverKind};
-pub use asperity_stream::at_once;
+pub use at_once::at_once;

@@ -8,11 +8,11 @@ use std::mem::{size_of, size_of_val, take};
 use std::path::Path;
 use std::time::Duration;
 
+use crate::stream::Item;
 use asperity_model::Scenario;
 use asperity_record::{EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, Switch};
 use asperity_runlog::{Existing, RunWriter, Unfinished, WriteError};
 use asperity_simulator::SimulationError;
-use asperity_stream::Item;
 
 /// Default time between checkpoints.
 pub const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(1);
@@ -202,10 +202,10 @@ fn bytes(item: &Item) -> usize {
 mod tests {
     use std::time::Duration;
 
+    use crate::stream::Item;
     use asperity_model::Plan;
     use asperity_record::{Checkpoint, FieldRecord, Record, RunStatus, SolverReport};
     use asperity_runlog::partial_path;
-    use asperity_stream::Item;
 
     use super::{KeepLog, Log, LogTo, MOST_WAITING_BYTES};
     use crate::header::header;

@@ -6,10 +6,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use crate::stream::{Given, Item, StreamError};
 use asperity_detect::{Detector, Detectors};
 use asperity_record::{EventKind, EventPayload, RunHeader, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
-use asperity_stream::{Given, Item, StreamError};
 
 use crate::detectors::{Settings, TopicError, kinds_of};
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
@@ -109,7 +109,7 @@ impl Replay {
         let header = reader.header().clone();
         let event_check = Mutex::new(compares.then(|| EventCheck::with(&detectors, &header)));
         let mut slip_events = 0;
-        let outcome = asperity_stream::run(
+        let outcome = crate::stream::run(
             || loop {
                 if stop() {
                     return Err(ReplayError::Stopped);

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::stream::{Given, Item, StreamError};
 use asperity_detect::Detector;
 use asperity_model::{Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
 use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
 use asperity_simulator::{Counters, SimulationError, Solver, SolverKind};
-use asperity_stream::{Given, Item, StreamError};
 
 use crate::detectors::{self, TopicError};
 use crate::header::header;
@@ -251,8 +251,8 @@ pub fn run(
         writing.as_mut().map_or(Ok(()), |log| log.take(item))
     };
     let outcome = match threads {
-        Threads::Several => asperity_stream::run(|| source.next(), detectors, sink),
-        Threads::One => asperity_stream::run_in_turn(|| source.next(), detectors, sink),
+        Threads::Several => crate::stream::run(|| source.next(), detectors, sink),
+        Threads::One => crate::stream::run_in_turn(|| source.next(), detectors, sink),
     };
     if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(log)) = (&outcome, &mut writing) {
         log.discard_if_empty();

@@ -241,8 +241,22 @@ fn noise_ratio(seed: u64) -> f64 {
 
 #[test]
 fn random_scenarios_give_the_same_switches() {
+    compare_random(0..40);
+}
+
+#[test]
+#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+fn more_random_scenarios_give_the_same_switches() {
+    compare_random(40..160);
+}
+
+/// Compares a range of random scenarios.
+fn compare_random(seeds: std::ops::Range<u64>) {
+    let count = seeds.end - seeds.start;
+    let in_range = |seed: &u64| seeds.contains(seed);
+    let known: Vec<u64> = [15, 49, 87, 117].into_iter().filter(in_range).collect();
     let (mut total, mut chaotic, mut stopped) = (Counters::default(), Vec::new(), Vec::new());
-    for seed in 0..160 {
+    for seed in seeds.clone() {
         let set = random_scenario(seed);
         let plan = plan("default", &set);
         if let Some(error) = error(SolverKind::Fast.start(plan.clone())) {
@@ -263,32 +277,55 @@ fn random_scenarios_give_the_same_switches() {
     }
     // The comparison is meaningful only if the shortcuts were used between many switches, and nearly all
     // of it was compared.
-    assert!(total.switches > 20_000, "{total:?}");
-    assert!(total.jump_steps > 1_000_000 && total.window_steps > 1_000_000, "{total:?}");
+    assert!(total.switches > 100 * count, "{total:?}");
+    assert!(total.jump_steps > 6_000 * count && total.window_steps > 6_000 * count, "{total:?}");
     // In these runs the time step does more than 30 % of the work put in, with both solvers.
-    assert_eq!(stopped, [15, 49, 87, 117]);
+    assert_eq!(stopped, known);
     assert!(chaotic.len() <= 2 && chaotic.iter().all(|(_, step)| *step > 50_000), "{chaotic:?}");
 }
 
 #[test]
 fn the_thesis_slider_gives_the_same_switches_in_both_parameter_sets() {
+    compare_the_thesis_slider(0.06);
+}
+
+#[test]
+#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+fn the_thesis_slider_gives_the_same_switches_for_longer() {
+    compare_the_thesis_slider(0.2);
+}
+
+fn compare_the_thesis_slider(duration_s: f64) {
     for set in ["as-coded", "as-stated"] {
-        let set = [format!("parameter_set={set}"), "time.duration_s=0.2".to_owned()];
+        let set = [format!("parameter_set={set}"), format!("time.duration_s={duration_s}")];
         let compared = compare("default", &plan("default", &set), TOLERANCE);
+        assert!(compared.switches > 0, "{:?}", compared.counters);
         assert_eq!(compared.switches as u64, compared.counters.switches, "all of it");
         assert!(compared.counters.plain_steps < 200_000, "{:?}", compared.counters);
     }
 }
 
+/// A long chain: parameter set, drive, its velocity, steps, and tolerance.
+type LongChain = (&'static str, &'static str, f64, u64, f64);
+
 #[test]
 fn long_chains_jump_by_waves() {
-    for (set, drive, velocity_m_per_s, steps, tolerance) in [
+    // Blocks move so far that the rounding of displacements, over the step, dominates that of
+    // velocities.
+    jump_by_waves(&[("as-stated", "top", 3e-2, 1_000_000, 10.0 * TOLERANCE)]);
+}
+
+#[test]
+#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+fn long_chains_that_are_pushed_jump_by_waves() {
+    jump_by_waves(&[
         ("as-coded", "side", 4e-4, 3_000_000, TOLERANCE),
         ("as-stated", "side", 4e-4, 3_000_000, TOLERANCE),
-        // Blocks move so far that the rounding of displacements, over the step, dominates that of
-        // velocities.
-        ("as-stated", "top", 3e-2, 1_000_000, 10.0 * TOLERANCE),
-    ] {
+    ]);
+}
+
+fn jump_by_waves(chains: &[LongChain]) {
+    for &(set, drive, velocity_m_per_s, steps, tolerance) in chains {
         let set = [
             "slider.blocks=600".to_owned(),
             format!("time.duration_s={steps}e-8"),
@@ -345,6 +382,7 @@ fn random_long_scenario(seed: u64) -> Vec<String> {
 
 /// Compares a range of random long chains, and checks that shortcuts were used between many switches.
 fn compare_random_long(seeds: std::ops::Range<u64>) {
+    let count = seeds.end - seeds.start;
     let (mut total, mut chaotic) = (Counters::default(), Vec::new());
     for seed in seeds {
         let set = random_long_scenario(seed);
@@ -359,19 +397,20 @@ fn compare_random_long(seeds: std::ops::Range<u64>) {
             chaotic.push((seed, horizon_step));
         }
     }
-    assert!(total.switches > 20_000 && total.jumps > 50, "{total:?}");
-    assert!(total.jump_steps > 300_000 && total.window_steps > 150_000, "{total:?}");
+    assert!(total.switches > 400 * count && total.jumps > count, "{total:?}");
+    assert!(total.jump_steps > 6_000 * count && total.window_steps > 3_000 * count, "{total:?}");
     assert_eq!(chaotic, []);
 }
 
 #[test]
 fn random_long_chains_give_the_same_switches() {
-    compare_random_long(0..50);
+    compare_random_long(0..20);
 }
 
 #[test]
+#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
 fn more_random_long_chains_give_the_same_switches() {
-    compare_random_long(50..100);
+    compare_random_long(20..100);
 }
 
 #[test]

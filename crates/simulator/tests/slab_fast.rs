@@ -298,9 +298,21 @@ fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
 
 #[test]
 fn random_slabs_give_the_same_switches() {
+    compare_random(0..20);
+}
+
+#[test]
+#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+fn more_random_slabs_give_the_same_switches() {
+    compare_random(20..60);
+}
+
+fn compare_random(seeds: std::ops::Range<u64>) {
+    let count = seeds.end - seeds.start;
+    let is_first = seeds.start == 0;
     let (mut total, mut stopped, mut ties) = (Counters::default(), Vec::new(), Vec::new());
     let mut parted = Vec::new();
-    for seed in 0..60 {
+    for seed in seeds {
         let set = random_slab(seed);
         let plan = plan("slab", &set);
         let (records, counters, error) = run(&plan, SolverKind::Fast);
@@ -329,8 +341,8 @@ fn random_slabs_give_the_same_switches() {
         }
     }
     // The comparison is meaningful only if jumps were used between many switches.
-    assert!(total.switches > 20_000 && total.jump_steps > 4_000_000, "{total:?}");
-    assert_eq!(stopped, [17]);
+    assert!(total.switches > 200 * count && total.jump_steps > 50_000 * count, "{total:?}");
+    assert_eq!(stopped, if is_first { &[17][..] } else { &[] });
     // Rounding decides in a few that switch back and forth all the time.
     assert!(ties.len() + parted.len() <= 4, "{ties:?} {parted:?}");
 }

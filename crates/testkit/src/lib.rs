@@ -19,7 +19,11 @@
 //! `record`, `model` and `runlog` cannot use it, since it would bring them a second copy of the
 //! crate that they are part of.
 
+// Lets `made_up` refer to this crate by its name, in `numbers` as well, whose unit tests include it.
+extern crate self as asperity_testkit;
+
 mod logs;
+pub mod made_up;
 mod plans;
 mod random;
 mod records;

@@ -425,7 +425,7 @@ mod tests {
     use crate::file;
 
     fn genuine() -> Vec<u8> {
-        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v2/complete.mcap");
+        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/logs/v2/complete.mcap");
         std::fs::read(&log).unwrap_or_else(|error| panic!("{}: {error}", log.display()))
     }
 

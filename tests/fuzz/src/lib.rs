@@ -208,7 +208,7 @@ fn resolve(source: &ScenarioSource) -> Option<Scenario> {
 pub fn plan(lines: &[u8]) {
     let lines = String::from_utf8_lossy(lines);
     let text = frames::sealed(lines.trim_end_matches('\n'));
-    match asperity_sweep::Plan::parse(text.as_bytes()) {
+    match asperity_study::Plan::parse(text.as_bytes()) {
         Ok(plan) => {
             assert!(plan.rows.iter().map(|row| row.run).eq(1..=plan.rows.len() as u64));
             assert!(plan.rows.iter().all(|row| row.values.len() == plan.common.keys.len()));
@@ -229,11 +229,11 @@ pub fn results(text: &[u8]) {
     let first_line = b"asperity sweep segment 2 ".to_vec();
     let segment = frames::Segment { first_line, frames: vec![frame] }.of_plan(&plan);
     fs::write(folder.join("segments/a.seg"), segment.bytes()).expect("the scratch folder can be written");
-    let plan = asperity_sweep::Plan::parse(plan.as_bytes()).expect("the fixture is sound");
-    let found = asperity_sweep::Results::read(&folder, &plan).expect("the segment can be read");
+    let plan = asperity_study::Plan::parse(plan.as_bytes()).expect("the fixture is sound");
+    let found = asperity_study::Results::read(&folder, &plan).expect("the segment can be read");
     let files =
         asperity_files::FileSet::new(asperity_files::Existing::Refuse, asperity_files::Inputs::default());
-    let collected = asperity_sweep::collect(&plan, &found, &files, &folder, &[], &mut Unseen);
+    let collected = asperity_study::collect(&plan, &found, &files, &folder, &[], &mut Unseen);
     if let Err(error) = collected {
         assert!(error.to_string().contains("a.seg: byte "), "{error}");
     }
@@ -243,7 +243,7 @@ pub fn results(text: &[u8]) {
 /// Sees rows of tables and does nothing.
 struct Unseen;
 
-impl asperity_sweep::Observer for Unseen {
+impl asperity_study::Observer for Unseen {
     fn begin(&mut self, _: &'static str, _: &[asperity_record::Column]) {}
 
     fn row(&mut self, _: &'static str, _: &[asperity_record::Cell]) {}
@@ -256,7 +256,7 @@ const PLAN_FROM_HERE: &str = "../../fixtures/studies/v1/plan.ndjson";
 #[cfg(feature = "analysis")]
 pub fn pipeline(text: &[u8]) {
     let text = String::from_utf8_lossy(text);
-    if let Err(problem) = asperity_analysis::pipeline::Pipeline::parse(&text) {
+    if let Err(problem) = asperity_study::pipeline::Pipeline::parse(&text) {
         assert!(!problem.is_empty());
     }
 }
@@ -264,10 +264,10 @@ pub fn pipeline(text: &[u8]) {
 /// The tables of a log that is sound but for what the input changes.
 #[cfg(feature = "analysis")]
 pub fn tables(script: &[u8]) {
-    use asperity_analysis::precursors::PrecursorRules;
-    use asperity_analysis::run_data::RunData;
-    use asperity_analysis::tables::ResidualRow;
     use asperity_model::analytic::LengthLaw;
+    use asperity_numbers::precursors::PrecursorRules;
+    use asperity_numbers::run_data::RunData;
+    use asperity_tables::tables::ResidualRow;
 
     let path = scratch("tables.mcap");
     fs::write(&path, edits::edited(short_log(), script)).expect("the scratch folder can be written");
@@ -275,9 +275,9 @@ pub fn tables(script: &[u8]) {
         let rules = PrecursorRules { min_blocks: 2, merge_gap_s: 1e-3 };
         let residuals = ResidualRow::of(&run, LengthLaw::Linear, &rules);
         let made = [
-            asperity_analysis::tables::events(&run).map(drop),
-            asperity_analysis::tables::residual_table(&[residuals]).map(drop),
-            asperity_analysis::tables::precursors(&run, LengthLaw::Tilted, &rules).map(drop),
+            asperity_tables::tables::events(&run).map(drop),
+            asperity_tables::tables::residual_table(&[residuals]).map(drop),
+            asperity_tables::tables::precursors(&run, LengthLaw::Tilted, &rules).map(drop),
         ];
         for problem in made.into_iter().filter_map(Result::err) {
             assert!(!problem.to_string().is_empty());

@@ -4,8 +4,8 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use asperity_sweep::emit::USUAL_TASKS;
-use asperity_sweep::work::PATIENCE;
+use asperity_study::emit::USUAL_TASKS;
+use asperity_study::work::PATIENCE;
 use clap::{Args, Subcommand, ValueEnum};
 
 #[derive(Debug, Subcommand)]

@@ -2,7 +2,7 @@
 
 use super::words::{class_cell, name, short_or_zero};
 use crate::report::{CellChange, Extent, Finding, Report};
-use asperity_page::markup::{Cell, Row, paragraph, section, short, table, text};
+use asperity_report::html::markup::{Cell, Row, paragraph, section, short, table, text};
 
 /// Most findings that the page lists; the timeline shows all of them.
 pub(super) const LISTED_MOST: usize = 2000;

@@ -1,6 +1,6 @@
 //! What a physicist asks of two runs first: the numbers that describe them, and their ruptures.
 
-use asperity_page::markup::{Cell, Row, counted, paragraph, section, short, table, text};
+use asperity_report::html::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 use serde_json::Value;
 
 use super::findings::events;

@@ -3,7 +3,7 @@
 
 use super::words::{name, short_or_zero};
 use crate::report::{Report, Sample};
-use asperity_page::markup::{Cell, Row, counted, paragraph, section, short, table, text};
+use asperity_report::html::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 
 /// Most rows of a table of downstream changes.
 const DOWNSTREAM_MOST: usize = 200;

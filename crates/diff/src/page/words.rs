@@ -1,6 +1,6 @@
 //! What the page calls classes, runs and numbers, and how it sets them.
 
-use asperity_page::markup::{Cell, short, text};
+use asperity_report::html::markup::{Cell, short, text};
 
 use crate::report::{Class, RunDiff};
 

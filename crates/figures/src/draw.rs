@@ -1,0 +1,538 @@
+//! The figures, drawn at print quality.
+//!
+//! Each kind of figure is a module with a specification, as the pipeline writes
+//! it, the part that it takes of a run, and a way to draw it from its parts. To add one: a module,
+//! and a line in `kinds!`.
+
+mod arrest;
+mod axes;
+mod compose;
+mod damping;
+mod dispersion;
+mod displacement;
+mod error;
+#[cfg(test)]
+mod first_day;
+mod forces;
+mod front;
+mod front_profile;
+mod front_speed;
+mod front_stress;
+mod front_transient;
+mod full_page;
+mod initial_shear;
+mod kind;
+mod legend;
+mod lengths;
+mod lines;
+mod load;
+mod load_ruptures;
+mod loads;
+pub mod of_study;
+mod onset;
+mod overview;
+mod plot;
+mod print;
+mod pulse;
+mod recurrence;
+mod scale;
+mod sizes;
+mod slab_field;
+mod slipped;
+mod space_time;
+mod spread;
+mod stress;
+mod stress_sequence;
+mod study;
+mod text;
+mod velocities;
+mod which;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use asperity_files::FileSet;
+use asperity_model::analytic::LengthLaw;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::spelling::spelled;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+pub use error::FigureError;
+use kind::{AnyFigure, AnyPart, Parts};
+use plot::{Sheet, Told};
+use print::about::{About, Origins};
+pub use print::files_of;
+use text::plain;
+
+macro_rules! kinds {
+    ($($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
+        /// The figures of a pipeline, by kind.
+        #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Figures {
+            $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
+        }
+
+        impl Figures {
+            /// Each with what its kind shows.
+            fn all(&self) -> Vec<(&'static str, &dyn AnyFigure)> {
+                let mut all: Vec<(&'static str, &dyn AnyFigure)> = Vec::new();
+                $({
+                    let what = concat!($($doc),*).trim_ascii();
+                    all.extend(self.$field.iter().map(|figure| (what, figure as &dyn AnyFigure)));
+                })*
+                all
+            }
+        }
+    };
+}
+
+kinds! {
+    /// Velocities of one mode under several dampings.
+    "damping" damping: damping::Damping,
+    /// Displacement of chosen blocks against time.
+    "displacement" displacement: displacement::Displacement,
+    /// `tau / p` along the slider after a precursor.
+    "front" front: front::Front,
+    /// Initial shear profiles.
+    "initial-shear" initial_shear: initial_shear::InitialShear,
+    /// Lengths of precursors, and the load at which each begins.
+    "lengths" lengths: lengths::Lengths,
+    /// Load against time.
+    "load" load: load::Load,
+    /// Normal load and driving force against time.
+    "loads" loads: loads::Loads,
+    /// `tau` along the slider when the first precursor starts.
+    "onset" onset: onset::Onset,
+    /// First global slip against the time step.
+    "spread" spread: spread::Spread,
+    /// Velocities of some blocks through a slip event.
+    "velocities" velocities: velocities::Velocities,
+    /// `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
+    "forces" forces: forces::Forces,
+    /// Share of the blocks that slid against the load, wherever slip began.
+    "slipped" slipped: slipped::Slipped,
+    /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants.
+    "stress" stress: stress::Stress,
+    /// One number per run against a parameter.
+    "study" study: study::StudyFigure,
+    /// Speed of fronts against prestress, beside the theory.
+    "front-speed" front_speed: front_speed::FrontSpeed,
+    /// Speed of fronts along the slider.
+    "front-transient" front_transient: front_transient::FrontTransient,
+    /// Velocity and slip of blocks that a slip pulse passes.
+    "pulse" pulse: pulse::Pulse,
+    /// Slip and speed of a pulse along the slider, and where it ends.
+    "arrest" arrest: arrest::Arrest,
+    /// Block against time: where and when blocks slid, how fronts came to them, and how far slip
+    /// had come; of a whole run, of a part of it, or of one rupture. Where the log has dense windows or
+    /// states of ruptures, colours tell the velocity.
+    "space-time" space_time: space_time::SpaceTime,
+    /// Speed of the front of a rupture from block to block, with the wave speed and the theory of
+    /// steady fronts under the force that each block bore before. That knows no front, and gives no
+    /// line, where a block bore no more than sliding friction.
+    "front-profile" front_profile: front_profile::FrontProfile,
+    /// Speed of the fronts of precursors and of the first global slip over `tau_n / p_n` that the same
+    /// blocks bore when the rupture began.
+    "front-stress" front_stress: front_stress::FrontStress,
+    /// Frequency against wave number of plane waves in the lattice of a slab, by what its bonds pull
+    /// with and by theory, with the straight lines of long waves.
+    "dispersion" dispersion: dispersion::Dispersion,
+    /// Stress or displacement all over a slab at chosen times, of which its nodes are found by taking
+    /// the run's steps once more.
+    "slab-field" slab_field: slab_field::SlabField,
+    /// `tau_n / p_n` along the slider before and after each precursor.
+    "stress-sequence" stress_sequence: stress_sequence::StressSequence,
+    /// The load curve with its ruptures: precursors and global slips have the numbers that they have
+    /// in the table of ruptures.
+    "load-ruptures" load_ruptures: load_ruptures::LoadRuptures,
+    /// How ruptures are distributed by size, global slips apart, with a law fitted.
+    "sizes" sizes: sizes::Sizes,
+    /// How the times between ruptures are distributed, with a law fitted.
+    "recurrence" recurrence: recurrence::Recurrence,
+    /// A run on one page: its load curve with numbered ruptures, its space-time map, the sizes and
+    /// recurrence times of its ruptures, and its first numbers.
+    "overview" overview: overview::Overview,
+}
+
+impl Figures {
+    /// The runs that the figures are made of.
+    pub fn runs(&self) -> impl Iterator<Item = &str> {
+        self.all().into_iter().flat_map(|(_, figure)| figure.runs())
+    }
+
+    /// The lists of runs of figures that show many, in which an ensemble may stand for its members.
+    pub fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
+        self.spread.iter_mut().flat_map(spread::Spread::lists_mut)
+    }
+
+    /// Each by its file, with the runs that it is made of, in the order of the files.
+    pub fn by_file(&self) -> BTreeMap<&str, Vec<&str>> {
+        self.all().into_iter().map(|(_, figure)| (figure.file(), figure.runs())).collect()
+    }
+
+    /// The files that the figures are written to.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.all().into_iter().map(|(_, figure)| figure.file())
+    }
+
+    /// What they read of a run.
+    pub fn wants(&self, run: &str) -> Wants {
+        let of_run = self.all().into_iter().filter(|(_, figure)| figure.runs().contains(&run));
+        of_run.fold(Wants::NOTHING, |wants, (_, figure)| wants | figure.wants())
+    }
+}
+
+/// Figures that are drawn one by one, each as soon as it has its part of all its runs.
+pub struct Gathering<'a> {
+    figures: Vec<Begun<'a>>,
+    folder: PathBuf,
+    provenance: bool,
+    captions: Mutex<BTreeMap<String, String>>,
+}
+
+/// A figure, and its parts of the runs that have gone by.
+struct Begun<'a> {
+    what: &'static str,
+    figure: &'a dyn AnyFigure,
+    runs: BTreeSet<&'a str>,
+    parts: Mutex<(Parts<AnyPart>, Origins)>,
+}
+
+impl<'a> Gathering<'a> {
+    /// For the figures of a pipeline, to be drawn into a folder. `provenance` is whether they name the
+    /// code and bear a line at their foot.
+    pub fn begin(figures: &'a Figures, folder: PathBuf, provenance: bool) -> Gathering<'a> {
+        let begun = |(what, figure): (&'static str, &'a dyn AnyFigure)| Begun {
+            what,
+            figure,
+            runs: figure.runs().into_iter().collect(),
+            parts: Mutex::default(),
+        };
+        let figures = figures.all().into_iter().map(begun).collect();
+        Gathering { figures, folder, provenance, captions: Mutex::default() }
+    }
+
+    /// Takes the parts of all figures of a run, and draws those that it was the last one for, as files
+    /// of a set. Says how many that were.
+    pub fn run(&self, run: &RunData, files: &FileSet) -> Result<usize, FigureError> {
+        let mut drawn = 0;
+        let header = &run.header;
+        let origins =
+            Origins::of(&header.scenario, &header.parameter_set, header.time_step_s, &header.code_version);
+        for Begun { what, figure, runs, parts } in &self.figures {
+            if !runs.contains(run.name.as_str()) {
+                continue;
+            }
+            let failed = |problem: String| FigureError::Figure { file: figure.file().to_owned(), problem };
+            let part = figure.part(run).map_err(failed)?;
+            let whole = {
+                let mut parts = parts.lock().expect("whoever adds a part does not panic");
+                parts.0.insert(run.name.clone(), part);
+                parts.1.add(&origins);
+                (parts.0.len() == runs.len()).then(|| std::mem::take(&mut *parts))
+            };
+            if let Some((parts, origins)) = whole {
+                let sheet = figure.sheet(parts).map_err(failed)?;
+                let (title, caption) = words(what, &sheet);
+                let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
+                captions.insert(figure.file().to_owned(), caption.clone());
+                drop(captions);
+                let about = About { title, caption, origins, provenance: self.provenance };
+                let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
+                print::write(&page, &about, files, &self.folder.join(figure.file()))?;
+                drawn += 1;
+            }
+        }
+        Ok(drawn)
+    }
+
+    /// The captions of what was drawn, by file.
+    pub fn captions(self) -> BTreeMap<String, String> {
+        self.captions.into_inner().expect("whoever adds a caption does not panic")
+    }
+}
+
+/// Title and caption of a sheet, given what figures of its kind show.
+fn words(what: &str, sheet: &Sheet) -> (String, String) {
+    let what = spelled(what).trim_end_matches('.').to_owned();
+    let Told { titles, upwards, across, labels, notes } = sheet.told();
+    let some = |texts: Vec<String>| {
+        let mut all: Vec<String> = Vec::new();
+        for text in texts.iter().map(|text| plain(text)).filter(|text| !text.is_empty()) {
+            if !all.contains(&text) {
+                all.push(text);
+            }
+        }
+        all
+    };
+    let titles = some(titles);
+    let (axes, across) = (some(upwards).join("; "), some(across).join("; "));
+    let (labels, notes) = (some(labels), some(notes));
+    let mut caption = vec![what.clone(), format!("{axes} against {across}")];
+    caption.extend((!titles.is_empty()).then(|| titles.join("; ")));
+    caption.extend((!labels.is_empty()).then(|| format!("Shown: {}", labels.join(", "))));
+    caption.extend(notes);
+    let caption: Vec<String> = caption.iter().map(|text| sentence(text)).collect();
+    let title = if let [title] = &titles[..] { format!("{what}: {title}") } else { what };
+    (title, caption.join(". ") + ".")
+}
+
+/// Text as it begins a sentence: a word with a capital, a symbol as it is.
+fn sentence(text: &str) -> String {
+    let word = text.split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default();
+    let behind = &text[word.len()..];
+    let is_symbol = word.len() < 2 || behind.starts_with(['_', '/']) || behind.trim_start().starts_with('=');
+    if is_symbol { text.to_owned() } else { text[..1].to_uppercase() + &text[1..] }
+}
+
+/// The figures of [`draw_overview`].
+const OVERVIEW: [&str; 2] = ["load.png", "precursors.png"];
+
+/// The files of [`draw_overview`] in a folder.
+pub fn overview_files(folder: &Path) -> Vec<PathBuf> {
+    OVERVIEW.iter().flat_map(|file| files_of(&folder.join(file))).collect()
+}
+
+/// Draws the two figures that any run allows: its load curve and its precursors
+/// beside the length law that its scenario calls for, if it is a chain. `provenance` is whether they name the code and
+/// bear a line at their foot.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn draw_overview(
+    run: &RunData,
+    provenance: bool,
+    files: &FileSet,
+    folder: &Path,
+) -> Result<(), FigureError> {
+    let law = run.plan.elastic.has_theory().then(|| LengthLaw::natural(&run.scenario));
+    let figures = Figures {
+        load: vec![load::Load::of_run(OVERVIEW[0], &run.name)],
+        lengths: vec![lengths::Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],
+        ..Figures::default()
+    };
+    Gathering::begin(&figures, folder.to_owned(), provenance).run(run, files).map(drop)
+}
+
+/// What [`draw_overview`] reads of a run.
+pub const OVERVIEW_WANTS: Wants = Wants::LOADS;
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use asperity_record::{FieldRecord, WindowRecord};
+
+    use super::kind::AnyFigure;
+    use super::plot::{Look, Panel, Sheet};
+    use super::{Figures, sentence};
+    use asperity_numbers::run_data::RunData;
+    use asperity_numbers::wants::Wants;
+    use asperity_testkit::made_up;
+    use asperity_testkit::made_up::EVENTS;
+
+    #[test]
+    fn sentences_begin_with_capitals_unless_with_symbols() {
+        assert_eq!(sentence("marks: simulated"), "Marks: simulated");
+        assert_eq!(sentence("rupture 12"), "Rupture 12");
+        assert_eq!(sentence("precursors"), "Precursors");
+        for symbol in [
+            "v/c",
+            "L_p/L against F_T/F_N",
+            "t = 0.5 s",
+            "μ_s p",
+            "θ",
+            "Δt",
+            "5 blocks",
+            "vmax/c",
+            "beta = 0.2",
+            "",
+        ] {
+            assert_eq!(sentence(symbol), symbol);
+        }
+    }
+
+    /// A run with a state whose load has fallen to a quarter.
+    fn runs(wants: Wants) -> BTreeMap<String, RunData> {
+        let mut run = made_up::run("", &EVENTS);
+        for record in &mut run.loads[3..] {
+            record.normal_load_n = 100.0;
+        }
+        let state = FieldRecord {
+            step: 450,
+            time_s: run.plan.grid.time_s(450),
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![1.0, 2.0, 3.0],
+            normal_load_n: Vec::new(),
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+        };
+        run.kept |= wants;
+        made_up::with_states(&mut run, &[state]);
+        BTreeMap::from([("a".to_owned(), run)])
+    }
+
+    /// A figure of runs that have kept what it wants.
+    fn drawn(figure: &dyn AnyFigure, runs: BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let part = |(name, run): (String, RunData)| {
+            let kept = RunData { kept: figure.wants(), ..run };
+            Ok((name, figure.part(&kept)?))
+        };
+        figure.sheet(runs.into_iter().map(part).collect::<Result<_, String>>()?)
+    }
+
+    fn sheet(text: &str) -> Result<Sheet, String> {
+        let figures: Figures = toml::from_str(text).unwrap();
+        let all: Vec<&dyn AnyFigure> = figures.all().into_iter().map(|(_, figure)| figure).collect();
+        assert_eq!((all.len(), all[0].file(), all[0].runs()), (1, "f.png", vec!["a"]));
+        drawn(all[0], runs(all[0].wants()))
+    }
+
+    fn single(text: &str) -> Panel {
+        match sheet(text).unwrap() {
+            Sheet::Single(panel) => *panel,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn stress_and_forces_take_the_load_of_the_instant() {
+        let panel = single("[[stress]]\nfile = \"f.png\"\nrun = \"a\"\nat_s = [4e-5]");
+        // mu_s p_n with 100 N on three blocks.
+        assert!((panel.series[0].points[0].1 - 0.7 * 100.0 / 3.0).abs() < 1e-12);
+        assert_eq!(panel.series[2].points, [(0.0, 1.0), (50.0, 2.0), (100.0, 3.0)]);
+        assert!(panel.title.contains("F_N = 100.0 N"), "{}", panel.title);
+
+        let panel = single("[[forces]]\nfile = \"f.png\"\nrun = \"a\"");
+        let loads: Vec<f64> = panel.series[0].points.iter().map(|(_, load)| *load).collect();
+        assert_eq!(loads, [400.0, 400.0, 400.0, 100.0, 100.0, 100.0, 100.0]);
+        assert!((panel.series[1].points[6].1 - 70.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_load_is_drawn_with_its_theory_where_there_is_one() {
+        let text = "[[load]]\nfile = \"f.png\"\nrun = \"a\"\nsliding = false";
+        let panel = single(text);
+        let labels: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["μ_s", "μ_d", "F_T/F_N", "theory"]);
+        let end = panel.series[3].points.last().unwrap();
+        assert!((end.0 - 2.61).abs() < 1e-9 && (end.1 - 0.45).abs() < 1e-12, "{end:?}");
+        // Initial shear is not in that theory.
+        let figures: Figures = toml::from_str(text).unwrap();
+        let sheared = made_up::run("initial_shear.beta = 0.2", &EVENTS);
+        let Sheet::Single(panel) =
+            drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), sheared)])).unwrap()
+        else {
+            panic!("one panel")
+        };
+        assert_eq!(panel.series.len(), 3);
+    }
+
+    #[test]
+    fn slipped_and_study_show_one_mark_per_event_and_run() {
+        let panel = single("[[slipped]]\nfile = \"f.png\"\nseries = [{ run = \"a\", label = \"A\" }]");
+        assert_eq!(panel.series[1].points.len(), 3);
+        let study = "[[study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
+                     measure = \"precursor-count\"\nmeasure_label = \"count\"\nlogarithmic = true\n\
+                     series = [{ label = \"A\", runs = [\"a\"] }]";
+        // Counts are marks alone; of other numbers the marks are joined.
+        let counts = single(study);
+        assert_eq!((counts.series.len(), &counts.series[0].points[..]), (1, &[(3f64.log10(), 3.0)][..]));
+        let joined = single(&study.replace("precursor-count", "longest-precursor"));
+        assert!(matches!(joined.series[0].look, Look::Line(..)) && joined.series.len() == 2);
+        let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();
+        assert_eq!(refused, "normal_load.tilt of run test is 0: no place on a logarithmic axis");
+    }
+
+    /// The panels of a figure of one run, which is called `a`.
+    fn stacked(text: &str, run: RunData) -> Result<Box<[Panel; 2]>, String> {
+        let figures: Figures = toml::from_str(text).unwrap();
+        match drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)]))? {
+            Sheet::Stacked(panels) => Ok(panels),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn fronts_are_drawn_beside_their_theory() {
+        let text = "[[front-speed]]\nfile = \"f.png\"\nfrom_speed = 0.5\nto_speed = 3\n\
+                    series = [{ label = \"A\", runs = [\"a\"] }]";
+        let speed =
+            asperity_numbers::fronts::speed_over_c(&made_up::pulse(12, "prestress.ratio = 0.6")).unwrap();
+        let panels = stacked(text, made_up::pulse(12, "prestress.ratio = 0.6")).unwrap();
+        let [line, marks] = &panels[0].series[..] else { panic!("{panels:?}") };
+        assert!(line.points.len() > 40 && line.points.last().unwrap().1 == 3.0, "{:?}", line.points);
+        assert!((marks.points[0].0 - 0.6).abs() < 1e-12 && marks.points[0].1 == speed);
+        assert_eq!((panels[1].y.label.as_str(), panels[1].y.decades), ("1000 |Δv|/v", true));
+        // Without a theory, beside that of rigid contacts.
+        let mut driven = made_up::pulse(12, "prestress.ratio = 0.6");
+        driven.plan.drive.velocity_m_per_s = 1.0;
+        let panels = stacked(text, driven).unwrap();
+        assert_eq!(panels[0].series.len(), 1, "marks alone");
+        assert!((panels[1].series[1].points[0].1 - 0.8 * speed).abs() < 1e-9);
+
+        let transient =
+            text.replace("front-speed", "front-transient").replace("runs = [\"a\"]", "run = \"a\"");
+        let figures: Figures = toml::from_str(&transient).unwrap();
+        let run = made_up::pulse(12, "prestress.ratio = 0.6");
+        let Sheet::Single(panel) =
+            drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)])).unwrap()
+        else {
+            panic!("one panel")
+        };
+        assert_eq!(panel.series.last().unwrap().points.len(), 11);
+    }
+
+    #[test]
+    fn pulses_are_drawn_as_they_pass_and_where_they_end() {
+        let arrest = "[[arrest]]\nfile = \"f.png\"\nrun = \"a\"";
+        let falling = "prestress.ratio = 0.6\nprestress.rise_ratio = -0.11";
+        let panels = stacked(arrest, made_up::pulse(7, falling)).unwrap();
+        // Block 7 bears 0.54 of its load; the line at the end goes up to gamma / (2 + gamma).
+        let end = panels[0].series.last().unwrap();
+        assert!(end.points[0].0 == 7.0 && (end.points[1].1 - 0.2).abs() < 1e-9, "{:?}", end.points);
+        let mut free = made_up::pulse(7, falling);
+        free.plan.drive.springs.clear();
+        assert_eq!(
+            stacked(arrest, free).unwrap_err(),
+            "run test has no rigid contacts under a held top drive"
+        );
+
+        let pulse = "[[pulse]]\nfile = \"f.png\"\nbefore = 1\nafter = 9\n\
+                     series = [{ run = \"a\", label = \"A\" }]";
+        let mut run = made_up::pulse(12, "prestress.ratio = 0.6");
+        assert_eq!(
+            stacked(pulse, made_up::pulse(12, "")).unwrap_err(),
+            "run test has no dense window of blocks that a pulse passes"
+        );
+        // Block 5 begins to slide in step 291.
+        run.windows = (0..3)
+            .map(|n| WindowRecord {
+                window: 0,
+                step: 291 + n,
+                time_s: run.plan.grid.time_s(291 + n),
+                sliding: 1,
+                first_block: 5,
+                displacement_m: vec![1e-6 * n as f64],
+                velocity_m_per_s: vec![0.5],
+                tangential_force_n: vec![0.0],
+            })
+            .collect();
+        let panels = stacked(pulse, run).unwrap();
+        assert_eq!(panels[0].series[0].points.len(), 3);
+        assert!(panels[0].series[0].points[0].0.abs() < 1e-9, "{:?}", panels[0].series[0].points);
+        // 2 tau / gamma.
+        assert!((panels[1].series[1].points[0].1 - 2.4).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_interval_without_records_is_refused() {
+        let refused = sheet("[[forces]]\nfile = \"f.png\"\nrun = \"a\"\nfrom_s = 7\nto_s = 8").unwrap_err();
+        assert_eq!(refused, "run test has no records from 7 s to 8 s");
+    }
+}

@@ -1,0 +1,106 @@
+//! How a slip pulse ends where the prestress falls: prestress and slip along the slider, and the
+//! speed of the pulse below.
+
+use asperity_model::front::{self, relative_prestress};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
+use asperity_numbers::fronts;
+use asperity_numbers::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Arrest {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+}
+
+/// Blocks between marks, which keeps them apart.
+const BETWEEN_MARKS: usize = 12;
+
+impl Figure for Arrest {
+    of_one_run!();
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let blocks = run.plan.blocks;
+        let theory = fronts::theory(run)
+            .filter(|theory| theory.top_stiffness > 0.0)
+            .ok_or_else(|| format!("run {} has no rigid contacts under a held top drive", run.name))?;
+        let prestress: Vec<(f64, f64)> = (0..blocks)
+            .filter_map(|block| Some((block as f64 + 1.0, relative_prestress(&run.plan, block)?)))
+            .collect();
+        // The slip of a steady pulse, 2 tau / gamma, is drawn as the tau that it belongs to.
+        let scale = theory.top_stiffness / 2.0 / fronts::unit_m(run);
+        let passages = fronts::passages(run);
+        let slip: Vec<(f64, f64)> = passages
+            .iter()
+            .filter_map(|passage| Some((f64::from(passage.block), passage.slip_m? * scale)))
+            .collect();
+        let last = passages.len() as f64;
+        let end = |low: f64, high: f64| Series {
+            label: String::new(),
+            points: vec![(last, low), (last, high)],
+            look: Look::Line(Dash::Dotted, GREY),
+        };
+        let line = |label: String, points: Vec<(f64, f64)>, look: Look| Series { label, points, look };
+        let arrest = theory.arrest_prestress();
+        // Block 1 bears more than the others.
+        let inside = || prestress[1..].iter().map(|(_, tau)| *tau).chain([0.0, arrest]);
+        let (low, high) = (inside().fold(0.0, f64::min), inside().fold(0.0, f64::max) * 1.06);
+        let marks = |points: &[(f64, f64)]| {
+            points.iter().copied().skip(BETWEEN_MARKS).step_by(BETWEEN_MARKS).collect()
+        };
+        let upper = Panel {
+            title: self.title.clone(),
+            x: Axis::new("", 0.0, blocks as f64),
+            y: Axis::new("τ; slip × γ/2", low, high),
+            series: vec![
+                line("prestress τ".to_owned(), prestress[1..].to_vec(), Look::Line(Dash::Solid, INK)),
+                line(
+                    "slip × γ/2, in (μ_s − μ_d)p/k".to_owned(),
+                    marks(&slip),
+                    Look::Marks(Marker::Circle, BLUE),
+                ),
+                line(
+                    "γ/(2 + γ): no pulse below".to_owned(),
+                    vec![(0.0, arrest), (blocks as f64, arrest)],
+                    Look::Line(Dash::Dashed, RED),
+                ),
+                end(low, arrest),
+            ],
+            legend: Corner::TopRight,
+            note: String::new(),
+        };
+        let speeds = fronts::local_speeds(run);
+        let fastest = speeds.iter().skip(BETWEEN_MARKS).map(|(_, speed)| *speed).fold(1.0, f64::max) * 1.15;
+        let curve = front::curve(theory.relative_damping, theory.top_stiffness, fastest);
+        let steady: Vec<(f64, f64)> = prestress[1..]
+            .iter()
+            .filter_map(|(block, tau)| {
+                let above = curve.partition_point(|(prestress, _)| prestress < tau);
+                let ((t0, v0), (t1, v1)) = (*curve.get(above.checked_sub(1)?)?, *curve.get(above)?);
+                Some((*block, v0 + (v1 - v0) * (tau - t0) / (t1 - t0)))
+            })
+            .collect();
+        let lower = Panel {
+            title: String::new(),
+            x: Axis::new("block n", 0.0, blocks as f64),
+            y: Axis::new("v/c", 0.0, fastest),
+            series: vec![
+                line("steady, in theory".to_owned(), steady, Look::Line(Dash::Solid, INK)),
+                line("simulated".to_owned(), marks(&speeds), Look::Marks(Marker::Circle, BLUE)),
+                end(0.0, speeds.last().map_or(0.0, |(_, speed)| *speed)),
+            ],
+            legend: Corner::TopRight,
+            note: String::new(),
+        };
+        Ok(Sheet::Stacked(Box::new([upper, lower])))
+    }
+}

@@ -1,0 +1,113 @@
+//! Waves in the lattice of a slab: frequency against wave number along a row and along a diagonal.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{BLUE, Dash, GREY, INK, Marker, Sheet};
+use super::scale::Scale;
+use asperity_numbers::plane_waves::Waves;
+use asperity_numbers::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Dispersion {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run, of a slab.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+}
+
+/// Marks, and points of each line.
+const MARKS: u32 = 16;
+const POINTS: u32 = 400;
+
+impl Figure for Dispersion {
+    of_one_run!();
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        if run.plan.elastic.longitudinal_over_shear().is_none() {
+            return Err(format!(
+                "run {} is of a chain, which has no lattice (accepted: a run of a slab)",
+                run.name
+            ));
+        }
+        let lattice = run.plan.elastic.as_lattice();
+        // From the longest waves to those of which neighbours move against each other; along a diagonal
+        // they are as many as along a row, over a way that is longer by the root of 2.
+        let directions = [("along a row", [1.0, 0.0]), ("along a diagonal", [1.0, 1.0])];
+        let panel = |(title, direction): (&str, [f64; 2])| {
+            let at = |share: f64| direction.map(|along| along * PI * share);
+            let share = |n: u32, of: u32| f64::from(n) / f64::from(of);
+            let wave = |pick: fn(Waves) -> f64| {
+                let measured = (1..=MARKS).map(|n| share(n, MARKS));
+                let theory = (0..=POINTS).map(|n| share(n, POINTS));
+                (
+                    measured.map(|s| (s, pick(Waves::in_lattice(&lattice, at(s))))).collect::<Vec<_>>(),
+                    theory.map(|s| (s, pick(Waves::in_theory(at(s))))).collect::<Vec<_>>(),
+                )
+            };
+            let (long_marks, long_line) = wave(|waves| waves.longitudinal);
+            let (shear_marks, shear_line) = wave(|waves| waves.shear);
+            // In the limit of long waves, over the length of the wave vector.
+            let length = (direction[0] * direction[0] + direction[1] * direction[1]).sqrt();
+            let sound = |square: f64| {
+                let slope = square.sqrt() * length * PI;
+                let end = (HIGHEST / slope).min(1.0);
+                Item::Line(vec![(0.0, 0.0), (end, slope * end)], Dash::Dotted, GREY)
+            };
+            Panel {
+                title: title.to_owned(),
+                items: vec![
+                    sound(1.5),
+                    sound(0.5),
+                    Item::Line(long_line, Dash::Solid, INK),
+                    Item::Line(shear_line, Dash::Dashed, BLUE),
+                    Item::Marks(long_marks, Marker::Circle, INK),
+                    Item::Marks(shear_marks, Marker::Triangle, BLUE),
+                ],
+            }
+        };
+        let rows = vec![
+            (Sample::LineAndMarks(Dash::Solid, Marker::Circle, INK), "longitudinal".to_owned()),
+            (Sample::LineAndMarks(Dash::Dashed, Marker::Triangle, BLUE), "shear".to_owned()),
+            (Sample::Line(Dash::Dotted, GREY), "no dispersion".to_owned()),
+            (Sample::Nothing, "marks: pull of the bonds".to_owned()),
+            (Sample::Nothing, "lines: theory".to_owned()),
+        ];
+        Ok(Sheet::Other(Arc::new(Paper {
+            shape: None,
+            title: self.title.clone(),
+            x: Scale::between("q_x a/π", 0.0, 1.0),
+            y: Scale::between("ω √(m/k)", 0.0, HIGHEST),
+            panels: directions.into_iter().map(panel).collect(),
+            bar: None,
+            heading: String::new(),
+            rows,
+        })))
+    }
+}
+
+/// A little above the highest frequency of a lattice, the root of 6.
+const HIGHEST: f64 = 2.7;
+
+#[cfg(test)]
+mod tests {
+    use super::Dispersion;
+    use crate::draw::kind::Figure;
+    use asperity_testkit::made_up;
+
+    #[test]
+    fn a_chain_has_no_lattice() {
+        let figure: Dispersion = toml::from_str("file = 'f.png'\nrun = 'test'").unwrap();
+        let refused = figure.part(&made_up::run("", &[])).unwrap_err();
+        assert_eq!(refused, "run test is of a chain, which has no lattice (accepted: a run of a slab)");
+    }
+}

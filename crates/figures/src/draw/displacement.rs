@@ -1,0 +1,67 @@
+//! Displacement of chosen blocks against time (Figure 6.7).
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Displacement {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// The blocks, counted from 1.
+    blocks: Vec<u32>,
+}
+
+impl Figure for Displacement {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants { displacements_of: self.blocks.iter().copied().collect(), ..Wants::NOTHING }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let mut series = Vec::new();
+        for (index, &block) in self.blocks.iter().enumerate() {
+            if !(1..=run.header.blocks).contains(&block) {
+                return Err(format!(
+                    "blocks: {block} is not in run {} (accepted: 1 to {})",
+                    run.name, run.header.blocks
+                ));
+            }
+            let (_, dash, color) = nth(index);
+            let course = run.states().displacement_of(block);
+            series.push(Series {
+                label: format!("block {block}"),
+                points: course
+                    .iter()
+                    .map(|(time_s, displacement_m)| (*time_s, displacement_m * 1e3))
+                    .collect(),
+                look: Look::Line(dash, color),
+            });
+        }
+        let all =
+            || series.iter().flat_map(|series| &series.points).map(|(_, displacement_mm)| *displacement_mm);
+        let (lowest, highest) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
+        if highest <= lowest {
+            return Err(format!("no displacement of its blocks is recorded in run {}", run.name));
+        }
+        Ok(Sheet::Single(Box::new(Panel {
+            title: self.title.clone(),
+            x: Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps)),
+            y: Axis::new("u_n (mm)", lowest - 0.03 * highest, highest * 1.1),
+            series,
+            legend: Corner::TopLeft,
+            note: String::new(),
+        })))
+    }
+}

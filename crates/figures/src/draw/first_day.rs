@@ -1,0 +1,135 @@
+//! Every kind of figure of runs in which little or nothing happens: it is drawn, or says what lacks.
+
+use std::collections::BTreeMap;
+
+use asperity_record::{FieldRecord, WindowRecord};
+use schemars::schema_for;
+
+use super::Figures;
+use super::kind::AnyFigure;
+use asperity_numbers::run_data::{NodeField, RunData};
+use asperity_testkit::made_up::{self, EVENTS};
+
+/// One of each kind, as the page on figures has them.
+fn examples() -> Figures {
+    let page = include_str!("../../../../docs/figures.md");
+    let (_, example) = page.split_once("# out/kinds.toml\n").expect("the page has the example");
+    let (example, _) = example.split_once("```").expect("it ends");
+    let mut example: toml::Table = example.parse().unwrap();
+    let figures: toml::Table = example.remove("figure").unwrap().try_into().unwrap();
+    let schema = serde_json::to_value(schema_for!(Figures)).unwrap();
+    assert_eq!(schema["properties"].as_object().unwrap().len(), figures.len(), "a kind has no example");
+    figures.try_into().unwrap()
+}
+
+/// With a state of all blocks, a dense record of them and, of a slab, its nodes, all at rest in the first step.
+fn with_records(mut run: RunData) -> RunData {
+    let blocks = run.plan.blocks;
+    let rest = || vec![0.0; blocks];
+    let loads_n = if run.plan.elastic.has_foundation() { rest() } else { Vec::new() };
+    let state = FieldRecord {
+        step: 0,
+        time_s: 0.0,
+        displacement_m: rest(),
+        velocity_m_per_s: rest(),
+        tangential_force_n: rest(),
+        normal_load_n: loads_n,
+        stick_position_m: rest(),
+        detached: vec![0; blocks],
+    };
+    made_up::with_states(&mut run, &[state]);
+    let record = WindowRecord {
+        window: 0,
+        step: 0,
+        time_s: 0.0,
+        sliding: 0,
+        first_block: 1,
+        displacement_m: rest(),
+        velocity_m_per_s: rest(),
+        tangential_force_n: rest(),
+    };
+    run.windows = vec![record];
+    let elastic = &run.plan.elastic;
+    if elastic.has_inside() {
+        run.nodes = vec![NodeField { step: 0, time_s: 0.0, displacement_m: vec![0.0; elastic.freedoms()] }];
+    }
+    run
+}
+
+/// Runs of one step and more, without an event and with some, of chains and slabs, at rest and
+/// unloaded.
+fn runs() -> Vec<RunData> {
+    let mut runs = Vec::new();
+    for events in [&[][..], &[(1, 2, &[1][..])], &EVENTS[..1], &EVENTS] {
+        for toml in ["", "drive.velocity_m_per_s = 0", "initial_shear.beta = 0.2", "friction.law = \"rigid\""]
+        {
+            runs.push(made_up::run(toml, events));
+        }
+        runs.push(made_up::slab(events));
+    }
+    runs.extend([1, 2, 12].map(|reached| made_up::pulse(reached, "prestress.ratio = 0.6")));
+    runs.push(made_up::pulse(1, ""));
+    let with_ruptures = |mut run: RunData, ruptures: &[&[made_up::Passed]]| {
+        made_up::with_ruptures(&mut run, ruptures);
+        run
+    };
+    let mut all = Vec::new();
+    for run in runs {
+        let last = run.header.steps;
+        let ruptures: [&[&[made_up::Passed]]; 4] = [
+            &[],
+            // One that begins in the last step, one of the first, and one of all blocks.
+            &[&[(1, last, None)]],
+            &[&[(1, 0, Some(0))]],
+            &[&[(1, 1, None), (2, 1, None), (3, 1, None)]],
+        ];
+        for ruptures in ruptures {
+            let run = with_ruptures(with_records(run.clone()), ruptures);
+            let of_steps = |steps: u64| {
+                let mut run = run.clone();
+                run.header.steps = steps;
+                run
+            };
+            let loaded_with = |load_n: f64| {
+                let mut run = run.clone();
+                run.loads.iter_mut().for_each(|load| load.normal_load_n = load_n);
+                run
+            };
+            all.extend([of_steps(1), of_steps(600), loaded_with(0.0), loaded_with(f64::MIN_POSITIVE)]);
+            all.push(run);
+        }
+    }
+    all
+}
+
+/// The page of a figure all of whose runs are this one.
+fn drawn(figure: &dyn AnyFigure, run: &RunData) -> Result<(), String> {
+    let run = RunData { kept: figure.wants(), ..run.clone() };
+    let part = |name: &str| Ok((name.to_owned(), figure.part(&run)?));
+    let parts = figure.runs().into_iter().map(part).collect::<Result<_, String>>()?;
+    figure.sheet(parts)?.page(Some("foot")).map(drop)
+}
+
+/// An axis of no length made `reduce` panic.
+#[test]
+fn a_figure_of_any_run_is_drawn_or_says_what_lacks() {
+    let (figures, runs) = (examples(), runs());
+    let (mut drawn_of, mut refused) = (BTreeMap::new(), 0);
+    for (_, figure) in figures.all() {
+        for run in &runs {
+            match drawn(figure, run) {
+                Ok(()) => *drawn_of.entry(figure.file()).or_insert(0) += 1,
+                Err(why) => {
+                    assert!(why.len() > 10 && !why.contains("NaN"), "{}: {why}", figure.file());
+                    refused += 1;
+                }
+            }
+        }
+    }
+    let cells = figures.all().len() * runs.len();
+    assert!(cells > 10_000 && refused < 2 * cells / 3, "{refused} of {cells} are not drawn: {drawn_of:?}");
+    // What any run has is drawn of all.
+    for always in ["load.png", "loads.png", "slipped.png", "sizes.png", "recurrence.png"] {
+        assert_eq!(drawn_of[always], runs.len(), "{always}: {drawn_of:?}");
+    }
+}

@@ -1,0 +1,239 @@
+//! How fast the front of one rupture ran from block to block, beside the wave speed and the theory.
+
+use std::sync::Arc;
+
+use asperity_model::front::{Front, relative_prestress};
+use asperity_record::Rupture;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
+use super::scale::Scale;
+use super::which::{Which, picked};
+use asperity_numbers::fronts::crossing_s;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FrontProfile {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// The number of the rupture, as in its table.
+    rupture: Option<u64>,
+    /// The rupture, where `rupture` gives no number; if absent the first global slip, or else the widest.
+    which: Option<Which>,
+    /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown. If absent, nineteen
+    /// of twenty are.
+    to_speed: Option<f64>,
+}
+
+impl Figure for FrontProfile {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants::fronts()
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        Ok(Sheet::Other(Arc::new(self.paper(run)?)))
+    }
+}
+
+impl FrontProfile {
+    fn paper(&self, run: &RunData) -> Result<Paper, String> {
+        let has_global = run.ruptures.iter().flatten().any(|rupture| rupture.reached_every_block);
+        let natural = if has_global { Which::FirstGlobalSlip } else { Which::Widest };
+        let rupture = picked(run, self.rupture, Some(self.which.unwrap_or(natural)))?
+            .ok_or_else(|| format!("run {} has no ruptures", run.name))?;
+        let c_m_per_s = run.plan.spacing_m / crossing_s(run);
+        let local = local(run, rupture, c_m_per_s);
+        if local.is_empty() {
+            return Err(format!(
+                "rupture {} of run {} has no front from block to block",
+                rupture.rupture, run.name
+            ));
+        }
+        let theory = theory(run, rupture);
+        let speeds = local.iter().chain(&theory).map(|(_, speed)| *speed).filter(|speed| speed.is_finite());
+        let to = self.to_speed.unwrap_or_else(|| 1.1 * nearly_largest(speeds.collect()).max(1.1));
+        let within = |point: &(f64, f64)| (0.0..=to).contains(&point.1);
+        let (first, last) = (f64::from(rupture.first_block), f64::from(rupture.last_block));
+        let beginning = f64::from(rupture.nucleation_block);
+        let mut rows = vec![(Sample::Marks(Marker::Circle, INK), "between neighbours".to_owned())];
+        let mut items = vec![Item::Line(vec![(first, 1.0), (last, 1.0)], Dash::Dashed, GREY)];
+        let ways = [(rupture.front_speed_up_m_per_s, last), (rupture.front_speed_down_m_per_s, first)];
+        for (speed, end) in ways {
+            if let Some(speed) = speed.map(|speed| speed / c_m_per_s).filter(|speed| *speed <= to) {
+                items.push(Item::Line(vec![(beginning, speed), (end, speed)], Dash::Solid, RED));
+            }
+        }
+        if ways.iter().any(|(speed, _)| speed.is_some()) {
+            rows.push((Sample::Line(Dash::Solid, RED), "of the whole front".to_owned()));
+        }
+        if !theory.is_empty() {
+            let gaps = theory.iter().map(|point| if within(point) { *point } else { (point.0, f64::NAN) });
+            items.push(Item::Line(gaps.collect(), Dash::DotDashed, GREEN));
+            rows.push((Sample::Line(Dash::DotDashed, GREEN), "theory, rigid contacts".to_owned()));
+        }
+        // Where there are shear waves, theirs.
+        let c = if run.plan.elastic.longitudinal_over_shear().is_some() { "c_S" } else { "c" };
+        rows.push((Sample::Line(Dash::Dashed, GREY), format!("{c} = {c_m_per_s:.1} m/s")));
+        let nucleation = Item::Line(vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE);
+        rows.push((Sample::Line(Dash::Dotted, BLUE), "nucleation".to_owned()));
+        let marks: Vec<(f64, f64)> = local.into_iter().filter(within).collect();
+        // Lines are hidden by many marks.
+        if marks.len() > MOST_MARKS {
+            items.insert(0, Item::Discs(marks, 6, GREY));
+            rows[0].0 = Sample::Marks(Marker::Circle, GREY);
+        } else {
+            items.push(Item::Marks(marks, Marker::Circle, INK));
+        }
+        items.push(nucleation);
+        let title = if self.title.is_empty() {
+            format!("rupture {}, F_T/F_N = {:.3} at its onset", rupture.rupture, rupture.ft_fn_onset)
+        } else {
+            self.title.clone()
+        };
+        Ok(Paper {
+            shape: None,
+            title,
+            x: Scale::between("block n", first - 0.5, last + 0.5),
+            y: Scale::between(&format!("v/{c}"), 0.0, to),
+            panels: vec![Panel { title: String::new(), items }],
+            bar: None,
+            heading: String::new(),
+            rows,
+        })
+    }
+}
+
+/// Speeds between more neighbours are dots behind the lines.
+const MOST_MARKS: usize = 150;
+
+/// Speed over `c` between neighbours, at the middle between the two.
+fn local(run: &RunData, rupture: &Rupture, c_m_per_s: f64) -> Vec<(f64, f64)> {
+    let of = run.arrivals().iter().filter(|arrival| arrival.rupture == rupture.rupture);
+    let mut speeds: Vec<(f64, f64)> = of
+        .filter_map(|arrival| {
+            let speed = arrival.front_speed_m_per_s? / c_m_per_s;
+            let from_below = arrival.block > rupture.nucleation_block;
+            let block = f64::from(arrival.block) + if from_below { -0.5 } else { 0.5 };
+            (speed > 0.0).then_some((block, speed))
+        })
+        .collect();
+    speeds.sort_by(|a, b| a.0.total_cmp(&b.0));
+    speeds
+}
+
+/// Block by block the speed over `c` of a steady front under the force that the block bore before
+/// the rupture: that in the state at the onset of the slip event in which it began, or the prestress
+/// of a slider that nothing has moved yet. Where no front is driven there is no number.
+fn theory(run: &RunData, rupture: &Rupture) -> Vec<(f64, f64)> {
+    let plan = &run.plan;
+    let at_onset = run.event_of(rupture).and_then(|slip| run.states().at_precursor_onset(slip.onset_step));
+    let prestress = |n: usize| match at_onset {
+        Some(state) => {
+            let course = run.load_at(state.step)?.normal_load_n / plan.total_normal_load_n;
+            let dynamic_n = course * plan.friction.dynamic_friction_n[n];
+            let weakening_n = course * plan.friction.static_threshold_n[n] - dynamic_n;
+            (weakening_n > 0.0).then(|| (state.tangential_force_n[n] - dynamic_n) / weakening_n)
+        }
+        None => relative_prestress(plan, n).filter(|_| Front::of(plan, n).is_some()),
+    };
+    if !plan.elastic.has_theory() {
+        return Vec::new();
+    }
+    let k = plan.elastic.stiffness_n_per_m();
+    let held = plan.drive.stiffness_n_per_m(plan.blocks);
+    let front = |n: usize| {
+        Some(Front {
+            prestress: prestress(n)?,
+            relative_damping: plan.elastic.damping_kg_per_s() / (k * plan.block_mass_kg).sqrt(),
+            // Of a drive from the side, no block but the first has a spring.
+            top_stiffness: held.iter().copied().fold(f64::INFINITY, f64::min).max(0.0) / k,
+        })
+    };
+    let blocks = rupture.first_block..=rupture.last_block;
+    let speed = |n: usize| front(n).and_then(|front| front.speed_over_c()).unwrap_or(f64::NAN);
+    let speeds: Vec<(f64, f64)> = blocks.map(|block| (f64::from(block), speed(block as usize - 1))).collect();
+    if speeds.iter().all(|(_, speed)| speed.is_nan()) { Vec::new() } else { speeds }
+}
+
+/// The number that nineteen of twenty do not exceed.
+fn nearly_largest(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let at = (values.len() * 19).div_ceil(20).saturating_sub(1);
+    values.get(at).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FrontProfile, Item, Paper};
+    use crate::draw::of_study::paper::Sample;
+    use asperity_testkit::made_up;
+
+    const FIGURE: FrontProfile = FrontProfile {
+        file: String::new(),
+        run: String::new(),
+        title: String::new(),
+        rupture: None,
+        which: None,
+        to_speed: None,
+    };
+
+    fn marks(paper: &Paper) -> Vec<(f64, f64)> {
+        let items = &paper.panels[0].items;
+        let marks = items.iter().find_map(|item| match item {
+            Item::Marks(points, ..) => Some(points.clone()),
+            _ => None,
+        });
+        marks.expect("there are marks")
+    }
+
+    #[test]
+    fn speeds_are_over_that_of_waves_and_stand_between_the_blocks() {
+        let mut run = made_up::pulse(12, "prestress.ratio = 0.6");
+        let crossing_s = (12.0 / 12.0 / 2.75e7f64).sqrt();
+        // From block 3 to both sides; block 5 comes with block 4.
+        made_up::with_ruptures(
+            &mut run,
+            &[&[(3, 1000, None), (2, 1100, None), (4, 1300, None), (5, 1300, None)]],
+        );
+        // By the way from the neighbour.
+        run.arrivals[2].front_speed_m_per_s = Some(run.plan.spacing_m / 3e-7);
+        let paper = FIGURE.paper(&run).unwrap();
+        let found = marks(&paper);
+        assert_eq!(found.iter().map(|(block, _)| *block).collect::<Vec<f64>>(), [2.5, 3.5]);
+        assert!((found[0].1 - crossing_s / 1e-7).abs() < 1e-9, "{found:?}");
+        assert!((found[1].1 - crossing_s / 3e-7).abs() < 1e-9, "{found:?}");
+        let theory = paper.rows.iter().any(|(_, words)| words == "theory, rigid contacts");
+        assert!(theory, "{:?}", paper.rows);
+        assert!(paper.rows.contains(&(
+            Sample::Line(crate::draw::plot::Dash::Dashed, crate::draw::plot::GREY),
+            format!("c = {:.1} m/s", run.plan.spacing_m / crossing_s)
+        )));
+        let refused = FrontProfile { rupture: Some(7), ..FIGURE }.paper(&run).unwrap_err();
+        assert_eq!(refused, "run test has no rupture 7 (accepted: 0 to 0)");
+    }
+
+    /// Under a held top drive with rigid contacts the theory of the whole front holds for each block.
+    #[test]
+    fn the_theory_is_that_of_the_force_on_each_block() {
+        let mut run = made_up::pulse(12, "prestress.ratio = 0.6");
+        made_up::with_ruptures(&mut run, &[&[(1, 30, None), (2, 60, None), (3, 90, None)]]);
+        let speed = asperity_numbers::fronts::theory(&run).unwrap().speed_over_c().unwrap();
+        let rupture = &run.ruptures.clone().unwrap()[0];
+        assert_eq!(super::theory(&run, rupture), [(1.0, speed), (2.0, speed), (3.0, speed)]);
+        // A drive that moves leaves nothing to say, unless the forces are known.
+        run.plan.drive.velocity_m_per_s = 1.0;
+        assert_eq!(super::theory(&run, rupture), []);
+    }
+}

@@ -1,0 +1,148 @@
+//! How fast fronts ran, over the stress that they found on their way.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{BLUE, Dash, GREY, RED, Sheet, nth};
+use super::scale::Scale;
+use asperity_numbers::fronts::{ACROSS, over_stress};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FrontStress {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// The runs, each with what the legend calls it: their precursors and first global slips.
+    series: Vec<Labelled>,
+    /// Fewest blocks of a rupture that is shown.
+    #[serde(default = "five")]
+    from_blocks: u32,
+    /// Over how many spacings speed and stress are taken.
+    #[serde(default = "four")]
+    across: u32,
+    /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown.
+    to_speed: f64,
+}
+
+fn five() -> u32 {
+    5
+}
+
+fn four() -> u32 {
+    ACROSS
+}
+
+/// What is shown of a run.
+pub(crate) struct Part {
+    /// Stress and speed of the fronts of precursors, and of the global slip.
+    marks: [Vec<(f64, f64)>; 2],
+    coefficients: [f64; 2],
+    /// The wave speed, and that of longitudinal waves over it where there are any.
+    wave_m_per_s: f64,
+    longitudinal: Option<f64>,
+}
+
+impl Figure for FrontStress {
+    type Part = Part;
+
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        run_names(&self.series)
+    }
+
+    fn wants(&self) -> Wants {
+        Wants::fronts()
+    }
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let friction = &run.plan.friction;
+        Ok(Part {
+            marks: over_stress(run, self.from_blocks, self.across.max(1)),
+            coefficients: [friction.static_coefficient, friction.dynamic_coefficient],
+            wave_m_per_s: run.plan.scales.wave_speed_m_per_s(),
+            longitudinal: run.plan.elastic.longitudinal_over_shear(),
+        })
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let all = with_parts(&self.series, &parts)?;
+        let shown = |point: &&(f64, f64)| (0.0..=self.to_speed).contains(&point.1);
+        let stresses =
+            || all.iter().flat_map(|(_, part)| part.marks.iter().flatten()).filter(shown).map(|(x, _)| *x);
+        if stresses().next().is_none() {
+            return Err(format!(
+                "no rupture of {} blocks or more has a front up to {} c, and a state at its onset",
+                self.from_blocks, self.to_speed
+            ));
+        }
+        let Some((_, first)) = all.first() else { return Err("no run is named".to_owned()) };
+        let x = Scale::of("τ_n/p_n before the rupture", false, 0.05, stresses().chain(first.coefficients));
+        let (from, to) = x.about(0.0);
+        let [mu_s, mu_d] = first.coefficients;
+        let upright = |at: f64, dash, color| Item::Line(vec![(at, 0.0), (at, self.to_speed)], dash, color);
+        let level = |at: f64, dash| Item::Line(vec![(from, at), (to, at)], dash, GREY);
+        let mut items = vec![
+            upright(mu_s, Dash::Dashed, BLUE),
+            upright(mu_d, Dash::DotDashed, RED),
+            level(1.0, Dash::Dashed),
+        ];
+        let mut rows = Vec::new();
+        let mut own = Vec::new();
+        for (index, (label, part)) in all.iter().enumerate() {
+            let (marker, _, color) = nth(index);
+            for (points, filled) in part.marks.iter().zip([false, true]) {
+                let points: Vec<(f64, f64)> = points.iter().filter(shown).copied().collect();
+                if points.is_empty() {
+                    continue;
+                }
+                // Marks of a global slip are filled, to be distinguishable in grey.
+                if filled {
+                    own.push(Item::Discs(points, DISC, color));
+                } else {
+                    own.push(Item::Marks(points, marker, color));
+                }
+            }
+            rows.push((Sample::Marks(marker, color), (*label).to_owned()));
+        }
+        items.append(&mut own);
+        // The legend distinguishes them where there are both.
+        let has = |global: usize| all.iter().any(|(_, part)| part.marks[global].iter().any(|p| shown(&p)));
+        rows.extend(has(0).then(|| (Sample::Nothing, "open: precursors".to_owned())));
+        rows.extend(has(1).then(|| (Sample::Nothing, "discs: first global slip".to_owned())));
+        rows.push((Sample::Nothing, format!("over {} spacings", self.across.max(1))));
+        rows.push((Sample::Line(Dash::Dashed, BLUE), "μ_s".to_owned()));
+        rows.push((Sample::Line(Dash::DotDashed, RED), "μ_d".to_owned()));
+        let name = if first.longitudinal.is_some() { "c_S" } else { "c" };
+        rows.push((Sample::Line(Dash::Dashed, GREY), format!("{name} = {:.0} m/s", first.wave_m_per_s)));
+        if let Some(ratio) = first.longitudinal.filter(|ratio| *ratio <= self.to_speed) {
+            items.insert(0, level(ratio, Dash::Dotted));
+            let speed = ratio * first.wave_m_per_s;
+            rows.push((Sample::Line(Dash::Dotted, GREY), format!("c_L = {speed:.0} m/s")));
+        }
+        Ok(Sheet::Other(Arc::new(Paper {
+            shape: None,
+            title: self.title.clone(),
+            x,
+            y: Scale::between(&format!("v/{name}"), 0.0, self.to_speed),
+            panels: vec![Panel { title: String::new(), items }],
+            bar: None,
+            heading: String::new(),
+            rows,
+        })))
+    }
+}
+
+/// Radius of a disc, in pixels.
+const DISC: i32 = 8;

@@ -1,0 +1,114 @@
+//! Initial shear profiles: as set up, and as (5.50) asks (Figure 5.7); of slabs what their load leaves.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, Labelled, Parts, run_names};
+use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct InitialShear {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The runs, each with what the legend calls it.
+    series: Vec<Labelled>,
+}
+
+/// One block in this many is marked, so that the lines beneath can be seen.
+const MARKED: usize = 6;
+
+/// What is shown of a run.
+pub(crate) struct Part {
+    /// That of (5.50); through all contacts of a slab.
+    line: Vec<(f64, f64)>,
+    is_pressed: bool,
+    shear: Vec<(f64, f64)>,
+}
+
+impl Figure for InitialShear {
+    type Part = Part;
+
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        run_names(&self.series)
+    }
+
+    fn wants(&self) -> Wants {
+        Wants::STATES
+    }
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let fields = run.states().first().ok_or_else(|| format!("run {} has no initial fields", run.name))?;
+        let x = |n: usize| n as f64 * run.plan.spacing_m / run.plan.length_m;
+        let shear = fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).enumerate();
+        let shear: Vec<(f64, f64)> = shear.map(|(n, (tau, p))| (x(n), tau / p)).collect();
+        let (beta, is_pressed) = (run.scenario.initial_shear.beta, run.plan.elastic.has_foundation());
+        Ok(Part {
+            line: if is_pressed { shear.clone() } else { vec![(0.0, -beta), (1.0, beta)] },
+            is_pressed,
+            shear: shear.into_iter().step_by(MARKED).collect(),
+        })
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let mut series = Vec::new();
+        let mut largest: f64 = 0.1;
+        let (mut slabs, mut chains) = (false, false);
+        for (index, labelled) in self.series.iter().enumerate() {
+            let Part { line, is_pressed, shear } = labelled.find(&parts)?;
+            let (marker, dash, color) = nth(index);
+            largest = line.iter().fold(largest, |largest, (_, ratio)| largest.max(ratio.abs()));
+            (slabs, chains) = (slabs || *is_pressed, chains || !is_pressed);
+            series.push(Series {
+                label: labelled.label.clone(),
+                points: line.clone(),
+                look: Look::Line(dash, color),
+            });
+            series.push(Series {
+                label: labelled.label.clone(),
+                points: shear.clone(),
+                look: Look::Marks(marker, color),
+            });
+        }
+        let note = match (slabs, chains) {
+            (false, _) => "marks: set up, lines: eq. (5.50)",
+            (true, false) => "slabs at rest",
+            (true, true) => "slabs at rest; chains as set up, lines: eq. (5.50)",
+        };
+        Ok(Sheet::Single(Box::new(Panel {
+            title: String::new(),
+            x: Axis::new("x/L", 0.0, 1.0),
+            y: Axis::new("τ_0/p", -1.15 * largest, 1.15 * largest),
+            series,
+            legend: Corner::TopLeft,
+            note: note.to_owned(),
+        })))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::{Figure, InitialShear, Sheet};
+    use asperity_testkit::made_up;
+
+    #[test]
+    fn a_slab_has_the_shear_of_all_its_contacts() {
+        let figure: InitialShear =
+            toml::from_str("file = 'f.png'\nseries = [{ run = 'a', label = 'A' }]").unwrap();
+        let mut run = made_up::slab(&[]);
+        // As the run begins: each contact bears its part of the load.
+        run.plan.normal_load_n = vec![100.0, 200.0, 100.0];
+        let parts = BTreeMap::from([("a".to_owned(), figure.part(&run).unwrap())]);
+        let Sheet::Single(panel) = figure.sheet(parts).unwrap() else { panic!("one panel") };
+        assert_eq!(panel.series[0].points, [(0.0, -0.2), (0.5, 0.0), (1.0, 0.2)]);
+        assert_eq!((panel.note.as_str(), panel.y.to), ("slabs at rest", 1.15 * 0.2));
+    }
+}

@@ -1,0 +1,183 @@
+//! `L_p / L` against `F_T / F_N`: precursors as marks, the length law as a line
+//! (Figures 5.9, 5.12, 5.21 to 5.24, 6.13, 6.15, 6.17, 6.19, 6.21).
+//!
+//! The laws are of chains, so that slabs have marks alone; and for a slider that is being driven. Where the drive is held, precursors
+//! after that bear another mark, and the line is dashed beyond the load reached by then.
+
+use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, Labelled, Parts, run_names};
+use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet, nth};
+use asperity_numbers::precursors::{self, PrecursorRules};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Lengths {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// The length law drawn as a line, of chains: slabs have none.
+    law: Option<LengthLaw>,
+    /// The runs, each with what the legend calls it.
+    series: Vec<Labelled>,
+}
+
+impl Lengths {
+    pub(super) fn of_run(file: &str, run: &str, label: String, law: Option<LengthLaw>) -> Lengths {
+        let series = vec![Labelled { run: run.to_owned(), label }];
+        Lengths { file: file.to_owned(), title: String::new(), law, series }
+    }
+}
+
+/// What is shown of a run.
+pub(crate) struct Part {
+    law: Vec<(f64, f64)>,
+    points: Vec<(f64, f64)>,
+    /// Both in their place, where the drive is held.
+    beside_hold: Option<[Series; 4]>,
+}
+
+impl Figure for Lengths {
+    type Part = Part;
+
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        run_names(&self.series)
+    }
+
+    fn wants(&self) -> Wants {
+        Wants::LOADS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let parameters = LengthLawParameters::of(&run.scenario);
+        let line = |law: LengthLaw| {
+            let shares = (0..=400).map(|i| f64::from(i) / 400.0);
+            shares.map(|x| (law.load_ratio(&parameters, x), x)).collect()
+        };
+        let law = self.law.filter(|_| run.plan.elastic.has_theory()).map_or_else(Vec::new, line);
+        let points: Vec<(f64, f64)> = precursors::find(run, &PrecursorRules::default())
+            .iter()
+            .map(|found| (found.start.ft_fn_onset, found.length_ratio(run.header.blocks)))
+            .collect();
+        let hold_step = run.plan.drive.hold_from_step;
+        let beside_hold = hold_step.map(|hold_step| beside_hold(run, hold_step, &points, &law));
+        Ok(Part { law, points, beside_hold })
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let mut series = Vec::new();
+        let mut longest: f64 = 0.0;
+        let mut any_line = false;
+        for (index, labelled) in self.series.iter().enumerate() {
+            let Part { law, points, beside_hold } = labelled.find(&parts)?;
+            let (marker, dash, color) = nth(index);
+            any_line |= !law.is_empty();
+            longest = law.iter().chain(points).fold(longest, |longest, (load, _)| longest.max(*load));
+            match beside_hold {
+                None => {
+                    let label = || labelled.label.clone();
+                    series.push(Series {
+                        label: label(),
+                        points: points.clone(),
+                        look: Look::Marks(marker, color),
+                    });
+                    if !law.is_empty() {
+                        series.push(Series {
+                            label: label(),
+                            points: law.clone(),
+                            look: Look::Line(dash, color),
+                        });
+                    }
+                }
+                Some(of_both_sides) => {
+                    series.extend(of_both_sides.iter().filter(|series| !series.points.is_empty()).cloned());
+                }
+            }
+        }
+        if let (Some(law), false) = (self.law, any_line) {
+            return Err(format!(
+                "law = {} has no line: {} is that of a chain, and all runs are of slabs (accepted: no law, or a run \
+                 of a chain)",
+                law.file_word(),
+                law.label()
+            ));
+        }
+        let note =
+            self.law.map_or_else(String::new, |law| format!("marks: simulated, lines: {}", law.label()));
+        // Curves first, so that marks lie on top of them.
+        let mut drawn = series.clone();
+        drawn.sort_by_key(|series| matches!(series.look, Look::Marks(..)));
+        Ok(Sheet::Single(Box::new(Panel {
+            title: self.title.clone(),
+            x: Axis::new("F_T/F_N", 0.0, longest * 1.06),
+            y: Axis::new("L_p/L", 0.0, 1.08),
+            series: drawn,
+            legend: Corner::BottomRight,
+            note,
+        })))
+    }
+}
+
+/// The precursors before the drive is held and after it, and the law up to the load reached
+/// by then and beyond it.
+fn beside_hold(run: &RunData, hold_step: u64, points: &[(f64, f64)], law: &[(f64, f64)]) -> [Series; 4] {
+    let found = precursors::find(run, &PrecursorRules::default());
+    let (before, after): (Vec<_>, Vec<_>) =
+        found.iter().zip(points).partition(|(precursor, _)| precursor.start.onset_step < hold_step);
+    let marks = |found: Vec<(_, &(f64, f64))>| found.into_iter().map(|(_, point)| *point).collect();
+    let at_hold = run.loads().partition_point(|load| load.step <= hold_step);
+    let reached = at_hold.checked_sub(1).map_or(0.0, |index| run.loads()[index].load_ratio());
+    let end = law.partition_point(|(load, _)| *load <= reached);
+    let (valid, beyond) = (law[..end].to_vec(), law[end.saturating_sub(1)..].to_vec());
+    let hold_s = run.plan.grid.time_s(hold_step);
+    let series = |label: String, points: Vec<(f64, f64)>, look: Look| Series { label, points, look };
+    let (while_driven, once_held) = (format!("driven, t < {hold_s} s"), format!("held, t ≥ {hold_s} s"));
+    [
+        series(while_driven.clone(), marks(before), Look::Marks(Marker::Circle, INK)),
+        series(once_held.clone(), marks(after), Look::Marks(Marker::Triangle, BLUE)),
+        series(while_driven, valid, Look::Line(Dash::Solid, INK)),
+        series(once_held, beyond, Look::Line(Dash::Dashed, BLUE)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::{Figure, Lengths, Look, Sheet};
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    /// The labels of the lines.
+    fn lines(toml: &str) -> Result<Vec<String>, String> {
+        let figure: Lengths = toml::from_str(toml).unwrap();
+        let runs = [("slab", made_up::slab(&EVENTS)), ("chain", made_up::run("", &EVENTS))];
+        let parts: BTreeMap<String, _> =
+            runs.iter().map(|(name, run)| ((*name).to_owned(), figure.part(run).unwrap())).collect();
+        let Sheet::Single(panel) = figure.sheet(parts)? else { panic!("one panel") };
+        assert_eq!(panel.note.is_empty(), !toml.contains("law"), "{:?}", panel.note);
+        let lines = panel.series.into_iter().filter(|series| matches!(series.look, Look::Line(..)));
+        Ok(lines.map(|series| series.label).collect())
+    }
+
+    /// The laws are those of chains.
+    #[test]
+    fn a_slab_has_marks_and_no_line() {
+        let slab = "file = 'f.png'\nseries = [{ run = 'slab', label = 'a slab' }";
+        let both = format!("{slab}, {{ run = 'chain', label = 'a chain' }}]");
+        assert_eq!(lines(&both).unwrap(), Vec::<String>::new());
+        assert_eq!(lines(&format!("law = 'eq-5.57'\n{both}")).unwrap(), ["a chain"]);
+        assert_eq!(lines(&format!("{slab}]")).unwrap(), Vec::<String>::new());
+        let refused = lines(&format!("law = 'eq-5.57'\n{slab}]")).unwrap_err();
+        assert!(refused.contains("law = eq-5.57") && refused.contains("(accepted: no law, or"), "{refused}");
+    }
+}

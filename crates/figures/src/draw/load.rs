@@ -1,0 +1,132 @@
+//! `F_T / F_N` against time with the friction coefficients and, where there is one, the theory
+//! of its rise; and beneath how many blocks slid at once in each event (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
+//! to 6.12).
+
+use std::collections::BTreeSet;
+
+use asperity_model::analytic::LoadCurve;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, coefficient_lines, of_one_run};
+use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
+use asperity_numbers::run_data::{self, RunData};
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Load {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// Whether to show the number of sliding blocks beneath.
+    sliding: bool,
+}
+
+/// Events after the first slip of the whole slider are drawn as lines if they fall into at most
+/// this many parts of the time, otherwise as dots.
+const PARTS: f64 = 600.0;
+const MOST_LINES: usize = 40;
+
+impl Load {
+    pub(super) fn of_run(file: &str, run: &str) -> Load {
+        Load { file: file.to_owned(), run: run.to_owned(), title: String::new(), sliding: true }
+    }
+}
+
+impl Figure for Load {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants::LOADS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let duration_s = run.plan.grid.time_s(run.header.steps);
+        let mu_s = run.plan.friction.static_coefficient;
+        let load: Vec<(f64, f64)> =
+            run.loads().iter().map(|record| (record.time_s, record.load_ratio())).collect();
+        let lowest = load.iter().fold(0.0f64, |low, (_, ratio)| low.min(*ratio));
+        let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
+        let simulated =
+            Series { label: "F_T/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) };
+        // Upon the simulated curve, which it follows closely; unless it ends before it can be seen.
+        let theory = LoadCurve::of(&run.scenario).map(|curve| curve.points());
+        let is_seen = |points: &Vec<(f64, f64)>| points.last().is_some_and(|(t, _)| *t > 0.02 * duration_s);
+        let theory = theory.filter(is_seen).map(|points| Series {
+            label: "theory".to_owned(),
+            points,
+            look: Look::Line(Dash::Dashed, GREEN),
+        });
+        let upper = Panel {
+            title: self.title.clone(),
+            x: Axis::new(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s),
+            y: Axis::new("F_T/F_N", lowest * 1.1, highest * 1.08),
+            series: coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect(),
+            legend: Corner::BottomRight,
+            note: String::new(),
+        };
+        if !self.sliding {
+            return Ok(Sheet::Single(Box::new(upper)));
+        }
+        // A line for each event. After the first slip of the whole slider there may be too many for
+        // separate lines.
+        let peaks = peaks(run.loads());
+        let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
+        let later = peaks.iter().filter(|(step, _)| *step > global);
+        let later: BTreeSet<u64> =
+            later.map(|(_, (time_s, _))| (time_s / duration_s * PARTS) as u64).collect();
+        let (before, after): (Vec<_>, Vec<_>) =
+            peaks.into_iter().partition(|(step, _)| *step <= global || later.len() <= MOST_LINES);
+        let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
+        let lower = Panel {
+            title: String::new(),
+            x: Axis::new("t (s)", 0.0, duration_s),
+            y: Axis::counts("blocks sliding", f64::from(run.header.blocks)),
+            series: vec![
+                Series { label: String::new(), points: points(before), look: Look::Impulses(INK) },
+                Series { label: String::new(), points: points(after), look: Look::Dots(INK) },
+            ],
+            legend: Corner::TopLeft,
+            note: String::new(),
+        };
+        Ok(Sheet::Stacked(Box::new([upper, lower])))
+    }
+}
+
+/// Of every stretch of time in which blocks slide, the first step in which most do: the step, its time
+/// and how many.
+fn peaks(loads: &[run_data::Load]) -> Vec<(u64, (f64, f64))> {
+    let stretches = loads.split(|load| load.sliding == 0).filter(|stretch| !stretch.is_empty());
+    let peak = |stretch: &[run_data::Load]| {
+        let most = stretch.iter().map(|load| load.sliding).max()?;
+        let load = stretch.iter().find(|load| load.sliding == most)?;
+        Some((load.step, (load.time_s, f64::from(most))))
+    };
+    stretches.filter_map(peak).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::peaks;
+    use asperity_numbers::run_data::Load;
+
+    #[test]
+    fn an_event_is_one_line_as_high_as_most_blocks_slid() {
+        let sliding = [0, 2, 5, 5, 1, 0, 0, 3, 0, 7];
+        let load = |(step, sliding): (u64, u32)| Load {
+            step,
+            time_s: step as f64,
+            driving_force_n: 0.0,
+            normal_load_n: 1.0,
+            end_forces_n: None,
+            sliding,
+        };
+        let loads: Vec<Load> = (0..).zip(sliding).map(load).collect();
+        assert_eq!(peaks(&loads), [(2, (2.0, 5.0)), (7, (7.0, 3.0)), (9, (9.0, 7.0))]);
+    }
+}

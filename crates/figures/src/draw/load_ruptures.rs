@@ -1,0 +1,204 @@
+//! The load curve with its ruptures, which have their numbers.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{BLUE, Dash, INK, Marker, RED, Sheet};
+use super::scale::Scale;
+use super::which::{Clock, Sort, sorted};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LoadRuptures {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// Where the time axis begins; with the run if absent.
+    from_s: Option<f64>,
+    /// Where the time axis ends; with the run if absent.
+    to_s: Option<f64>,
+}
+
+impl Figure for LoadRuptures {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants::LOADS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let paper = curve(run, self.from_s, self.to_s)?;
+        Ok(Sheet::Other(Arc::new(Paper { title: self.title.clone(), ..paper })))
+    }
+}
+
+/// Points of the curve, and numbers side by side, that fit across the panel.
+const POINTS: usize = 1500;
+const NUMBERS: f64 = 36.0;
+
+/// A number stands no farther from its mark than so much of its width; others are left out.
+const FARTHEST: f64 = 0.5;
+
+/// The load curve of a run, or of a part of it.
+pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Result<Paper, String> {
+    let is_part = from_s.is_some() || to_s.is_some();
+    let from_s = from_s.unwrap_or(0.0);
+    let to_s = to_s.unwrap_or_else(|| run.plan.grid.time_s(run.header.steps));
+    let in_view = |time_s: f64| (from_s..=to_s).contains(&time_s);
+    let load: Vec<(f64, f64)> = run
+        .loads()
+        .iter()
+        .filter(|load| in_view(load.time_s))
+        .map(|load| (load.time_s, load.load_ratio()))
+        .collect();
+    if load.is_empty() {
+        return Err(format!("run {} has no records from {from_s} s to {to_s} s", run.name));
+    }
+    let ruptures = sorted(run)?;
+    let clock = Clock::of(from_s, to_s, from_s);
+    let place = |time_s: f64| clock.place(time_s);
+    let (from, to) = (place(from_s), place(to_s));
+    let friction = &run.plan.friction;
+    // A part of a run is shown as large as it is, the whole from zero to what contacts can bear.
+    let (mut low, mut high) =
+        if is_part { (f64::INFINITY, f64::NEG_INFINITY) } else { (0.0, friction.static_coefficient) };
+    for (_, ratio) in &load {
+        (low, high) = (low.min(*ratio), high.max(*ratio));
+    }
+    let height = (high - low).max(1e-9 * high.abs());
+    let mut rows = vec![(Sample::Line(Dash::Solid, INK), "F_T/F_N".to_owned())];
+    let mut items = Vec::new();
+    let levels = [
+        (friction.static_coefficient, Dash::Dashed, BLUE, "μ_s"),
+        (friction.dynamic_coefficient, Dash::DotDashed, RED, "μ_d"),
+    ];
+    let (bottom, top) = (
+        if low == 0.0 { 0.0 } else { low - 0.05 * height },
+        high + if is_part { 0.2 } else { 0.08 } * height,
+    );
+    for (level, dash, color, label) in levels.into_iter().filter(|(level, ..)| (bottom..=top).contains(level))
+    {
+        items.push(Item::Line(vec![(from, level), (to, level)], dash, color));
+        rows.push((Sample::Line(dash, color), label.to_owned()));
+    }
+    let points = thinned(&load, from_s, to_s).into_iter().map(|(time_s, ratio)| (place(time_s), ratio));
+    items.push(Item::Line(points.collect(), Dash::Solid, INK));
+    for sort in Sort::ALL.into_iter().rev() {
+        let marks: Vec<(f64, f64)> = ruptures
+            .iter()
+            .filter(|(rupture, of)| *of == sort && in_view(rupture.onset_s))
+            .map(|(rupture, _)| (place(rupture.onset_s), rupture.ft_fn_onset))
+            .collect();
+        if marks.is_empty() {
+            continue;
+        }
+        let (marker, label) = match sort {
+            Sort::Precursor => (Marker::Triangle, "precursor"),
+            Sort::GlobalSlip => (Marker::Square, "global slip"),
+            // Too many for marks.
+            Sort::Other => continue,
+        };
+        rows.insert(1, (Sample::Marks(marker, sort.color()), label.to_owned()));
+        items.push(Item::Marks(marks, marker, sort.color()));
+    }
+    // Where they are crowded they move to the left, since the load rises to the right.
+    let width = (to - from) / NUMBERS;
+    let mut free_to = to;
+    for (rupture, sort) in ruptures.iter().rev() {
+        if *sort == Sort::Other || !in_view(rupture.onset_s) {
+            continue;
+        }
+        let at = place(rupture.onset_s);
+        let beside = at.min(free_to);
+        if at - beside <= FARTHEST * width && beside > from {
+            let above = rupture.ft_fn_onset + 0.045 * (top - bottom);
+            items.push(Item::Words((beside, above), rupture.rupture.to_string(), true));
+            free_to = beside - width;
+        }
+    }
+    Ok(Paper {
+        shape: None,
+        title: String::new(),
+        x: Scale::between(&clock.label, from, to),
+        y: Scale::between("F_T/F_N", bottom, top),
+        panels: vec![Panel { title: String::new(), items }],
+        bar: None,
+        heading: String::new(),
+        rows,
+    })
+}
+
+/// Of the points in each of many equal spans of time the first, the lowest, the highest and the last,
+/// so that the curve looks the same with fewer of them.
+fn thinned(points: &[(f64, f64)], from_s: f64, to_s: f64) -> Vec<(f64, f64)> {
+    let span = |(time_s, _): &(f64, f64)| ((time_s - from_s) / (to_s - from_s) * POINTS as f64) as usize;
+    let mut kept = Vec::new();
+    for alike in points.chunk_by(|a, b| span(a) == span(b)) {
+        let by_ratio = |a: &usize, b: &usize| alike[*a].1.total_cmp(&alike[*b].1);
+        let lowest = (0..alike.len()).min_by(by_ratio).unwrap_or(0);
+        let highest = (0..alike.len()).max_by(by_ratio).unwrap_or(0);
+        let mut of_span = vec![0, lowest, highest, alike.len() - 1];
+        of_span.sort_unstable();
+        of_span.dedup();
+        kept.extend(of_span.into_iter().map(|n| alike[n]));
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Item, curve, thinned};
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    #[test]
+    fn a_thinned_curve_keeps_its_extremes() {
+        let points: Vec<(f64, f64)> = (0..30_000)
+            .map(|n| (f64::from(n) * 1e-4, if n == 777 { 9.0 } else { f64::from(n % 7) }))
+            .collect();
+        let kept = thinned(&points, 0.0, 3.0);
+        assert!(kept.len() <= 4 * 1501 && kept.is_sorted_by(|a, b| a.0 < b.0), "{}", kept.len());
+        assert!(kept.contains(&points[777]) && kept[0] == points[0] && kept.last() == points.last());
+    }
+
+    #[test]
+    fn precursors_and_global_slips_have_their_numbers() {
+        let mut run = made_up::run("", &EVENTS);
+        run.header.steps = 1000;
+        made_up::with_ruptures(
+            &mut run,
+            &[
+                &[(1, 100, Some(101))],
+                &[(3, 200, Some(201))],
+                &[(1, 300, Some(310)), (2, 301, Some(310))],
+                &[(1, 306, Some(310)), (2, 307, Some(310)), (3, 308, Some(310))],
+            ],
+        );
+        let shown = |from_s, to_s| {
+            let paper = curve(&run, from_s, to_s).unwrap();
+            let items = &paper.panels[0].items;
+            let marks = items.iter().filter_map(|item| match item {
+                Item::Marks(points, ..) => Some(points.len()),
+                _ => None,
+            });
+            let words = items.iter().filter_map(|item| match item {
+                Item::Words(_, words, _) => Some(words.clone()),
+                _ => None,
+            });
+            (marks.collect::<Vec<usize>>(), words.collect::<Vec<String>>())
+        };
+        // Global slips are drawn above precursors; 2 and 3 are too close for both numbers.
+        assert_eq!(shown(None, None), (vec![1, 2], vec!["3".to_owned(), "0".to_owned()]));
+        assert_eq!(shown(Some(2.9e-5), Some(3.2e-5)).1, ["3", "2"]);
+        assert_eq!(curve(&run, Some(1.0), None).unwrap_err(), "run test has no records from 1 s to 0.0001 s");
+    }
+}

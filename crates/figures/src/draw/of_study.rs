@@ -1,0 +1,325 @@
+//! Figures of a parameter study, drawn from the rows of its tables as they pass.
+//!
+//! Each run contributes only the numbers that its figures show, and no more points of precursor
+//! lengths than paper resolves. Memory therefore grows by some tens of bytes per run, whatever the
+//! number of its events.
+
+pub(super) mod colours;
+mod curves;
+mod gather;
+mod map;
+pub(super) mod paper;
+
+use std::path::{Path, PathBuf};
+
+use crate::{Figure, Kind};
+use asperity_files::FileSet;
+use asperity_record::{Cell, Column};
+
+use super::plot::Picture;
+pub use super::print::about::Origins;
+use super::print::{self, about::About, files_of};
+use super::text::plain;
+use crate::draw::error::FigureError;
+use gather::Gathered;
+pub use gather::ScenarioOf;
+use paper::Paper;
+
+/// The tables whose rows are asked for.
+const TABLES: [&str; 2] = ["runs", "ruptures"];
+
+/// Gathers what figures show, and draws them.
+#[derive(Debug)]
+pub struct Drawer {
+    figures: Vec<Gathered>,
+}
+
+impl Drawer {
+    /// Of these figures.
+    pub fn new(figures: &[Figure]) -> Drawer {
+        Drawer { figures: figures.iter().cloned().map(Gathered::new).collect() }
+    }
+
+    /// A table with these columns begins.
+    pub fn begin(&mut self, table: &str, columns: &[Column]) {
+        let [runs, ruptures] = TABLES;
+        for figure in &mut self.figures {
+            if table == runs {
+                figure.find_columns(columns);
+            } else if table == ruptures {
+                figure.find_rupture_columns(columns);
+            }
+        }
+    }
+
+    /// A row of a table: the ruptures of a run come before the run.
+    pub fn row(&mut self, table: &str, cells: &[Cell]) {
+        let [runs, ruptures] = TABLES;
+        for figure in &mut self.figures {
+            if table == runs {
+                figure.run(cells);
+            } else if table == ruptures {
+                figure.rupture(cells);
+            }
+        }
+    }
+
+    /// Draws the figures into a folder, as files of a set, and says which files they are. A study that
+    /// has nothing to show yet gives figures without data. `provenance` is whether they name the code and
+    /// bear a line at their foot.
+    ///
+    /// # Errors
+    /// If the scenario of a run that a theory asks for is not to be had, or a file cannot be written.
+    pub fn draw(
+        &self,
+        scenario_of: ScenarioOf<'_>,
+        origins: &Origins,
+        provenance: bool,
+        files: &FileSet,
+        folder: &Path,
+    ) -> Result<Vec<PathBuf>, FigureError> {
+        let mut paths = Vec::new();
+        for gathered in &self.figures {
+            let file = &gathered.figure.file;
+            let failed = |problem: String| FigureError::Figure { file: file.clone(), problem };
+            let paper = match gathered.figure.kind {
+                Kind::PhaseMap { statistic, scattered } => map::paper(gathered, statistic, scattered),
+                Kind::Family { joined, theory } => curves::family(gathered, joined, theory, scenario_of),
+                Kind::Lengths { law } => curves::lengths(gathered, law, scenario_of),
+            };
+            let path = folder.join(file);
+            let paper = paper.map_err(failed)?;
+            let about = about(&gathered.figure, &paper, origins, provenance);
+            let page = paper.page(about.foot().as_deref()).map_err(failed)?;
+            print::write(&page, &about, files, &path)?;
+            paths.extend(files_of(&path));
+        }
+        Ok(paths)
+    }
+}
+
+/// The metadata of a figure.
+fn about(figure: &Figure, paper: &Paper, origins: &Origins, provenance: bool) -> About {
+    let (x, y) = (plain(&paper.x.label()), plain(&paper.y.label()));
+    let what = match figure.kind {
+        Kind::PhaseMap { .. } => format!("A number as colour over {x} and {y}"),
+        Kind::Family { .. } => format!("{y} against {x}"),
+        Kind::Lengths { .. } => format!("Precursor lengths: {y} against {x}"),
+    };
+    let title = if figure.title.is_empty() { what.clone() } else { plain(&figure.title) };
+    let mut caption = vec![what];
+    caption.extend(paper.bar.as_ref().map(|bar| format!("colour: {}", plain(&bar.scale.label()))));
+    let panels: Vec<String> =
+        paper.panels.iter().map(|panel| plain(&panel.title)).filter(|title| !title.is_empty()).collect();
+    caption.extend((!panels.is_empty()).then(|| format!("panels: {}", panels.join("; "))));
+    let rows: Vec<String> = paper.rows.iter().map(|(_, label)| plain(label)).collect();
+    caption.extend((!rows.is_empty()).then(|| format!("shown: {}", rows.join(", "))));
+    About { title, caption: caption.join("; ") + ".", origins: origins.clone(), provenance }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Axis, Figures, Key, Kind, Place, Statistic};
+    use asperity_record::{Cell, Column, ColumnKind, EventPayload, Rupture};
+    use asperity_testkit::scenario;
+
+    use super::gather::Gathered;
+    use super::paper::{Item, Paper};
+    use super::{Drawer, curves, map};
+
+    /// What is gathered for one figure of a sweep of tilts and stiffnesses.
+    fn gathered(figure: &str) -> Gathered {
+        let values = |values: &[f64]| values.iter().map(|value| Place::Number(*value)).collect();
+        let key = |path, numbers| Axis {
+            keys: vec![Key { path, is_number: true, log: false, values: values(numbers) }],
+            joined: true,
+        };
+        let axes = [key("normal_load.tilt", &[0.0, 0.5]), key("drive.stiffness_n_per_m", &[1.0, 2.0, 4.0])];
+        let figures: Figures = toml::from_str(figure).unwrap();
+        let mut drawer = Drawer::new(&figures.understand(&axes, true).unwrap());
+        let column =
+            |name: &'static str, kind| Column { name: name.into(), kind, unit: None, about: "".into() };
+        drawer.begin(
+            "runs",
+            &[
+                column("run", ColumnKind::Step),
+                column("normal_load.tilt", ColumnKind::Number),
+                column("drive.stiffness_n_per_m", ColumnKind::Number),
+                column("status", ColumnKind::Word),
+                column("first_slip_s", ColumnKind::Number),
+                column("blocks", ColumnKind::Count),
+            ],
+        );
+        drawer.begin("ruptures", Rupture::COLUMNS);
+        drawer.figures.remove(0)
+    }
+
+    /// Tells of a run, whose first slip may lack.
+    fn run(
+        to: &mut Gathered,
+        number: u64,
+        (tilt, stiffness): (f64, f64),
+        status: &'static str,
+        slip_s: Option<f64>,
+    ) {
+        let blocks = if status == "done" { Cell::Count(10) } else { Cell::Empty };
+        let slip = slip_s.map_or(Cell::Empty, Cell::Number);
+        to.run(&[
+            Cell::Step(number),
+            Cell::Number(tilt),
+            Cell::Number(stiffness),
+            Cell::Word(status),
+            slip,
+            blocks,
+        ]);
+    }
+
+    fn items(paper: &Paper) -> Vec<&Item> {
+        paper.panels.iter().flat_map(|panel| &panel.items).collect()
+    }
+
+    const MAP: &str = "[[phase-map]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'drive.stiffness_n_per_m'\n\
+        colour = 'first_slip_s'\n";
+
+    #[test]
+    fn what_is_missing_in_a_map_is_no_colour() {
+        let mut gathered = gathered(MAP);
+        let places = [(0.0, 1.0), (0.0, 2.0), (0.0, 4.0), (0.5, 1.0), (0.5, 2.0), (0.5, 4.0)];
+        for (n, place) in (1..).zip(places) {
+            let (status, slip_s) = match n {
+                2 => ("failed", None),
+                5 => ("done", None),
+                _ => ("done", Some(f64::from(n as u32))),
+            };
+            run(&mut gathered, n, place, status, slip_s);
+        }
+        let paper = map::paper(&gathered, Statistic::Median, false).unwrap();
+        let items = items(&paper);
+        let cells = items.iter().filter(|item| matches!(item, Item::Cell(..))).count();
+        let crossed: Vec<_> = items
+            .iter()
+            .filter_map(|item| if let Item::Crossed(at) = item { Some(*at) } else { None })
+            .collect();
+        assert_eq!((cells, crossed), (4, vec![(0.0, 2.0)]));
+        let rows: Vec<&str> = paper.rows.iter().map(|(_, label)| label.as_str()).collect();
+        assert_eq!(rows, ["none", "no run"]);
+        // The colours are those of the numbers there are: 1 to 6 and not from 0.
+        let bar = paper.bar.as_ref().unwrap();
+        assert_eq!(
+            (bar.scale.share(1.0), bar.scale.share(6.0), bar.scale.share(0.0)),
+            (Some(0.0), Some(1.0), None)
+        );
+        // Cells meet half way, and the outer ones are as wide on both sides.
+        let Item::Cell(low, high, _) = items[0] else { panic!("{items:?}") };
+        assert_eq!((*low, *high), ((-0.25, 0.5), (0.25, 1.5)));
+    }
+
+    #[test]
+    fn several_runs_in_a_place_are_one_number() {
+        let of = |statistic: &str| {
+            let text = MAP.replace("x = 'normal_load.tilt'", "x = 'drive.stiffness_n_per_m'").replace(
+                "y = 'drive.stiffness_n_per_m'",
+                &format!("y = 'normal_load.tilt'\nstatistic = '{statistic}'"),
+            );
+            let mut gathered = gathered(&text);
+            for (n, slip_s) in [1.0, 2.0, 6.0].into_iter().enumerate() {
+                run(&mut gathered, n as u64, (0.0, 1.0), "done", Some(slip_s));
+            }
+            run(&mut gathered, 9, (0.0, 2.0), "done", Some(0.0));
+            let Kind::PhaseMap { statistic, .. } = gathered.figure.kind else { panic!("a map") };
+            let bar = map::paper(&gathered, statistic, false).unwrap().bar.unwrap();
+            [2.0, 3.0, 1.0, 6.0].map(|value| bar.scale.share(value) == Some(1.0))
+        };
+        assert_eq!(of("median"), [true, false, false, false]);
+        assert_eq!(of("mean"), [false, true, false, false]);
+        assert_eq!(of("smallest"), [false, false, true, false]);
+        assert_eq!(of("largest"), [false, false, false, true]);
+    }
+
+    #[test]
+    fn a_curve_has_a_gap_where_no_run_has_the_number() {
+        let mut gathered = gathered(
+            "[[family]]\nfile = 'a.png'\nx = 'drive.stiffness_n_per_m'\ny = 'first_slip_s'\n\
+             over = ['normal_load.tilt']\n",
+        );
+        for (n, tilt) in [0.0, 0.5].into_iter().enumerate() {
+            let extra = n as f64;
+            run(&mut gathered, 1, (tilt, 1.0), "done", Some(1.0 + extra));
+            run(&mut gathered, 2, (tilt, 2.0), "done", None);
+            run(&mut gathered, 3, (tilt, 4.0), "done", Some(3.0 + extra));
+        }
+        let none = |_| Err("no scenario is asked for".to_owned());
+        let paper = curves::family(&gathered, true, None, &none).unwrap();
+        let items = items(&paper);
+        let line =
+            items.iter().find_map(|item| if let Item::Line(points, ..) = item { Some(points) } else { None });
+        let line = line.unwrap();
+        assert!(line[0] == (1.0, 1.5) && line[1].1.is_nan() && line[2] == (4.0, 3.5), "{line:?}");
+        assert!(!items.iter().any(|item| matches!(item, Item::Surface(..))), "no band across the gap");
+        let marks = items
+            .iter()
+            .find_map(|item| if let Item::Marks(points, ..) = item { Some(points.len()) } else { None });
+        assert_eq!(marks, Some(2));
+    }
+
+    /// A rupture from one block to another.
+    fn rupture(to: &mut Gathered, number: u64, onset_step: u64, blocks: (u32, u32), ft_fn: f64) {
+        let cell = |column: &Column| match column.name.as_ref() {
+            "rupture" => Cell::Step(number),
+            "onset_step" => Cell::Step(onset_step),
+            "first_block" => Cell::Count(blocks.0),
+            "last_block" => Cell::Count(blocks.1),
+            "reached_every_block" => Cell::Flag(blocks == (1, 10)),
+            "ft_fn_onset" => Cell::Number(ft_fn),
+            _ => Cell::Empty,
+        };
+        to.rupture(&Rupture::COLUMNS.iter().map(cell).collect::<Vec<Cell>>());
+    }
+
+    #[test]
+    fn precursors_are_found_in_whatever_order_ruptures_come() {
+        let mut gathered = gathered(
+            "[[lengths]]\nfile = 'a.png'\ncolour = 'normal_load.tilt'\nat = ['drive.stiffness_n_per_m=2']\n",
+        );
+        // By onset: 2, a shorter one, one that misses block 1, 5, the whole slider, and one after it.
+        for (number, onset_step, blocks, ft_fn) in [
+            (0, 40, (1, 5), 0.25),
+            (1, 10, (1, 2), 0.125),
+            (2, 20, (1, 1), 0.15),
+            (3, 30, (2, 8), 0.2),
+            (4, 60, (1, 7), 0.5),
+            (5, 50, (1, 10), 0.4),
+        ] {
+            rupture(&mut gathered, number, onset_step, blocks, ft_fn);
+        }
+        run(&mut gathered, 1, (0.5, 2.0), "done", None);
+        // What belongs to one run is not the next one's, nor shown if another stiffness is.
+        run(&mut gathered, 2, (0.0, 2.0), "done", None);
+        rupture(&mut gathered, 0, 10, (1, 3), 0.1);
+        run(&mut gathered, 3, (0.0, 4.0), "done", None);
+        let marks: Vec<(f64, f64)> = gathered
+            .marks
+            .iter()
+            .map(|(.., load, length)| (f64::from_bits(*load), f64::from_bits(*length)))
+            .collect();
+        let near = |found: (f64, f64), load: f64, length: f64| {
+            (found.0 / load - 1.0).abs() < 2e-4 && (found.1 / length - 1.0).abs() < 2e-4
+        };
+        assert!(marks.len() == 2 && near(marks[0], 0.125, 0.2) && near(marks[1], 0.25, 0.5), "{marks:?}");
+        // The law of each colour, as a line.
+        let tilts = [(1, "0.5"), (2, "0")];
+        let scenario_of = |run| {
+            let tilt = tilts.iter().find(|(of, _)| *of == run).map(|(_, tilt)| *tilt).ok_or("not shown")?;
+            Ok(scenario("default", &[format!("normal_load.tilt={tilt}")]).0)
+        };
+        let paper = curves::lengths(&gathered, None, &scenario_of).unwrap();
+        let lines: Vec<_> = items(&paper)
+            .into_iter()
+            .filter_map(|item| if let Item::Line(points, ..) = item { Some(points) } else { None })
+            .collect();
+        assert_eq!(lines.len(), 2);
+        // (5.22) for the tilted load, (5.57) for the even one: 0.45 at the end, and half of it half way.
+        assert!(lines.iter().all(|line| (line[200].0 - 0.45).abs() < 1e-12), "{lines:?}");
+        assert!(lines.iter().any(|line| (line[100].0 - 0.225).abs() < 1e-12));
+    }
+}

@@ -1,0 +1,154 @@
+//! Phase maps: a number as colour over two keys.
+
+use std::collections::BTreeMap;
+
+use crate::{Place, Statistic};
+
+use super::colours::{Colours, On};
+use super::gather::{Gathered, Values};
+use super::paper::{Item, Panel, Paper, Sample};
+use crate::draw::plot::{GREY, Marker};
+use crate::draw::scale::{Scale, number};
+
+/// The radius of a place where places are scattered.
+const DISC: i32 = 22;
+
+/// What is in a place: the numbers of its runs, and whether any of them is done.
+#[derive(Debug, Default)]
+struct Spot {
+    numbers: Vec<f64>,
+    done: bool,
+}
+
+pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) -> Result<Paper, String> {
+    let figure = &gathered.figure;
+    let mut spots: BTreeMap<(usize, u64, u64), Spot> = BTreeMap::new();
+    for sample in gathered.samples.iter().filter(|sample| sample.x.is_finite() && sample.y.is_finite()) {
+        let spot = spots.entry((sample.panel, bits(sample.x), bits(sample.y))).or_default();
+        spot.numbers.extend(sample.value);
+        spot.done |= sample.done;
+    }
+    for spot in spots.values_mut() {
+        spot.numbers.sort_by(f64::total_cmp);
+    }
+    let value = |spot: &Spot| statistic.of(&spot.numbers);
+    let values: Vec<f64> = spots.values().filter_map(value).collect();
+    let colour = figure.colour.as_ref().ok_or("a phase map has colours")?;
+    let colours =
+        Colours::of(Scale::of(&colour.label, colour.log, 0.0, values.iter().copied()), On::Surfaces);
+
+    let (xs, ys) = (sorted(spots.keys().map(|(_, x, _)| *x)), sorted(spots.keys().map(|(.., y)| *y)));
+    let margin = if scattered { 0.06 } else { 0.0 };
+    let scale = |quantity: &crate::Quantity, words: &Values, values: &[f64]| {
+        if quantity.is_word {
+            Scale::of_words(&quantity.label, &words.words())
+        } else {
+            let scale = Scale::of(&quantity.label, quantity.log, margin, values.iter().copied());
+            let edges = edges(&scale, values);
+            match (scattered, &edges[..]) {
+                (false, [first, .., last]) => scale.reaching(*first, *last),
+                _ => scale,
+            }
+        }
+    };
+    let x = scale(&figure.x, &gathered.across, &xs);
+    let y = scale(&figure.y, &gathered.upwards, &ys);
+    let (edges_x, edges_y) = (edges(&x, &xs), edges(&y, &ys));
+    let index = |all: &[f64], value: f64| all.partition_point(|other| *other < value);
+
+    let (mut is_empty, mut is_crossed) = (false, false);
+    let mut panels: BTreeMap<usize, Vec<Item>> = BTreeMap::new();
+    for ((panel, at_x, at_y), spot) in &spots {
+        let items = panels.entry(*panel).or_default();
+        let (at_x, at_y) = (f64::from_bits(*at_x), f64::from_bits(*at_y));
+        match value(spot).and_then(|value| colours.of_number(value)) {
+            Some(color) if scattered => items.push(Item::Discs(vec![(at_x, at_y)], DISC, color)),
+            Some(color) => {
+                let (nx, ny) = (index(&xs, at_x), index(&ys, at_y));
+                items.push(Item::Cell((edges_x[nx], edges_y[ny]), (edges_x[nx + 1], edges_y[ny + 1]), color));
+            }
+            None if spot.done => {
+                is_empty = true;
+                if scattered {
+                    items.push(Item::Marks(vec![(at_x, at_y)], Marker::Circle, GREY));
+                }
+            }
+            None => {
+                is_crossed = true;
+                items.push(Item::Crossed((at_x, at_y)));
+            }
+        }
+    }
+    let mut rows = Vec::new();
+    if is_empty {
+        let sample = if scattered { Sample::Marks(Marker::Circle, GREY) } else { Sample::Empty };
+        rows.push((sample, "none".to_owned()));
+    }
+    if is_crossed {
+        rows.push((Sample::Crossed, "no run".to_owned()));
+    }
+    Ok(Paper {
+        shape: None,
+        title: figure.title.clone(),
+        x,
+        y,
+        panels: in_order(gathered, panels),
+        bar: Some(colours),
+        heading: String::new(),
+        rows,
+    })
+}
+
+/// The panels in the order of their values, each with its title.
+pub(super) fn in_order(gathered: &Gathered, mut items: BTreeMap<usize, Vec<Item>>) -> Vec<Panel> {
+    let Some(facet) = &gathered.figure.facet else {
+        return vec![Panel { title: String::new(), items: items.remove(&0).unwrap_or_default() }];
+    };
+    let title = |place: &Place| {
+        let (label, unit) = match facet.label.rfind(" (") {
+            Some(at) if facet.label.ends_with(')') => facet.label.split_at(at),
+            _ => (facet.label.as_str(), ""),
+        };
+        let value = match place {
+            Place::Number(value) => number(*value),
+            Place::Word(word) => word.clone(),
+        };
+        format!("{label} = {value}{}", unit.replace(['(', ')'], ""))
+    };
+    let order = gathered.panels.in_order().into_iter();
+    let panel = |n: usize| Panel {
+        title: title(&gathered.panels.places[n]),
+        items: items.remove(&n).unwrap_or_default(),
+    };
+    order.map(panel).collect()
+}
+
+/// A key for ordered maps; positive and negative zero are one.
+fn bits(value: f64) -> u64 {
+    (value + 0.0).to_bits()
+}
+
+fn sorted(bits: impl Iterator<Item = u64>) -> Vec<f64> {
+    let mut values: Vec<f64> = bits.map(f64::from_bits).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+/// Where cells about these values begin and end.
+fn edges(scale: &Scale, values: &[f64]) -> Vec<f64> {
+    match values {
+        [] => Vec::new(),
+        [only] => {
+            let (low, high) = scale.about(*only);
+            vec![low, high]
+        }
+        [first, second, ..] => {
+            let [.., before, last] = values else { return Vec::new() };
+            let mut edges = vec![scale.beyond(*second, *first)];
+            edges.extend(values.windows(2).map(|pair| scale.between_values(pair[0], pair[1])));
+            edges.push(scale.beyond(*before, *last));
+            edges
+        }
+    }
+}

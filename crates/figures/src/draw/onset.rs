@@ -1,0 +1,131 @@
+//! `tau_n` along the slider when the first precursor starts, with (5.45) and the
+//! exact decay of the discrete chain (Figures 5.19, 5.20).
+
+use asperity_model::analytic;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, Labelled, Parts, run_names};
+use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
+use asperity_numbers::AFFECTED_THRESHOLD;
+use asperity_numbers::curves::first_onset_fields;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Onset {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// How many blocks to show from the driven end.
+    blocks: u32,
+    /// Whether to show the decay on a logarithmic axis.
+    logarithmic: bool,
+    /// The runs, one in each panel, each with its title.
+    panel: Vec<Labelled>,
+}
+
+/// The least force that is visible on a linear axis, over that on block 1.
+const SEEN: f64 = 0.005;
+
+/// How many blocks are shown on it, over those that bear such a force.
+const ZEROS: f64 = 1.6;
+
+/// Where the logarithmic axis ends, as a power of ten of the force on block 1.
+const FLOOR: f64 = -4.0;
+
+impl Figure for Onset {
+    type Part = Panel;
+
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        run_names(&self.panel)
+    }
+
+    fn wants(&self) -> Wants {
+        Wants::STATES
+    }
+
+    fn part(&self, run: &RunData) -> Result<Panel, String> {
+        self.panel(run)
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let mut panels = self
+            .panel
+            .iter()
+            .map(|labelled| Ok(Panel { title: labelled.label.clone(), ..labelled.find(&parts)?.clone() }))
+            .collect::<Result<Vec<Panel>, String>>()?;
+        Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
+    }
+}
+
+impl Onset {
+    /// All but its title.
+    fn panel(&self, run: &RunData) -> Result<Panel, String> {
+        let fields = first_onset_fields(run)
+            .ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
+        let tau = &fields.tangential_force_n;
+        let first = tau[0];
+        let last = f64::from(self.blocks.min(run.header.blocks));
+        // Farther on, a linear axis shows nothing but zeros.
+        let is_seen = |force: &f64| force.abs() > SEEN * first.abs();
+        let seen = tau.iter().rposition(is_seen).map_or(1, |n| n + 1) as f64;
+        let last = if self.logarithmic { last } else { last.min((seen * ZEROS).ceil()) };
+        let show = |force: f64| if self.logarithmic { (force / first).max(0.0).log10() } else { force };
+        let blocks = |at: &dyn Fn(f64) -> f64, step: f64| -> Vec<(f64, f64)> {
+            let count = ((last - 1.0) / step).round() as usize;
+            (0..=count).map(|i| 1.0 + i as f64 * step).map(|n| (n, show(at(n)))).collect()
+        };
+        let continuous = |n: f64| {
+            let distance_m = (n - 1.0) * run.plan.spacing_m;
+            analytic::stuck_tangential_force(first, 0.0, distance_m, run.plan.screening_length_m())
+        };
+        let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
+        let discrete = |n: f64| first * decay.powf(n - 1.0);
+        let simulated = tau.iter().take(last as usize).enumerate();
+        let mut series = vec![Series {
+            label: "simulated".to_owned(),
+            points: simulated.map(|(n, &force)| (n as f64 + 1.0, show(force))).collect(),
+            look: Look::Marks(Marker::Circle, INK),
+        }];
+        // Slabs screen a force otherwise than chains do.
+        if run.plan.elastic.has_theory() {
+            let theory = [
+                Series {
+                    label: "eq. (5.45)".to_owned(),
+                    points: blocks(&continuous, 0.1),
+                    look: Look::Line(Dash::Dashed, BLUE),
+                },
+                Series {
+                    label: "discrete chain".to_owned(),
+                    points: blocks(&discrete, 0.1),
+                    look: Look::Line(Dash::Solid, RED),
+                },
+            ];
+            series.splice(0..0, theory);
+        }
+        if self.logarithmic {
+            series.push(Series {
+                label: format!("{} %", AFFECTED_THRESHOLD * 100.0),
+                points: vec![(0.0, AFFECTED_THRESHOLD.log10()), (last + 1.0, AFFECTED_THRESHOLD.log10())],
+                look: Look::Line(Dash::Dotted, GREY),
+            });
+        }
+        Ok(Panel {
+            title: String::new(),
+            x: Axis::new("block n", 0.0, last + 1.0),
+            y: if self.logarithmic {
+                Axis::decades("τ_n/τ_1", FLOOR, 0.3)
+            } else {
+                Axis::new("τ_n (N)", -0.05 * first, 1.1 * first)
+            },
+            series,
+            legend: Corner::TopRight,
+            note: String::new(),
+        })
+    }
+}

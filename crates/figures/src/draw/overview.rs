@@ -1,0 +1,125 @@
+//! A run on one page.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::full_page::FullPage;
+use super::kind::{Figure, of_one_run};
+use super::plot::Sheet;
+use super::scale::number;
+use super::which::{Sort, sorted};
+use super::{load_ruptures, recurrence, sizes, space_time};
+use asperity_numbers::distributions::{SizeLaw, TimeLaw};
+use asperity_numbers::fronts::crossing_s;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Overview {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the page; scenario, parameter set, N and Δt if absent.
+    #[serde(default)]
+    title: String,
+}
+
+impl Figure for Overview {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants { arrivals: true, windows: true, ..Wants::LOADS }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let header = &run.header;
+        let title = if self.title.is_empty() {
+            format!(
+                "{}, {}, N = {}, Δt = {} s",
+                header.scenario,
+                header.parameter_set,
+                header.blocks,
+                number(header.time_step_s)
+            )
+        } else {
+            self.title.clone()
+        };
+        let of_sizes = sizes::part(run, 1)?;
+        let of_times = recurrence::part(run, None)?;
+        let sizes = sizes::distribution(&[("ruptures", &of_sizes)], 1, SizeLaw::PowerLaw)?;
+        let recurrence = recurrence::distribution(&[("global slips", &of_times)], TimeLaw::Weibull);
+        let load = load_ruptures::curve(run, None, None)?;
+        let map = space_time::map(run, None, [None, None], [None, None])?;
+        Ok(Sheet::Other(Arc::new(FullPage {
+            title,
+            wide: vec![load, map],
+            beside: vec![sizes, recurrence],
+            numbers: numbers(run)?,
+        })))
+    }
+}
+
+/// The numbers of a run that one asks for first.
+fn numbers(run: &RunData) -> Result<Vec<(String, String)>, String> {
+    let ruptures = sorted(run)?;
+    let count = |sort: Sort| ruptures.iter().filter(|(_, of)| *of == sort).count().to_string();
+    let first_global =
+        ruptures.iter().find(|(_, sort)| *sort == Sort::GlobalSlip).map(|(rupture, _)| rupture);
+    let longest =
+        ruptures.iter().rev().find(|(_, sort)| *sort == Sort::Precursor).map(|(rupture, _)| rupture);
+    let or_none = |text: Option<String>| text.unwrap_or_else(|| "none".to_owned());
+    // Short runs slip within microseconds.
+    let time = |time_s: f64| if time_s < 0.1 { number(time_s) } else { format!("{time_s:.4}") };
+    let at = |time_s: f64, ft_fn: f64| format!("t = {} s, F_T/F_N = {ft_fn:.4}", time(time_s));
+    let friction = &run.plan.friction;
+    let largest = run.loads().iter().map(|load| load.load_ratio()).fold(f64::NEG_INFINITY, f64::max);
+    let c_m_per_s = run.plan.spacing_m / crossing_s(run);
+    let speed = first_global.and_then(|rupture| rupture.front_speed_up_m_per_s);
+    let rows = [
+        ("μ_s, μ_d", format!("{}, {}", friction.static_coefficient, friction.dynamic_coefficient)),
+        ("F_N at the start", format!("{:.1} N", run.plan.total_normal_load_n)),
+        ("wave speed c", format!("{c_m_per_s:.1} m/s")),
+        ("duration", format!("{} s", run.plan.grid.time_s(run.header.steps))),
+        ("slip events", run.slips.len().to_string()),
+        ("ruptures", ruptures.len().to_string()),
+        ("precursors", count(Sort::Precursor)),
+        ("global slips", count(Sort::GlobalSlip)),
+        ("first rupture", or_none(ruptures.first().map(|(first, _)| at(first.onset_s, first.ft_fn_onset)))),
+        ("first global slip", or_none(first_global.map(|first| at(first.onset_s, first.ft_fn_onset)))),
+        (
+            "its front, upwards",
+            or_none(speed.map(|speed| format!("{speed:.1} m/s = {:.3} c", speed / c_m_per_s))),
+        ),
+        ("longest precursor", or_none(longest.map(|longest| format!("{} blocks", longest.last_block)))),
+        ("largest F_T/F_N", format!("{largest:.4}")),
+    ];
+    Ok(rows.into_iter().map(|(of, number)| (of.to_owned(), number.replace('-', "\u{2212}"))).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::numbers;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    #[test]
+    fn the_first_numbers_are_those_of_the_run() {
+        let mut run = made_up::run("", &EVENTS);
+        run.header.steps = 1000;
+        let of = |run: &_, what: &str| {
+            let numbers = numbers(run).unwrap();
+            numbers.into_iter().find(|(of, _)| of == what).map(|(_, number)| number).unwrap()
+        };
+        made_up::with_ruptures(&mut run, &[&[(1, 100, Some(101))], &[(1, 200, None), (2, 210, None)]]);
+        assert_eq!(of(&run, "precursors"), "2");
+        assert_eq!(of(&run, "first global slip"), "none");
+        assert_eq!(of(&run, "longest precursor"), "2 blocks");
+        made_up::with_ruptures(&mut run, &[&[(1, 100, None), (2, 110, None), (3, 120, None)]]);
+        assert_eq!((of(&run, "precursors"), of(&run, "global slips")), ("0".to_owned(), "1".to_owned()));
+        assert_eq!(of(&run, "first global slip"), "t = 10^{\u{2212}5} s, F_T/F_N = 0.0000");
+        assert_eq!(of(&run, "slip events"), "7");
+    }
+}

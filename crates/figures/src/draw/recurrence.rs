@@ -1,0 +1,206 @@
+//! How the times between ruptures are distributed, and what is fitted to it.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{Dash, Sheet, nth};
+use super::scale::Scale;
+use super::sizes::{band, fit_words, steps, with_error};
+use super::which::{Clock, before_first_global_slip, sorted};
+use asperity_numbers::distributions::{TimeFit, TimeLaw, half_band, survival};
+use asperity_numbers::estimate::Estimate;
+use asperity_numbers::goodness::Test;
+use asperity_numbers::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Recurrence {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The runs, each with what the legend calls it.
+    series: Vec<Labelled>,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// The smallest rupture that counts, in blocks; global slips alone if absent. Times are from onset to
+    /// onset of those that follow each other, from the first global slip on.
+    from_blocks: Option<u32>,
+    /// What is fitted, by maximum likelihood.
+    #[serde(default)]
+    fit: TimeLaw,
+}
+
+/// What is shown of a run.
+pub(crate) struct Part {
+    /// Times between ruptures from the first global slip on; between all where there is none.
+    times_s: Vec<f64>,
+    any_global_slip: bool,
+}
+
+impl Figure for Recurrence {
+    type Part = Part;
+
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        run_names(&self.series)
+    }
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        part(run, self.from_blocks)
+    }
+
+    fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
+        let paper = distribution(&with_parts(&self.series, &parts)?, self.fit);
+        Ok(Sheet::Other(Arc::new(Paper { title: self.title.clone(), ..paper })))
+    }
+}
+
+pub(super) fn part(run: &RunData, from_blocks: Option<u32>) -> Result<Part, String> {
+    let counts = |rupture: &asperity_record::Rupture| match from_blocks {
+        Some(from_blocks) => rupture.reach().count() >= from_blocks,
+        None => rupture.reached_every_block,
+    };
+    let ruptures = sorted(run)?;
+    let first_global = before_first_global_slip(&ruptures);
+    let onsets: Vec<f64> = ruptures[first_global.unwrap_or(0)..]
+        .iter()
+        .filter(|(rupture, _)| counts(rupture))
+        .map(|(rupture, _)| rupture.onset_s)
+        .collect();
+    let times_s = onsets.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    Ok(Part { times_s, any_global_slip: first_global.is_some() })
+}
+
+pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
+    const POINTS: u32 = 200;
+    let (mut behind, mut items, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+    let longest_s = series.iter().flat_map(|(_, part)| &part.times_s).copied().fold(0.0, f64::max);
+    let times = || series.iter().flat_map(|(_, part)| &part.times_s).copied();
+    let shortest_s = times().fold(longest_s, f64::min);
+    // Times that are nearly the same are shown without what is far below them.
+    let from_s =
+        if shortest_s > 0.5 * longest_s { (1.6 * shortest_s - 0.6 * longest_s).max(0.0) } else { 0.0 };
+    let to_s = if longest_s > 0.0 { longest_s + 0.15 * (longest_s - from_s) } else { 1.0 };
+    let clock = Clock::of(0.0, to_s, 0.0);
+    let unit = clock.label.trim_start_matches("t (").trim_end_matches(')').to_owned();
+    for (index, (label, part)) in series.iter().enumerate() {
+        let (_, dash, color) = nth(index);
+        let count = part.times_s.len();
+        rows.push((Sample::Line(Dash::Solid, color), format!("{label}: {count}")));
+        if count > 0 {
+            let mut shares = survival(&part.times_s);
+            // Before the shortest time all are longer, and none beyond the longest.
+            shares.insert(0, (from_s, 1.0));
+            shares.push((to_s, 0.0));
+            let course = steps(&shares);
+            let placed = |course: &[(f64, f64)]| -> Vec<(f64, f64)> {
+                course.iter().map(|(time_s, share)| (clock.place(*time_s), *share)).collect()
+            };
+            behind.push(Item::Surface(band(&placed(&course), half_band(count), 0.0), color, 0.13));
+            items.push(Item::Line(placed(&course), Dash::Solid, color));
+        }
+        match TimeFit::of(&part.times_s, law) {
+            _ if law == TimeLaw::None => {}
+            _ if !part.any_global_slip && count > 0 => {
+                rows.push((Sample::Nothing, "no fit before a global slip".to_owned()));
+            }
+            Some(fit) => {
+                let times = (0..=POINTS).map(|n| from_s + (to_s - from_s) * f64::from(n) / f64::from(POINTS));
+                let course = times.map(|time_s| (clock.place(time_s), fit.survival(time_s))).collect();
+                let dash = if dash == Dash::Solid { Dash::Dashed } else { dash };
+                items.push(Item::Line(course, dash, color));
+                let test = Test::of_times(&fit, &part.times_s, law);
+                let (first, rest) = words(fit, &clock, &unit, test);
+                rows.push((Sample::Line(dash, color), first));
+                rows.extend(rest.into_iter().flatten().map(|words| (Sample::Nothing, words)));
+            }
+            None => rows.push((Sample::Nothing, "too few for a fit".to_owned())),
+        }
+    }
+    if !behind.is_empty() {
+        rows.push((Sample::Surface(nth(0).2, 0.13), "95 %".to_owned()));
+    }
+    behind.extend(items);
+    Paper {
+        shape: None,
+        title: String::new(),
+        x: Scale::between(&format!("T between onsets ({unit})"), clock.place(from_s), clock.place(to_s)),
+        y: Scale::between("share of longer times", 0.0, 1.04),
+        panels: vec![Panel { title: String::new(), items: behind }],
+        bar: None,
+        heading: String::new(),
+        rows,
+    }
+}
+
+/// The law that was fitted; its second parameter, and the test.
+fn words(fit: TimeFit, clock: &Clock, unit: &str, test: Test) -> (String, [Option<String>; 2]) {
+    let time = |Estimate { value, error }: Estimate| {
+        let placed = Estimate { value: clock.place(value), error: clock.place(error) };
+        format!("({}) {unit}", with_error(placed))
+    };
+    let (law, first, second) = match fit {
+        TimeFit::Weibull { shape, scale_s } => {
+            ("Weibull", format!("κ = {}", with_error(shape)), Some(format!("T_0 = {}", time(scale_s))))
+        }
+        TimeFit::LogNormal { median_s, spread } => {
+            ("log-normal", format!("σ = {}", with_error(spread)), Some(format!("median {}", time(median_s))))
+        }
+        TimeFit::Exponential { mean_s } => ("exponential", format!("mean {}", time(mean_s)), None),
+    };
+    let (first, tested) = fit_words(law, &first, test);
+    (first, [second.filter(|_| !test.rejects()), tested])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TimeLaw, distribution, part};
+    use asperity_testkit::made_up::{self, Passed};
+
+    #[test]
+    fn times_are_between_onsets_of_those_that_count() {
+        let mut run = made_up::run("", &[(100, 101, &[1])]);
+        let all =
+            |onset: u64| -> [Passed; 3] { [(1, onset, None), (2, onset + 1, None), (3, onset + 2, None)] };
+        let [early, one]: [&[Passed]; 2] = [&[(1, 50, Some(60))], &[(1, 250, Some(260))]];
+        made_up::with_ruptures(
+            &mut run,
+            &[early, &all(100), &all(200), one, &all(320), &all(400), &all(501), &all(600)],
+        );
+        let steps = |from_blocks| -> Vec<i64> {
+            let times_s = part(&run, from_blocks).unwrap().times_s;
+            times_s.iter().map(|time_s| (time_s / 1e-7).round() as i64).collect()
+        };
+        assert_eq!(steps(None), [100, 120, 80, 101, 99]);
+        // Not the one before the first global slip.
+        assert_eq!(steps(Some(1)), [100, 50, 70, 80, 101, 99]);
+        let words = |law, from_blocks| -> Vec<String> {
+            let paper = distribution(&[("A", &part(&run, from_blocks).unwrap())], law);
+            paper.rows.into_iter().map(|(_, words)| words).collect()
+        };
+        // Times this even do not come at random: half of exp(-t/T) is shorter than 0.69 T, and the
+        // shortest of these is 0.8 T.
+        let rejected = words(TimeLaw::Exponential, None);
+        assert_eq!([&rejected[0], &rejected[2]], ["A: 5", "95 %"]);
+        assert!(rejected[1].starts_with("exponential rejected: KS 0.551 > 0."), "{rejected:?}");
+        assert_eq!(words(TimeLaw::None, None), ["A: 5", "95 %"]);
+        let accepted = words(TimeLaw::Weibull, None);
+        assert!(
+            accepted[1].starts_with("Weibull, κ = ") && accepted[2].starts_with("T_0 = ("),
+            "{accepted:?}"
+        );
+        assert!(accepted[3].contains(" ≤ "), "{accepted:?}");
+        assert_eq!(words(TimeLaw::Weibull, Some(9)), ["A: 0", "too few for a fit"]);
+        run.ruptures = None;
+        made_up::with_ruptures(&mut run, &[early, one, one]);
+        let paper = distribution(&[("A", &part(&run, Some(1)).unwrap())], TimeLaw::Weibull);
+        assert_eq!(paper.rows[1].1, "no fit before a global slip");
+    }
+}

@@ -1,0 +1,383 @@
+//! Axes and colour bars: where a value stands, and which values are labelled.
+
+/// Most marks between the ends of an axis.
+const MOST_TICKS: f64 = 7.0;
+
+/// Least and largest magnitude of an end of an axis that is not zero: beyond them the power of ten that
+/// is taken out of its numbers is no double.
+const LEAST: f64 = 1e-290;
+const LARGEST: f64 = 1e290;
+
+/// Least length of an axis over its larger end: a hundred marks are still different doubles.
+const LEAST_LENGTH: f64 = 1e-12;
+
+/// Two ends that an axis can have: finite, in ascending order, and apart.
+///
+/// The load of a slider at rest, the length of precursors of which there are none or the time of a run
+/// that has none give two ends alike, and a number that overflowed gives none. Ends that are too close
+/// for marks between them move apart by a tenth to either side; zero alone, or what is no number,
+/// becomes 0 to 1.
+pub(super) fn ends(from: f64, to: f64) -> (f64, f64) {
+    let bounded = |end: f64| match end.abs() {
+        size if size < LEAST => 0.0,
+        size if size > LARGEST => LARGEST.copysign(end),
+        _ => end,
+    };
+    let (from, to) = ascending(from, to).map_or((0.0, 0.0), |(from, to)| (bounded(from), bounded(to)));
+    let larger = from.abs().max(to.abs());
+    if larger == 0.0 {
+        (0.0, 1.0)
+    } else if to - from < LEAST_LENGTH * larger {
+        (from - 0.1 * larger, to + 0.1 * larger)
+    } else {
+        (from, to)
+    }
+}
+
+/// Least length of a logarithmic axis, in powers of ten.
+const LEAST_POWERS: f64 = 1e-6;
+
+/// The ends of a logarithmic axis as decimal logarithms: ends that are too close move apart by half
+/// a decade to either side.
+pub(super) fn powers(from: f64, to: f64) -> (f64, f64) {
+    let bounded = |power: f64| power.clamp(LEAST.log10(), LARGEST.log10());
+    match ascending(from, to).map(|(from, to)| (bounded(from), bounded(to))) {
+        None => (0.0, 1.0),
+        Some((from, to)) if to - from < LEAST_POWERS => (from - 0.5, to + 0.5),
+        Some(ends) => ends,
+    }
+}
+
+/// Two ends in ascending order; one that is no number gives way to the other.
+fn ascending(from: f64, to: f64) -> Option<(f64, f64)> {
+    let ends = || [from, to].into_iter().filter(|end| end.is_finite());
+    Some((ends().reduce(f64::min)?, ends().reduce(f64::max)?))
+}
+
+/// An axis, or a colour bar.
+#[derive(Debug, Clone)]
+pub(crate) struct Scale {
+    label: String,
+    from: f64,
+    to: f64,
+    log: bool,
+    /// Names of the values 0, 1 and so on, if it is one of words.
+    words: Vec<String>,
+    /// Whether only whole numbers are labelled.
+    whole: bool,
+}
+
+/// A mark on an axis; those between bear no label.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tick {
+    pub(crate) at: f64,
+    pub(crate) label: String,
+}
+
+impl Scale {
+    /// A scale that holds these values, with a margin as a share of its length on both sides.
+    /// Values that have no place on a logarithmic scale are left out.
+    pub(crate) fn of(
+        label: &str,
+        log: bool,
+        margin: f64,
+        values: impl Iterator<Item = f64> + Clone,
+    ) -> Scale {
+        let place = |value: f64| if log { value.log10() } else { value };
+        let places = || values.clone().map(place).filter(|place| place.is_finite());
+        let (low, high) =
+            (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) = if log { powers(low, high) } else { ends(low, high) };
+        let space = margin * (high - low);
+        let whole = !log && values.clone().all(|value| value.fract() == 0.0);
+        let (from, to) = (low - space, high + space);
+        let scale = if log { Scale::logarithms(label, from, to) } else { Scale::between(label, from, to) };
+        scale.in_whole_numbers(whole)
+    }
+
+    /// Extends the axis to zero, unless more than half of it would be empty.
+    pub(crate) fn down_to_zero(mut self, lowest: f64) -> Scale {
+        if !self.log && lowest >= 0.0 && lowest <= 0.5 * self.to {
+            self.from = 0.0;
+        }
+        self
+    }
+
+    /// A scale of words, one after the other.
+    pub(crate) fn of_words(label: &str, words: &[String]) -> Scale {
+        let to = words.len() as f64 - 0.5;
+        Scale { words: words.to_vec(), whole: true, ..Scale::between(label, -0.5, to) }
+    }
+
+    /// A scale with these ends, whatever values it holds; two alike, or no numbers, give way to [`ends`].
+    pub(crate) fn between(label: &str, from: f64, to: f64) -> Scale {
+        let (from, to) = ends(from, to);
+        Scale { label: label.to_owned(), from, to, log: false, words: Vec::new(), whole: false }
+    }
+
+    /// Labels only whole numbers, if `whole`.
+    pub(super) fn in_whole_numbers(self, whole: bool) -> Scale {
+        Scale { whole, ..self }
+    }
+
+    /// A logarithmic scale with these powers of ten as its ends.
+    pub(super) fn logarithms(label: &str, from: f64, to: f64) -> Scale {
+        let (from, to) = powers(from, to);
+        Scale { log: true, ..Scale::between(label, from, to) }
+    }
+
+    /// A scale with these ends, given as its values.
+    pub(crate) fn reaching(mut self, from: f64, to: f64) -> Scale {
+        (self.from, self.to) = if self.log { powers(from.log10(), to.log10()) } else { ends(from, to) };
+        self
+    }
+
+    /// A scale with zero in its middle, if it has values of both signs: one that is a millionth of
+    /// the other is rounding.
+    pub(crate) fn about_zero(&self) -> Option<Scale> {
+        let (low, high) = (-self.from, self.to);
+        let is_signed = !self.log && self.words.is_empty() && low.min(high) > 1e-6 * low.max(high);
+        is_signed.then(|| self.clone().reaching(-low.max(high), low.max(high)))
+    }
+
+    /// How far along it a value stands, or the end that is next to it.
+    pub(crate) fn nearest_share(&self, value: f64) -> f64 {
+        let place = if self.log { value.log10() } else { value };
+        ((place - self.from) / (self.to - self.from)).clamp(0.0, 1.0)
+    }
+
+    /// How far along it a value stands, from 0 to 1; none if it is not on it.
+    pub(crate) fn share(&self, value: f64) -> Option<f64> {
+        let place = if self.log { value.log10() } else { value };
+        let share = (place - self.from) / (self.to - self.from);
+        (-1e-9..=1.0 + 1e-9).contains(&share).then_some(share)
+    }
+
+    /// The middle between two values.
+    pub(crate) fn between_values(&self, a: f64, b: f64) -> f64 {
+        if self.log { (a * b).sqrt() } else { (a + b) / 2.0 }
+    }
+
+    /// A value beyond `b`, as far from it as half of what `a` is from it.
+    pub(crate) fn beyond(&self, a: f64, b: f64) -> f64 {
+        if self.log { b * (b / a).sqrt() } else { b + (b - a) / 2.0 }
+    }
+
+    /// The ends of a cell about a value that stands alone.
+    pub(crate) fn about(&self, value: f64) -> (f64, f64) {
+        if !self.words.is_empty() {
+            (value - 0.5, value + 0.5)
+        } else if self.log {
+            (10f64.powf(self.from), 10f64.powf(self.to))
+        } else {
+            (self.from, self.to)
+        }
+    }
+
+    /// Its label, with the power of ten that is taken out of its numbers.
+    pub(crate) fn label(&self) -> String {
+        let power = self.power();
+        if power == 0 {
+            return self.label.clone();
+        }
+        let ten = format!("10^{{{}}}", minus(&power.to_string()));
+        match self.label.rfind('(') {
+            Some(at) if self.label.ends_with(')') => {
+                format!("{}({ten} {}", &self.label[..at], &self.label[at + 1..])
+            }
+            _ => format!("{} ({ten})", self.label),
+        }
+    }
+
+    fn power(&self) -> i32 {
+        let largest = self.from.abs().max(self.to.abs());
+        let is_plain = self.log || !self.words.is_empty() || (1e-2..1e5).contains(&largest) || largest == 0.0;
+        if is_plain { 0 } else { (largest.log10() + 1e-9).floor() as i32 }
+    }
+
+    /// The values that are labelled.
+    pub(crate) fn ticks(&self) -> Vec<Tick> {
+        self.ticks_at_most(MOST_TICKS)
+    }
+
+    /// The ticks of the axis, at most about as many between the ends as there is room for.
+    pub(crate) fn ticks_at_most(&self, most: f64) -> Vec<Tick> {
+        if !self.words.is_empty() {
+            let tick = |(n, word): (usize, &String)| Tick { at: n as f64, label: word.clone() };
+            return self.words.iter().enumerate().map(tick).collect();
+        }
+        if self.log {
+            return self.decades();
+        }
+        let unit = 10f64.powi(self.power());
+        let (from, to) = (self.from / unit, self.to / unit);
+        let rough = (to - from) / most.max(2.0);
+        let decade = 10f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * decade);
+        let step = step.into_iter().find(|step| *step >= rough * 0.999).unwrap_or(10.0 * decade);
+        let step = if self.whole && unit == 1.0 { step.max(1.0) } else { step };
+        let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+        let (first, last) = ((from / step - 1e-9).ceil() as i64, (to / step + 1e-9).floor() as i64);
+        (first..=last)
+            .map(|n| {
+                let value = n as f64 * step;
+                Tick { at: value * unit, label: minus(&format!("{value:.decimals$}")) }
+            })
+            .collect()
+    }
+
+    /// Powers of ten, and where there are few of them numbers between.
+    fn decades(&self) -> Vec<Tick> {
+        let (first, last) = ((self.from - 1e-9).ceil() as i32, (self.to + 1e-9).floor() as i32);
+        let every = ((last - first) / 8 + 1).max(1) as usize;
+        if last - first >= 2 {
+            // All in the same way: 0.1 beside 10^{−4} is harder to read.
+            let are_plain = first >= -2 && last <= 3;
+            let label = |n: i32| if are_plain { number(10f64.powi(n)) } else { power_of_ten(n) };
+            let tick = |n: i32| Tick { at: 10f64.powi(n), label: label(n) };
+            return (first..=last).step_by(every).map(tick).collect();
+        }
+        let is_within = |value: &f64| (self.from - 1e-9..=self.to + 1e-9).contains(&value.log10());
+        let all = |factors: &[f64]| -> Vec<f64> {
+            let values =
+                (first - 1..=last).flat_map(|n| factors.iter().map(move |factor| factor * 10f64.powi(n)));
+            values.filter(is_within).collect()
+        };
+        let few = all(&[1.0, 2.0, 5.0]);
+        let values = if few.len() < 3 { all(&[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]) } else { few };
+        values.into_iter().map(|at| Tick { at, label: number(at) }).collect()
+    }
+
+    /// Values marked without a label: those between powers of ten.
+    pub(crate) fn between_ticks(&self) -> Vec<f64> {
+        if !self.log {
+            return Vec::new();
+        }
+        let decades = self.from.floor() as i32..=self.to.ceil() as i32;
+        let values = decades.flat_map(|n| (1..10).map(move |factor| f64::from(factor) * 10f64.powi(n)));
+        values.filter(|value| self.share(*value).is_some()).collect()
+    }
+}
+
+fn power_of_ten(n: i32) -> String {
+    format!("10^{{{}}}", minus(&n.to_string()))
+}
+
+/// A number as it stands in a figure: four digits, and very large and small ones with a power of
+/// ten.
+pub(crate) fn number(value: f64) -> String {
+    let plain = |value: f64, digits: i32| {
+        let decimals = (digits - 1 - value.abs().log10().floor() as i32).max(0) as usize;
+        let text = format!("{value:.decimals$}");
+        let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        minus(short)
+    };
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if (1e-3..1e5).contains(&value.abs()) {
+        return plain(value, 4);
+    }
+    let power = (value.abs().log10() + 1e-12).floor() as i32;
+    let (digits, ten) = (plain(value / 10f64.powi(power), 4), minus(&power.to_string()));
+    if digits == "1" { format!("10^{{{ten}}}") } else { format!("{digits}·10^{{{ten}}}") }
+}
+
+/// With the sign as it is printed; a rounded zero has none.
+fn minus(text: &str) -> String {
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
+        Some(digits) => format!("\u{2212}{digits}"),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Scale, ends, number};
+    use crate::draw::plot::Axis;
+
+    fn labels(scale: &Scale) -> Vec<String> {
+        scale.ticks().into_iter().map(|tick| tick.label).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_and_powers_of_ten_are_powers() {
+        let of = |log, values: &[f64]| Scale::of("t (s)", log, 0.0, values.iter().copied());
+        assert_eq!(labels(&of(false, &[-0.5, 0.5])), ["−0.4", "−0.2", "0.0", "0.2", "0.4"]);
+        assert_eq!(labels(&of(false, &[0.0, 3.0])), ["0", "1", "2", "3"]);
+        let small = of(false, &[1e-8, 4e-8]);
+        assert_eq!(
+            (labels(&small).concat().as_str(), small.label().as_str()),
+            ("1.01.52.02.53.03.54.0", "t (10^{−8} s)")
+        );
+        assert_eq!(labels(&of(true, &[1e-8, 1e-4])), ["10^{−8}", "10^{−7}", "10^{−6}", "10^{−5}", "10^{−4}"]);
+        assert_eq!(labels(&of(true, &[0.04, 0.6])), ["0.05", "0.1", "0.2", "0.5"]);
+        assert_eq!(of(true, &[0.01, 1.0]).share(0.1), Some(0.5));
+        // One value, none, and one that has no place.
+        assert!((of(false, &[2.0]).share(2.0).unwrap() - 0.5).abs() < 1e-12);
+        assert!(!labels(&of(false, &[])).is_empty());
+        assert_eq!(of(true, &[0.0, 1.0, 100.0]).share(10.0), Some(0.5));
+    }
+
+    /// A run of one step, a slider at rest and numbers that overflowed gave such ends; drawing their
+    /// marks panicked.
+    #[test]
+    fn whatever_its_ends_an_axis_has_marks() {
+        const ENDS: [f64; 15] = [
+            0.0,
+            -0.0,
+            1.0,
+            1.0 + f64::EPSILON,
+            -3.0,
+            5e-324,
+            1e-320,
+            2e-308,
+            1e-12,
+            1e5,
+            1.7e308,
+            -1.7e308,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+        ];
+        for (from, to) in ENDS.into_iter().flat_map(|from| ENDS.map(|to| (from, to))) {
+            let scales = [
+                Scale::between("x (m)", from, to),
+                Scale::between("n", from, to).in_whole_numbers(true),
+                Scale::logarithms("x (m)", from, to),
+                Scale::between("x", 0.0, 1.0).reaching(from, to),
+                Scale::of("x", true, 0.0, [1.0].into_iter()).reaching(from, to),
+                Scale::of("x", false, 0.06, [from, to].into_iter()).down_to_zero(from),
+                Scale::of("x", true, 0.06, [from, to].into_iter()),
+                Axis::new("x", from, to).scale(),
+                Axis::about("x", [from, to].into_iter()).scale(),
+                Axis::decades("x", from, to).scale(),
+                Axis::counts("x", to).scale(),
+            ];
+            for scale in &scales {
+                let ticks = scale.ticks();
+                let is_on_it = |at: f64| scale.share(at).is_some();
+                assert!(
+                    ticks.len() < 20 && ticks.iter().all(|tick| is_on_it(tick.at)),
+                    "{scale:?}: {ticks:?}"
+                );
+                assert!(!ticks.is_empty() || scale.whole, "{from} to {to}: {scale:?}");
+                assert!(scale.from < scale.to && scale.label().len() < 40, "{from} to {to}: {scale:?}");
+                scale.between_ticks();
+            }
+        }
+        // What is of use stays as it is.
+        for of_use in [(0.0, 3.0), (-2.5e-7, 1e-8), (1e4, 1e4 + 1e-6), (0.0, 1e-30)] {
+            assert_eq!(ends(of_use.0, of_use.1), of_use);
+        }
+        assert_eq!((ends(0.0, 0.0), ends(2.0, 2.0), ends(3.0, 1.0)), ((0.0, 1.0), (1.8, 2.2), (1.0, 3.0)));
+        assert_eq!((ends(f64::NAN, 5.0), ends(f64::NAN, f64::INFINITY)), ((4.5, 5.5), (0.0, 1.0)));
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let all = [0.0, -0.25, 1234.56, 1e-8, -2.5e-7, 1e5, 100.0];
+        assert_eq!(all.map(number), ["0", "−0.25", "1235", "10^{−8}", "−2.5·10^{−7}", "10^{5}", "100"]);
+    }
+}

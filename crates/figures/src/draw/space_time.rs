@@ -1,0 +1,473 @@
+//! Block against time: what slid where and when, how fronts came to each block, and how far slip had
+//! come.
+//!
+//! A block that slides in a rupture is a patch from its arrival to its stop. Seen from far away
+//! patches are thinner than a pixel: neighbours that would look alike are drawn as one, and none is
+//! narrower than a pixel.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use asperity_record::{Arrival, Rupture, WindowRecord};
+use plotters::prelude::RGBColor;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::of_study::colours::{Colours, On};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{Dash, GREEN, INK, Sheet};
+use super::scale::Scale;
+use super::which::{Clock, Sort, Which, end_s, picked, sorted};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SpaceTime {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// Where the time axis begins; with the run or shortly before the rupture if absent.
+    from_s: Option<f64>,
+    /// Where the time axis ends; with the run or shortly after the rupture if absent.
+    to_s: Option<f64>,
+    /// The lowest block shown; the first, or the first of the rupture, if absent.
+    from_block: Option<u32>,
+    /// The highest block shown; the last, or the last of the rupture, if absent.
+    to_block: Option<u32>,
+    /// The number of a rupture to zoom to, as in its table.
+    rupture: Option<u64>,
+    /// The rupture to zoom to, where `rupture` gives no number.
+    which: Option<Which>,
+}
+
+impl Figure for SpaceTime {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants { arrivals: true, ..Wants::WINDOWS }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let zoom = picked(run, self.rupture, self.which)?;
+        let paper = map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?;
+        let title = match zoom {
+            Some(rupture) if self.title.is_empty() => format!("rupture {}", rupture.rupture),
+            _ => self.title.clone(),
+        };
+        Ok(Sheet::Other(Arc::new(Paper { title, ..paper })))
+    }
+}
+
+/// Number of patches that are distinguishable across.
+const ACROSS: f64 = 1400.0;
+
+/// A front is drawn if it takes at least this many of them.
+const FRONT_ACROSS: f64 = 14.0;
+
+/// Most instants at which velocities are drawn, and number of colours.
+const INSTANTS: usize = 300;
+const SHADES: f64 = 32.0;
+
+/// How strong the colours of patches are beneath velocities.
+const PALE: f64 = 0.35;
+
+/// The part of space and time that is shown.
+struct View {
+    from_s: f64,
+    to_s: f64,
+    from_block: u32,
+    to_block: u32,
+    clock: Clock,
+}
+
+impl View {
+    fn of(
+        run: &RunData,
+        zoom: Option<&Rupture>,
+        [from_s, to_s]: [Option<f64>; 2],
+        [from_block, to_block]: [Option<u32>; 2],
+    ) -> Result<View, String> {
+        let end_of_run_s = run.plan.grid.time_s(run.header.steps);
+        let natural_s = zoom.map_or((0.0, end_of_run_s), |rupture| {
+            let end_s = end_s(run, rupture);
+            // One that begins in the last step has no length.
+            let margin_s = (0.08 * (end_s - rupture.onset_s)).max(run.header.time_step_s);
+            (rupture.onset_s - margin_s, end_s + margin_s)
+        });
+        let blocks = run.header.blocks;
+        let natural = zoom.map_or((1, blocks), |rupture| {
+            (rupture.first_block.saturating_sub(1).max(1), (rupture.last_block + 1).min(blocks))
+        });
+        let (from_s, to_s) = (from_s.unwrap_or(natural_s.0), to_s.unwrap_or(natural_s.1));
+        let (from_block, to_block) = (from_block.unwrap_or(natural.0), to_block.unwrap_or(natural.1));
+        if !(from_s.is_finite() && to_s.is_finite() && from_s < to_s) {
+            return Err(format!("from_s = {from_s} is not before to_s = {to_s}"));
+        }
+        if from_s >= end_of_run_s || to_s <= 0.0 {
+            return Err(format!(
+                "nothing of run {} is from {from_s} s to {to_s} s (accepted: times from 0 to {end_of_run_s})",
+                run.name
+            ));
+        }
+        if !(1 <= from_block && from_block <= to_block && to_block <= blocks) {
+            return Err(format!(
+                "from_block = {from_block} to to_block = {to_block} are no blocks of run {} \
+                 (accepted: 1 to {blocks})",
+                run.name
+            ));
+        }
+        let origin_s = zoom.map_or(from_s, |rupture| rupture.onset_s);
+        let clock = Clock::of(from_s, to_s, origin_s);
+        Ok(View { from_s, to_s, from_block, to_block, clock })
+    }
+
+    fn has_block(&self, block: u32) -> bool {
+        (self.from_block..=self.to_block).contains(&block)
+    }
+
+    /// A time on the axis, moved to its end if it is beyond.
+    fn place(&self, time_s: f64) -> f64 {
+        self.clock.place(time_s.clamp(self.from_s, self.to_s))
+    }
+
+    /// Blocks between two times, both in view.
+    fn cell(&self, from_s: f64, to_s: f64, blocks: (u32, u32), color: RGBColor) -> Item {
+        let low = (self.place(from_s), f64::from(blocks.0) - 0.5);
+        Item::Cell(low, (self.place(to_s), f64::from(blocks.1) + 0.5), color)
+    }
+}
+
+/// The map; `zoom` is the rupture that it is about.
+pub(super) fn map(
+    run: &RunData,
+    zoom: Option<&Rupture>,
+    times_s: [Option<f64>; 2],
+    blocks: [Option<u32>; 2],
+) -> Result<Paper, String> {
+    let view = View::of(run, zoom, times_s, blocks)?;
+    let sorts: BTreeMap<u64, (&Rupture, Sort)> =
+        sorted(run)?.into_iter().map(|(rupture, sort)| (rupture.rupture, (rupture, sort))).collect();
+    let (velocities, bar) = velocities(run, &view);
+    // Beneath velocities patches are pale, and show where blocks slide too slowly for a colour.
+    let strength = if bar.is_some() { PALE } else { 1.0 };
+    let mut rows = Vec::new();
+    let mut layers: BTreeMap<Sort, Vec<Item>> = BTreeMap::new();
+    let mut fronts = Vec::new();
+    let grain_s = (view.to_s - view.from_s) / ACROSS;
+    let end_of_run_s = run.plan.grid.time_s(run.header.steps);
+    for arrivals in run.arrivals().chunk_by(|a, b| a.rupture == b.rupture) {
+        let Some((rupture, sort)) = sorts.get(&arrivals[0].rupture) else { continue };
+        let mut passed: Vec<&Arrival> =
+            arrivals.iter().filter(|arrival| view.has_block(arrival.block)).collect();
+        passed.sort_by_key(|arrival| arrival.block);
+        layers.entry(*sort).or_default().extend(patches(
+            &view,
+            &passed,
+            paler(sort.color(), strength),
+            grain_s,
+            end_of_run_s,
+        ));
+        if rupture.arrival_s - rupture.onset_s >= FRONT_ACROSS * grain_s {
+            let came = |arrival: &&Arrival| (arrival.arrival_s, f64::from(arrival.block));
+            let in_view = |(time_s, _): &(f64, f64)| (view.from_s..=view.to_s).contains(time_s);
+            for stretch in passed.iter().map(came).collect::<Vec<_>>().split(|point| !in_view(point)) {
+                let front: Vec<(f64, f64)> = stretch.iter().map(|(t, n)| (view.place(*t), *n)).collect();
+                if front.len() > 1 {
+                    fronts.push(Item::Line(front, Dash::Solid, INK));
+                }
+            }
+        }
+    }
+    for sort in Sort::ALL.into_iter().filter(|sort| layers.get(sort).is_some_and(|items| !items.is_empty())) {
+        rows.push((Sample::Surface(sort.color(), strength), sort.label().to_owned()));
+    }
+    if !fronts.is_empty() {
+        rows.push((Sample::Line(Dash::Solid, INK), "arrivals".to_owned()));
+    }
+    // About a rupture only what was before it, since from then on its own arrivals tell.
+    let (creep, label) = match zoom {
+        Some(rupture) => (before(rupture, &view), "farthest before"),
+        None => (creep_front(run, &view), "farthest so far"),
+    };
+    if creep.len() > 1 {
+        rows.push((Sample::Line(Dash::Dashed, GREEN), label.to_owned()));
+    }
+    let creep = Item::Line(creep, Dash::Dashed, GREEN);
+    let items = layers.into_values().flatten().chain(velocities).chain(fronts).chain([creep]).collect();
+    let (from, to) = (view.clock.place(view.from_s), view.clock.place(view.to_s));
+    Ok(Paper {
+        shape: None,
+        title: String::new(),
+        x: Scale::between(&view.clock.label, from, to),
+        y: Scale::between("block n", f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5),
+        panels: vec![Panel { title: String::new(), items }],
+        bar,
+        heading: String::new(),
+        rows,
+    })
+}
+
+/// Patches of the blocks that a rupture passed, by block: neighbours that look alike are one.
+fn patches(view: &View, passed: &[&Arrival], color: RGBColor, grain_s: f64, end_of_run_s: f64) -> Vec<Item> {
+    let grains = |arrival: &Arrival| -> Option<(i64, i64)> {
+        let stop_s = arrival.stop_s.unwrap_or(end_of_run_s);
+        if arrival.arrival_s > view.to_s || stop_s < view.from_s {
+            return None;
+        }
+        let grain = |time_s: f64| (time_s.clamp(view.from_s, view.to_s) - view.from_s) / grain_s;
+        let first = grain(arrival.arrival_s).floor() as i64;
+        Some((first, (grain(stop_s).ceil() as i64).max(first + 1)))
+    };
+    let seen: Vec<(u32, (i64, i64))> =
+        passed.iter().filter_map(|arrival| Some((arrival.block, grains(arrival)?))).collect();
+    let alike = |a: &(u32, (i64, i64)), b: &(u32, (i64, i64))| b.0 == a.0 + 1 && a.1 == b.1;
+    let time_s = |grain: i64| view.from_s + grain as f64 * grain_s;
+    seen.chunk_by(alike)
+        .map(|patch| {
+            let (first, (from, to)) = patch[0];
+            view.cell(time_s(from), time_s(to), (first, patch[patch.len() - 1].0), color)
+        })
+        .collect()
+}
+
+/// A colour mixed with white: so much of it, from 0 to 1.
+fn paler(color: RGBColor, strength: f64) -> RGBColor {
+    let mix = |part: u8| (255.0 + strength * (f64::from(part) - 255.0)).round() as u8;
+    RGBColor(mix(color.0), mix(color.1), mix(color.2))
+}
+
+/// The farthest block that had slid before a rupture.
+fn before(rupture: &Rupture, view: &View) -> Vec<(f64, f64)> {
+    let block = rupture.farthest_block_before.filter(|block| view.has_block(*block));
+    let ends = [view.from_s, view.to_s].map(|time_s| view.clock.place(time_s));
+    block.map_or(Vec::new(), |block| ends.map(|time| (time, f64::from(block))).to_vec())
+}
+
+/// The farthest block that has slid by a time, until it is the last one.
+fn creep_front(run: &RunData, view: &View) -> Vec<(f64, f64)> {
+    let mut arrivals: Vec<(f64, u32)> =
+        run.arrivals().iter().map(|arrival| (arrival.arrival_s, arrival.block)).collect();
+    arrivals.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut farthest = 0;
+    let mut course: Vec<(f64, u32)> = Vec::new();
+    for (time_s, block) in arrivals {
+        if block > farthest {
+            course.extend((farthest > 0).then_some((time_s, farthest)));
+            farthest = block;
+            course.push((time_s, farthest));
+        }
+    }
+    if farthest < run.header.blocks {
+        course.push((run.plan.grid.time_s(run.header.steps), farthest));
+    }
+    let before = course.iter().rev().find(|(time_s, _)| *time_s < view.from_s);
+    let start = before.map(|(_, block)| (view.from_s, *block));
+    let inside = course.iter().filter(|(time_s, _)| (view.from_s..=view.to_s).contains(time_s)).copied();
+    let mut shown: Vec<(f64, u32)> = start.into_iter().chain(inside).collect();
+    let is_over = course.last().is_none_or(|(time_s, _)| *time_s < view.to_s);
+    if let (Some((_, block)), false) = (shown.last().copied(), is_over) {
+        shown.push((view.to_s, block));
+    }
+    shown.retain(|(_, block)| view.has_block(*block));
+    shown.into_iter().map(|(time_s, block)| (view.place(time_s), f64::from(block))).collect()
+}
+
+/// Velocities of the dense records in view, and their colours; those below a thousandth of the
+/// largest have none.
+fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Colours>) {
+    let mut windows: BTreeMap<u32, Vec<&WindowRecord>> = BTreeMap::new();
+    let in_view = |record: &&WindowRecord| (view.from_s..=view.to_s).contains(&record.time_s);
+    for record in run.windows().iter().chain(run.rupture_fields()).filter(in_view) {
+        windows.entry(record.window).or_default().push(record);
+    }
+    let speeds = windows.values().flatten().flat_map(|record| &record.velocity_m_per_s);
+    let fastest = speeds.fold(0.0f64, |fastest, velocity| fastest.max(velocity.abs()));
+    if fastest <= 0.0 {
+        return (Vec::new(), None);
+    }
+    let scale = Scale::of("|v_n| (m/s)", true, 0.0, [1e-3 * fastest, fastest].into_iter());
+    let colours = Colours::of(scale, On::Surfaces);
+    let shade = |velocity: f64| {
+        let share = colours.scale.share(velocity.abs())?;
+        Some((share * SHADES).floor().min(SHADES - 1.0))
+    };
+    let mut items = Vec::new();
+    for records in windows.values() {
+        let between_steps = records.windows(2).map(|pair| pair[1].step.saturating_sub(pair[0].step)).min();
+        let every = between_steps.unwrap_or(1).max(1);
+        let shown: Vec<&&WindowRecord> = records.iter().step_by(records.len().div_ceil(INSTANTS)).collect();
+        let longest = every * records.len().div_ceil(INSTANTS) as u64;
+        for (n, record) in shown.iter().enumerate() {
+            let next = shown.get(n + 1).map_or(u64::MAX, |next| next.step);
+            let to_s = run.plan.grid.time_s(next.min(record.step + longest));
+            let blocks: Vec<(u32, Option<f64>)> = (record.first_block..)
+                .zip(&record.velocity_m_per_s)
+                .filter(|(block, _)| view.has_block(*block))
+                .map(|(block, velocity)| (block, shade(*velocity)))
+                .collect();
+            for alike in blocks.chunk_by(|a, b| a.1 == b.1) {
+                let Some(shade) = alike[0].1 else { continue };
+                let color = colours.at((shade + 0.5) / SHADES);
+                let span = (alike[0].0, alike[alike.len() - 1].0);
+                items.push(view.cell(record.time_s, to_s.max(record.time_s), span, color));
+            }
+        }
+    }
+    (items, Some(colours))
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::WindowRecord;
+
+    use super::{Item, Paper, map};
+    use crate::draw::of_study::paper::Sample;
+    use crate::draw::plot::{BLUE, GREY, INK, RED};
+    use crate::draw::which::{Which, picked};
+    use asperity_numbers::run_data::RunData;
+    use asperity_testkit::made_up;
+
+    /// A precursor of two blocks, a rupture that is none, and a slip of all three that does not end.
+    fn run() -> RunData {
+        let mut run = made_up::run("", &[(100, 101, &[1])]);
+        made_up::with_ruptures(
+            &mut run,
+            &[
+                &[(1, 1000, Some(1500)), (2, 1100, Some(1500))],
+                &[(2, 2000, Some(2500))],
+                &[(1, 3000, Some(4000)), (2, 3200, Some(4000)), (3, 3500, None)],
+            ],
+        );
+        run.header.steps = 10_000;
+        run
+    }
+
+    fn cells(paper: &Paper) -> Vec<(f64, f64, f64, f64, plotters::prelude::RGBColor)> {
+        let cell = |item: &Item| match item {
+            Item::Cell(low, high, color) => Some((low.0, high.0, low.1, high.1, *color)),
+            _ => None,
+        };
+        paper.panels[0].items.iter().filter_map(cell).collect()
+    }
+
+    #[test]
+    fn blocks_are_patches_from_arrival_to_stop() {
+        let run = run();
+        // In milliseconds; steps of 1e-7 s.
+        let paper = map(&run, None, [None, None], [None, None]).unwrap();
+        let found = cells(&paper);
+        let near = |a: f64, b: f64| (a - b).abs() < 1.01 / 1400.0;
+        let expected = [
+            (0.2, 0.25, 1.5, 2.5, GREY),
+            (0.1, 0.15, 0.5, 1.5, BLUE),
+            (0.11, 0.15, 1.5, 2.5, BLUE),
+            (0.3, 0.4, 0.5, 1.5, RED),
+            (0.32, 0.4, 1.5, 2.5, RED),
+            (0.35, 1.0, 2.5, 3.5, RED),
+        ];
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(near(found.0, expected.0) && near(found.1, expected.1), "{found:?} {expected:?}");
+            assert_eq!((found.2, found.3, found.4), (expected.2, expected.3, expected.4));
+        }
+        let words: Vec<&str> = paper.rows.iter().map(|(_, words)| words.as_str()).collect();
+        assert_eq!(words, ["precursor", "global slip", "other rupture", "arrivals", "farthest so far"]);
+        // How far slip had come, block by block.
+        let Some(Item::Line(creep, ..)) = paper.panels[0].items.last() else { panic!("no creep front") };
+        let creep: Vec<(i32, f64)> = creep.iter().map(|(t, n)| ((t * 1e3).round() as i32, *n)).collect();
+        assert_eq!(creep, [(100, 1.0), (110, 1.0), (110, 2.0), (350, 2.0), (350, 3.0)]);
+        assert!(
+            paper.rows.contains(&(Sample::Line(crate::draw::plot::Dash::Solid, INK), "arrivals".to_owned()))
+        );
+    }
+
+    #[test]
+    fn a_part_has_what_is_in_it() {
+        let run = run();
+        let part = map(&run, None, [Some(1.9e-4), Some(2.2e-4)], [Some(2), Some(3)]).unwrap();
+        let [(from, to, low, high, color)] = cells(&part)[..] else { panic!("{:?}", cells(&part)) };
+        assert!((low, high, color) == (1.5, 2.5, GREY) && to - from > 0.0);
+        // The origin of the axis is printed: 0.000190 s; the patch ends with the view.
+        assert!((from - 10.0).abs() < 0.1 && (to - 30.0).abs() < 0.1, "{from} {to}");
+        for (times, blocks, problem) in [
+            ([Some(1.0), None], [None, None], "from_s = 1 is not before to_s = 0.001"),
+            (
+                [Some(1.0), Some(2.0)],
+                [None, None],
+                "nothing of run test is from 1 s to 2 s (accepted: times from 0 to 0.001)",
+            ),
+            (
+                [None, None],
+                [Some(3), Some(4)],
+                "from_block = 3 to to_block = 4 are no blocks of run test (accepted: 1 to 3)",
+            ),
+        ] {
+            assert_eq!(map(&run, None, times, blocks).unwrap_err(), problem);
+        }
+    }
+
+    #[test]
+    fn a_rupture_is_found_by_its_number_or_kind() {
+        let run = run();
+        let number = |which| picked(&run, None, Some(which)).unwrap().unwrap().rupture;
+        assert_eq!([Which::LongestPrecursor, Which::FirstGlobalSlip, Which::Widest].map(number), [0, 2, 2]);
+        let zoom = picked(&run, Some(0), None).unwrap();
+        let paper = map(&run, zoom, [None, None], [None, None]).unwrap();
+        assert_eq!(cells(&paper).len(), 2);
+        assert!(
+            paper.panels[0]
+                .items
+                .iter()
+                .any(|item| matches!(item, Item::Line(points, ..) if points.len() == 2))
+        );
+        assert_eq!(picked(&run, Some(3), None).unwrap_err(), "run test has no rupture 3 (accepted: 0 to 2)");
+        let mut old = run.clone();
+        old.ruptures = None;
+        assert!(picked(&old, None, None).unwrap_err().contains("has no ruptures"));
+    }
+
+    #[test]
+    fn dense_windows_colour_the_map() {
+        let mut run = run();
+        let record = |step: u64, velocity_m_per_s: Vec<f64>| WindowRecord {
+            window: 0,
+            step,
+            time_s: run.plan.grid.time_s(step),
+            sliding: 3,
+            first_block: 1,
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s,
+            tangential_force_n: vec![0.0; 3],
+        };
+        run.windows = vec![record(3500, vec![0.1, 0.1, 1e-9]), record(3600, vec![0.01, 0.1, 0.0])];
+        let plain = cells(
+            &map(
+                &{
+                    let mut none = run.clone();
+                    none.windows.clear();
+                    none
+                },
+                None,
+                [None, None],
+                [None, None],
+            )
+            .unwrap(),
+        )
+        .len();
+        let paper = map(&run, None, [None, None], [None, None]).unwrap();
+        let found = &cells(&paper)[plain..];
+        // Blocks 1 and 2 are alike in the first record, and not in the second; block 3 rests.
+        let shown: Vec<(f64, f64)> = found.iter().map(|cell| (cell.2, cell.3)).collect();
+        assert_eq!(shown, [(0.5, 2.5), (0.5, 1.5), (1.5, 2.5)]);
+        assert!((found[0].0 - 0.35).abs() < 1e-9 && (found[0].1 - 0.36).abs() < 1e-9, "{found:?}");
+        assert!(found[0].4 == found[2].4 && found[0].4 != found[1].4);
+        assert_eq!(cells(&paper)[0].4, plotters::prelude::RGBColor(211, 211, 211), "grey, a third of it");
+        assert!(paper.bar.is_some());
+    }
+}

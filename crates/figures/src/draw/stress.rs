@@ -1,0 +1,137 @@
+//! `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants, with the
+//! normal load of the instant.
+
+use asperity_record::FieldRecord;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
+use asperity_numbers::curves::pull_ratio;
+use asperity_numbers::run_data::{Load, RunData};
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Stress {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// One panel per instant; the recorded state nearest to it is shown.
+    at_s: Vec<f64>,
+}
+
+impl Figure for Stress {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants { states_near_s: self.at_s.clone(), ..Wants::LOADS }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let mut states = Vec::new();
+        for at_s in &self.at_s {
+            let fields = run.states().near(*at_s);
+            let fields =
+                fields.ok_or_else(|| format!("run {} has no fields to show at {at_s} s", run.name))?;
+            let load = run.load_at(fields.step);
+            states.push((fields, load.ok_or_else(|| format!("run {} has no step records", run.name))?));
+        }
+        // Where blocks slip backwards as well, thresholds lie on both sides; the legend says so once.
+        let any_mirrored = states.iter().any(|(fields, load)| is_mirrored(run, fields, load));
+        let mut panels: Vec<Panel> =
+            states.iter().map(|(fields, load)| panel(run, fields, load, any_mirrored)).collect();
+        Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
+    }
+}
+
+/// `mu_s p_n` and `mu_d p_n` of every block in a state: with the load of the instant, or what the
+/// contacts of a slab bear.
+fn thresholds_n(run: &RunData, fields: &FieldRecord, load: &Load) -> [Vec<f64>; 2] {
+    let friction = &run.plan.friction;
+    let borne_n = &fields.normal_load_n;
+    if !borne_n.is_empty() {
+        let of = |mu: &[f64]| mu.iter().zip(borne_n).map(|(mu, p_n)| mu * p_n).collect();
+        return [of(&friction.static_coefficients), of(&friction.dynamic_coefficients)];
+    }
+    let course = load.normal_load_n / run.plan.total_normal_load_n;
+    let of = |at_start_n: &[f64]| at_start_n.iter().map(|force_n| course * force_n).collect();
+    [of(&friction.static_threshold_n), of(&friction.dynamic_friction_n)]
+}
+
+/// Whether some block is pulled backwards with more than half of sliding friction.
+fn is_mirrored(run: &RunData, fields: &FieldRecord, load: &Load) -> bool {
+    let [_, sliding_n] = thresholds_n(run, fields, load);
+    let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
+    -backwards > 0.5 * sliding_n[0]
+}
+
+/// A state; `any_mirrored` is whether in some panel beside it thresholds lie on both sides.
+fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool) -> Panel {
+    let along = |values: &[f64]| -> Vec<(f64, f64)> {
+        let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
+        values.iter().enumerate().map(|(n, value)| (position_mm(n), *value)).collect()
+    };
+    let [threshold, sliding] = thresholds_n(run, fields, record).map(|force_n| along(&force_n));
+    let curves = [threshold, sliding, along(&fields.tangential_force_n)];
+    let mirrored = is_mirrored(run, fields, record);
+    let values = || curves.iter().flatten().map(|(_, force)| *force);
+    let (lowest, highest) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
+    let lowest = if mirrored { lowest.min(-highest) } else { lowest };
+    let [threshold, sliding, tau] = curves;
+    let below = |points: &[(f64, f64)]| points.iter().map(|(x, force)| (*x, -force)).collect();
+    let mut series = Vec::new();
+    for (label, points, look) in [
+        ("μ_s p_n", threshold, Look::Line(Dash::Dashed, BLUE)),
+        ("μ_d p_n", sliding, Look::Line(Dash::DotDashed, RED)),
+    ] {
+        if mirrored {
+            series.push(Series { label: String::new(), points: below(&points), look });
+        }
+        series.push(Series {
+            label: if any_mirrored { format!("±{label}") } else { label.to_owned() },
+            points,
+            look,
+        });
+    }
+    series.push(Series { label: "τ_n".to_owned(), points: tau, look: Look::Line(Dash::Solid, INK) });
+    Panel {
+        title: format!(
+            "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
+            fields.time_s,
+            record.normal_load_n,
+            pull_ratio(record),
+            if record.end_forces_n.is_some() { ", both ends added" } else { "" }
+        ),
+        x: Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3),
+        y: Axis::new(
+            "force per block (N)",
+            lowest - 0.08 * (highest - lowest),
+            highest + 0.08 * (highest - lowest),
+        ),
+        series,
+        legend: Corner::TopRight,
+        note: String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Figure, Sheet, Stress};
+    use asperity_numbers::wants::Wants;
+    use asperity_testkit::made_up;
+
+    /// The contacts of a slab bear what their state says, whatever they bore at rest.
+    #[test]
+    fn thresholds_of_a_slab_are_those_of_its_state() {
+        let figure: Stress = toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0]").unwrap();
+        let mut run = made_up::slab(&made_up::EVENTS);
+        let state = run.states().first().unwrap().clone();
+        run.kept = Wants { states_near_s: vec![0.0], ..Wants::LOADS };
+        made_up::with_states(&mut run, &[state]);
+        let Sheet::Single(panel) = figure.part(&run).unwrap() else { panic!("one panel") };
+        let heights = |n: usize| panel.series[n].points.iter().map(|point| point.1).collect::<Vec<f64>>();
+        assert_eq!((heights(0), heights(1)), (vec![70.0, 140.0, 70.0], vec![45.0, 90.0, 45.0]));
+    }
+}

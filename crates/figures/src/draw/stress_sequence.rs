@@ -1,0 +1,169 @@
+//! `tau_n / p_n` along the slider before and after each precursor, each over the normal load of its
+//! instant.
+//!
+//! States are recorded at the onsets and ends of slip events, so the precursors are those among slip
+//! events: what a precursor leaves behind is then what the next one finds, but for the load that the
+//! drive has added meanwhile.
+
+use std::sync::Arc;
+
+use asperity_record::FieldRecord;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::of_study::colours::{Colours, On};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{BLUE, Dash, RED, Sheet};
+use super::scale::Scale;
+use asperity_numbers::precursors::{PrecursorRules, find};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StressSequence {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// Fewest blocks of a precursor that is shown.
+    #[serde(default = "one")]
+    from_blocks: u32,
+    /// Whether to show the first global slip, which ends the sequence, as well.
+    #[serde(default)]
+    global_slip: bool,
+}
+
+fn one() -> u32 {
+    1
+}
+
+impl Figure for StressSequence {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants { states: true, precursor_onsets: true, ..Wants::LOADS }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        Ok(Sheet::Other(Arc::new(self.paper(run)?)))
+    }
+}
+
+impl StressSequence {
+    fn paper(&self, run: &RunData) -> Result<Paper, String> {
+        let precursors = find(run, &PrecursorRules::default());
+        let shown = precursors.iter().filter(|precursor| {
+            let is_global = precursor.blocks_slipped == run.header.blocks;
+            precursor.blocks_slipped >= self.from_blocks && (self.global_slip || !is_global)
+        });
+        let mut pairs = Vec::new();
+        for precursor in shown {
+            let states = run.states();
+            let before = states.at_precursor_onset(precursor.start.onset_step);
+            let after = precursor.end.end_step.and_then(|end_step| states.at_precursor_end(end_step));
+            if let (Some(before), Some(after)) = (before, after) {
+                pairs.push((precursor.start.ft_fn_onset, [profile(run, before)?, profile(run, after)?]));
+            }
+        }
+        if pairs.is_empty() {
+            return Err(format!(
+                "run {} has no precursor of {} blocks or more with states at its onset and its end \
+                 (recording.event_fields = true has them recorded)",
+                run.name, self.from_blocks
+            ));
+        }
+        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, pairs.iter().map(|(load, _)| *load));
+        let colours = Colours::of(scale, On::Lines);
+        let friction = &run.plan.friction;
+        let ratios = pairs.iter().flat_map(|(_, both)| both.iter().flatten()).map(|(_, ratio)| *ratio);
+        let (mut low, mut high) = (0.0f64, friction.static_coefficient);
+        for ratio in ratios {
+            (low, high) = (low.min(ratio), high.max(ratio));
+        }
+        let margin = 0.05 * (high - low);
+        let last = f64::from(run.header.blocks);
+        let lines = [(friction.static_coefficient, Dash::Dashed, BLUE, "μ_s")];
+        let lines = lines.into_iter().chain([(friction.dynamic_coefficient, Dash::DotDashed, RED, "μ_d")]);
+        let panel = |title: &str, which: usize| {
+            let profiles = pairs.iter().map(|(load, both)| {
+                let color = colours.at(colours.scale.nearest_share(*load));
+                Item::Line(both[which].clone(), Dash::Solid, color)
+            });
+            let levels = lines.clone().map(|(level, dash, color, _)| {
+                Item::Line(vec![(0.5, level), (last + 0.5, level)], dash, color)
+            });
+            Panel { title: title.to_owned(), items: profiles.chain(levels).collect() }
+        };
+        let panels = vec![panel("before each precursor", 0), panel("after each precursor", 1)];
+        let rows =
+            lines.map(|(_, dash, color, label)| (Sample::Line(dash, color), label.to_owned())).collect();
+        Ok(Paper {
+            shape: None,
+            title: self.title.clone(),
+            x: Scale::between("block n", 0.5, last + 0.5),
+            y: Scale::between("τ_n/p_n", if low < 0.0 { low - margin } else { 0.0 }, high + margin),
+            panels,
+            bar: Some(colours),
+            heading: String::new(),
+            rows,
+        })
+    }
+}
+
+/// `tau_n / p_n` of every block in a state; where a contact bears nothing, nothing is shown.
+fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String> {
+    let loads = run.normal_load_n(state).ok_or_else(|| format!("run {} has no step records", run.name))?;
+    let ratios = state.tangential_force_n.iter().zip(&loads).enumerate();
+    let borne = ratios.filter(|(_, (_, p_n))| **p_n != 0.0);
+    Ok(borne.map(|(n, (tau_n, p_n))| (n as f64 + 1.0, tau_n / p_n)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::FieldRecord;
+
+    use super::{Item, StressSequence};
+    use asperity_numbers::wants::Wants;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    fn figure(toml: &str) -> StressSequence {
+        toml::from_str(&format!("file = 'f.png'\nrun = 'a'\n{toml}")).unwrap()
+    }
+
+    #[test]
+    fn each_precursor_has_the_state_at_its_onset_and_at_its_end() {
+        let mut run = made_up::run("", &EVENTS);
+        run.kept = Wants { states: true, precursor_onsets: true, ..Wants::LOADS };
+        let state = |step: u64| FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![step as f64; 3],
+            normal_load_n: Vec::new(),
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+        };
+        let steps = EVENTS.iter().flat_map(|(onset, end, _)| [*onset, *end]);
+        let states: Vec<FieldRecord> = steps.map(state).collect();
+        made_up::with_states(&mut run, &states);
+        // 400 N on three blocks; the precursors are events 0, 1 and 4, and event 5 is of all blocks.
+        let levels = |toml: &str, panel: usize| -> Vec<f64> {
+            let paper = figure(toml).paper(&run).unwrap();
+            let first = |item: &Item| match item {
+                Item::Line(points, ..) if points.len() == 3 => Some((points[0].1 * 400.0 / 3.0).round()),
+                _ => None,
+            };
+            paper.panels[panel].items.iter().filter_map(first).collect()
+        };
+        assert_eq!((levels("", 0), levels("", 1)), (vec![100.0, 200.0, 412.0], vec![101.0, 210.0, 420.0]));
+        assert_eq!(levels("from_blocks = 2\nglobal_slip = true", 0), [200.0, 412.0, 500.0]);
+        let refused = figure("from_blocks = 3").paper(&run).unwrap_err();
+        assert!(refused.contains("no precursor of 3 blocks or more") && refused.contains("event_fields"));
+    }
+}

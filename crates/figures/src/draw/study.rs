@@ -1,0 +1,122 @@
+//! One number per run against a parameter that the runs differ in.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, Parts, find};
+use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use asperity_numbers::measure::Measure;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StudyFigure {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The scenario key that the runs differ in.
+    parameter: String,
+    /// What the axis across is called.
+    parameter_label: String,
+    /// What is measured.
+    measure: Measure,
+    /// What the axis upwards is called.
+    measure_label: String,
+    /// Whether the parameter's axis is logarithmic, with a label at every decade.
+    #[serde(default)]
+    logarithmic: bool,
+    /// What the parameter is multiplied by for the axis, as 1000 for millimetres.
+    #[serde(default = "one")]
+    parameter_factor: f64,
+    /// Runs that belong together.
+    series: Vec<Runs>,
+}
+
+/// Runs that belong together, and what the legend calls them.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Runs {
+    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
+    label: String,
+    /// The runs.
+    runs: Vec<String>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl Figure for StudyFigure {
+    type Part = (f64, Option<f64>);
+
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        self.series.iter().flat_map(|series| series.runs.iter().map(String::as_str)).collect()
+    }
+
+    fn wants(&self) -> Wants {
+        self.measure.wants()
+    }
+
+    fn part(&self, run: &RunData) -> Result<Self::Part, String> {
+        let at = run.parameter(&self.parameter)? * self.parameter_factor;
+        if self.logarithmic && at <= 0.0 {
+            return Err(format!(
+                "{} of run {} is {at}: no place on a logarithmic axis",
+                self.parameter, run.name
+            ));
+        }
+        Ok((at, self.measure.of(run, None)))
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let mut drawn = Vec::new();
+        for (index, series) in self.series.iter().enumerate() {
+            let (marker, dash, color) = nth(index);
+            let mut points = Vec::new();
+            for name in &series.runs {
+                let (at, measured) = *find(&parts, name)?;
+                let at = if self.logarithmic { at.log10() } else { at };
+                // A run without such a number leaves a gap.
+                points.extend(measured.map(|value| (at, value)));
+            }
+            // Between whole numbers there is nothing that a line could show.
+            if !self.measure.is_count() {
+                let line = Look::Line(dash, color);
+                drawn.push(Series { label: series.label.clone(), points: points.clone(), look: line });
+            }
+            drawn.push(Series { label: series.label.clone(), points, look: Look::Marks(marker, color) });
+        }
+        let all = || drawn.iter().flat_map(|series| series.points.iter().copied());
+        if all().next().is_none() {
+            return Err(format!("no run has a {:?}", self.measure));
+        }
+        let range = |values: &dyn Fn((f64, f64)) -> f64| {
+            all()
+                .map(values)
+                .fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)))
+        };
+        let (left, right) = range(&|point| point.0);
+        // About one value alone, half as much again to both sides.
+        let margin = if right > left { 0.06 * (right - left) } else { (0.5 * right.abs()).max(0.5) };
+        let x = if self.logarithmic {
+            Axis::decades(&self.parameter_label, left - margin, right + margin)
+        } else {
+            Axis::new(&self.parameter_label, left - margin, right + margin)
+        };
+        Ok(Sheet::Single(Box::new(Panel {
+            title: String::new(),
+            x,
+            y: Axis {
+                whole: self.measure.is_count(),
+                ..Axis::about(&self.measure_label, all().map(|point| point.1))
+            },
+            series: drawn,
+            legend: Corner::TopRight,
+            note: String::new(),
+        })))
+    }
+}

@@ -1,0 +1,111 @@
+//! Velocities of the blocks of a dense window through a slip event, and the number of
+//! sliding blocks beneath (Figures A.1, A.2).
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, of_one_run};
+use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet, nth};
+use asperity_numbers::curves::event_in_window;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Velocities {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
+    file: String,
+    /// The run.
+    run: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    title: String,
+    /// The length of the event; the nearest one within the dense window is shown.
+    blocks: u32,
+}
+
+/// How much of the axis lies before the event and after it, over its duration.
+const BEFORE: f64 = 0.08;
+const AFTER: f64 = 0.12;
+
+impl Figure for Velocities {
+    of_one_run!();
+
+    fn wants(&self) -> Wants {
+        Wants::WINDOWS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let missing = || format!("run {} has no slip event that begins and ends in a dense window", run.name);
+        let event = event_in_window(run, f64::from(self.blocks)).ok_or_else(missing)?;
+        let duration_s = event.end_s.ok_or_else(missing)? - event.onset_s;
+        // Milliseconds, or microseconds where these would be small fractions.
+        let (unit, per_second) = if duration_s >= 1e-3 { ("ms", 1e3) } else { ("μs", 1e6) };
+        let since = |time_s: f64| (time_s - event.onset_s) * per_second;
+        let (from, to) = (-BEFORE * duration_s * per_second, (1.0 + AFTER) * duration_s * per_second);
+        // Up to the next event, so that no other takes over the axes.
+        let next_step = run.slips.iter().map(|slip| slip.onset_step).find(|step| *step > event.onset_step);
+        let records: Vec<_> = run
+            .windows()
+            .iter()
+            .filter(|record| record.window == 0 && (from..=to).contains(&since(record.time_s)))
+            .take_while(|record| next_step.is_none_or(|step| record.step < step))
+            .collect();
+        let first = records.first().ok_or_else(missing)?;
+        // The axes end with what is shown.
+        let to = records.last().map_or(to, |last| since(last.time_s));
+        let from = since(first.time_s);
+        let mut series: Vec<Series> = (0..first.velocity_m_per_s.len())
+            .map(|index| {
+                let (_, dash, color) = nth(index);
+                let speed = |velocity_m_per_s: &[f64]| velocity_m_per_s[index] * 1e3;
+                Series {
+                    label: format!("block {}", first.first_block as usize + index),
+                    points: records
+                        .iter()
+                        .map(|record| (since(record.time_s), speed(&record.velocity_m_per_s)))
+                        .collect(),
+                    look: Look::Line(dash, color),
+                }
+            })
+            .collect();
+        let all = || series.iter().flat_map(|series| &series.points).map(|(_, speed)| *speed);
+        let (lowest, highest) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
+        series.insert(
+            0,
+            Series {
+                label: String::new(),
+                points: vec![(from, 0.0), (to, 0.0)],
+                look: Look::Line(Dash::Dotted, GREY),
+            },
+        );
+        let sliding: Vec<(f64, f64)> =
+            records.iter().map(|record| (since(record.time_s), f64::from(record.sliding))).collect();
+        let most = sliding.iter().fold(1.0f64, |most, (_, count)| most.max(*count));
+        let upper = Panel {
+            title: self.title.clone(),
+            x: Axis::new("", from, to),
+            y: Axis::new(
+                "v_n (mm/s)",
+                lowest - 0.05 * (highest - lowest),
+                highest + 0.08 * (highest - lowest),
+            ),
+            series,
+            legend: Corner::TopRight,
+            note: format!("t_0 = {:.5} s", event.onset_s),
+        };
+        let lower = Panel {
+            title: String::new(),
+            x: Axis::new(&format!("t − t_0 ({unit})"), from, to),
+            y: Axis::counts("blocks sliding", most),
+            series: vec![Series {
+                label: String::new(),
+                points: sliding,
+                look: Look::Line(Dash::Solid, INK),
+            }],
+            legend: Corner::TopRight,
+            note: String::new(),
+        };
+        Ok(Sheet::Stacked(Box::new([upper, lower])))
+    }
+}

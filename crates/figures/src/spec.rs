@@ -1,0 +1,12 @@
+//! The figures of a parameter study: as its sweep writes them, and as they are understood once all
+//! names in them are known to be keys that vary or numbers of the summary. Who plans a study need
+//! not be able to draw, so nothing is drawn here.
+
+mod axes;
+mod figure;
+mod understand;
+mod written;
+
+pub use axes::{Axis, Key, Place};
+pub use figure::{Figure, Kind, Quantity, Theory};
+pub use written::{Family, Figures, Lengths, PhaseMap, Scale, Statistic, quantile};

@@ -1,0 +1,118 @@
+//! A figure as understood: what is drawn without asking for more than the tables of the study.
+
+use asperity_model::Scenario;
+use asperity_model::analytic::{LengthLaw, LengthLawParameters, LoadCurve};
+use asperity_model::front::Front;
+use asperity_model::plan::Plan;
+use serde::{Deserialize, Serialize};
+
+use super::axes::Place;
+use super::written::Statistic;
+
+/// What is on an axis of a figure, or in its colours: a column of the table of runs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quantity {
+    /// The column.
+    pub column: String,
+    /// What the figure calls it, with its unit in parentheses.
+    pub label: String,
+    /// Whether equal steps are equal factors.
+    pub log: bool,
+    /// Whether it holds words rather than numbers.
+    pub is_word: bool,
+}
+
+/// What sort of figure it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Colours over two keys.
+    PhaseMap {
+        /// Which number stands for several runs in one place.
+        statistic: Statistic,
+        /// Whether both keys are of one axis, so that places are scattered.
+        scattered: bool,
+    },
+    /// Curves.
+    Family {
+        /// Whether the points of one colour make a curve.
+        joined: bool,
+        /// What theory says beside them.
+        theory: Option<Theory>,
+    },
+    /// Precursor lengths against the load.
+    Lengths {
+        /// The law; none for the one that a scenario calls for.
+        law: Option<LengthLaw>,
+    },
+}
+
+/// Which theory says what a number of the summary is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Theory {
+    /// The length law at the length of the slider: the load at the first global slip.
+    LoadAtGlobalSlip,
+    /// The load in time: when it comes to what the slider can bear.
+    TimeToGlobalSlip,
+    /// The speed of a steady front over that of waves.
+    FrontSpeed,
+}
+
+impl Theory {
+    /// The numbers of the summary that there is a theory of.
+    pub const NUMBERS: [(&'static str, Theory); 3] = [
+        ("first_global_rupture_ft_fn", Theory::LoadAtGlobalSlip),
+        ("first_global_rupture_onset_s", Theory::TimeToGlobalSlip),
+        ("front_speed_over_wave_speed_ratio", Theory::FrontSpeed),
+    ];
+
+    /// What it says of a scenario; nothing where it does not apply.
+    pub fn of(self, scenario: &Scenario) -> Option<f64> {
+        match self {
+            Theory::LoadAtGlobalSlip => LengthLaw::is_for(scenario)
+                .then(|| LengthLaw::natural(scenario).load_ratio(&LengthLawParameters::of(scenario), 1.0)),
+            Theory::TimeToGlobalSlip => LoadCurve::of(scenario)?.time_to_dynamic_s(),
+            Theory::FrontSpeed => {
+                let plan = Plan::new(scenario);
+                Front::of(&plan, plan.blocks / 2)?.speed_over_c()
+            }
+        }
+    }
+}
+
+/// A figure whose names are all known.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Figure {
+    /// Its kind.
+    pub kind: Kind,
+    /// The file, without folder.
+    pub file: String,
+    /// Stands above it; may be empty.
+    pub title: String,
+    /// What stands across.
+    pub x: Quantity,
+    /// What stands upwards.
+    pub y: Quantity,
+    /// What the colours say.
+    pub colour: Option<Quantity>,
+    /// What the panels differ in.
+    pub facet: Option<Quantity>,
+    /// Whether several runs may share a place.
+    pub is_spread: bool,
+    /// Keys and the one value of each that is shown.
+    pub at: Vec<(String, Place)>,
+}
+
+impl Figure {
+    /// What its kind is called where it is written.
+    pub fn word(&self) -> &'static str {
+        match self.kind {
+            Kind::PhaseMap { .. } => "phase-map",
+            Kind::Family { .. } => "family",
+            Kind::Lengths { .. } => "lengths",
+        }
+    }
+}

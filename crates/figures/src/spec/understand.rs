@@ -1,0 +1,469 @@
+//! From figures as written to figures as understood: every name in them is a key that varies or a
+//! number of the summary, and every axis of the sweep has its part.
+
+use std::collections::BTreeSet;
+
+use asperity_model::keys::{KEYS, Kind as KeyKind};
+use asperity_numbers::Summary;
+use asperity_record::{ColumnKind, unit_of};
+
+use super::axes::{Axis, Key, Place};
+use super::figure::{Figure, Kind, Quantity, Theory};
+use super::written::{Family, Figures, Lengths, PhaseMap, Scale};
+
+/// Most panels of a figure.
+const MOST_PANELS: usize = 12;
+
+/// Most words that colours stand for; numbers are on a scale.
+const MOST_WORDS: usize = 8;
+
+impl Figures {
+    /// The figures, in the order of their kinds, for a sweep with these axes.
+    ///
+    /// # Errors
+    /// In words, with kind and file of the figure, key, value and what is accepted.
+    pub fn understand(&self, axes: &[Axis<'_>], keeps_ruptures: bool) -> Result<Vec<Figure>, String> {
+        let mut all: Vec<Figure> = Vec::new();
+        let mut add = |kind: &str, file: &str, figure: Result<Figure, String>| {
+            all.push(figure.map_err(|problem| format!("figure.{kind} {file:?}: {problem}"))?);
+            Ok::<_, String>(())
+        };
+        let known = Known { axes };
+        for map in &self.phase_map {
+            add("phase-map", &map.file, known.phase_map(map))?;
+        }
+        for family in &self.family {
+            add("family", &family.file, known.family(family))?;
+        }
+        for lengths in &self.lengths {
+            add("lengths", &lengths.file, known.lengths(lengths, keeps_ruptures))?;
+        }
+        Figure::check_files(&all)?;
+        Ok(all)
+    }
+}
+
+impl Figure {
+    /// Makes sure that figures have plain names of files, and different ones: what is drawn stands in
+    /// the folder of figures, and nowhere else.
+    ///
+    /// # Errors
+    /// In words, with kind and file of the figure, and what is accepted.
+    pub fn check_files(figures: &[Figure]) -> Result<(), String> {
+        let mut seen = BTreeSet::new();
+        for figure in figures {
+            let file = &figure.file;
+            let refused = |problem: String| format!("figure.{} {file:?}: {problem}", figure.word());
+            plain_file(file).map_err(refused)?;
+            if !seen.insert(file) {
+                return Err(refused(format!(
+                    "file = {file:?} stands there twice (accepted: different names)"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn plain_file(file: &str) -> Result<(), String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let stem = file.strip_suffix(".png").unwrap_or_default();
+    if stem.is_empty() || stem.starts_with('.') || !stem.chars().all(plain) {
+        return Err(format!(
+            "file = {file:?} is no name of a figure (accepted: letters, digits, -, _ and dots inside, ending in .png)"
+        ));
+    }
+    Ok(())
+}
+
+/// What a figure may speak of.
+struct Known<'a> {
+    axes: &'a [Axis<'a>],
+}
+
+/// The parts of a figure that all kinds have.
+struct Parts<'a> {
+    facet: &'a Option<String>,
+    over: &'a [String],
+    at: &'a [String],
+}
+
+/// Keys and the one value of each that is shown.
+type Slice = Vec<(String, Place)>;
+
+impl Known<'_> {
+    fn phase_map(&self, map: &PhaseMap) -> Result<Figure, String> {
+        let PhaseMap { file, title, x, y, colour, statistic, facet, over, at, .. } = map;
+        let (of_x, key_x) = self.key("x", x)?;
+        let (of_y, key_y) = self.key("y", y)?;
+        if x == y {
+            return Err(format!("x and y are both {x} (accepted: two keys)"));
+        }
+        let colours =
+            Quantity { is_word: false, ..number("colour", colour, &map.colour_label, map.colour_scale)? };
+        let parts = Parts { facet, over, at };
+        let (facet, at) = self.rest(&[("x", x), ("y", y)], &parts)?;
+        Ok(Figure {
+            kind: Kind::PhaseMap { statistic: *statistic, scattered: of_x == of_y },
+            file: file.clone(),
+            title: title.clone(),
+            x: of_key("x", key_x, &map.x_label, map.x_scale)?,
+            y: of_key("y", key_y, &map.y_label, map.y_scale)?,
+            colour: Some(colours),
+            facet,
+            is_spread: !over.is_empty(),
+            at,
+        })
+    }
+
+    fn family(&self, family: &Family) -> Result<Figure, String> {
+        let Family { file, title, x, y, colour, facet, over, at, theory, .. } = family;
+        let mut used: Vec<(&str, &str)> = Vec::new();
+        let (x_quantity, joined) = match self.key("x", x) {
+            Ok((axis, key)) => {
+                used.push(("x", x));
+                if !key.is_number {
+                    return Err(format!(
+                        "x = {x:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
+                    ));
+                }
+                (of_key("x", key, &family.x_label, family.x_scale)?, self.axes[axis].joined)
+            }
+            Err(no_key) => {
+                let number = number("x", x, &family.x_label, family.x_scale).map_err(|_| no_key)?;
+                (number, false)
+            }
+        };
+        if *theory && used.is_empty() {
+            return Err(format!("theory = true with x = {x:?} (accepted: with a key that varies across)"));
+        }
+        let theory = match (*theory, Theory::NUMBERS.iter().find(|(number, _)| number == y)) {
+            (false, _) => None,
+            (true, Some((_, theory))) => Some(*theory),
+            (true, None) => {
+                let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
+                return Err(format!("theory = true with y = {y:?} (accepted: with y one of {names})"));
+            }
+        };
+        let colours = self.colours(colour, &family.colour_label, family.colour_scale, &mut used)?;
+        let (facet, at) = self.rest(&used, &Parts { facet, over, at })?;
+        Ok(Figure {
+            kind: Kind::Family { joined, theory },
+            file: file.clone(),
+            title: title.clone(),
+            x: x_quantity,
+            y: number("y", y, &family.y_label, family.y_scale)?,
+            colour: colours,
+            facet,
+            is_spread: !over.is_empty(),
+            at,
+        })
+    }
+
+    fn lengths(&self, lengths: &Lengths, keeps_ruptures: bool) -> Result<Figure, String> {
+        let Lengths { file, title, law, colour, facet, over, at, colour_label, colour_scale } = lengths;
+        if !keeps_ruptures {
+            return Err("its sweep keeps no ruptures (accepted: \"ruptures\" in keep)".to_owned());
+        }
+        let mut used = Vec::new();
+        let colours = self.colours(colour, colour_label, *colour_scale, &mut used)?;
+        let (facet, at) = self.rest(&used, &Parts { facet, over, at })?;
+        let quantity = |column: &str, label: &str| Quantity {
+            column: column.to_owned(),
+            label: label.to_owned(),
+            log: false,
+            is_word: false,
+        };
+        Ok(Figure {
+            kind: Kind::Lengths { law: *law },
+            file: file.clone(),
+            title: title.clone(),
+            x: quantity("ft_fn_onset", "F_T/F_N"),
+            y: quantity("last_block", "L_p/L"),
+            colour: colours,
+            facet,
+            is_spread: !over.is_empty(),
+            at,
+        })
+    }
+
+    /// The key of that name, and the number of its axis.
+    fn key(&self, what: &str, name: &str) -> Result<(usize, &Key<'_>), String> {
+        let keys =
+            self.axes.iter().enumerate().flat_map(|(n, axis)| axis.keys.iter().map(move |key| (n, key)));
+        keys.clone().find(|(_, key)| key.path == name).ok_or_else(|| {
+            let names: Vec<&str> = keys.map(|(_, key)| key.path).collect();
+            let more =
+                if what == "x" { ", or with a family a number of `asperity summary --schema`" } else { "" };
+            format!("{what} = {name:?} does not vary (accepted: {}{more})", names.join(", "))
+        })
+    }
+
+    fn colours<'a>(
+        &self,
+        colour: &'a Option<String>,
+        label: &Option<String>,
+        scale: Option<Scale>,
+        used: &mut Vec<(&'a str, &'a str)>,
+    ) -> Result<Option<Quantity>, String> {
+        let Some(name) = colour else { return Ok(None) };
+        let (_, key) = self.key("colour", name)?;
+        let words = key.values.len();
+        if !key.is_number && words > MOST_WORDS {
+            return Err(format!("colour = {name:?} has {words} values (accepted: up to {MOST_WORDS} words)"));
+        }
+        used.push(("colour", name));
+        of_key("colour", key, label, scale).map(Some)
+    }
+
+    /// Facet and slice; and that every axis has a part in the figure, since runs that differ in
+    /// something else would stand in one place as if they were the same.
+    fn rest(&self, used: &[(&str, &str)], parts: &Parts<'_>) -> Result<(Option<Quantity>, Slice), String> {
+        let mut used = used.to_vec();
+        let mut facet = None;
+        if let Some(name) = parts.facet {
+            let (_, key) = self.key("facet", name)?;
+            let panels = key.values.len();
+            if panels > MOST_PANELS && !parts.at.iter().any(|at| at.starts_with(name.as_str())) {
+                return Err(format!("facet = {name:?} has {panels} values (accepted: up to {MOST_PANELS})"));
+            }
+            used.push(("facet", name));
+            facet = Some(of_key("facet", key, &None, None)?);
+        }
+        for name in parts.over {
+            self.key("over", name)?;
+            used.push(("over", name));
+        }
+        let mut slice = Slice::new();
+        for text in parts.at {
+            let (name, value) = text
+                .split_once('=')
+                .ok_or_else(|| format!("at: {text:?} is not accepted (accepted: key=value)"))?;
+            let (_, key) = self.key("at", name.trim())?;
+            let value = Place::read(value);
+            if !key.values.contains(&value) {
+                let values: Vec<String> = key.values.iter().take(20).map(Place::to_string).collect();
+                let more = if key.values.len() > 20 { " and more" } else { "" };
+                return Err(format!(
+                    "at: {} is not among the values of {} (accepted: {}{more})",
+                    value,
+                    key.path,
+                    values.join(", ")
+                ));
+            }
+            used.push(("at", key.path));
+            slice.push((key.path.to_owned(), value));
+        }
+        for (n, (what, name)) in used.iter().enumerate() {
+            if let Some((other, _)) = used[..n].iter().find(|(_, other)| other == name) {
+                return Err(format!("{name} is both {other} and {what} (accepted: one of them)"));
+            }
+        }
+        for axis in self.axes {
+            let told = axis.keys.iter().any(|key| used.iter().any(|(_, name)| *name == key.path));
+            if !told && axis.keys.iter().any(|key| key.values.len() > 1) {
+                let names: Vec<&str> = axis.keys.iter().map(|key| key.path).collect();
+                return Err(format!(
+                    "{} varies, and the figure says nothing of it (accepted: as x, y, colour or facet where the kind \
+                     has it, in over, or one value in at)",
+                    names.join(", ")
+                ));
+            }
+        }
+        Ok((facet, slice))
+    }
+}
+
+/// A key on an axis of the figure.
+fn of_key(
+    what: &str,
+    key: &Key<'_>,
+    label: &Option<String>,
+    scale: Option<Scale>,
+) -> Result<Quantity, String> {
+    let log = scale.map_or(key.log, |scale| scale == Scale::Log) && key.is_number;
+    let is_low = |value: &Place| matches!(value, Place::Number(number) if *number <= 0.0);
+    if let Some(low) = key.values.iter().find(|value| log && is_low(value)) {
+        return Err(format!(
+            "{what}_scale = \"log\" with {} = {low} (accepted: with values above 0, or \"linear\")",
+            key.path
+        ));
+    }
+    Ok(Quantity {
+        column: key.path.to_owned(),
+        label: label.clone().unwrap_or_else(|| key_label(key.path)),
+        log,
+        is_word: !key.is_number,
+    })
+}
+
+/// A number of the summary on an axis of the figure.
+fn number(what: &str, name: &str, label: &Option<String>, scale: Option<Scale>) -> Result<Quantity, String> {
+    let is_number = |kind: ColumnKind| kind != ColumnKind::Word;
+    let numbers = || Summary::KEYS.iter().filter(|key| is_number(key.column.kind));
+    let key = numbers().find(|key| key.column.name == name).ok_or_else(|| {
+        let names: Vec<&str> = numbers().map(|key| key.column.name.as_ref()).collect();
+        format!("{what} = {name:?} is no number of the summary (accepted: {})", names.join(", "))
+    })?;
+    let bare = key.label();
+    let own = with_unit(&bare, key.column.unit);
+    Ok(Quantity {
+        column: name.to_owned(),
+        label: label.clone().unwrap_or(own),
+        log: scale == Some(Scale::Log),
+        is_word: false,
+    })
+}
+
+fn with_unit(label: &str, unit: Option<&str>) -> String {
+    match unit {
+        None | Some("1") => label.to_owned(),
+        Some(unit) => {
+            format!("{label} ({})", unit.replace("m2", "m^2").replace("s2", "s^2").replace("m3", "m^3"))
+        }
+    }
+}
+
+/// Symbol and unit of a key, or its name in words.
+fn key_label(path: &str) -> String {
+    let key = KEYS.iter().find(|key| key.path == path);
+    let is_number = key.is_some_and(|key| matches!(key.kind, KeyKind::Number(..)));
+    let unit = unit_of(path).filter(|_| is_number);
+    let symbol = key.map_or("", |key| key.symbol);
+    if symbol.is_empty() {
+        let end = unit
+            .filter(|unit| *unit != "1")
+            .map(|unit| format!("_{}", unit.to_lowercase().replace('/', "_per_")));
+        let bare = end.as_deref().and_then(|end| path.strip_suffix(end)).unwrap_or(path);
+        return with_unit(&bare.replace(['_', '.'], " "), unit);
+    }
+    with_unit(&greek(symbol), unit)
+}
+
+/// A symbol of the keys with Greek letters, and without spaces about its strokes.
+fn greek(symbol: &str) -> String {
+    const LETTERS: [(&str, &str); 8] = [
+        ("theta", "θ"),
+        ("lambda", "λ"),
+        ("beta", "β"),
+        ("mu", "μ"),
+        ("nu", "ν"),
+        ("eta", "η"),
+        ("tau", "τ"),
+        ("dt", "Δt"),
+    ];
+    let word = |word: &str| {
+        let (stem, rest) =
+            word.split_once('_').map_or((word, String::new()), |(stem, rest)| (stem, format!("_{{{rest}}}")));
+        let letter = LETTERS.iter().find(|(name, _)| *name == stem).map_or(stem, |(_, letter)| letter);
+        format!("{letter}{rest}")
+    };
+    let words: Vec<String> = symbol.split(' ').map(word).collect();
+    words.join(" ").replace(" / ", "/").replace("sqrt(", "√(")
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Axis, Figures, Key, Kind, Place, Theory};
+
+    /// Axes of a sweep: tilts and stiffnesses by factors, drives by name, and seeds.
+    fn axes() -> Vec<Axis<'static>> {
+        let numbers = |values: &[f64]| values.iter().map(|value| Place::Number(*value)).collect::<Vec<_>>();
+        let key = |path, values, log| Key { path, is_number: true, log, values };
+        let words = ["side", "top"].map(|word| Place::Word(word.to_owned())).to_vec();
+        let one = |key| Axis { keys: vec![key], joined: true };
+        vec![
+            one(key("normal_load.tilt", numbers(&[-0.5, 0.0, 0.5]), false)),
+            one(key("friction.interfacial_stiffness_ratio", numbers(&[0.01, 0.1]), true)),
+            one(Key { path: "drive.kind", is_number: false, log: false, values: words }),
+            one(key("friction.seed", numbers(&[1.0, 2.0]), false)),
+        ]
+    }
+
+    fn understand(text: &str, keeps_ruptures: bool) -> Result<Vec<crate::Figure>, String> {
+        let figures: Figures = toml::from_str(text).map_err(|error| error.to_string())?;
+        figures.understand(&axes(), keeps_ruptures)
+    }
+
+    const MAP: &str = "[[phase-map]]\nfile = 'map.png'\nx = 'normal_load.tilt'\n\
+        y = 'friction.interfacial_stiffness_ratio'\ncolour = 'precursor_count'\nfacet = 'drive.kind'\n\
+        over = ['friction.seed']\n";
+    const FAMILY: &str = "[[family]]\nfile = 'load.png'\nx = 'friction.interfacial_stiffness_ratio'\n\
+        y = 'first_global_rupture_ft_fn'\ncolour = 'normal_load.tilt'\nat = ['drive.kind=side']\n\
+        over = ['friction.seed']\ntheory = true\n";
+    const LENGTHS: &str = "[[lengths]]\nfile = 'lengths.png'\nlaw = 'eq-5.22'\ncolour = 'normal_load.tilt'\n\
+        facet = 'friction.interfacial_stiffness_ratio'\nat = ['drive.kind=top', 'friction.seed=2']\n";
+
+    #[test]
+    fn axes_have_symbol_unit_and_the_spacing_of_the_sweep() {
+        let all = understand(&format!("{MAP}{FAMILY}{LENGTHS}"), true).unwrap();
+        let [map, family, lengths] = &all[..] else { panic!("{all:?}") };
+        assert_eq!((map.x.label.as_str(), map.x.log), ("θ", false));
+        assert_eq!((map.y.label.as_str(), map.y.log), ("k_{t}/k", true));
+        assert_eq!(map.colour.as_ref().unwrap().label, "precursor count");
+        assert!(map.is_spread && map.facet.as_ref().unwrap().is_word);
+        assert_eq!(family.kind, Kind::Family { joined: true, theory: Some(Theory::LoadAtGlobalSlip) });
+        assert_eq!(family.y.label, "first global rupture F_T/F_N");
+        assert_eq!(family.at, [("drive.kind".to_owned(), Place::Word("side".to_owned()))]);
+        assert_eq!((lengths.at.len(), lengths.is_spread), (2, false));
+        // What a plan holds is what was understood.
+        let text = serde_json::to_string(&all).unwrap();
+        assert_eq!(serde_json::from_str::<Vec<crate::Figure>>(&text).unwrap(), all);
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_refused_with_what_can() {
+        for (text, problem) in [
+            (MAP.replace("map.png", "../map.png"), "file = \"../map.png\" is no name of a figure"),
+            (MAP.replace("map.png", "map.svg"), "ending in .png"),
+            (format!("{MAP}{MAP}"), "stands there twice"),
+            (
+                MAP.replace("normal_load.tilt", "normal_load.tlit"),
+                "x = \"normal_load.tlit\" does not vary (accepted: normal_load.tilt, fric",
+            ),
+            (
+                MAP.replace("precursor_count", "precursor_cuont"),
+                "colour = \"precursor_cuont\" is no number of the summary (accepted: blocks,",
+            ),
+            (
+                MAP.replace("over = ['friction.seed']", ""),
+                "friction.seed varies, and the figure says nothing of it (accepted: ",
+            ),
+            (
+                MAP.replace("facet = 'drive.kind'", "facet = 'drive.kind'\nat = ['drive.kind=top']"),
+                "drive.kind is both facet and at",
+            ),
+            (
+                MAP.replace("over =", "x_scale = 'log'\nover ="),
+                "x_scale = \"log\" with normal_load.tilt = -0.5 (accepted: ",
+            ),
+            (MAP.replace("over =", "colour_map = 'red'\nover ="), "unknown field `colour_map`"),
+            (MAP.replace("over =", "statistic = 'mode'\nover ="), "unknown variant `mode`"),
+            (
+                FAMILY.replace("drive.kind=side", "drive.kind=bottom"),
+                "bottom is not among the values of drive.kind (accepted: side, top)",
+            ),
+            (FAMILY.replace("drive.kind=side", "drive.kind"), "(accepted: key=value)"),
+            (
+                FAMILY.replace("first_global_rupture_ft_fn", "event_count"),
+                "theory = true with y = \"event_count\" (accepted: with y one of first_",
+            ),
+            (
+                FAMILY.replace("'friction.interfacial_stiffness_ratio'", "'drive.kind'"),
+                "x = \"drive.kind\" holds words",
+            ),
+            (
+                FAMILY.replace("'friction.interfacial_stiffness_ratio'", "'nothing'"),
+                "x = \"nothing\" does not vary (accepted: ",
+            ),
+        ] {
+            let error = understand(&text, true).unwrap_err();
+            assert!(error.contains(problem), "{text}: {error}");
+        }
+        let error = understand(LENGTHS, false).unwrap_err();
+        assert_eq!(
+            error,
+            "figure.lengths \"lengths.png\": its sweep keeps no ruptures (accepted: \"ruptures\" in keep)"
+        );
+    }
+}

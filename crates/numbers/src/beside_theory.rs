@@ -1,0 +1,236 @@
+//! Single numbers that set a run beside a theory, for the measures.
+
+use asperity_model::analytic::{self, LengthLaw, LoadCurve};
+
+use crate::curves::{PrecursorPoint, first_onset_fields, line_beside_law, precursor_points, ring_down};
+use crate::estimate::{self, Estimate};
+use crate::precursors::{self, PrecursorRules};
+use crate::run_data::RunData;
+
+/// A block counts as affected by the force on block 1 while it carries more than this part of
+/// it. The thesis names no cut-off; this one gives all four of the numbers that it reads off
+/// Figure 5.20, as those from 0.474 % to 0.517 % do.
+pub const AFFECTED_THRESHOLD: f64 = 0.0049;
+
+pub(crate) fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {
+    run.loads().iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
+}
+
+pub(crate) fn affected_blocks(run: &RunData) -> Option<f64> {
+    let tau = &first_onset_fields(run)?.tangential_force_n;
+    Some(tau.iter().filter(|&&force| force > AFFECTED_THRESHOLD * tau[0]).count() as f64)
+}
+
+/// The force on the block after the last affected one, over that on block 1: at this cut-off it no
+/// longer counts.
+pub(crate) fn affected_cut_off(run: &RunData, blocks: f64) -> Option<f64> {
+    let tau = &first_onset_fields(run)?.tangential_force_n;
+    Some(tau.get(blocks as usize)? / tau[0])
+}
+
+pub(crate) fn affected_blocks_error(run: &RunData) -> Option<f64> {
+    let tau = &first_onset_fields(run)?.tangential_force_n;
+    let ratio = run.scenario.friction.interfacial_stiffness_ratio;
+    // Three decades, a hundred cut-offs in each.
+    largest((1..=300).map(|n| 10f64.powf(-f64::from(n) / 100.0)).map(|threshold| {
+        let simulated = tau.iter().filter(|&&force| force > threshold * tau[0]).count();
+        simulated as f64 - f64::from(analytic::affected_blocks(ratio, threshold))
+    }))
+}
+
+/// How far the shear on the first block ahead of a front that has come to rest is from the
+/// `alpha p` of (5.48), over it: the mean of all precursors before the first global slip.
+pub(crate) fn ahead_of_front_error(run: &RunData) -> Option<Estimate> {
+    let friction = &run.plan.friction;
+    let alpha = (friction.static_coefficient + friction.dynamic_coefficient) / 2.0;
+    let ratios: Vec<f64> = precursors::alone(run, &PrecursorRules::default())
+        .iter()
+        .filter_map(|precursor| {
+            let ahead = precursor.last_block as usize;
+            let fields = run.states().at_precursor_end(precursor.end.end_step?)?;
+            Some(fields.tangential_force_n.get(ahead)? / run.plan.normal_load_n[ahead])
+        })
+        .collect();
+    let mean = estimate::mean(&ratios)?.distance_from(alpha).over(alpha);
+    run.plan.load_course.is_constant().then_some(mean)
+}
+
+fn points(run: &RunData, law: LengthLaw) -> Vec<PrecursorPoint> {
+    precursor_points(run, law, &precursors::alone(run, &PrecursorRules::default()))
+}
+
+pub(crate) fn residual(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+    rms_over_mu_d(run, &points(run, law))
+}
+
+pub(crate) fn slope_error(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+    slope_error_of(&points(run, law))
+}
+
+pub(crate) fn intercept_error(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+    intercept_error_of(run, &points(run, law))
+}
+
+/// Root mean square of what precursors exceed a law by, over `mu_d`.
+pub(crate) fn rms_over_mu_d(run: &RunData, points: &[PrecursorPoint]) -> Option<Estimate> {
+    let residuals: Vec<f64> = points.iter().map(|point| point.ft_fn - point.predicted).collect();
+    Some(estimate::root_mean_square(&residuals)?.over(run.plan.friction.dynamic_coefficient))
+}
+
+/// How far the slope of the straight line through precursors is from that of the law.
+pub(crate) fn slope_error_of(points: &[PrecursorPoint]) -> Option<Estimate> {
+    let [slope, _] = line_beside_law(points)?;
+    Some(slope.distance_from(1.0))
+}
+
+/// How far its intercept is from that of the law, over `mu_d`.
+pub(crate) fn intercept_error_of(run: &RunData, points: &[PrecursorPoint]) -> Option<Estimate> {
+    let [_, intercept] = line_beside_law(points)?;
+    Some(intercept.distance_from(0.0).over(run.plan.friction.dynamic_coefficient))
+}
+
+/// How far the load is from its theory in the step records up to `mu_d`.
+pub(crate) fn load_curve_error(run: &RunData) -> Option<f64> {
+    let curve = LoadCurve::of(&run.scenario)?.points();
+    let end_s = time_to_reach(run, run.plan.friction.dynamic_coefficient)?.min(curve.last()?.0);
+    let theory = |time_s: f64| {
+        let after = curve.partition_point(|point| point.0 <= time_s).clamp(1, curve.len() - 1);
+        let [(from_s, low), (to_s, high)] = [curve[after - 1], curve[after]];
+        low + (high - low) * (time_s - from_s) / (to_s - from_s)
+    };
+    let deviations = run
+        .loads()
+        .iter()
+        .take_while(|record| record.time_s <= end_s)
+        .map(|record| record.load_ratio() - theory(record.time_s));
+    Some(largest(deviations)? / run.plan.friction.dynamic_coefficient)
+}
+
+pub(crate) fn initial_shear_error(run: &RunData) -> Option<f64> {
+    let fields = run.states().first()?;
+    let plan = &run.plan;
+    let expected = asperity_model::initial::shear_profile(
+        run.scenario.initial_shear.beta,
+        &plan.normal_load_n,
+        plan.spacing_m,
+    );
+    largest(
+        fields
+            .tangential_force_n
+            .iter()
+            .zip(expected)
+            .zip(&plan.normal_load_n)
+            .map(|((tau, expected), p)| (tau - expected) / p),
+    )
+}
+
+pub(crate) fn onset_profile_error(run: &RunData) -> Option<f64> {
+    let tau = &first_onset_fields(run)?.tangential_force_n;
+    largest(tau.iter().enumerate().map(|(n, force)| {
+        let distance_m = n as f64 * run.plan.spacing_m;
+        let screening_m = run.plan.screening_length_m();
+        (force - analytic::stuck_tangential_force(tau[0], 0.0, distance_m, screening_m)) / tau[0]
+    }))
+}
+
+pub(crate) fn decaying_drive_onset_error(run: &RunData) -> Option<f64> {
+    let (plan, decay_m) = (&run.plan, run.scenario.drive.decay_length_m);
+    let (mu_s, screening_m) = (plan.friction.static_coefficient, plan.screening_length_m());
+    let predicted = analytic::decaying_drive_onset(mu_s, decay_m, screening_m, plan.length_m);
+    (decay_m > 0.0).then_some((run.slips.first()?.ft_fn_onset / predicted - 1.0).abs())
+}
+
+pub(crate) fn ring_down_error(run: &RunData) -> Option<f64> {
+    let points = ring_down(run);
+    let squares: f64 = points.iter().map(|(_, simulated, theory)| (simulated - theory).powi(2)).sum();
+    (!points.is_empty()).then(|| (squares / points.len() as f64).sqrt())
+}
+
+pub(crate) fn largest(deviations: impl Iterator<Item = f64>) -> Option<f64> {
+    deviations.map(f64::abs).reduce(f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{FieldRecord, StepRecord};
+    use asperity_testkit::quiet_step;
+
+    use crate::made_up;
+    use crate::measure::Measure;
+    use crate::run_data::{Load, RunData};
+
+    /// Three blocks with these forces at every onset and end.
+    fn with_fields(forces_n: [f64; 3]) -> RunData {
+        let mut run = made_up::run("", &made_up::EVENTS);
+        let steps = run.slips.iter().flat_map(|slip| [Some(slip.onset_step), slip.end_step]).flatten();
+        let states: Vec<FieldRecord> = steps
+            .map(|step| FieldRecord {
+                step,
+                time_s: run.plan.grid.time_s(step),
+                displacement_m: vec![0.0; 3],
+                velocity_m_per_s: vec![0.0; 3],
+                tangential_force_n: forces_n.to_vec(),
+                normal_load_n: Vec::new(),
+                stick_position_m: vec![0.0; 3],
+                detached: vec![0; 3],
+            })
+            .collect();
+        made_up::with_states(&mut run, &states);
+        run
+    }
+
+    #[test]
+    fn affected_blocks_count_by_the_cut_off_and_tell_where_it_lies() {
+        // A chain with k_t = k has 1, 0.382, 0.146; the third of these is 0.003.
+        let run = with_fields([100.0, 38.2, 0.3]);
+        assert_eq!(Measure::AffectedBlocks.of(&run, None), Some(2.0));
+        let cut_off = |measure: Measure, near| measure.of(&run, Some(near)).unwrap();
+        assert!((cut_off(Measure::AffectedCutOffLowest, 2.0) - 0.003).abs() < 1e-12);
+        assert!((cut_off(Measure::AffectedCutOffHighest, 2.0) - 0.382).abs() < 1e-12);
+        assert_eq!(Measure::AffectedCutOffLowest.of(&run, Some(3.0)), None);
+        // At a cut-off of 0.31 % the infinite chain has seven blocks, this one two.
+        assert_eq!(Measure::AffectedBlocksError.of(&run, None), Some(5.0));
+    }
+
+    #[test]
+    fn shear_ahead_of_the_front_is_that_of_the_next_block_over_its_load() {
+        // 133.3 N on each block; precursors end at blocks 1, 2 and 3, the last without a next one.
+        let run = with_fields([0.0, 60.0, 80.0]);
+        let expected = ((60.0 + 80.0) / 2.0 / (400.0 / 3.0) / 0.575_f64 - 1.0).abs();
+        let ours = Measure::AheadOfFrontError.of(&run, None).unwrap();
+        assert!((ours - expected).abs() < 1e-12, "{ours} {expected}");
+    }
+
+    #[test]
+    fn the_load_curve_is_compared_up_to_the_dynamic_coefficient() {
+        let mut run = made_up::run("time.duration_s = 5", &[]);
+        let curve = asperity_model::analytic::LoadCurve::of(&run.scenario).unwrap().points();
+        let record = |driving_force_n: f64, step: u64, time_s: f64| {
+            let step = quiet_step(step, time_s, 0.0);
+            Load::from(&StepRecord { driving_force_n, normal_load_n: 400.0, ..step })
+        };
+        let along =
+            curve.iter().map(|&(time_s, ratio)| record(400.0 * ratio, (time_s / 1e-7) as u64, time_s));
+        run.loads = along.collect();
+        assert!(Measure::LoadCurveError.of(&run, None).unwrap() < 1e-12);
+        assert!(Measure::TimeToDynamicCoefficientError.of(&run, None).unwrap() < 1e-12);
+        run.loads[100].driving_force_n -= 400.0 * 0.045;
+        assert!((Measure::LoadCurveError.of(&run, None).unwrap() - 0.1).abs() < 1e-9);
+        // Behind the end of the theory nothing counts.
+        run.loads.push(record(0.0, 40_000_000, 4.0));
+        assert!((Measure::LoadCurveError.of(&run, None).unwrap() - 0.1).abs() < 1e-9);
+    }
+
+    #[test]
+    fn straight_lines_through_precursors_are_told_by_slope_and_intercept() {
+        let mut run = made_up::run("", &made_up::EVENTS);
+        // Lengths 1/3, 2/3, 1 and 1 of three blocks; 1.1 times (5.57), and 0.009 more.
+        for (slip, length) in [(0, 1.0), (1, 2.0), (4, 3.0), (5, 3.0)] {
+            run.slips[slip].ft_fn_onset = 1.1 * 0.45 * length / 3.0 + 0.009;
+        }
+        let of = |measure: Measure| measure.of(&run, None).unwrap();
+        assert!((of(Measure::SlopeErrorLinear) - 0.1).abs() < 1e-12);
+        assert!((of(Measure::InterceptErrorLinear) - 0.02).abs() < 1e-12);
+        assert!((of(Measure::LoadAtFirstGlobalSlipError) - 0.12).abs() < 1e-12);
+    }
+}

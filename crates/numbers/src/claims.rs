@@ -1,0 +1,511 @@
+//! Compares the claims of a text with measurements, and gives each a verdict by a stated rule.
+//!
+//! The statements of a source and those of this project are counted separately: the latter check
+//! this manual, and are no score of the source.
+//!
+//! A limit belongs to its claim. If it lies within the standard error of the measurement, the claim
+//! is undecided.
+
+mod shown;
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+use crate::claim::{Claim, Judgement};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+pub use shown::markdown;
+
+use crate::estimate::{Estimate, median_of};
+use crate::measure::Measure;
+use crate::run_data::RunData;
+use crate::wants::Wants;
+
+/// Relative deviation up to which a number stated is taken to agree.
+const TOLERANCE: f64 = 0.02;
+
+/// What an agreement is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Measured in a run, which could have given something else.
+    #[default]
+    Simulated,
+    /// Worked out from the parameters alone.
+    Arithmetic,
+    /// Looked for in a run because the source shows it: it exists, no more.
+    Selection,
+    /// Put in by the program itself: a check of the program.
+    Construction,
+}
+
+impl Kind {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Kind::Simulated => "simulated",
+            Kind::Arithmetic => "arithmetic",
+            Kind::Selection => "selection",
+            Kind::Construction => "construction",
+        }
+    }
+}
+
+/// Whose statement a claim is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+pub enum Speaker {
+    /// That of the text which the pipeline is about; the quote is verbatim.
+    #[default]
+    #[serde(rename = "the source")]
+    Source,
+    /// This project's own: its theory, its other reading of the source, or what it expects.
+    #[serde(rename = "this project")]
+    Project,
+}
+
+impl Speaker {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Speaker::Source => "the source",
+            Speaker::Project => "this project",
+        }
+    }
+}
+
+/// A claim before it is judged, as the pipeline has it.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Claim")]
+pub struct ClaimSpec {
+    /// Where it is made, or what it is about: a figure, equation or section.
+    pub about: String,
+    /// Whose statement it is.
+    #[serde(default)]
+    pub of: Speaker,
+    /// The words of whoever makes it.
+    pub quote: String,
+    /// The run to measure.
+    pub run: String,
+    /// A run whose value is taken off: the claim is about the difference.
+    pub minus: Option<String>,
+    /// Runs, or ensembles of runs, that differ from the run in what should not matter, a kick of
+    /// 1e-9 m/s say. A number stated is then compared with the spread of all of them, give or
+    /// take what is allowed of any number, and the rule says how many lie below it. To lie in
+    /// the spread says no more than that nothing speaks against it, and is not counted as
+    /// agreement. Where the source speaks in words, their median is judged.
+    #[serde(default)]
+    pub spread: Vec<String>,
+    /// As many that are taken off, one from each of the spread.
+    #[serde(default)]
+    pub minus_spread: Vec<String>,
+    /// The same runs with the parameter set `as-stated`, where the claim is to be
+    /// judged in them as well.
+    pub as_stated: Option<Runs>,
+    /// What to measure in it.
+    pub measure: Measure,
+    /// What an agreement is worth.
+    #[serde(default)]
+    pub kind: Kind,
+    /// Whether the source gives the number as approximate: then half a unit of its
+    /// last digit is allowed as well.
+    #[serde(default)]
+    pub approximate: bool,
+    /// The number claimed, with the digits the source gives; absent where the
+    /// source speaks in words.
+    pub stated: Option<String>,
+    /// For measures that look for the nearest precursor: its number of blocks,
+    /// where that is not the number claimed.
+    pub near: Option<f64>,
+    /// Where the source speaks in words: the largest value that bears it out. With `at_least` it
+    /// is a range.
+    pub at_most: Option<f64>,
+    /// Where the source speaks in words: the smallest value that bears it out.
+    pub at_least: Option<f64>,
+    /// What a reader should know of the outcome.
+    #[serde(default)]
+    pub note: String,
+}
+
+/// What a claim is measured in.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Runs {
+    /// The run to measure.
+    pub run: String,
+    /// A run whose value is taken off.
+    pub minus: Option<String>,
+    /// Runs, or ensembles of runs, that differ from the run in what should not matter.
+    #[serde(default)]
+    pub spread: Vec<String>,
+    /// As many that are taken off, one from each of the spread.
+    #[serde(default)]
+    pub minus_spread: Vec<String>,
+}
+
+impl ClaimSpec {
+    /// All runs that it speaks of.
+    pub fn runs(&self) -> impl Iterator<Item = &str> {
+        let second = self.as_stated.as_ref();
+        let own = [Some(&self.run), self.minus.as_ref()].into_iter().flatten();
+        let own = own.chain(&self.spread).chain(&self.minus_spread);
+        let others = second.into_iter().flat_map(|runs| {
+            let pair = [Some(&runs.run), runs.minus.as_ref()].into_iter().flatten();
+            pair.chain(&runs.spread).chain(&runs.minus_spread)
+        });
+        own.chain(others).map(String::as_str)
+    }
+
+    /// What it reads of each of its runs.
+    pub fn wants(&self) -> Wants {
+        self.measure.wants()
+    }
+
+    /// The number stated.
+    fn stated(&self) -> Option<f64> {
+        self.stated.as_ref().and_then(|text| text.parse().ok())
+    }
+
+    /// The values that bear it out, and the rule in words.
+    fn range(&self) -> (RangeInclusive<f64>, String) {
+        let Some(stated) = self.stated() else {
+            let rule = match (self.at_least, self.at_most) {
+                (Some(low), Some(high)) => format!("{low} to {high}"),
+                (Some(low), None) => format!("at least {low}"),
+                (_, high) => format!("at most {}", high.unwrap_or(f64::INFINITY)),
+            };
+            let [low, high] = [(self.at_least, f64::NEG_INFINITY), (self.at_most, f64::INFINITY)]
+                .map(|(limit, open)| limit.unwrap_or(open));
+            return (low..=high, rule);
+        };
+        let digit = half_last_digit(self.stated.as_deref().unwrap_or_default());
+        let relative = TOLERANCE * stated.abs();
+        let (tolerance, rule) = if self.approximate && digit > relative {
+            (digit, "half the last digit given")
+        } else {
+            (relative, "2 %")
+        };
+        (stated - tolerance..=stated + tolerance, format!("within {tolerance:.4}, {rule}"))
+    }
+
+    /// Its lists of runs, in which an ensemble may stand for its members.
+    pub fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
+        let second = self.as_stated.iter_mut().flat_map(|runs| [&mut runs.spread, &mut runs.minus_spread]);
+        [&mut self.spread, &mut self.minus_spread].into_iter().chain(second)
+    }
+
+    /// Checks that the claim can be judged.
+    ///
+    /// # Errors
+    /// In words: key, value and what would be accepted.
+    pub fn check(&self) -> Result<(), String> {
+        if let Some(text) = self.stated.as_ref().filter(|text| text.parse::<f64>().is_err()) {
+            return Err(format!("stated: {text:?} is not a number (accepted: a number in quotes)"));
+        }
+        let has_limit = self.at_most.is_some() || self.at_least.is_some();
+        if self.stated.is_some() == has_limit {
+            return Err("needs stated, or at_most, at_least or both".to_owned());
+        }
+        if let (Some(low), Some(high)) = (self.at_least, self.at_most)
+            && low > high
+        {
+            return Err(format!("at_least: {low} is not accepted (accepted: up to at_most, {high})"));
+        }
+        let own = (&self.minus, &self.spread, &self.minus_spread);
+        let second = self.as_stated.as_ref().map(|runs| (&runs.minus, &runs.spread, &runs.minus_spread));
+        for (minus, spread, minus_spread) in [Some(own), second].into_iter().flatten() {
+            let needed = if minus.is_some() { spread.len() } else { 0 };
+            if minus_spread.len() != needed {
+                return Err(format!(
+                    "minus_spread: {} runs are not accepted (accepted: {needed}, {})",
+                    minus_spread.len(),
+                    if minus.is_some() { "one for each of spread" } else { "without minus" }
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What the claims of a list measure in one run, in their order; `None` for those that do not speak
+/// of it, and where the run does not have it.
+#[derive(Debug, Clone)]
+pub struct Measured(Vec<Option<Estimate>>);
+
+impl Measured {
+    /// Measures a run.
+    pub fn of(claims: &[ClaimSpec], run: &RunData) -> Measured {
+        let speaks = |claim: &ClaimSpec| claim.runs().any(|name| name == run.name);
+        let measure = |claim: &ClaimSpec| claim.measure.estimate(run, claim.near.or(claim.stated()));
+        Measured(claims.iter().map(|claim| speaks(claim).then(|| measure(claim)).flatten()).collect())
+    }
+}
+
+/// Judges every claim by what was measured in the runs, by their names.
+pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Claim> {
+    let judged = claims.iter().enumerate().map(|(index, claim)| {
+        let measured = |run: &str| runs.get(run).and_then(|measured| measured.0[index]);
+        let own_runs = Runs {
+            run: claim.run.clone(),
+            minus: claim.minus.clone(),
+            spread: claim.spread.clone(),
+            minus_spread: claim.minus_spread.clone(),
+        };
+        let own = judge_in(claim, &own_runs, &measured);
+        Claim {
+            about: claim.about.clone(),
+            of: claim.of.word().to_owned(),
+            run: claim.run.clone(),
+            quote: claim.quote.clone(),
+            measure: claim.measure.name(),
+            stated: claim.stated.clone().unwrap_or_default(),
+            deviation: own.ours.zip(claim.stated()).map(|(ours, stated)| ours - stated),
+            own,
+            kind: claim.kind.word().to_owned(),
+            note: claim.note.clone(),
+            as_stated: claim.as_stated.as_ref().map(|second| judge_in(claim, second, &measured)),
+        }
+    });
+    judged.collect()
+}
+
+fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<Estimate>) -> Judgement {
+    let difference = |name: &String, minus: Option<&String>| match minus {
+        None => measure(name),
+        Some(other) => Some(measure(name)?.minus(measure(other)?)),
+    };
+    let judgement = |ours: Option<Estimate>, rule: String, verdict: &str| Judgement {
+        ours: ours.map(|ours| ours.value),
+        error: ours.map(|ours| ours.error).filter(|error| *error > 0.0),
+        rule,
+        verdict: verdict.to_owned(),
+    };
+    let own = difference(&of.run, of.minus.as_ref());
+    let (range, rule) = claim.range();
+    if of.spread.is_empty() {
+        return judgement(own, rule, verdict(own, &range));
+    }
+    let others = of.spread.iter().enumerate();
+    let others = others.filter_map(|(index, name)| difference(name, of.minus_spread.get(index)));
+    let mut draws: Vec<f64> = others.chain(own).map(|draw| draw.value).collect();
+    draws.sort_by(f64::total_cmp);
+    let middle = median_of(&draws);
+    let Some(stated) = claim.stated() else {
+        // Of one run's number in words there is no more than itself.
+        let rule = format!("{rule}, the median of {} runs", draws.len());
+        return judgement(middle, rule, verdict(middle, &range));
+    };
+    let (Some(low), Some(high), Some(middle)) = (draws.first(), draws.last(), middle) else {
+        return judgement(own, "within the spread of runs, of which none has it".to_owned(), "not reached");
+    };
+    let tolerance = TOLERANCE * stated.abs();
+    let rule = format!(
+        "within 2 % of {low:.4} to {high:.4}, the spread of {} runs; median {:.4}, {} below",
+        draws.len(),
+        middle.value,
+        draws.iter().filter(|&&draw| draw < stated).count()
+    );
+    let is_in = (low - tolerance..=high + tolerance).contains(&stated);
+    judgement(own, rule, if is_in { "in the spread" } else { "differs" })
+}
+
+/// How a number stands to the range that bears a claim out.
+fn verdict(ours: Option<Estimate>, range: &RangeInclusive<f64>) -> &'static str {
+    let Some(ours) = ours else { return "not reached" };
+    let is_open = |limit: &f64| (ours.value - limit).abs() < ours.error;
+    match range.contains(&ours.value) {
+        _ if is_open(range.start()) || is_open(range.end()) => "undecided",
+        true => "agrees",
+        false => "differs",
+    }
+}
+
+/// Half a unit of the last digit of a decimal number as written.
+fn half_last_digit(text: &str) -> f64 {
+    let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    0.5 * 0.1f64.powi(decimals as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use crate::claim::{Claim, columns};
+
+    use super::{ClaimSpec, Measured, half_last_digit, judge, markdown, verdict};
+    use crate::estimate::Estimate;
+    use crate::made_up;
+    use crate::run_data::RunData;
+
+    fn judged(claims: &[ClaimSpec], runs: &mut BTreeMap<String, RunData>) -> Vec<Claim> {
+        runs.iter_mut().for_each(|(name, run)| run.name.clone_from(name));
+        let measured = runs.iter().map(|(name, run)| (name.as_str(), Measured::of(claims, run)));
+        let measured: BTreeMap<&str, Measured> = measured.collect();
+        judge(claims, &measured.iter().map(|(name, measured)| (*name, measured)).collect())
+    }
+
+    fn page_of(specs: &[ClaimSpec], outcomes: &[Claim], runs: &BTreeMap<String, RunData>) -> String {
+        markdown("title", specs, outcomes, &runs.values().map(|run| &run.header).collect::<Vec<_>>())
+    }
+
+    fn has_second(claims: &[Claim]) -> bool {
+        columns(claims).iter().any(|(name, _)| *name == "as_stated_verdict")
+    }
+
+    #[test]
+    fn half_a_digit_is_read_off_the_text() {
+        assert_eq!(half_last_digit("17"), 0.5);
+        assert!((half_last_digit("3.55") - 0.005).abs() < 1e-15);
+        assert!((half_last_digit("0.225") - 0.0005).abs() < 1e-15);
+    }
+
+    fn claim(rest: &str) -> ClaimSpec {
+        let text = format!("about = \"a\"\nquote = \"q\"\nmeasure = \"first-global-slip-time\"\n{rest}");
+        toml::from_str(&text).unwrap()
+    }
+
+    #[test]
+    fn spreads_differences_and_second_runs_are_judged() {
+        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
+        let mut runs = BTreeMap::from([
+            ("early".to_owned(), global(10_000_000)),
+            ("late".to_owned(), global(20_000_000)),
+            ("none".to_owned(), made_up::run("", &[(1, 2, &[1])])),
+        ]);
+        let claims = [
+            claim("run = \"early\"\nstated = \"1.5\""),
+            claim("run = \"early\"\nspread = [\"late\", \"none\"]\nstated = \"1.5\""),
+            claim("run = \"early\"\nspread = [\"late\"]\nstated = \"2.03\""),
+            claim("run = \"early\"\nspread = [\"late\"]\nstated = \"2.1\""),
+            claim(
+                "run = \"late\"\nminus = \"early\"\nat_least = 0\nas_stated = { run = \"early\", minus = \"late\" }",
+            ),
+            claim("run = \"late\"\nminus = \"none\"\nat_least = 0"),
+        ];
+        let outcomes = judged(&claims, &mut runs);
+        let verdicts: Vec<&str> = outcomes.iter().map(|outcome| outcome.own.verdict.as_str()).collect();
+        assert_eq!(
+            verdicts,
+            ["differs", "in the spread", "in the spread", "differs", "agrees", "not reached"]
+        );
+        assert_eq!(
+            outcomes[1].own.rule,
+            "within 2 % of 1.0000 to 2.0000, the spread of 2 runs; median 1.5000, 1 below"
+        );
+        assert_eq!((outcomes[4].own.ours, outcomes[4].own.error), (Some(1.0), None));
+        let second = outcomes[4].as_stated.as_ref().unwrap();
+        assert_eq!((second.ours, second.verdict.as_str()), (Some(-1.0), "differs"));
+
+        assert!(has_second(&outcomes));
+        let page = page_of(&claims, &outcomes, &runs);
+        assert!(page.contains("1 agree, 2 differ, 1 not reached, 2 in a spread."), "{page}");
+        assert!(page.contains("| late minus early |"), "{page}");
+        assert!(page.contains(" -1.0000, **differs** |"), "{page}");
+        // Without second runs neither has a column for them.
+        assert!(!has_second(&outcomes[..4]));
+        assert!(!page_of(&claims[..4], &outcomes[..4], &runs).contains("as-stated"));
+    }
+
+    /// The limit of (5.48) is 5 %, and the mean shear ahead of fronts has an error of about 2 %.
+    #[test]
+    fn a_limit_within_the_standard_error_is_undecided() {
+        let of = |value, error, range| verdict(Some(Estimate { value, error }), &range);
+        let at_most = f64::NEG_INFINITY..=0.05;
+        assert_eq!(of(0.044, 0.020, at_most.clone()), "undecided");
+        assert_eq!(of(0.058, 0.023, at_most.clone()), "undecided");
+        assert_eq!(of(0.044, 0.005, at_most.clone()), "agrees");
+        assert_eq!(of(0.195, 0.023, at_most.clone()), "differs");
+        // Without an error the limit itself still agrees.
+        assert_eq!(of(0.05, 0.0, at_most), "agrees");
+        assert_eq!([of(0.9, 0.2, 0.0..=1.0), of(0.1, 0.2, 0.0..=1.0)], ["undecided"; 2]);
+        assert_eq!(of(0.5, 0.2, 0.0..=1.0), "agrees");
+        assert_eq!(verdict(None, &(0.0..=1.0)), "not reached");
+    }
+
+    /// Precursors that reach each of three blocks, and the slip of all of them, whose load fits no line.
+    #[test]
+    fn lines_through_precursors_leave_the_first_global_slip_out_and_may_be_undecided() {
+        let mut run = made_up::run("", &made_up::EVENTS);
+        for (slip, load) in [(0, 0.15), (1, 0.301), (4, 0.45), (5, 0.9)] {
+            run.slips[slip].ft_fn_onset = load;
+        }
+        let judged = |limit: &str, run: &RunData| {
+            let text = format!(
+                "about = \"a\"\nquote = \"q\"\nrun = \"r\"\nmeasure = \"intercept-error-5.57\"\nat_most = {limit}"
+            );
+            let claims = [toml::from_str(&text).unwrap()];
+            let mut runs = BTreeMap::from([("r".to_owned(), run.clone())]);
+            let outcomes = self::judged(&claims, &mut runs);
+            (page_of(&claims, &outcomes, &runs), outcomes[0].own.clone())
+        };
+        // By hand: slope 1, intercept 0.001 / 3 over 0.45, and an error of 0.0021.
+        let (page, own) = judged("0.01", &run);
+        assert!((own.ours.unwrap() - 0.001 / 3.0 / 0.45).abs() < 1e-9, "{own:?}");
+        assert_eq!(own.verdict, "agrees");
+        assert!(page.contains("| 7.4e-4 ± "), "{page}");
+        let (page, own) = judged("0.0007", &run);
+        assert_eq!(own.verdict, "undecided", "{own:?}");
+        assert!(page.contains("0 agree, 0 differ, 0 not reached, 1 undecided."), "{page}");
+    }
+
+    #[test]
+    fn claims_that_cannot_be_judged_are_refused() {
+        let refused = |rest: &str| claim(rest).check().unwrap_err();
+        assert_eq!(
+            refused("run = \"r\"\nstated = \"two\""),
+            "stated: \"two\" is not a number (accepted: a number in quotes)"
+        );
+        let needs = "needs stated, or at_most, at_least or both";
+        assert_eq!(refused("run = \"r\""), needs);
+        assert_eq!(refused("run = \"r\"\nstated = \"2\"\nat_most = 3"), needs);
+        assert_eq!(
+            refused("run = \"r\"\nat_least = 2\nat_most = 1"),
+            "at_least: 2 is not accepted (accepted: up to at_most, 1)"
+        );
+        assert_eq!(
+            refused("run = \"r\"\nminus = \"s\"\nspread = [\"x\"]\nat_most = 1"),
+            "minus_spread: 0 runs are not accepted (accepted: 1, one for each of spread)"
+        );
+        assert_eq!(
+            refused("run = \"r\"\nminus_spread = [\"x\"]\nat_most = 1"),
+            "minus_spread: 1 runs are not accepted (accepted: 0, without minus)"
+        );
+    }
+
+    #[test]
+    fn statements_in_words_are_judged_by_the_median_of_a_spread() {
+        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
+        let steps = [10_000_000, 20_000_000, 40_000_000, 15_000_000];
+        let names = ["one", "two", "four", "half"];
+        let mut runs = names.map(str::to_owned).into_iter().zip(steps.map(global)).collect();
+        let mut judged = |rest: &str| judged(&[claim(rest)], &mut runs)[0].own.clone();
+        let median = judged("run = \"one\"\nspread = [\"four\", \"two\"]\nat_least = 1.2");
+        assert_eq!((median.ours, median.verdict.as_str()), (Some(2.0), "agrees"));
+        assert_eq!(median.rule, "at least 1.2, the median of 3 runs");
+        // 1.0 - 1.5 and 4.0 - 2.0.
+        let differences = judged(
+            "run = \"one\"\nminus = \"half\"\nspread = [\"four\"]\nminus_spread = [\"two\"]\nat_most = 0",
+        );
+        assert_eq!((differences.ours, differences.verdict.as_str()), (Some(0.75), "differs"));
+    }
+
+    #[test]
+    fn statements_of_the_project_stand_and_count_apart() {
+        let mut runs = BTreeMap::from([("r".to_owned(), made_up::run("", &[(9, 19, &[1, 2, 3])]))]);
+        let claims =
+            [claim("run = \"r\"\nof = \"this project\"\nat_least = 5"), claim("run = \"r\"\nat_most = 5")];
+        let outcomes = judged(&claims, &mut runs);
+        let page = page_of(&claims, &outcomes, &runs);
+        let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}: {page}"));
+        let ours = place("What this project says:");
+        assert!(place("What the source says:") < ours);
+        assert!(place("1 agree, 0 differ, 0 not reached.") < ours);
+        assert!(ours < place("0 agree, 1 differ, 0 not reached."));
+        assert!(place("| the source says |") < place("| this project says |"));
+        assert_eq!(page.lines().filter(|line| line.starts_with("|---")).count(), 2, "{page}");
+        assert_eq!(outcomes[0].of, "this project");
+        let refused = toml::from_str::<ClaimSpec>("about = \"a\"\nquote = \"q\"\nof = \"us\"").unwrap_err();
+        assert!(refused.message().contains("`the source`"), "{refused}");
+    }
+}

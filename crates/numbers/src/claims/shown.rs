@@ -1,0 +1,131 @@
+//! The claims and what became of them, as a page.
+
+use std::fmt::Write;
+
+use asperity_record::RunHeader;
+
+use super::{ClaimSpec, Kind, Speaker};
+use crate::claim::{Claim, Judgement};
+
+/// The claims as a page of Markdown, headed by what the runs were; `specs` and `claims` are the same
+/// ones before and after the judgement.
+pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&RunHeader]) -> String {
+    let distinct = |value: &dyn Fn(&RunHeader) -> String| -> String {
+        let values: std::collections::BTreeSet<String> = runs.iter().map(|run| value(run)).collect();
+        values.into_iter().collect::<Vec<_>>().join(", ")
+    };
+    let mut page = format!(
+        "# {title}: claims\n\nParameter set {}; dt = {} s; solver {}; code version {}.\n\n",
+        distinct(&|run| run.parameter_set.clone()),
+        distinct(&|run| format!("{:e}", run.time_step_s)),
+        distinct(&|run| run.solver.clone()),
+        distinct(&|run| run.code_version.clone()),
+    );
+    for speaker in [Speaker::Source, Speaker::Project] {
+        let of_speaker: Vec<&Claim> = claims.iter().filter(|claim| claim.of == speaker.word()).collect();
+        if !of_speaker.is_empty() {
+            score(&mut page, speaker, &of_speaker);
+        }
+    }
+    page.push_str(
+        "Deviations are ours minus stated. Limits of claims made in words are ours. Behind ± is a standard \
+         error; a claim whose limit it reaches over is undecided.\n",
+    );
+    let has_second = claims.iter().any(|claim| claim.as_stated.is_some());
+    let (heading, line) = if has_second {
+        page.push_str(
+            "The column \"as-stated\" holds the same claim against runs with that parameter set, the values of \
+             the source's text; the columns before it are of the run named.\n",
+        );
+        (" as-stated |", "---|")
+    } else {
+        ("", "")
+    };
+    let number = |value: f64| match value.abs() {
+        small if small != 0.0 && small < 1e-3 => format!("{value:.1e}"),
+        _ => format!("{value:.4}"),
+    };
+    let number = |found: &Judgement| match (found.ours, found.error) {
+        (None, _) => "-".to_owned(),
+        (Some(value), None) => number(value),
+        (Some(value), Some(error)) => format!("{} ± {}", number(value), number(error)),
+    };
+    let signed = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:+.4}"));
+    let mut speaker = None;
+    let all = specs.iter().zip(claims);
+    let in_order = [Speaker::Source, Speaker::Project]
+        .into_iter()
+        .flat_map(|of| all.clone().filter(move |(spec, _)| spec.of == of));
+    for (spec, claim) in in_order {
+        if speaker.replace(spec.of) != Some(spec.of) {
+            writeln!(
+                page,
+                "\n| about | run | {} says | measured | stated | ours | deviation | rule | verdict | kind |{heading}\n\
+                 |---|---|---|---|---|---|---|---|---|---|{line}",
+                claim.of
+            )
+            .expect("writing to a string cannot fail");
+        }
+        let note = if claim.note.is_empty() { String::new() } else { format!(" ({})", claim.note) };
+        let run = match &spec.minus {
+            None => claim.run.clone(),
+            Some(other) => format!("{} minus {other}", claim.run),
+        };
+        let second = match &claim.as_stated {
+            None if has_second => " - |".to_owned(),
+            None => String::new(),
+            // Its rule is another one only where it is a spread.
+            Some(found) if found.rule == claim.own.rule => {
+                format!(" {}, **{}** |", number(found), found.verdict)
+            }
+            Some(found) => format!(" {}, {}, **{}** |", number(found), found.rule, found.verdict),
+        };
+        writeln!(
+            page,
+            "| {} | {run} | {} | {} | {} | {} | {} | {} | **{}**{note} | {} |{second}",
+            claim.about,
+            claim.quote.replace('|', "\\|"),
+            claim.measure,
+            spec.stated.as_deref().unwrap_or("-"),
+            number(&claim.own),
+            signed(claim.deviation),
+            claim.own.rule,
+            claim.own.verdict,
+            claim.kind
+        )
+        .expect("writing to a string cannot fail");
+    }
+    page
+}
+
+/// How the claims of one speaker came out, by kind.
+fn score(page: &mut String, speaker: Speaker, claims: &[&Claim]) {
+    writeln!(page, "What {} says:\n", speaker.word()).expect("writing to a string cannot fail");
+    for (kind, meaning) in [
+        (Kind::Simulated, "measured in a run, which could have given something else"),
+        (Kind::Arithmetic, "worked out from the parameters alone"),
+        (Kind::Selection, "looked for in a run because the source shows it"),
+        (Kind::Construction, "put in by the program itself"),
+    ] {
+        let count = |verdict| {
+            let of_kind = claims.iter().filter(|claim| claim.kind == kind.word());
+            of_kind.filter(|claim| claim.own.verdict == verdict).count()
+        };
+        let some = |verdict, words: &str| match count(verdict) {
+            0 => String::new(),
+            some => format!(", {some} {words}"),
+        };
+        writeln!(
+            page,
+            "- *{}* ({meaning}): {} agree, {} differ, {} not reached{}{}.",
+            kind.word(),
+            count("agrees"),
+            count("differs"),
+            count("not reached"),
+            some("undecided", "undecided"),
+            some("in the spread", "in a spread")
+        )
+        .expect("writing to a string cannot fail");
+    }
+    page.push('\n');
+}

@@ -1,0 +1,276 @@
+//! Fronts read off the switches of a run: when they came to each block, how fast they ran, what
+//! they left behind.
+
+use std::collections::BTreeMap;
+
+use asperity_model::front::{Front, relative_prestress};
+use asperity_record::Direction;
+
+use crate::precursors::{PrecursorRules, among_ruptures};
+use crate::run_data::RunData;
+
+/// What happened to a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passage {
+    /// The block, counted from 1.
+    pub block: u32,
+    /// Time of the first step in which it slid.
+    pub arrival_s: f64,
+    /// Time of the first step after the last one in which it slid; None if it slid at the end.
+    pub stop_s: Option<f64>,
+    /// How far it slid between the two.
+    pub slip_m: Option<f64>,
+}
+
+/// The blocks that a front has passed which came from block 1: all up to the first one that never
+/// slid.
+pub fn passages(run: &RunData) -> Vec<Passage> {
+    // A switch takes effect in the next step.
+    let after = |step: u64| run.plan.grid.time_s(step + 1);
+    let slid = run.switches.iter().map_while(|switched| switched.as_ref()).zip(1..);
+    slid.map(|([first, last], block)| {
+        let stopped = last.direction == Direction::Attach;
+        Passage {
+            block,
+            arrival_s: after(first.step),
+            stop_s: stopped.then(|| after(last.step)),
+            slip_m: stopped.then_some(last.displacement_m - first.displacement_m),
+        }
+    })
+    .collect()
+}
+
+/// The blocks over which a front is taken to be steady: from the middle of the slider to 11/12 of
+/// it, 300 to 550 of 600. Transients are over before; waves from the far end have not come yet.
+pub fn steady_span(blocks: usize) -> std::ops::RangeInclusive<usize> {
+    blocks / 2..=blocks * 11 / 12
+}
+
+/// The time in which the chain's waves cross a block, `a / c = sqrt(m / k)`.
+pub fn crossing_s(run: &RunData) -> f64 {
+    run.plan.scales.block_time_s
+}
+
+/// The passages of the blocks of the steady span; None if the front did not come to all of them.
+fn steady(run: &RunData) -> Option<Vec<Passage>> {
+    let span = steady_span(run.plan.blocks);
+    let passages = passages(run);
+    let steady = passages.get(span.start() - 1..*span.end())?.to_vec();
+    (steady.len() > 1).then_some(steady)
+}
+
+/// Speed of the front over the wave speed: the straight line through the arrivals at the blocks
+/// of the steady span, by least squares.
+///
+/// A median of delays would not do: without damping each delay is a whole number of steps.
+pub fn speed_over_c(run: &RunData) -> Option<f64> {
+    let steady = steady(run)?;
+    let count = steady.len() as f64;
+    let (x, t) = steady.iter().fold((0.0, 0.0), |(x, t), passage| {
+        (x + f64::from(passage.block) / count, t + passage.arrival_s / count)
+    });
+    let (xx, xt) = steady.iter().fold((0.0, 0.0), |(xx, xt), passage| {
+        let from_mean = f64::from(passage.block) - x;
+        (xx + from_mean * from_mean, xt + from_mean * (passage.arrival_s - t))
+    });
+    (xt > 0.0).then(|| xx / xt * crossing_s(run))
+}
+
+/// Speed of the front between neighbours over the wave speed: the later one of the two, and the
+/// speed. Blocks that a front from block 1 did not reach after their neighbour are left out.
+pub fn local_speeds(run: &RunData) -> Vec<(f64, f64)> {
+    let crossing_s = crossing_s(run);
+    let took = |pair: &[Passage]| pair[1].arrival_s - pair[0].arrival_s;
+    let passages = passages(run);
+    let forward = passages.windows(2).filter(|pair| took(pair) > 0.0);
+    forward.map(|pair| (f64::from(pair[1].block), crossing_s / took(pair))).collect()
+}
+
+/// Over how many spacings a speed is taken, if nothing else is asked for: between two neighbours it
+/// comes in whole steps, and jumps where an earlier rupture has left a peak of stress.
+pub const ACROSS: u32 = 4;
+
+/// How fast the fronts of precursors, and that of the first global slip, ran over the wave speed,
+/// behind the stress that they found: the mean of `tau_n / p_n` over the blocks between which the
+/// speed is taken, in the state at the onset of the slip event in which the rupture began. (When a
+/// front comes to a block, the block bears its threshold, by what a detachment is.) Stretches that a
+/// front passed in no time or backwards are left out.
+pub fn over_stress(run: &RunData, from_blocks: u32, across: u32) -> [Vec<(f64, f64)>; 2] {
+    let mut all = [Vec::new(), Vec::new()];
+    let per_spacing_s = crossing_s(run);
+    for rupture in among_ruptures(run, &PrecursorRules { min_blocks: from_blocks, merge_gap_s: 0.0 }) {
+        let slip = run.event_of(rupture);
+        let state = slip.and_then(|slip| run.states().at_precursor_onset(slip.onset_step));
+        let Some((state, p_n)) = state.and_then(|state| Some((state, run.normal_load_n(state)?))) else {
+            continue;
+        };
+        let of = run.arrivals().iter().filter(|arrival| arrival.rupture == rupture.rupture);
+        let at: BTreeMap<u32, f64> = of.map(|arrival| (arrival.block, arrival.arrival_s)).collect();
+        for (block, from_s) in at.range(rupture.nucleation_block..) {
+            let Some(to_s) = at.get(&(block + across)).filter(|to_s| *to_s > from_s) else { continue };
+            let passed = *block as usize - 1..(block + across) as usize;
+            let ratios = state.tangential_force_n[passed.clone()].iter().zip(&p_n[passed]);
+            let stress = ratios.map(|(tau_n, p_n)| tau_n / p_n).sum::<f64>() / f64::from(across + 1);
+            let speed = f64::from(across) * per_spacing_s / (to_s - from_s);
+            all[usize::from(rupture.reached_every_block)].push((stress, speed));
+        }
+    }
+    all
+}
+
+/// How far faster fronts go with more stress: Spearman's rank correlation of all that
+/// [`over_stress`] finds of ruptures of five blocks or more, -1 to 1.
+pub fn speed_stress_correlation(run: &RunData) -> Option<f64> {
+    let points = over_stress(run, 5, ACROSS).concat();
+    let ranks = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
+        // Equals share the mean of their ranks.
+        let rank = |value: f64| {
+            let below = points.iter().filter(|point| of(point) < value).count();
+            let equal = points.iter().filter(|point| of(point) == value).count();
+            below as f64 + 0.5 * (equal as f64 - 1.0)
+        };
+        points.iter().map(|point| rank(of(point))).collect()
+    };
+    let (stress, speed) = (ranks(|point| point.0), ranks(|point| point.1));
+    let middle = (points.len() as f64 - 1.0) / 2.0;
+    let product =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - middle) * (b - middle)).sum::<f64>();
+    let scale = (product(&stress, &stress) * product(&speed, &speed)).sqrt();
+    (scale > 0.0).then(|| product(&stress, &speed) / scale)
+}
+
+/// The theory for the run, with the prestress of the middle block.
+pub fn theory(run: &RunData) -> Option<Front> {
+    Front::of(&run.plan, run.plan.blocks / 2)
+}
+
+/// The displacement that strains a spring between blocks by `(mu_s - mu_d) p`, in the middle.
+pub fn unit_m(run: &RunData) -> f64 {
+    let (friction, middle) = (&run.plan.friction, run.plan.blocks / 2);
+    (friction.static_threshold_n[middle] - friction.dynamic_friction_n[middle])
+        / run.plan.elastic.stiffness_n_per_m()
+}
+
+/// Deviation of the speed from the theory, over it.
+pub fn speed_error(run: &RunData) -> Option<f64> {
+    Some(speed_over_c(run)? / theory(run)?.speed_over_c()? - 1.0)
+}
+
+/// How many blocks a pulse is long: its speed times the mean time for which a block slides, over
+/// the steady span.
+pub fn pulse_length_blocks(run: &RunData) -> Option<f64> {
+    let steady = steady(run)?;
+    let slid_s: Option<f64> = steady.iter().map(|passage| Some(passage.stop_s? - passage.arrival_s)).sum();
+    Some(speed_over_c(run)? * slid_s? / steady.len() as f64 / crossing_s(run))
+}
+
+/// The mean slip behind a pulse over the steady span, over that of the theory without damping.
+pub fn pulse_slip_ratio(run: &RunData) -> Option<f64> {
+    let steady = steady(run)?;
+    let slip_m: Option<f64> = steady.iter().map(|passage| passage.slip_m).sum();
+    Some(slip_m? / steady.len() as f64 / unit_m(run) / theory(run)?.pulse_slip()?)
+}
+
+/// The relative prestress of the last block that the front reached; None if it reached all, or
+/// if something still slid at the end of the run.
+pub fn arrest_prestress(run: &RunData) -> Option<f64> {
+    let passages = passages(run);
+    let over = passages.iter().all(|passage| passage.stop_s.is_some());
+    let last = passages.last().filter(|last| over && (last.block as usize) < run.plan.blocks)?;
+    relative_prestress(&run.plan, last.block as usize - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{Direction, FieldRecord};
+
+    use super::*;
+    use crate::made_up::{self, pulse};
+    use crate::run_data::Switched;
+    use crate::wants::Wants;
+
+    #[test]
+    fn speed_length_and_slip_are_those_of_the_steady_span() {
+        let run = pulse(12, "prestress.ratio = 0.6");
+        assert_eq!(steady_span(12), 6..=11);
+        assert_eq!(steady_span(600), 300..=550);
+        let crossing_s = (12.0 / 12.0 / 2.75e7f64).sqrt();
+        assert!((speed_over_c(&run).unwrap() * 1e-7 / crossing_s - 1.0).abs() < 1e-9);
+        assert!((pulse_length_blocks(&run).unwrap() - 2.5).abs() < 1e-9);
+        // (0.7 - 0.45) * 400 / 12 N at k; 2 tau / gamma = 2 * 0.6 / 0.5.
+        let slip = 2e-6 / (0.25 * 400.0 / 12.0 / 2.75e7) / 2.4;
+        assert!((pulse_slip_ratio(&run).unwrap() / slip - 1.0).abs() < 1e-9);
+        let local = local_speeds(&run);
+        assert_eq!(local.len(), 11);
+        assert!((local[0].1 * 3e-8 / crossing_s - 1.0).abs() < 1e-9 && local[0].0 == 2.0);
+        assert!((local[10].1 * 1e-7 / crossing_s - 1.0).abs() < 1e-9 && local[10].0 == 12.0);
+        assert_eq!(arrest_prestress(&run), None, "nothing stopped it");
+    }
+
+    #[test]
+    fn a_front_that_stops_has_an_end_and_no_speed() {
+        let falling: Vec<f64> = (0..12).map(|n| 0.6 - 0.01 * f64::from(n)).collect();
+        let mut run = pulse(7, &format!("prestress.profile = {falling:?}"));
+        assert_eq!(passages(&run).len(), 7);
+        assert_eq!((speed_over_c(&run), pulse_length_blocks(&run)), (None, None));
+        // Block 7: (0.54 - 0.45) / 0.25.
+        assert!((arrest_prestress(&run).unwrap() - 0.36).abs() < 1e-9);
+        // One that slides at the end may still go on; one far away is not of this front.
+        let [first, last] = run.switches[6].as_mut().unwrap();
+        *last = *first;
+        assert_eq!(arrest_prestress(&run), None);
+        run.switches[9] = run.switches[0];
+        assert_eq!(passages(&run).len(), 7);
+    }
+
+    #[test]
+    fn blocks_that_slide_again_slid_from_first_to_last() {
+        let mut run = pulse(12, "prestress.ratio = 0.6");
+        let again = Switched { step: 5100, direction: Direction::Attach, displacement_m: 4e-6 };
+        run.switches[7].as_mut().unwrap()[1] = again;
+        let passage = passages(&run)[7];
+        assert!((passage.slip_m.unwrap() - 3e-6).abs() < 1e-15);
+        assert!((passage.stop_s.unwrap() - 5.101e-6).abs() < 1e-15);
+    }
+
+    /// Twelve blocks that a rupture passes from block 2 on; the ones that bear more, faster.
+    #[test]
+    fn fronts_are_set_against_the_stress_that_they_found() {
+        let delays = [0, 40, 40, 20, 20, 10, 10, 5, 5, 2, 2];
+        let mut at = 1000;
+        let mut passed: Vec<made_up::Passed> = delays
+            .iter()
+            .zip(2..)
+            .map(|(delay, block)| {
+                at += delay;
+                (block, at, Some(5000))
+            })
+            .collect();
+        passed.push((1, 1010, Some(5000)));
+        passed.sort_by_key(|(_, step, _)| *step);
+        let mut run = made_up::run("", &[(1000, 5000, &[1, 2, 3])]);
+        (run.header.blocks, run.slips[0].last_block, run.slips[0].blocks_slipped) = (12, 12, 12);
+        made_up::with_ruptures(&mut run, &[&passed]);
+        let state = FieldRecord {
+            step: 1000,
+            time_s: run.plan.grid.time_s(1000),
+            displacement_m: vec![0.0; 12],
+            velocity_m_per_s: vec![0.0; 12],
+            tangential_force_n: (0..12).map(f64::from).collect(),
+            normal_load_n: vec![10.0; 12],
+            stick_position_m: vec![0.0; 12],
+            detached: vec![0; 12],
+        };
+        run.kept |= Wants::fronts();
+        made_up::with_states(&mut run, &[state]);
+        let [precursors, global] = over_stress(&run, 5, 4);
+        assert!(precursors.is_empty());
+        // Block 2 to block 6: 120 steps of 1e-7 s, and 0.1 to 0.5.
+        assert!((global[0].0 - 0.3).abs() < 1e-12, "{global:?}");
+        assert!((global[0].1 - 4.0 * crossing_s(&run) / 120e-7).abs() < 1e-9, "{global:?}");
+        assert_eq!(global.len(), 7, "from block 2 to 6, up to from 8 to 12");
+        assert_eq!(speed_stress_correlation(&run), Some(1.0));
+        let [_, short] = over_stress(&run, 13, 4);
+        assert!(short.is_empty(), "it has twelve blocks");
+    }
+}

@@ -1,0 +1,98 @@
+//! The numbers of a run, and what is claimed of them: when it slipped, how far its precursors reached,
+//! the speed of its fronts, its energy balance.
+//!
+//! A [`Summarizer`] receives a run live or from a log, and returns a [`Summary`]. [`Summary::KEYS`]
+//! defines the meaning and unit of every number; the page that explains them, the tables and
+//! [`Summary::schema`] are generated from it. [`text`] formats summaries for a terminal.
+//!
+//! ```
+//! use asperity_record::RunHeader;
+//! use asperity_numbers::{RupturesFrom, Slider, Summarizer, Summary};
+//! use asperity_testkit::quiet_step;
+//!
+//! let header = RunHeader {
+//!     record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+//!     scenario: "default".to_owned(),
+//!     scenario_hash: String::new(),
+//!     run_id: String::new(),
+//!     code_version: String::new(),
+//!     parameter_set: "as-coded".to_owned(),
+//!     solver: "fast".to_owned(),
+//!     blocks: 10,
+//!     rows: 1,
+//!     time_step_s: 1e-7,
+//!     longest_stable_step_s: None,
+//!     steps: 20_000_000,
+//!     scales: None,
+//! };
+//! let mut summarizer = Summarizer::new("mine", &header, Slider::default());
+//! summarizer.step(&quiet_step(20_000_000, 2.0, 0.25));
+//! let summary = summarizer.finish(RupturesFrom::Log, None);
+//! assert_eq!((summary.precursor_count, summary.largest_ft_fn), (Some(0), Some(0.25)));
+//! assert_eq!(summary.first_slip_s, None);
+//! assert_eq!(Summary::KEYS.len(), summary.row().len());
+//! ```
+//!
+//! A [`run_data::Collector`] keeps what else is made of a run, as far as somebody asks for it
+//! ([`wants`]); single numbers are read off that by [`measure`], curves by [`curves`], fronts by
+//! [`fronts`], distributions and their fits by [`distributions`] and [`goodness`], and [`claims`] sets
+//! numbers beside what a text states.
+//!
+//! ```
+//! use asperity_numbers::measure::Measure;
+//! use asperity_numbers::precursors::{self, PrecursorRules};
+//! use asperity_numbers::run_data::RunData;
+//!
+//! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
+//! let run = RunData::read("complete", path.as_ref())?;
+//! for precursor in precursors::find(&run, &PrecursorRules::default()) {
+//!     let (length, load) = (precursor.length_ratio(run.header.blocks), precursor.start.ft_fn_onset);
+//!     println!("L_p/L = {length:.2} at F_T/F_N = {load:.3}");
+//! }
+//! assert_eq!(Measure::CoefficientRatio.of(&run, None), Some(0.7 / 0.45));
+//! assert!(Measure::PrecursorCount.of(&run, None) > Some(0.0));
+//! # Ok::<(), asperity_numbers::run_data::UnreadRun>(())
+//! ```
+
+#[cfg(test)]
+extern crate self as asperity_numbers;
+
+mod at_rest;
+mod beside_hold;
+mod beside_theory;
+pub mod claim;
+pub mod claims;
+mod creep;
+pub mod curves;
+pub mod distributions;
+pub mod estimate;
+pub mod fronts;
+pub mod goodness;
+mod growth;
+mod key;
+#[cfg(test)]
+#[path = "../../testkit/src/made_up.rs"]
+pub mod made_up;
+pub mod measure;
+mod partial;
+pub mod plane_waves;
+pub mod precursors;
+mod raw;
+pub mod run_data;
+mod rupture_numbers;
+mod slip_growth;
+pub mod states;
+mod statistics;
+mod summarizer;
+mod summary;
+pub mod text;
+mod unloaded;
+pub mod wants;
+
+pub use beside_theory::AFFECTED_THRESHOLD;
+pub use growth::Growth;
+pub use key::Key;
+pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s};
+pub use statistics::median;
+pub use summarizer::{LengthLaw, RupturesFrom, Slider, Summarizer};
+pub use summary::Summary;

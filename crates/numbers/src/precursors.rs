@@ -1,0 +1,193 @@
+//! Which ruptures, and which slip events, count as precursors.
+//!
+//! Of ruptures: those that include block 1 and reach farther than every one before that does.
+//! The list ends with the first that reaches every block; it is flagged, and no count of
+//! precursors includes it. What follows is about raw slip events, which the thesis counts.
+//!
+//! A precursor starts at block 1 and runs farther than any before it; the list
+//! ends with the first slip of the whole slider, even if an event before it has
+//! reached the last block already without taking all. The raw event table is full of
+//! events of one or two blocks or steps, which are real but may be unwanted, so
+//! rules may drop short events and merge those that follow each other closely.
+//! By default nothing is dropped or merged, and every table says by which rules
+//! it was made.
+
+use asperity_record::{Extent, Reach, Rupture, SlipEvent};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::run_data::RunData;
+pub use crate::slip_growth::Growth;
+use crate::wants::Wants;
+
+/// What to do with slip events before they are taken for precursors.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PrecursorRules {
+    /// Fewest distinct blocks of an event that counts; applied after merging.
+    pub min_blocks: u32,
+    /// Events no farther apart than this, from end to onset, are taken for one, s.
+    /// 0 merges nothing: two events are at least a step apart.
+    pub merge_gap_s: f64,
+}
+
+impl Default for PrecursorRules {
+    fn default() -> PrecursorRules {
+        PrecursorRules { min_blocks: 1, merge_gap_s: 0.0 }
+    }
+}
+
+impl PrecursorRules {
+    /// Checks that the rules make sense.
+    ///
+    /// # Errors
+    /// In words: key, value and what would be accepted.
+    pub fn check(&self) -> Result<(), String> {
+        if !(self.merge_gap_s.is_finite() && self.merge_gap_s >= 0.0) {
+            return Err(format!(
+                "merge_gap_s: {} is not accepted (accepted: a number from 0)",
+                self.merge_gap_s
+            ));
+        }
+        Ok(())
+    }
+
+    /// The data that the rules need: blocks of merged events are counted again.
+    pub fn wants(&self) -> Wants {
+        if self.merge_gap_s > 0.0 { Wants::DETACHMENTS } else { Wants::NOTHING }
+    }
+}
+
+/// A precursor, or the slip of the whole slider that ends the list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Precursor<'a> {
+    /// The slip event that it starts with.
+    pub start: &'a SlipEvent,
+    /// The slip event that it ends with; the same where nothing was merged.
+    pub end: &'a SlipEvent,
+    /// How many slip events it is made of.
+    pub merged: u32,
+    /// Farthest block reached.
+    pub last_block: u32,
+    /// Distinct blocks that slid.
+    pub blocks_slipped: u32,
+}
+
+impl Precursor<'_> {
+    /// `L_p / L` (5.17).
+    pub fn length_ratio(&self, blocks: u32) -> f64 {
+        f64::from(self.last_block) / f64::from(blocks)
+    }
+}
+
+/// The precursors of a run, up to and including the first slip of the whole slider.
+pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> {
+    let mut precursors = Vec::new();
+    let mut growth = Growth::new(run.header.blocks);
+    for group in run.slips.chunk_by(|before, next| belongs_together(before, next, rules.merge_gap_s)) {
+        let (Some(start), Some(end)) = (group.first(), group.last()) else { continue };
+        let Some(reach) = Reach::over(group.iter().map(SlipEvent::reach)) else { continue };
+        let blocks_slipped = match group {
+            [slip] => slip.blocks_slipped,
+            _ => distinct_blocks(run, start.onset_step, end.end_step.unwrap_or(run.header.steps)),
+        };
+        if blocks_slipped < rules.min_blocks {
+            continue;
+        }
+        if growth.extends(reach, blocks_slipped) {
+            let (merged, last_block) = (group.len() as u32, reach.last);
+            precursors.push(Precursor { start, end, merged, last_block, blocks_slipped });
+        }
+        if growth.is_over() {
+            break;
+        }
+    }
+    precursors
+}
+
+/// The precursors of a run alone, without the slip of the whole slider that ends the list: what is
+/// said of precursors is measured in these.
+pub fn alone<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> {
+    let mut precursors = find(run, rules);
+    precursors.retain(|precursor| precursor.blocks_slipped < run.header.blocks);
+    precursors
+}
+
+/// The ruptures that include block 1 and reach farther than every one that does and began before,
+/// by onset. The last may be the first slip of the whole slider, which
+/// [`Rupture::reached_every_block`] tells. Ruptures of fewer blocks than the rules ask for are left
+/// out; none are merged, since what belongs together is one rupture already.
+pub fn among_ruptures<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<&'a Rupture> {
+    let mut longest = 0;
+    let mut ruptures = run.ruptures_by_onset();
+    ruptures.retain(|rupture| {
+        let reaches = rupture.reach().extends(longest);
+        if reaches {
+            longest = rupture.last_block;
+        }
+        // All blocks up to the last have slid.
+        reaches && rupture.last_block >= rules.min_blocks
+    });
+    ruptures
+}
+
+fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> bool {
+    merge_gap_s > 0.0 && before.end_s.is_some_and(|end_s| next.onset_s - end_s <= merge_gap_s)
+}
+
+/// Distinct blocks that slid in steps from `onset_step` up to before `end_step`:
+/// each detached at the step before the onset or later.
+fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
+    let detachments = run.detachments();
+    let from = detachments.partition_point(|(step, _)| step + 1 < onset_step);
+    let slid = detachments[from..].iter().take_while(|(step, _)| step + 1 < end_step);
+    Extent::with(run.header.contacts(), slid.map(|(_, block)| *block)).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Growth, PrecursorRules, alone, find};
+    use crate::made_up;
+    use crate::made_up::EVENTS;
+    use crate::run_data::RunData;
+
+    fn found(run: &RunData, min_blocks: u32, merge_gap_s: f64) -> Vec<(u64, u32, u32, u32)> {
+        find(run, &PrecursorRules { min_blocks, merge_gap_s })
+            .iter()
+            .map(|found| (found.start.event, found.merged, found.last_block, found.blocks_slipped))
+            .collect()
+    }
+
+    #[test]
+    fn precursors_start_at_block_1_grow_and_end_with_the_first_global_slip() {
+        let all = [(0, 1, 1, 1), (1, 1, 2, 2), (4, 1, 3, 2), (5, 1, 3, 3)];
+        let run = made_up::run("", &EVENTS);
+        assert_eq!(found(&run, 1, 0.0), all);
+        // The third reaches the last block without taking all; the fourth is no precursor.
+        assert_eq!(alone(&run, &PrecursorRules::default()).len(), 3);
+        assert_eq!(found(&made_up::run("", &EVENTS[5..]), 1, 0.0), [(0, 1, 3, 3)]);
+    }
+
+    #[test]
+    fn one_by_one_events_are_told_as_in_a_whole_run() {
+        let run = made_up::run("", &EVENTS);
+        let mut growth = Growth::new(3);
+        let told = run.slips.iter().filter(|slip| growth.extends(slip.reach(), slip.blocks_slipped));
+        let numbers: Vec<u64> = told.map(|slip| slip.event).collect();
+        let whole = found(&run, 1, 0.0);
+        assert_eq!(numbers, whole.iter().map(|(event, ..)| *event).collect::<Vec<u64>>());
+    }
+
+    #[test]
+    fn rules_drop_short_events_and_merge_close_ones() {
+        assert_eq!(found(&made_up::run("", &EVENTS), 2, 0.0), [(1, 1, 2, 2), (4, 1, 3, 2), (5, 1, 3, 3)]);
+        // Events 3 and 4 are two steps, 2e-7 s, apart, and together take all blocks.
+        assert_eq!(found(&made_up::run("", &EVENTS), 1, 2.5e-7), [(0, 1, 1, 1), (1, 1, 2, 2), (3, 2, 3, 3)]);
+    }
+
+    #[test]
+    fn rules_that_make_no_sense_are_refused() {
+        let rules = PrecursorRules { merge_gap_s: -1.0, ..PrecursorRules::default() };
+        assert_eq!(rules.check().unwrap_err(), "merge_gap_s: -1 is not accepted (accepted: a number from 0)");
+    }
+}

@@ -1,0 +1,526 @@
+//! What tables, figures and measures are made of: kept of a run while its records pass, live or out
+//! of its log.
+//!
+//! A run has far more records than anything is made of. [`Collector`] sees each once and keeps what
+//! [`Wants`] names, in a form that holds no more than is read.
+
+use std::path::Path;
+
+use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_record::{
+    Arrival, Direction, Event, EventPayload, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent,
+    StepRecord, WindowRecord,
+};
+use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+
+use crate::states::States;
+use crate::wants::Wants;
+
+/// A log of which nothing can be made.
+#[derive(Debug, thiserror::Error)]
+pub enum UnreadRun {
+    /// It cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// It holds a scenario that cannot be understood.
+    #[error("{run}: {problem}")]
+    Run {
+        /// The run.
+        run: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+/// The loads of a step record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// The step.
+    pub step: u64,
+    /// Simulated time at its end, s.
+    pub time_s: f64,
+    /// Sum of the driving forces `F_T`, N.
+    pub driving_force_n: f64,
+    /// Total normal load `F_N`, N.
+    pub normal_load_n: f64,
+    /// The driving forces on the first and the last block, N, where the drive pulls both ways.
+    pub end_forces_n: Option<[f64; 2]>,
+    /// How many blocks slid.
+    pub sliding: u32,
+}
+
+impl From<&StepRecord> for Load {
+    fn from(record: &StepRecord) -> Load {
+        Load {
+            step: record.step,
+            time_s: record.time_s,
+            driving_force_n: record.driving_force_n,
+            normal_load_n: record.normal_load_n,
+            end_forces_n: record.end_forces_n,
+            sliding: record.sliding,
+        }
+    }
+}
+
+impl Load {
+    /// `F_T / F_N`.
+    pub fn load_ratio(&self) -> f64 {
+        self.driving_force_n / self.normal_load_n
+    }
+}
+
+/// When a block switched, and where it was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Switched {
+    /// The step at whose end it did.
+    pub step: u64,
+    /// Whether it detached or re-attached.
+    pub direction: Direction,
+    /// Its displacement, m.
+    pub displacement_m: f64,
+}
+
+/// Where all nodes of a slab were after a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeField {
+    /// The step.
+    pub step: u64,
+    /// Its time, s.
+    pub time_s: f64,
+    /// Displacements from the grid, m: along the sliding direction those of all nodes, row by row from
+    /// the bottom, then upwards likewise.
+    pub displacement_m: Vec<f64>,
+}
+
+/// What is kept of a run.
+#[derive(Debug, Clone)]
+pub struct RunData {
+    /// The run's name in its pipeline.
+    pub name: String,
+    /// What the run is.
+    pub header: RunHeader,
+    /// Its scenario.
+    pub scenario: Scenario,
+    /// The numbers derived from it.
+    pub plan: Plan,
+    /// Slip events, in order.
+    pub slips: Vec<SlipEvent>,
+    /// Ruptures, in the order in which they became certain, as in the log; none where the log is
+    /// from before there were any.
+    pub ruptures: Option<Vec<Rupture>>,
+    /// The first and the last switch of every block.
+    pub switches: Vec<Option<[Switched; 2]>>,
+    /// How often blocks re-attached, all together.
+    pub reattachments: u64,
+    /// What was wanted of the run, and so stays.
+    pub kept: Wants,
+    /// See [`RunData::loads()`].
+    pub loads: Vec<Load>,
+    /// See [`RunData::states()`].
+    pub states: States,
+    /// See [`RunData::windows()`].
+    pub windows: Vec<WindowRecord>,
+    /// See [`RunData::rupture_fields()`].
+    pub rupture_fields: Vec<WindowRecord>,
+    /// See [`RunData::detachments()`].
+    pub detachments: Vec<(u64, u32)>,
+    /// See [`RunData::arrivals()`].
+    pub arrivals: Vec<Arrival>,
+    /// See [`RunData::nodes_at()`].
+    pub nodes: Vec<NodeField>,
+}
+
+impl RunData {
+    /// Reads a run log and keeps all that measures can be made of.
+    ///
+    /// # Errors
+    /// If the log is damaged, incomplete, or holds what cannot be understood.
+    pub fn read(name: &str, path: &Path) -> Result<RunData, UnreadRun> {
+        let mut reader = RunReader::open(path, Topics::ALL)?;
+        let collector = Collector::of_log(name, reader.header(), reader.scenario_toml(), Wants::all());
+        let mut collector =
+            collector.map_err(|problem| UnreadRun::Run { run: path.display().to_string(), problem })?;
+        while let Some(item) = reader.next_item()? {
+            match item {
+                LogItem::Record(record) => collector.record(&record),
+                LogItem::Event(event) => collector.event(&event),
+            }
+        }
+        Ok(collector.finish(reader.event_topics().any(|topic| topic == Rupture::TOPIC)))
+    }
+
+    /// The loads at every step record.
+    ///
+    /// # Panics
+    /// If they were not kept: whoever reads them says so in its [`Wants`].
+    pub fn loads(&self) -> &[Load] {
+        assert!(self.kept.loads, "the loads of run {} are read, but nobody wanted them", self.name);
+        &self.loads
+    }
+
+    /// The states of all blocks that were kept.
+    ///
+    /// # Panics
+    /// If there are none: whoever reads them says so in its [`Wants`].
+    pub fn states(&self) -> &States {
+        assert!(self.kept.topics().fields, "states of run {} are read, but nobody wanted them", self.name);
+        &self.states
+    }
+
+    /// Dense windows, in order.
+    ///
+    /// # Panics
+    /// If they were not kept: whoever reads them says so in its [`Wants`].
+    pub fn windows(&self) -> &[WindowRecord] {
+        assert!(self.kept.windows, "the windows of run {} are read, but nobody wanted them", self.name);
+        &self.windows
+    }
+
+    /// The states of all blocks while many slide, in order.
+    ///
+    /// # Panics
+    /// If they were not kept: whoever reads them says so in its [`Wants`].
+    pub fn rupture_fields(&self) -> &[WindowRecord] {
+        assert!(self.kept.windows, "states of ruptures of {} are read, but nobody wanted them", self.name);
+        &self.rupture_fields
+    }
+
+    /// Step and block of every detachment, in order.
+    ///
+    /// # Panics
+    /// If they were not kept: whoever reads them says so in its [`Wants`].
+    pub fn detachments(&self) -> &[(u64, u32)] {
+        assert!(self.kept.detachments, "detachments of run {} are read, but nobody wanted them", self.name);
+        &self.detachments
+    }
+
+    /// How ruptures passed their blocks, one rupture after the other as in the log.
+    ///
+    /// # Panics
+    /// If it was not kept: whoever reads it says so in its [`Wants`].
+    pub fn arrivals(&self) -> &[Arrival] {
+        assert!(self.kept.arrivals, "arrivals of run {} are read, but nobody wanted them", self.name);
+        &self.arrivals
+    }
+
+    /// Where all nodes were nearest to one of the times that were asked for, s.
+    ///
+    /// # Panics
+    /// If nobody asked: whoever reads them says so in its [`Wants`].
+    pub fn nodes_at(&self, at_s: f64) -> Option<&NodeField> {
+        assert!(self.kept.nodes_at_s.contains(&at_s), "nodes of run {} are not asked for", self.name);
+        let distance = |nodes: &&NodeField| (nodes.time_s - at_s).abs();
+        self.nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
+    /// The value of a numerical scenario key.
+    ///
+    /// # Errors
+    /// In words, if the scenario has no such key.
+    pub fn parameter(&self, key: &str) -> Result<f64, String> {
+        let text = self.scenario.to_commented_toml();
+        let scenario: toml::Table = toml::from_str(&text).map_err(|error| error.to_string())?;
+        let mut value = Some(toml::Value::Table(scenario));
+        for part in key.split('.') {
+            value = value.and_then(|value| value.get(part).cloned());
+        }
+        let number =
+            value.and_then(|value| value.as_float().or_else(|| value.as_integer().map(|count| count as f64)));
+        number.ok_or_else(|| {
+            format!("parameter {key:?} is not accepted (accepted: a scenario key that holds a number)")
+        })
+    }
+
+    /// The ruptures in the order of their onsets; none where the log has none.
+    pub fn ruptures_by_onset(&self) -> Vec<&Rupture> {
+        let mut ruptures: Vec<&Rupture> = self.ruptures.iter().flatten().collect();
+        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.rupture));
+        ruptures
+    }
+
+    /// The slip event in which a rupture began.
+    pub fn event_of(&self, rupture: &Rupture) -> Option<&SlipEvent> {
+        let after = self.slips.partition_point(|slip| slip.onset_step <= rupture.onset_step);
+        let slip = self.slips.get(after.checked_sub(1)?)?;
+        slip.end_step.is_none_or(|end| rupture.onset_step < end).then_some(slip)
+    }
+
+    /// The loads at the last step record up to a step, or at the first one where the step is before
+    /// it.
+    pub fn load_at(&self, step: u64) -> Option<&Load> {
+        let after = self.loads().partition_point(|load| load.step <= step);
+        self.loads.get(after.saturating_sub(1))
+    }
+
+    /// What each contact bore in a state: of a slab what the state says, of a chain its share of the
+    /// load of that instant. `None` without step records.
+    ///
+    /// # Panics
+    /// If the loads were not kept: whoever reads them says so in its [`Wants`].
+    pub fn normal_load_n(&self, state: &FieldRecord) -> Option<Vec<f64>> {
+        let load = self.load_at(state.step)?;
+        if !state.normal_load_n.is_empty() {
+            return Some(state.normal_load_n.clone());
+        }
+        let course = load.normal_load_n / self.plan.total_normal_load_n;
+        Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
+    }
+
+    /// The first slip event in which every block slid.
+    pub fn first_global_slip(&self) -> Option<&SlipEvent> {
+        self.slips.iter().find(|slip| slip.is_global(self.header.blocks))
+    }
+}
+
+/// Sees a run go by, and keeps of it what is wanted.
+#[derive(Debug)]
+pub struct Collector {
+    run: RunData,
+    ruptures: Vec<Rupture>,
+}
+
+impl Collector {
+    /// For a run that is about to go by.
+    pub fn new(name: &str, header: RunHeader, scenario: Scenario, wants: Wants) -> Collector {
+        let plan = Plan::new(&scenario);
+        let run = RunData {
+            name: name.to_owned(),
+            states: States::new(header.blocks, &wants),
+            switches: vec![None; header.blocks as usize],
+            header,
+            scenario,
+            plan,
+            slips: Vec::new(),
+            ruptures: None,
+            reattachments: 0,
+            kept: wants,
+            loads: Vec::new(),
+            windows: Vec::new(),
+            rupture_fields: Vec::new(),
+            detachments: Vec::new(),
+            arrivals: Vec::new(),
+            nodes: Vec::new(),
+        };
+        Collector { run, ruptures: Vec::new() }
+    }
+
+    /// For a log that is about to be read, with this header and scenario.
+    ///
+    /// # Errors
+    /// In words, if its scenario cannot be understood, or is not that of its header.
+    pub fn of_log(
+        name: &str,
+        header: &RunHeader,
+        scenario_toml: &str,
+        wants: Wants,
+    ) -> Result<Collector, String> {
+        // Of a log that breaks off so early, or was salvaged without it, no scenario says what it is of.
+        if scenario_toml.is_empty() {
+            return Err("it has no attachment `scenario.toml`".to_owned());
+        }
+        let source = ScenarioSource::logged("scenario.toml", scenario_toml);
+        let scenario = Scenario::resolve(&source).map_err(|errors| errors.to_string())?;
+        // What is read by block and step from here on is that of the header.
+        if scenario.hash() != header.scenario_hash {
+            return Err(format!(
+                "scenario.toml has the hash {}, metadata `run` says {}",
+                scenario.hash(),
+                header.scenario_hash
+            ));
+        }
+        Ok(Collector::new(name, header.clone(), scenario, wants))
+    }
+
+    /// The run's name.
+    pub fn name(&self) -> &str {
+        &self.run.name
+    }
+
+    /// Its scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.run.scenario
+    }
+
+    /// How many steps it is to take.
+    pub fn steps(&self) -> u64 {
+        self.run.header.steps
+    }
+
+    /// Whether its drive pulls both ways.
+    pub fn both_ways(&self) -> bool {
+        self.run.plan.drive.pulls_both_ways()
+    }
+
+    fn step(&mut self, record: &StepRecord) {
+        let run = &mut self.run;
+        run.states.step(record);
+        if run.kept.loads {
+            run.loads.push(Load::from(record));
+        }
+        for switch in &record.switches {
+            let switched = Switched {
+                step: record.step,
+                direction: switch.direction,
+                displacement_m: switch.displacement_m,
+            };
+            let [_, last] = run.switches[switch.block as usize - 1].get_or_insert([switched, switched]);
+            *last = switched;
+            match switch.direction {
+                Direction::Attach => run.reattachments += 1,
+                Direction::Detach if run.kept.detachments => {
+                    run.detachments.push((record.step, switch.block));
+                }
+                Direction::Detach => {}
+            }
+        }
+    }
+
+    /// The times at which all nodes of a slab are wanted, s: no record has them, and whoever makes the
+    /// run gives them to [`Collector::nodes`]. None of a chain.
+    pub fn nodes_at_s(&self) -> &[f64] {
+        if self.run.plan.elastic.has_inside() { &self.run.kept.nodes_at_s } else { &[] }
+    }
+
+    /// Takes the nodes at one of these times.
+    pub fn nodes(&mut self, nodes: NodeField) {
+        self.run.nodes.push(nodes);
+    }
+
+    /// A slip event of it.
+    pub fn slip(&mut self, slip: SlipEvent) {
+        self.run.states.slip(&slip);
+        self.run.slips.push(slip);
+    }
+
+    /// What was kept, once all has passed; whether ruptures were looked for.
+    pub fn finish(self, has_ruptures: bool) -> RunData {
+        let Collector { mut run, ruptures } = self;
+        run.states.end();
+        run.ruptures = has_ruptures.then_some(ruptures);
+        run
+    }
+}
+
+impl Observer for Collector {
+    fn record(&mut self, record: &Record) {
+        match record {
+            Record::Step(record) => self.step(record),
+            Record::Fields(record) => self.run.states.state(record),
+            Record::Window(record) if self.run.kept.windows => {
+                let run = &mut self.run;
+                let is_chosen = (record.window as usize) < run.plan.recording.windows.len();
+                let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
+                of.push(record.clone());
+            }
+            Record::Window(_) => {}
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if let Some(slip) = event.get::<SlipEvent>() {
+            self.slip(slip.clone());
+        } else if let Some(rupture) = event.get::<Rupture>() {
+            self.ruptures.push(rupture.clone());
+        } else if let Some(arrival) = event.get::<Arrival>().filter(|_| self.run.kept.arrivals) {
+            self.run.arrivals.push(arrival.clone());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{Direction, FieldRecord, Observer, Record, StepRecord, WindowRecord};
+    use asperity_testkit::{quiet_step, slip_event, switch};
+
+    use super::Collector;
+    use crate::made_up;
+    use crate::states::States;
+    use crate::wants::Wants;
+
+    #[test]
+    fn of_switches_there_stay_the_first_and_the_last_of_each_block() {
+        let run = made_up::run("", &[(100, 101, &[1]), (200, 201, &[1, 3]), (300, 301, &[1])]);
+        let [first, last] = run.switches[0].unwrap();
+        assert_eq!((first.step, last.step, last.direction), (99, 299, Direction::Detach));
+        assert_eq!(run.switches[1], None);
+        assert_eq!(run.detachments(), [(99, 1), (199, 1), (199, 3), (299, 1)]);
+    }
+
+    /// States of ruptures have the number behind the windows that the scenario asks for.
+    #[test]
+    fn states_of_ruptures_are_no_windows() {
+        let toml = "recording.window = [{from_s=0,to_s=1e-3,every_s=1e-5,first_block=2,last_block=3}]\n\
+                    recording.rupture_fields_from_blocks = 2\nrecording.rupture_fields_s = 1e-6";
+        let run = made_up::run(toml, &[]);
+        let mut collector = Collector::new("a", run.header.clone(), run.scenario.clone(), Wants::WINDOWS);
+        for (window, first_block) in [(0, 2), (1, 1), (1, 1)] {
+            collector.record(&Record::Window(WindowRecord {
+                window,
+                step: 10,
+                time_s: 1e-6,
+                sliding: 2,
+                first_block,
+                displacement_m: Vec::new(),
+                velocity_m_per_s: Vec::new(),
+                tangential_force_n: Vec::new(),
+            }));
+        }
+        let run = collector.finish(false);
+        assert_eq!((run.windows().len(), run.rupture_fields().len()), (1, 2));
+        assert_eq!((run.windows()[0].first_block, run.rupture_fields()[0].first_block), (2, 1));
+    }
+
+    fn state(step: u64, displacement_m: f64) -> FieldRecord {
+        FieldRecord {
+            step,
+            time_s: step as f64,
+            displacement_m: vec![displacement_m; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![0.0; 3],
+            normal_load_n: Vec::new(),
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+        }
+    }
+
+    /// However many events there are, no more states stay than there are precursors, whether an
+    /// event arrives before the state at its end or after it.
+    #[test]
+    fn states_at_the_first_onset_and_at_ends_of_precursors_stay() {
+        for event_first in [false, true] {
+            let mut states =
+                States::new(3, &(Wants { states_near_s: vec![24.6], ..Wants::STATES } | Wants::NOTHING));
+            states.state(&state(0, -2.0));
+            for event in 0..1000u64 {
+                let (onset, end) = (10 * event + 2, 10 * event + 5);
+                let step = |step: u64, sliding| StepRecord {
+                    sliding,
+                    switches: vec![switch(1, Direction::Detach)],
+                    ..quiet_step(step, step as f64, 0.0)
+                };
+                // Event 1 takes one block more, event 500 all three.
+                let last = if event >= 500 { 3 } else { 1 + event.min(1) as u32 };
+                let slip = slip_event(onset, end, 1..=last);
+                states.step(&step(onset, 1));
+                states.state(&state(onset, 0.0));
+                states.state(&state(onset + 1, 0.5));
+                states.step(&step(end, 0));
+                if event_first {
+                    states.slip(&slip);
+                }
+                states.state(&state(end, 0.0));
+                if !event_first {
+                    states.slip(&slip);
+                }
+            }
+            states.end();
+            assert_eq!(states.first().unwrap().displacement_m[0], -2.0);
+            assert_eq!(states.at_first_onset().unwrap().step, 2);
+            let kept: Vec<u64> =
+                (0..10_010).filter(|step| states.at_precursor_end(*step).is_some()).collect();
+            assert_eq!(kept, [5, 15, 5005]);
+            assert_eq!(states.largest_displacement_m(), Some(0.5));
+            assert_eq!(states.near(24.6).unwrap().step, 25);
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The states of all blocks that something is measured in, picked out as they pass.
+//!
+//! A log has a state at the onset and at the end of every slip event, and whether it is one that
+//! counts is known only from the event, which comes after its end. So states at onsets and ends
+//! wait until the next event says which of them are kept. A run has at most as many precursors as
+//! blocks, however long it is.
+
+use std::collections::BTreeMap;
+
+use asperity_record::{FieldRecord, SlipEvent, StepRecord};
+
+use crate::precursors::Growth;
+use crate::wants::Wants;
+
+/// States and what was read off them.
+#[derive(Debug, Clone)]
+pub struct States {
+    first: Option<FieldRecord>,
+    at_first_onset: Option<FieldRecord>,
+    at_precursor_onsets: Vec<FieldRecord>,
+    at_precursor_ends: Vec<FieldRecord>,
+    near_s: Vec<(f64, Option<FieldRecord>)>,
+    displacements: BTreeMap<u32, Vec<(f64, f64)>>,
+    largest_displacement_m: Option<f64>,
+    keeps: bool,
+    keeps_onsets: bool,
+    /// States at onsets and ends since the last slip event.
+    waiting: Vec<FieldRecord>,
+    /// Ends of precursors whose state is still to come.
+    awaited: Vec<u64>,
+    growth: Growth,
+    any_slip: bool,
+    /// The last step, how many blocks slid in it, and whether that had changed from or to none.
+    last: (u64, u32, bool),
+}
+
+impl States {
+    /// Of nothing yet, for a slider of this many blocks.
+    pub fn new(blocks: u32, wants: &Wants) -> States {
+        States {
+            first: None,
+            at_first_onset: None,
+            at_precursor_onsets: Vec::new(),
+            at_precursor_ends: Vec::new(),
+            near_s: wants.states_near_s.iter().map(|at_s| (*at_s, None)).collect(),
+            displacements: wants.displacements_of.iter().map(|block| (*block, Vec::new())).collect(),
+            largest_displacement_m: None,
+            keeps: wants.states,
+            keeps_onsets: wants.precursor_onsets,
+            waiting: Vec::new(),
+            awaited: Vec::new(),
+            growth: Growth::new(blocks),
+            any_slip: false,
+            last: (0, 0, false),
+        }
+    }
+
+    /// A step record has passed.
+    pub fn step(&mut self, record: &StepRecord) {
+        let (_, before, _) = self.last;
+        self.last = (record.step, record.sliding, (before == 0) != (record.sliding == 0));
+    }
+
+    /// A state has passed.
+    pub fn state(&mut self, record: &FieldRecord) {
+        for (at_s, nearest) in &mut self.near_s {
+            let distance = |state: &FieldRecord| (state.time_s - *at_s).abs();
+            // The earliest of equals.
+            if nearest.as_ref().is_none_or(|nearest| distance(record).total_cmp(&distance(nearest)).is_lt()) {
+                *nearest = Some(record.clone());
+            }
+        }
+        for (block, course) in &mut self.displacements {
+            if let Some(displacement_m) = record.displacement_m.get(*block as usize - 1) {
+                course.push((record.time_s, *displacement_m));
+            }
+        }
+        if !self.keeps {
+            return;
+        }
+        let largest = record.displacement_m.iter().copied().reduce(f64::max);
+        self.largest_displacement_m = self.largest_displacement_m.into_iter().chain(largest).reduce(f64::max);
+        if record.step == 0 {
+            self.first = Some(record.clone());
+        }
+        if self.awaited.contains(&record.step) {
+            self.awaited.retain(|step| *step != record.step);
+            self.at_precursor_ends.push(record.clone());
+        } else if self.last.2 && self.last.0 == record.step && !(self.any_slip && self.growth.is_over()) {
+            self.waiting.push(record.clone());
+        }
+    }
+
+    /// A slip event has become certain.
+    pub fn slip(&mut self, slip: &SlipEvent) {
+        if !self.keeps {
+            return;
+        }
+        if !self.any_slip {
+            let at_onset = self.waiting.iter().find(|state| state.step == slip.onset_step);
+            self.at_first_onset = at_onset.cloned();
+            self.any_slip = true;
+        }
+        let extends = self.growth.extends(slip.reach(), slip.blocks_slipped);
+        if extends && self.keeps_onsets {
+            let at_onset = self.waiting.iter().find(|state| state.step == slip.onset_step);
+            self.at_precursor_onsets.extend(at_onset.cloned());
+        }
+        if let Some(end_step) = slip.end_step.filter(|_| extends) {
+            match self.waiting.iter().position(|state| state.step == end_step) {
+                Some(index) => self.at_precursor_ends.push(self.waiting.swap_remove(index)),
+                None => self.awaited.push(end_step),
+            }
+        }
+        self.waiting.retain(|state| slip.end_step.is_some_and(|end_step| state.step > end_step));
+        if self.growth.is_over() {
+            self.waiting = Vec::new();
+        }
+    }
+
+    /// No more comes.
+    pub fn end(&mut self) {
+        self.waiting = Vec::new();
+        self.at_precursor_ends.sort_by_key(|state| state.step);
+    }
+
+    /// That before the first step.
+    pub fn first(&self) -> Option<&FieldRecord> {
+        self.first.as_ref()
+    }
+
+    /// That at the onset of the first slip event.
+    pub fn at_first_onset(&self) -> Option<&FieldRecord> {
+        self.at_first_onset.as_ref()
+    }
+
+    /// That at the onset of a precursor, raw slip events taken one by one: after the first step in
+    /// which a block slid.
+    pub fn at_precursor_onset(&self, step: u64) -> Option<&FieldRecord> {
+        self.at_precursor_onsets.iter().find(|state| state.step == step)
+    }
+
+    /// That at the end of a precursor, raw slip events taken one by one.
+    pub fn at_precursor_end(&self, step: u64) -> Option<&FieldRecord> {
+        self.at_precursor_ends.iter().find(|state| state.step == step)
+    }
+
+    /// That nearest to one of the times that were asked for, s; the earliest of equals.
+    pub fn near(&self, at_s: f64) -> Option<&FieldRecord> {
+        self.near_s.iter().find(|(asked_s, _)| *asked_s == at_s)?.1.as_ref()
+    }
+
+    /// Time, s, and displacement, m, in all states of one of the blocks that were asked for.
+    pub fn displacement_of(&self, block: u32) -> &[(f64, f64)] {
+        self.displacements.get(&block).map_or(&[], Vec::as_slice)
+    }
+
+    /// The largest displacement of any block in any state, m.
+    pub fn largest_displacement_m(&self) -> Option<f64> {
+        self.largest_displacement_m
+    }
+}

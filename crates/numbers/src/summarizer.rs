@@ -1,0 +1,361 @@
+//! Accumulates the summary of a run from its records and events.
+
+use asperity_record::{
+    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
+    TimeGrid,
+};
+
+use crate::creep::CreepFront;
+use crate::growth::Growth;
+use crate::raw::RawEvents;
+use crate::rupture_numbers::{self as measures, WIDE_BLOCKS};
+use crate::statistics::{Line, mean, median};
+use crate::summary::{Summary, status};
+use crate::unloaded::Unloaded;
+
+/// A creep front counts from this share of the slider on.
+const CREEP_SHARE: f64 = 0.1;
+
+/// Fewest intervals between global ruptures whose second half shows the steady state.
+const FEWEST_INTERVALS: usize = 4;
+
+/// The log version from which on the solver counts steps of contacts in the air.
+const COUNTS_AIR_SINCE: u32 = 6;
+
+/// Properties of a slider beyond the header of its run.
+#[derive(Default)]
+pub struct Slider {
+    /// The scales of its elements, for headers without them.
+    pub scales: Option<Scales>,
+    /// The law of precursor lengths for the scenario.
+    pub length_law: Option<LengthLaw>,
+}
+
+/// A prediction of `F_T / F_N` for a precursor of length `L_p / L`.
+pub struct LengthLaw {
+    /// Its name in tables.
+    pub name: String,
+    /// The prediction.
+    pub load_ratio: Box<dyn Fn(f64) -> f64 + Send + Sync>,
+}
+
+/// The origin of a run's ruptures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RupturesFrom {
+    /// Its log.
+    Log,
+    /// Its step records, searched for this summary.
+    Steps,
+    /// They were not searched for.
+    None,
+}
+
+impl RupturesFrom {
+    /// The word in a summary.
+    pub fn word(self) -> &'static str {
+        match self {
+            RupturesFrom::Log => "log",
+            RupturesFrom::Steps => "steps",
+            RupturesFrom::None => "none",
+        }
+    }
+}
+
+/// Receives a run in its order, and returns its [`Summary`].
+///
+/// Stores the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
+/// wide raw events, and, until the first global rupture is known, the times of raw events.
+pub struct Summarizer {
+    name: String,
+    header: RunHeader,
+    slider: Slider,
+    grid: TimeGrid,
+    /// The step of the last record.
+    last_step: u64,
+    energy: Option<Energy>,
+    records: u64,
+    switches: u64,
+    detachments: u64,
+    largest_ft_fn: Option<f64>,
+    /// Whether the drive pulls both ways, so that `F_T` is a difference with little meaning.
+    pulls_both_ways: bool,
+    creep: CreepFront,
+    raw: RawEvents,
+    unloaded: Unloaded,
+    growth: Growth<Rupture>,
+    global: Vec<Rupture>,
+    ruptures: u64,
+    wide: u64,
+    overlapping: u64,
+    open: u64,
+    largest_slip_m: Option<f64>,
+}
+
+impl Summarizer {
+    /// A summarizer for the run of this name.
+    pub fn new(name: &str, header: &RunHeader, slider: Slider) -> Summarizer {
+        Summarizer {
+            name: name.to_owned(),
+            header: header.clone(),
+            slider,
+            grid: header.time_grid(),
+            last_step: 0,
+            energy: None,
+            records: 0,
+            switches: 0,
+            detachments: 0,
+            largest_ft_fn: None,
+            pulls_both_ways: false,
+            creep: CreepFront::new(header.blocks),
+            raw: RawEvents::new(header.blocks),
+            unloaded: Unloaded::default(),
+            growth: Growth::default(),
+            global: Vec::new(),
+            ruptures: 0,
+            wide: 0,
+            overlapping: 0,
+            open: 0,
+            largest_slip_m: None,
+        }
+    }
+
+    /// Adds a step record.
+    pub fn step(&mut self, record: &StepRecord) {
+        self.last_step = record.step;
+        self.energy = record.energy.or(self.energy);
+        self.records += 1;
+        self.switches += record.switches.len() as u64;
+        self.largest_ft_fn = largest(self.largest_ft_fn, Some(record.load_ratio()));
+        self.pulls_both_ways |= record.end_forces_n.is_some();
+        self.unloaded.take(record);
+        for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
+            self.detachments += 1;
+            self.creep.slides(switch.block, record.step + 1);
+        }
+    }
+
+    /// Adds a raw slip event.
+    pub fn slip_event(&mut self, slip: &SlipEvent) {
+        self.raw.take(slip);
+    }
+
+    /// Adds a rupture.
+    pub fn rupture(&mut self, rupture: &Rupture) {
+        self.ruptures += 1;
+        self.overlapping += u64::from(rupture.overlapping);
+        self.open += u64::from(rupture.open);
+        self.largest_slip_m = largest(self.largest_slip_m, rupture.largest_slip_m);
+        let starts = (rupture.onset_step, rupture.rupture);
+        self.growth.take(starts, rupture.reach(), || rupture.clone());
+        if measures::is_wide(rupture) {
+            self.wide += 1;
+            self.raw.wide_rupture(rupture);
+        }
+        if rupture.reached_every_block {
+            self.raw.global_rupture(rupture);
+            let place = self.global.partition_point(|known| known.onset_step <= rupture.onset_step);
+            self.global.insert(place, rupture.clone());
+        }
+    }
+
+    /// Ends the run, with its status if known.
+    pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> Summary {
+        let Summarizer { header, slider, grid, growth, global, raw, unloaded, .. } = self;
+        let is_known = ruptures_from != RupturesFrom::None;
+        let known = |count: u64| is_known.then_some(count);
+        let pulls_one_way = !self.pulls_both_ways;
+        let ratio = |value: Option<f64>| value.and_then(finite).filter(|_| pulls_one_way);
+        let last_step = end.map_or(self.last_step, |end| end.last_step);
+        let simulated_s = grid.time_s(last_step);
+        let length_ratio = |rupture: &Rupture| rupture.reach().length_ratio(header.blocks);
+
+        let farthest = || growth.iter().map(|(_, rupture)| rupture);
+        let precursors: Vec<&Rupture> = farthest().filter(|rupture| !rupture.reached_every_block).collect();
+        let global: Vec<&Rupture> = global.iter().collect();
+        let growing: Vec<&Rupture> = precursors.iter().chain(&global).copied().collect();
+        let first_global = global.first().copied();
+
+        let law = slider.length_law.as_ref();
+        let residuals: Vec<(f64, f64)> = law.map_or(Vec::new(), |law| {
+            let residual = |rupture: &&Rupture| {
+                let lp_l = length_ratio(rupture);
+                (lp_l, rupture.ft_fn_onset - (law.load_ratio)(lp_l))
+            };
+            precursors.iter().map(residual).filter(|(_, residual)| residual.is_finite()).collect()
+        });
+        let line = Line::through(&residuals);
+        let lengths: Vec<f64> = precursors.iter().map(|rupture| length_ratio(rupture)).collect();
+        let growths = lengths.windows(2).map(|pair| pair[1] - pair[0]);
+
+        let front = farthest().find(|rupture| measures::is_wide(rupture));
+        let creep_front_block = self.creep.before(front.map(|front| front.onset_step));
+        let creeps = creep_front_block.is_some_and(|block| {
+            block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(header.blocks)
+        });
+        let scales = header.scales.or(slider.scales);
+        // Before version 6 only the scenario has it.
+        let modulus_n_per_m =
+            [header.scales, slider.scales].into_iter().flatten().find_map(|scales| scales.modulus_n_per_m);
+        let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
+        let wave_s = scales.map(|scales| f64::from(header.blocks.saturating_sub(1)) * scales.block_time_s);
+        let front_speed_m_per_s = front_speed(&growing);
+        let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
+        let energy = self.energy.as_ref();
+        let [unloaded_contact_count, unloaded_detachment_count, unloaded_event_count] = unloaded.counts();
+        // A log that counts them omits a count of zero.
+        let none_in_air = (end.is_some() && header.record_schema_version >= COUNTS_AIR_SINCE).then_some(0);
+
+        Summary {
+            run: self.name,
+            scenario: header.scenario,
+            parameter_set: header.parameter_set,
+            status: status(end),
+            ruptures_from: ruptures_from.word().to_owned(),
+            blocks: header.blocks,
+            time_step_s: header.time_step_s,
+            simulated_s,
+            link_time_s: scales.filter(|_| is_known).map(|scales| scales.link_s()),
+            first_slip_s: raw.first().map(|first| first.onset_s),
+            first_slip_ft_fn: ratio(raw.first().map(|first| first.ft_fn)),
+            first_global_rupture_onset_s: first_global.map(|first| first.onset_s),
+            first_global_rupture_last_block_s: first_global.map(|first| first.arrival_s),
+            first_global_rupture_end_s: first_global.and_then(|first| first.end_s),
+            first_global_rupture_ft_fn: ratio(first_global.map(|first| first.ft_fn_onset)),
+            first_global_rupture_nucleation_block: first_global.map(|first| first.nucleation_block),
+            first_global_rupture_front_speed_m_per_s: first_global.and_then(measures::front_speed_m_per_s),
+            first_global_event_onset_s: raw.first_global().map(|first| first.onset_s),
+            first_global_event_ft_fn: ratio(raw.first_global().map(|first| first.ft_fn)),
+            global_rupture_count: known(global.len() as u64),
+            precursor_count: known(precursors.len() as u64),
+            longest_precursor_ratio: lengths.last().copied(),
+            precursor_growth_ratio: mean(growths),
+            length_law: law.map(|law| law.name.clone()),
+            length_law_slope_residual: line.map(|line| line.slope),
+            length_law_intercept_residual: line.map(|line| line.intercept),
+            length_law_rms_residual: mean(residuals.iter().map(|(_, residual)| residual * residual))
+                .map(f64::sqrt),
+            recurrence_transient_s: transient_s(&global),
+            recurrence_steady_s: steady_s(&global),
+            largest_ft_fn: ratio(self.largest_ft_fn),
+            precursor_drop_ft_fn: ratio(mean_of(&precursors, measures::drop_ft_fn)),
+            global_rupture_drop_ft_fn: ratio(mean_of(&global, measures::drop_ft_fn)),
+            precursor_duration_s: median_of(&precursors, measures::duration_s),
+            precursor_crossing_s: median_of(&precursors, |rupture| Some(measures::crossing_s(rupture))),
+            global_rupture_duration_s: median_of(&global, measures::duration_s),
+            global_rupture_crossing_s: median_of(&global, |rupture| Some(measures::crossing_s(rupture))),
+            front_speed_m_per_s,
+            precursor_front_speed_m_per_s: front_speed(&precursors),
+            global_rupture_front_speed_m_per_s: front_speed(&global),
+            wave_speed_m_per_s,
+            front_speed_over_wave_speed_ratio: front_speed_m_per_s
+                .zip(wave_speed_m_per_s)
+                .and_then(|(front, wave)| finite(front / wave)),
+            front_speed_error_ratio: scales
+                .filter(|_| front_speed_m_per_s.is_some())
+                .map(|scales| scales.front_error(header.time_step_s)),
+            precursor_slip_m: mean_of(&precursors, |rupture| rupture.mean_slip_m),
+            global_rupture_slip_m: mean_of(&global, |rupture| rupture.mean_slip_m),
+            largest_slip_m: self.largest_slip_m,
+            precursor_force_drop_n: mean_of(&precursors, |rupture| rupture.mean_force_drop_n),
+            global_rupture_force_drop_n: mean_of(&global, |rupture| rupture.mean_force_drop_n),
+            global_rupture_moment_n_m: mean_of(&global, |rupture| rupture.potency_m2)
+                .zip(modulus_n_per_m)
+                .map(|(potency_m2, modulus)| potency_m2 * modulus),
+            drive_work_j: energy.map(|energy| energy.drive_work_j),
+            prestress_work_j: energy.map(|energy| energy.prestress_work_j),
+            friction_heat_j: energy.map(|energy| energy.friction_heat_j),
+            anchor_change_j: energy.map(|energy| energy.anchor_change_j),
+            viscous_loss_j: energy.map(|energy| energy.viscous_loss_j),
+            kinetic_j: energy.map(|energy| energy.kinetic_j),
+            elastic_j: energy.map(|energy| energy.elastic_j),
+            scheme_work_j: energy.map(|energy| energy.scheme_work_j),
+            precursor_heat_j: mean_of(&precursors, |rupture| rupture.friction_heat_j),
+            global_rupture_heat_j: mean_of(&global, |rupture| rupture.friction_heat_j),
+            creeps: is_known.then_some(creeps),
+            creep_front_block: creep_front_block.filter(|_| is_known),
+            sliding_time_ratio: raw.sliding_time_ratio(first_global.map(|first| first.onset_s), simulated_s),
+            raw_events_mislead: is_known.then(|| raw.mislead(wave_s, simulated_s)),
+            event_count: raw.count(),
+            global_event_count: raw.global_count(),
+            longest_event_s: raw.longest_s(simulated_s),
+            wide_event_count: raw.wide_count(),
+            joined_event_count: known(raw.joined_count()),
+            contact_steps_in_air: solver("contact_steps_in_air").or(none_in_air),
+            unloaded_contact_count,
+            unloaded_detachment_count,
+            unloaded_event_count,
+            rupture_count: known(self.ruptures),
+            wide_rupture_count: known(self.wide),
+            overlapping_rupture_count: known(self.overlapping),
+            open_rupture_count: known(self.open),
+            switch_count: self.switches,
+            detachment_count: self.detachments,
+            last_step,
+            step_record_count: self.records,
+            plain_steps: solver("plain_steps"),
+            window_steps: solver("window_steps"),
+            windows: solver("windows"),
+            jump_steps: solver("jump_steps"),
+            jumps: solver("jumps"),
+        }
+    }
+}
+
+impl Observer for Summarizer {
+    fn record(&mut self, record: &Record) {
+        if let Record::Step(record) = record {
+            self.step(record);
+        }
+    }
+
+    /// Ignores events other than raw slip events and ruptures.
+    fn event(&mut self, event: &Event) {
+        if let Some(slip) = event.get::<SlipEvent>() {
+            self.slip_event(slip);
+        } else if let Some(rupture) = event.get::<Rupture>() {
+            self.rupture(rupture);
+        }
+    }
+}
+
+/// JSON has no numbers that are not finite, such as `F_T / F_N` without a normal load.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+fn largest(known: Option<f64>, value: Option<f64>) -> Option<f64> {
+    let value = value.and_then(finite);
+    known.into_iter().chain(value).max_by(f64::total_cmp)
+}
+
+type Measure = fn(&Rupture) -> Option<f64>;
+
+fn mean_of(ruptures: &[&Rupture], measure: Measure) -> Option<f64> {
+    mean(ruptures.iter().filter_map(|rupture| measure(rupture).and_then(finite)))
+}
+
+fn median_of(ruptures: &[&Rupture], measure: Measure) -> Option<f64> {
+    median(ruptures.iter().filter_map(|rupture| measure(rupture).and_then(finite)))
+}
+
+fn front_speed(ruptures: &[&Rupture]) -> Option<f64> {
+    median_of(ruptures, measures::front_speed_m_per_s)
+}
+
+fn intervals_s(global: &[&Rupture]) -> Vec<f64> {
+    global.windows(2).map(|pair| pair[1].onset_s - pair[0].onset_s).collect()
+}
+
+/// Over a quarter of the intervals instead of the first only: another slip of the whole slider may
+/// follow one at once.
+fn transient_s(global: &[&Rupture]) -> Option<f64> {
+    let intervals = intervals_s(global);
+    let quarter = intervals.len().div_ceil(4);
+    median(intervals.into_iter().take(quarter))
+}
+
+fn steady_s(global: &[&Rupture]) -> Option<f64> {
+    let intervals = intervals_s(global);
+    let half = intervals.len().div_ceil(2);
+    if intervals.len() < FEWEST_INTERVALS { None } else { median(intervals.into_iter().skip(half)) }
+}

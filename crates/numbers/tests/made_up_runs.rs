@@ -1,0 +1,396 @@
+//! Synthetic runs whose summaries can be computed by hand.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use asperity_numbers::{LengthLaw, RupturesFrom, Slider, Summarizer, Summary, text};
+use asperity_record::{
+    Direction, Energy, Event, Observer, RunEnd, RunHeader, RunStatus, Rupture, Scales, SlipEvent,
+    SolverReport, StepRecord, unit_of,
+};
+use asperity_testkit::{quiet_step, switch};
+use serde_json::Value;
+
+/// Ten blocks, in steps of a millisecond.
+fn header() -> RunHeader {
+    RunHeader {
+        record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+        scenario: "made-up".to_owned(),
+        scenario_hash: String::new(),
+        run_id: String::new(),
+        code_version: String::new(),
+        parameter_set: "as-coded".to_owned(),
+        solver: "fast".to_owned(),
+        blocks: 10,
+        rows: 1,
+        time_step_s: 1e-3,
+        longest_stable_step_s: None,
+        steps: 10_000,
+        scales: None,
+    }
+}
+
+/// Nine waves from block to block take half a second, at 4 m/s.
+fn slider() -> Slider {
+    let scales = Scales {
+        block_length_m: 2.0 / 9.0,
+        block_time_s: 0.5 / 9.0,
+        link_time_ratio: 3.0,
+        modulus_n_per_m: Some(2e4),
+        interfacial_stiffness_n_per_m: None,
+    };
+    Slider {
+        scales: Some(scales),
+        length_law: Some(LengthLaw { name: "(5.57)".to_owned(), load_ratio: Box::new(|x| 0.5 * x) }),
+    }
+}
+
+fn summarizer() -> Summarizer {
+    Summarizer::new("mine", &header(), slider())
+}
+
+fn seconds(step: u64) -> f64 {
+    step as f64 / 1000.0
+}
+
+/// A rupture from block 1 to another block, with times in milliseconds; its load drops by a
+/// hundredth, its mean slip is 2 mm.
+fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_fn: f64) -> Rupture {
+    let wide = last_block >= 4;
+    Rupture {
+        rupture: number,
+        onset_s: seconds(onset),
+        end_s: Some(seconds(end)),
+        first_block: 1,
+        last_block,
+        nucleation_block: 1,
+        reached_every_block: last_block == 10,
+        ft_fn_onset: ft_fn,
+        ft_fn_arrival: ft_fn,
+        ft_fn_end: Some(ft_fn - 0.01),
+        onset_step: onset,
+        arrival_s: seconds(arrival),
+        end_step: Some(end),
+        detachments: u64::from(last_block),
+        front_speed_up_m_per_s: wide.then_some(f64::from(last_block) / 2.0),
+        front_speed_down_m_per_s: None,
+        mean_slip_m: Some(2e-3),
+        largest_slip_m: Some(f64::from(last_block) * 1e-3),
+        potency_m2: Some(f64::from(last_block) * 1e-4),
+        moment_n_m: None,
+        mean_force_drop_n: Some(1.5),
+        farthest_block_before: None,
+        overlapping: false,
+        open: false,
+        drive_work_j: None,
+        prestress_work_j: None,
+        friction_heat_j: Some(f64::from(last_block) / 4.0),
+        anchor_change_j: None,
+        viscous_loss_j: None,
+        kinetic_change_j: None,
+        elastic_change_j: None,
+        scheme_work_j: None,
+    }
+}
+
+fn slip(number: u64, onset: u64, end: Option<u64>, blocks: u32) -> SlipEvent {
+    SlipEvent {
+        onset_s: seconds(onset),
+        end_s: end.map(seconds),
+        first_block: 1,
+        last_block: blocks,
+        max_sliding: blocks,
+        ft_fn_onset: 0.125,
+        ft_fn_end: end.map(|_| 0.1),
+        event: number,
+        onset_step: onset,
+        end_step: end,
+        blocks_slipped: blocks,
+        nucleation_block: 1,
+        ft_fn_min: 0.1,
+        ft_fn_max: 0.2,
+        open: end.is_none(),
+    }
+}
+
+/// A record of blocks that detach in a step.
+fn detach(step: u64, blocks: &[u32]) -> StepRecord {
+    StepRecord {
+        switches: blocks.iter().map(|&block| switch(block, Direction::Detach)).collect(),
+        ..quiet_step(step, seconds(step), 0.4)
+    }
+}
+
+fn assert_near(found: Option<f64>, expected: f64) {
+    let found = found.expect("there is one");
+    assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+}
+
+#[test]
+fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
+    let mut run = summarizer();
+    // Not in the order of onsets: 2 comes after 5, is shorter, and is no precursor; 3 does not
+    // include block 1.
+    let ruptures = [
+        rupture(0, 1000, 1010, 1020, 2, 0.10),
+        rupture(1, 3000, 3040, 3100, 8, 0.45),
+        rupture(2, 2000, 2020, 2040, 5, 0.30),
+        Rupture { first_block: 4, nucleation_block: 5, ..rupture(3, 1500, 1505, 1510, 9, 0.2) },
+        rupture(4, 2500, 2510, 2515, 5, 0.35),
+        rupture(5, 4000, 4080, 4200, 10, 0.50),
+        rupture(6, 4500, 4520, 4540, 9, 0.48),
+        rupture(7, 5000, 5080, 5200, 10, 0.52),
+    ];
+    for rupture in &ruptures {
+        run.event(&Event::new(rupture.clone()));
+    }
+    let found = run.finish(RupturesFrom::Log, None);
+    assert_eq!((found.precursor_count, found.global_rupture_count), (Some(3), Some(2)));
+    assert_eq!((found.rupture_count, found.wide_rupture_count), (Some(8), Some(7)));
+    assert_near(found.longest_precursor_ratio, 0.8);
+    // From 0.2 over 0.5 to 0.8.
+    assert_near(found.precursor_growth_ratio, 0.3);
+    assert_eq!(found.first_global_rupture_onset_s, Some(4.0));
+    assert_eq!(found.first_global_rupture_last_block_s, Some(4.08));
+    assert_eq!(found.first_global_rupture_end_s, Some(4.2));
+    assert_eq!(found.first_global_rupture_ft_fn, Some(0.5));
+    assert_near(found.first_global_rupture_front_speed_m_per_s, 5.0);
+    assert_near(found.precursor_drop_ft_fn, 0.01);
+    // 20, 40 and 100 ms; 10, 20 and 40 ms; 200 and 200; 80 and 80.
+    assert_near(found.precursor_duration_s, 0.04);
+    assert_near(found.precursor_crossing_s, 0.02);
+    assert_near(found.global_rupture_duration_s, 0.2);
+    assert_near(found.global_rupture_crossing_s, 0.08);
+    // Precursors of 5 and 8 blocks at 2.5 and 4 m/s, two global ones at 5.
+    assert_near(found.precursor_front_speed_m_per_s, 3.25);
+    assert_near(found.front_speed_m_per_s, 4.5);
+    assert_near(found.front_speed_over_wave_speed_ratio, 1.125);
+    assert_near(found.largest_slip_m, 0.01);
+    // The mean potency, 1e-3 m2, by the modulus of the header.
+    assert_near(found.global_rupture_moment_n_m, 20.0);
+    assert_near(found.global_rupture_force_drop_n, 1.5);
+    // Of 2, 5 and 8 blocks, a quarter of a joule each; of 10 and 10.
+    assert_near(found.precursor_heat_j, 1.25);
+    assert_near(found.global_rupture_heat_j, 2.5);
+    // Residuals against 0.5 x: 0 at 0.2, 0.05 at 0.5, 0.05 at 0.8. Slope (0.3 * 0.05) / 0.18; the
+    // line passes the mean, 1/30 at 0.5.
+    assert_eq!(found.length_law.as_deref(), Some("(5.57)"));
+    assert_near(found.length_law_slope_residual, 0.015 / 0.18);
+    assert_near(found.length_law_intercept_residual, 0.1 / 3.0 - 0.5 * 0.015 / 0.18);
+    assert_near(found.length_law_rms_residual, (0.005_f64 / 3.0).sqrt());
+}
+
+#[test]
+fn recurrence_is_that_of_the_first_times_and_of_the_later_half() {
+    let of = |onsets: &[u64]| {
+        let mut run = summarizer();
+        for (number, onset) in onsets.iter().enumerate() {
+            run.rupture(&rupture(number as u64, *onset, onset + 50, onset + 90, 10, 0.45));
+        }
+        let found = run.finish(RupturesFrom::Log, None);
+        (found.recurrence_transient_s, found.recurrence_steady_s)
+    };
+    assert_eq!(of(&[]), (None, None));
+    assert_eq!(of(&[1000]), (None, None));
+    assert_eq!(of(&[1000, 1500]), (Some(0.5), None));
+    assert_eq!(of(&[1000, 1500, 2250, 2500]), (Some(0.5), None));
+    // 1, 0.25, 0.5 and 0.75 s: the first of them; the middle of the last two.
+    assert_eq!(of(&[1000, 2000, 2250, 2750, 3500]), (Some(1.0), Some(0.625)));
+    // Five times, of which two are the first quarter and two the later half.
+    assert_eq!(of(&[1000, 2000, 2250, 2750, 3500, 4000]), (Some(0.625), Some(0.625)));
+}
+
+#[test]
+fn creep_comes_to_the_blocks_that_slid_before_a_front_did() {
+    let mut run = summarizer();
+    for (step, blocks) in [(99, vec![1]), (199, vec![2]), (299, vec![10]), (399, vec![3, 4]), (999, vec![5])]
+    {
+        run.step(&detach(step, &blocks));
+    }
+    run.rupture(&rupture(0, 100, 400, 420, 3, 0.1));
+    // Block 5 is the first of it: it had not slid before.
+    run.rupture(&rupture(1, 1000, 1080, 1200, 10, 0.4));
+    run.slip_event(&slip(0, 100, Some(900), 5));
+    run.slip_event(&slip(1, 1000, Some(1300), 10));
+    let found = run.finish(RupturesFrom::Log, None);
+    assert_eq!((found.creep_front_block, found.creeps), (Some(4), Some(true)));
+    // 0.8 s of the first second.
+    assert_near(found.sliding_time_ratio, 0.8);
+    assert_eq!(found.detachment_count, 6);
+
+    // As above without the two blocks in the middle.
+    let mut run = summarizer();
+    run.step(&detach(99, &[1, 5]));
+    run.rupture(&rupture(0, 1000, 1080, 1200, 10, 0.4));
+    let found = run.finish(RupturesFrom::Log, None);
+    assert_eq!((found.creep_front_block, found.creeps), (Some(1), Some(false)));
+}
+
+#[test]
+fn raw_events_mislead_where_they_outlast_fronts_or_join_them() {
+    let of = |slips: &[SlipEvent], ruptures: &[Rupture]| {
+        let mut run = summarizer();
+        run.step(&quiet_step(30_000, 30.0, 0.4));
+        slips.iter().for_each(|slip| run.slip_event(slip));
+        ruptures.iter().for_each(|rupture| run.rupture(rupture));
+        run.finish(RupturesFrom::Log, None)
+    };
+    // A wave takes 0.5 s and the front 0.6 s: 12 s are twenty times as long.
+    let crossing = [rupture(0, 1000, 1600, 1700, 10, 0.4)];
+    let found = of(&[slip(0, 1000, Some(13_000), 10)], &crossing);
+    assert_eq!((found.raw_events_mislead, found.longest_event_s), (Some(false), Some(12.0)));
+    let found = of(&[slip(0, 1000, Some(13_001), 10)], &crossing);
+    assert_eq!(found.raw_events_mislead, Some(true));
+    assert_eq!((found.first_global_event_onset_s, found.global_event_count), (Some(1.0), 1));
+    // An event in progress lasts up to the end of the run.
+    let found = of(&[slip(0, 1000, None, 10)], &crossing);
+    assert_eq!((found.raw_events_mislead, found.longest_event_s), (Some(true), Some(29.0)));
+    // Without fronts, ten seconds are twenty times what a wave takes.
+    assert_eq!(of(&[slip(0, 1000, Some(11_001), 10)], &[]).raw_events_mislead, Some(true));
+
+    // Two of four wide events hold two ruptures each; one rupture lies in none.
+    let slips = [1000, 2000, 3000, 4000].map(|onset| slip(0, onset, Some(onset + 500), 8));
+    let onsets = [1000, 1200, 1500, 2100, 2300, 3000];
+    let ruptures: Vec<Rupture> =
+        onsets.iter().map(|&onset| rupture(0, onset, onset + 100, onset + 150, 5, 0.4)).collect();
+    let found = of(&slips, &ruptures);
+    assert_eq!((found.wide_event_count, found.joined_event_count), (4, Some(2)));
+    assert_eq!(found.raw_events_mislead, Some(true));
+    // Without one of the second two, one of four.
+    let found = of(&slips, &[&ruptures[..3], &ruptures[4..]].concat());
+    assert_eq!((found.joined_event_count, found.raw_events_mislead), (Some(1), Some(false)));
+}
+
+#[test]
+fn a_run_without_ruptures_has_the_numbers_of_its_raw_events() {
+    let mut run = summarizer();
+    run.slip_event(&slip(0, 500, Some(600), 3));
+    run.slip_event(&slip(1, 700, Some(900), 10));
+    let found = run.finish(RupturesFrom::None, None);
+    assert_eq!((found.first_slip_s, found.first_slip_ft_fn), (Some(0.5), Some(0.125)));
+    assert_eq!((found.event_count, found.first_global_event_onset_s), (2, Some(0.7)));
+    assert_eq!(found.ruptures_from, "none");
+    assert_eq!((found.precursor_count, found.global_rupture_count, found.rupture_count), (None, None, None));
+    assert_eq!((found.creeps, found.raw_events_mislead, found.joined_event_count), (None, None, None));
+}
+
+#[test]
+fn energies_are_those_of_the_last_record_and_counters_those_of_the_end() {
+    let energy = Energy { drive_work_j: 3.0, scheme_work_j: -1e-9, ..Energy::default() };
+    let mut run = summarizer();
+    run.step(&StepRecord { energy: Some(Energy::default()), ..quiet_step(5, 0.005, 0.25) });
+    run.step(&StepRecord { energy: Some(energy), normal_load_n: 0.0, ..quiet_step(9, 0.009, 0.5) });
+    let end = RunEnd {
+        energy: None,
+        status: RunStatus::LoadNotReached,
+        stopped: None,
+        last_step: 20,
+        message_counts: BTreeMap::new(),
+        switches: 0,
+        digest: String::new(),
+        topic_digests: BTreeMap::new(),
+        solver: SolverReport { counts: [("windows".to_owned(), 7)].into(), fallbacks: Vec::new() },
+    };
+    let found = run.finish(RupturesFrom::Log, Some(&end));
+    assert_eq!((found.drive_work_j, found.scheme_work_j), (Some(3.0), Some(-1e-9)));
+    assert_eq!((found.status.as_str(), found.windows, found.jumps), ("load-not-reached", Some(7), None));
+    assert_eq!((found.last_step, found.simulated_s, found.step_record_count), (20, 0.02, 2));
+    // Without a normal load there is no ratio.
+    assert_eq!(found.largest_ft_fn, Some(0.25));
+    assert_eq!(summarizer().finish(RupturesFrom::Log, None).drive_work_j, None);
+}
+
+/// A summary in which every key has a value.
+fn full() -> Summary {
+    let mut run = summarizer();
+    run.step(&StepRecord { energy: Some(Energy::default()), ..detach(99, &[1]) });
+    run.slip_event(&slip(0, 100, Some(600), 10));
+    for (number, last_block) in [(0, 3), (1, 5), (2, 7), (3, 10), (4, 10), (5, 10), (6, 10), (7, 10)] {
+        let onset = 100 + number * 1000;
+        run.rupture(&rupture(number, onset, onset + 10, onset + 30, last_block, 0.4));
+    }
+    let counts = ["plain_steps", "window_steps", "windows", "jump_steps", "jumps"];
+    let end = RunEnd {
+        energy: None,
+        status: RunStatus::Complete,
+        stopped: None,
+        last_step: 10_000,
+        message_counts: BTreeMap::new(),
+        switches: 1,
+        digest: String::new(),
+        topic_digests: BTreeMap::new(),
+        solver: SolverReport {
+            counts: counts.iter().map(|name| ((*name).to_owned(), 1)).collect(),
+            fallbacks: Vec::new(),
+        },
+    };
+    run.finish(RupturesFrom::Log, Some(&end))
+}
+
+#[test]
+fn json_row_keys_and_schema_are_of_one_mind() {
+    let full = full();
+    let json = serde_json::to_value(&full).expect("it can be JSON");
+    let object = json.as_object().expect("it is an object");
+    let names: Vec<&str> = Summary::KEYS.iter().map(|key| key.column.name.as_ref()).collect();
+    assert_eq!(object.len(), names.len());
+    for ((name, value), cell) in names.iter().zip(full.values()).zip(full.row()) {
+        assert_eq!(object[*name], value, "{name}");
+        assert!(!value.is_null(), "{name} has a value here");
+        let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        assert_eq!(text, cell, "{name}");
+    }
+    let again: Summary = serde_json::from_value(json.clone()).expect("it can be read");
+    assert_eq!(again, full);
+
+    let schema = Summary::schema();
+    let properties = schema["properties"].as_object().expect("it has properties");
+    assert_eq!(properties.len(), names.len());
+    let required: BTreeSet<&str> =
+        schema["required"].as_array().expect("keys are required").iter().filter_map(Value::as_str).collect();
+    assert_eq!(required, names.iter().copied().collect());
+    for key in Summary::KEYS {
+        let name: &str = &key.column.name;
+        let said = properties[name]["description"].as_str().expect("each key has a meaning");
+        let flat = |text: &str| text.split_whitespace().collect::<Vec<&str>>().join(" ");
+        assert_eq!(flat(said), flat(&key.column.about), "{name}");
+    }
+}
+
+#[test]
+fn units_stand_last_and_every_meaning_is_a_sentence() {
+    for key in Summary::KEYS {
+        let column = &key.column;
+        assert!(column.about.ends_with('.') && column.about.len() > 10, "{}: {}", column.name, column.about);
+        if let Some(unit) = column.unit.filter(|unit| *unit != "1") {
+            assert_eq!(unit_of(&column.name), Some(unit));
+        }
+    }
+}
+
+#[test]
+fn a_terminal_gets_a_line_for_each_key_and_a_row_for_each_run() {
+    let full = full();
+    let one = text::of_one(&full);
+    let lines: Vec<String> =
+        one.lines().map(|line| line.split_whitespace().collect::<Vec<&str>>().join(" ")).collect();
+    for line in [
+        "First slip of the whole slider",
+        "first global rupture onset 3.1 s",
+        "first global rupture F_T/F_N 0.4",
+        "precursor count 3",
+        "recurrence steady 1 s",
+        "length law (5.57)",
+        "creeps no",
+    ] {
+        assert!(lines.iter().any(|found| found == line), "{line}\n{one}");
+    }
+    assert!(one.lines().all(|line| line.chars().count() <= 80), "{one}");
+    let mut empty = Summarizer::new("other", &header(), Slider::default());
+    empty.step(&quiet_step(1, 0.001, 0.1));
+    let empty = empty.finish(RupturesFrom::Log, None);
+    let several = text::of_several([&full, &empty]);
+    let rows: Vec<Vec<&str>> = several.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(rows[2], ["mine", "3", "5", "3.1", "0.4", "1", "5", "0.01", "1", "no"]);
+    assert_eq!(rows[3], ["other", "0", "0", "-", "-", "-", "-", "-", "0", "no"]);
+    assert!(several.lines().all(|line| line.chars().count() <= 100), "{several}");
+}

@@ -1,0 +1,31 @@
+//! Pages: one HTML file each, that fetches nothing, so that it can be sent and kept.
+//!
+//! What a page says in words and tables it says without scripts; scripts add what one can touch.
+//! The look (`look.css`: light, dark and print, told apart without colours) and the parts are the
+//! same on all pages.
+//!
+//! ```
+//! use asperity_report::html::{Document, markup};
+//!
+//! let page = Document {
+//!     title: "Runs & ruptures".to_owned(),
+//!     main: markup::paragraph("F_T/F_N < μ_s"),
+//!     data: vec![],
+//!     parts: &[],
+//! };
+//! let html = page.html();
+//! assert!(html.contains("<title>Runs &amp; ruptures</title>"));
+//! assert!(html.contains("<p>F_T/F_N &lt; μ_s</p>"));
+//! assert!(html.contains("default-src 'none'"));
+//! ```
+//!
+//! In reading order:
+//!
+//! - [`markup`]: text, tables and numbers as HTML.
+//! - [`document`]: the page around them, and its parts: the space-time map ([`MAP`]), curves
+//!   ([`CURVES`]) and long tables ([`LONG_TABLE`]).
+
+pub mod document;
+pub mod markup;
+
+pub use document::{CURVES, Document, LONG_TABLE, MAP, Part};

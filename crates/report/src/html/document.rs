@@ -1,0 +1,107 @@
+//! A page as a file: its head, its words, its data, its scripts.
+
+use crate::html::markup::text;
+
+const LOOK: &str = include_str!("look.css");
+const BASE: &str = include_str!("base.js");
+
+/// What a page has beside its words: a style and a script. Either may be empty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part {
+    /// CSS.
+    pub style: &'static str,
+    /// JavaScript. What it offers to others it adds to `asperity`.
+    pub script: &'static str,
+}
+
+/// The space-time map on a canvas: `asperity.map`. One, or several one above the other; time
+/// across, blocks up.
+pub const MAP: Part = Part { style: "", script: include_str!("map.js") };
+
+/// Curves on a canvas: `uPlot` (MIT, see `vendor/uplot`).
+pub const CURVES: Part = Part {
+    style: include_str!("vendor/uplot/uPlot.min.css"),
+    script: include_str!("vendor/uplot/uPlot.iife.min.js"),
+};
+
+/// A table of any length, of which no more rows are made than are seen: `asperity.longTable`.
+pub const LONG_TABLE: Part = Part { style: "", script: include_str!("long_table.js") };
+
+/// A page.
+#[derive(Debug, Clone)]
+pub struct Document<'a> {
+    /// Its title, as plain text.
+    pub title: String,
+    /// What it says, as HTML.
+    pub main: String,
+    /// What its scripts know: attributes of each script element, as HTML, and JSON as
+    /// [`markup::json`](crate::html::markup::json) writes it.
+    pub data: Vec<(String, String)>,
+    /// Its parts; those used by others stand before them.
+    pub parts: &'a [Part],
+}
+
+impl Document<'_> {
+    /// The file. A policy in its head keeps the browser from fetching anything.
+    pub fn html(&self) -> String {
+        self.with_pictures_from("data:")
+    }
+
+    /// Formats a page whose pictures are files beside it, and allows these to be shown.
+    pub fn html_beside_pictures(&self) -> String {
+        self.with_pictures_from("data: 'self' file:")
+    }
+
+    fn with_pictures_from(&self, sources: &str) -> String {
+        let styles = self.parts.iter().map(|part| part.style).filter(|style| !style.is_empty());
+        let scripts = self.parts.iter().map(|part| part.script).filter(|script| !script.is_empty());
+        let mut out = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
+             script-src 'unsafe-inline'; img-src {sources}\">\n\
+             <meta name=\"viewport\" content=\"width=device-width\">\n<title>{}</title>\n",
+            text(&self.title)
+        );
+        for style in std::iter::once(LOOK).chain(styles) {
+            out += &format!("<style>\n{style}</style>\n");
+        }
+        out += "</head>\n<body>\n\
+                <button id=\"theme\" class=\"needs-script\" type=\"button\">dark</button>\n<main>\n";
+        out += &self.main;
+        out += "</main>\n";
+        for (attributes, json) in &self.data {
+            out += &format!("<script type=\"application/json\"{attributes}>{json}</script>\n");
+        }
+        for script in std::iter::once(BASE).chain(scripts) {
+            out += &format!("<script>\n{script}</script>\n");
+        }
+        out += "</body>\n</html>\n";
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CURVES, Document, LONG_TABLE, MAP};
+
+    #[test]
+    fn scripts_do_not_end_before_they_are_over() {
+        let parts = [CURVES, MAP, LONG_TABLE];
+        let html = Document { title: String::new(), main: String::new(), data: vec![], parts: &parts }.html();
+        assert_eq!(html.matches("<script").count(), 4);
+        assert_eq!(html.matches("</script").count(), 4);
+        assert_eq!(html.matches("</style").count(), 2);
+    }
+
+    /// What others wrote is as they wrote it.
+    #[test]
+    fn vendored_files_are_those_that_the_readme_names() {
+        let readme = include_str!("vendor/uplot/README.md");
+        assert!(readme.contains("uPlot 1.6.32") && CURVES.script.contains("uPlot (v1.6.32)"));
+        for (name, file) in [("uPlot.iife.min.js", CURVES.script), ("uPlot.min.css", CURVES.style)] {
+            let line = format!("| `{name}` | `{}` |", blake3::hash(file.as_bytes()).to_hex());
+            assert!(readme.contains(&line), "README.md has no line {line}");
+        }
+        assert!(include_str!("vendor/uplot/LICENSE").contains("MIT License"));
+    }
+}

@@ -1,0 +1,527 @@
+//! The axes of a sweep: one key, or several that change together, and their values.
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::path::Path;
+
+use asperity_figures::{self as study_figures, Place};
+use asperity_model::keys::{KEYS, Key, Kind};
+use asperity_model::{mixed, text};
+use asperity_record::{Column, ColumnKind};
+use serde::{Deserialize, Serialize};
+
+/// Most runs of a sweep.
+pub const MOST_RUNS: u64 = 1_000_000;
+
+/// The value of a key in one run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A flag.
+    Flag(bool),
+    /// A whole number.
+    Whole(i64),
+    /// Any other finite number.
+    Number(f64),
+    /// A word or text.
+    Text(String),
+}
+
+/// Formats the value as in a scenario.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Flag(flag) => write!(f, "{flag}"),
+            Value::Whole(number) => write!(f, "{number}"),
+            Value::Number(number) => {
+                // Both are valid TOML.
+                let (plain, short) = (toml::Value::Float(*number).to_string(), format!("{number:e}"));
+                f.write_str(if short.len() < plain.len() { &short } else { &plain })
+            }
+            Value::Text(text) => write!(f, "{}", toml::Value::String(text.clone())),
+        }
+    }
+}
+
+impl Value {
+    /// Whether the values are equal, however they are written.
+    pub(crate) fn same(&self, other: &Value) -> bool {
+        match (self, other) {
+            (Value::Whole(a), Value::Number(b)) | (Value::Number(b), Value::Whole(a)) => *a as f64 == *b,
+            _ => self == other,
+        }
+    }
+}
+
+/// An axis as written: `key` with `values` or a range; `keys` with `rows`; a table `csv`; or
+/// `count` draws from `ranges`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Written {
+    key: Option<String>,
+    values: Option<Vec<Value>>,
+    from: Option<f64>,
+    to: Option<f64>,
+    spacing: Option<Spacing>,
+    keys: Option<Vec<String>>,
+    rows: Option<Vec<Vec<Value>>>,
+    csv: Option<String>,
+    sample: Option<Method>,
+    ranges: Option<Vec<Range>>,
+    count: Option<u64>,
+    seed: Option<u32>,
+}
+
+/// The spacing of the values of a range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Spacing {
+    /// Equal differences.
+    #[default]
+    Linear,
+    /// Equal ratios.
+    Log,
+}
+
+/// The method of sampling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Method {
+    /// Independent draws.
+    Random,
+    /// One draw in each of as many equal parts of every range.
+    LatinHypercube,
+}
+
+/// The distribution of a sampled key.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Range {
+    key: String,
+    from: f64,
+    to: f64,
+    #[serde(default)]
+    spacing: Spacing,
+}
+
+/// An axis: keys, and a row of values for each point.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// The scenario keys that it sets.
+    pub keys: Vec<&'static Key>,
+    /// The values of the keys, point by point.
+    pub rows: Vec<Vec<Value>>,
+    /// Which of the keys have equal ratios.
+    pub log: Vec<bool>,
+    /// Whether its points form a sequence, as those of a list or a range.
+    pub joined: bool,
+}
+
+/// The forms of an axis, for errors.
+const ACCEPTED: &str = "key with values, or with from, to and count; keys with rows; csv; or sample with count \
+                        and ranges";
+
+impl Written {
+    /// Expands an axis. Tables are read from files relative to the folder of the sweep.
+    ///
+    /// # Errors
+    /// A message with the key and what is accepted.
+    pub(crate) fn read(&self, folder: &Path) -> Result<Axis, String> {
+        let Written { key, values, from, to, spacing, keys, rows, csv, sample, ranges, count, seed } = self;
+        let range = from.is_some() || to.is_some();
+        let axis = match (key, values, range, keys, rows, csv, sample) {
+            (Some(key), Some(values), false, None, None, None, None) => {
+                self.none_of(&[("count", count.is_some())])?;
+                Axis {
+                    keys: vec![key_of(key)?],
+                    rows: values.iter().map(|value| vec![value.clone()]).collect(),
+                    log: vec![false],
+                    joined: true,
+                }
+            }
+            (Some(key), None, true, None, None, None, None) => {
+                let (Some(from), Some(to), Some(count)) = (*from, *to, *count) else {
+                    return Err(format!(
+                        "{key}: a range lacks one of from, to and count (accepted: all three)"
+                    ));
+                };
+                let range = Range { key: key.clone(), from, to, spacing: spacing.unwrap_or_default() };
+                let key = range.check()?;
+                few_enough(count)?;
+                let last = (count.max(2) - 1) as f64;
+                let rows = (0..count).map(|n| vec![range.at(key, n as f64 / last)]).collect();
+                Axis { keys: vec![key], rows, log: vec![range.spacing == Spacing::Log], joined: true }
+            }
+            (None, None, false, Some(keys), Some(rows), None, None) => {
+                let keys = keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>()?;
+                if let Some(row) = rows.iter().position(|row| row.len() != keys.len()) {
+                    return Err(format!(
+                        "row {} of {} has {} values (accepted: {})",
+                        row + 1,
+                        names(&keys),
+                        rows[row].len(),
+                        keys.len()
+                    ));
+                }
+                Axis { log: vec![false; keys.len()], keys, rows: rows.clone(), joined: true }
+            }
+            (None, None, false, None, None, Some(csv), None) => table(&folder.join(csv))?,
+            (None, None, false, None, None, None, Some(method)) => {
+                let (Some(ranges), Some(count)) = (ranges, *count) else {
+                    return Err("a sample lacks count or ranges (accepted: both)".to_owned());
+                };
+                few_enough(count)?;
+                drawn(*method, ranges, count, u64::from(seed.unwrap_or(1)))?
+            }
+            _ => return Err(format!("not one way of saying what varies (accepted: {ACCEPTED})")),
+        };
+        let needless = [
+            ("spacing", spacing.is_some() && !range),
+            ("ranges", ranges.is_some() && sample.is_none()),
+            ("seed", seed.is_some() && sample.is_none()),
+            ("count", count.is_some() && sample.is_none() && !range),
+        ];
+        self.none_of(&needless)?;
+        axis.check()?;
+        Ok(axis)
+    }
+
+    fn none_of(&self, needless: &[(&str, bool)]) -> Result<(), String> {
+        match needless.iter().find(|(_, given)| *given) {
+            Some((name, _)) => Err(format!("{name} says nothing here (accepted: {ACCEPTED})")),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Axis {
+    fn check(&self) -> Result<(), String> {
+        let names = names(&self.keys);
+        if self.keys.is_empty() {
+            return Err("it sets no keys (accepted: one or more)".to_owned());
+        }
+        if self.rows.is_empty() {
+            return Err(format!("{names}: no values (accepted: one or more)"));
+        }
+        let mut seen = BTreeSet::new();
+        if let Some(twice) = self.keys.iter().find(|key| !seen.insert(key.path)) {
+            return Err(format!("{} stands twice on one axis (accepted: once)", twice.path));
+        }
+        for row in &self.rows {
+            for (key, value) in self.keys.iter().zip(row) {
+                check_value(key, value)?;
+            }
+        }
+        let mut sorted: Vec<usize> = (0..self.rows.len()).collect();
+        sorted.sort_by_cached_key(|row| self.rows[*row].iter().map(sortable).collect::<Vec<_>>());
+        let same = |a: usize, b: usize| self.rows[a].iter().zip(&self.rows[b]).all(|(a, b)| a.same(b));
+        if let Some(pair) = sorted.windows(2).find(|pair| same(pair[0], pair[1])) {
+            let values: Vec<String> = self.rows[pair[0]].iter().map(Value::to_string).collect();
+            return Err(format!("{names}: {} stands there twice (accepted: each once)", values.join(", ")));
+        }
+        Ok(())
+    }
+
+    /// The axis as figures need it.
+    pub(crate) fn for_figures(&self) -> study_figures::Axis<'_> {
+        let key = |n: usize| {
+            let mut seen = BTreeSet::new();
+            let values = self.rows.iter().map(|row| &row[n]).filter(|value| seen.insert(sortable(value)));
+            study_figures::Key {
+                path: self.keys[n].path,
+                is_number: matches!(column(self.keys[n]).kind, ColumnKind::Number | ColumnKind::Step),
+                log: self.log[n],
+                values: values.map(place).collect(),
+            }
+        };
+        study_figures::Axis { keys: (0..self.keys.len()).map(key).collect(), joined: self.joined }
+    }
+
+    /// Its columns in a table.
+    pub fn columns(&self) -> impl Iterator<Item = Column> {
+        self.keys.iter().map(|key| column(key))
+    }
+}
+
+/// The column of a key in the tables of a study.
+pub(crate) fn column(key: &Key) -> Column {
+    let kind = match key.kind {
+        Kind::Number(..) => ColumnKind::Number,
+        Kind::Count(..) => ColumnKind::Step,
+        Kind::Flag => ColumnKind::Flag,
+        Kind::Word(_) | Kind::Text | Kind::Numbers(..) => ColumnKind::Word,
+    };
+    Column {
+        name: key.path.into(),
+        kind,
+        unit: asperity_record::unit_of(key.path).filter(|_| kind == ColumnKind::Number),
+        about: key.doc.into(),
+    }
+}
+
+/// The position of a value in a figure.
+fn place(value: &Value) -> Place {
+    match value {
+        Value::Flag(flag) => Place::Word(flag.to_string()),
+        Value::Whole(number) => Place::Number(*number as f64),
+        Value::Number(number) => Place::Number(*number),
+        Value::Text(text) => Place::Word(text.clone()),
+    }
+}
+
+/// A sort key under which equal values are adjacent.
+fn sortable(value: &Value) -> (u8, u64, String) {
+    match value {
+        Value::Flag(flag) => (0, u64::from(*flag), String::new()),
+        // -0 and 0 are equal and get one key.
+        Value::Whole(number) => (1, (*number as f64 + 0.0).to_bits(), String::new()),
+        Value::Number(number) => (1, (number + 0.0).to_bits(), String::new()),
+        Value::Text(text) => (2, 0, text.clone()),
+    }
+}
+
+pub(crate) fn names(keys: &[&Key]) -> String {
+    let names: Vec<&str> = keys.iter().map(|key| key.path).collect();
+    names.join(", ")
+}
+
+fn few_enough(count: u64) -> Result<(), String> {
+    match count {
+        1..=MOST_RUNS => Ok(()),
+        _ => Err(format!("count = {count} (accepted: a whole number from 1 to {MOST_RUNS})")),
+    }
+}
+
+pub(crate) fn key_of(path: &str) -> Result<&'static Key, String> {
+    let key = KEYS.iter().find(|key| key.path == path).ok_or_else(|| {
+        format!("{path}: unknown key (accepted: the keys of `asperity scenario show default`)")
+    })?;
+    match key.kind {
+        Kind::Numbers(..) => Err(format!("{path}: a list cannot be an axis (accepted: keys of one value)")),
+        _ => Ok(key),
+    }
+}
+
+pub(crate) fn check_value(key: &Key, value: &Value) -> Result<(), String> {
+    let fits = match (key.kind, value) {
+        (Kind::Number(..), Value::Number(number)) => key.kind.accepts_number(*number),
+        (Kind::Number(..), Value::Whole(number)) => key.kind.accepts_number(*number as f64),
+        (Kind::Count(low, high), Value::Whole(number)) => {
+            u64::try_from(*number).is_ok_and(|number| (low..=high).contains(&number))
+        }
+        (Kind::Flag, Value::Flag(_)) | (Kind::Text, Value::Text(_)) => true,
+        (Kind::Word(words), Value::Text(word)) => words.contains(&word.as_str()),
+        _ => false,
+    };
+    if fits { Ok(()) } else { Err(format!("{}: {value} is not accepted (accepted: {})", key.path, key.kind)) }
+}
+
+impl Range {
+    fn check(&self) -> Result<&'static Key, String> {
+        let Range { key: name, from, to, spacing } = self;
+        let key = key_of(name)?;
+        if !matches!(key.kind, Kind::Number(..) | Kind::Count(..)) {
+            return Err(format!("{name}: it holds no number, so there is no range (accepted: values)"));
+        }
+        if !(from.is_finite() && to.is_finite()) {
+            return Err(format!("{name}: from {from} to {to} (accepted: finite numbers)"));
+        }
+        if *spacing == Spacing::Log && !(*from > 0.0 && *to > 0.0) {
+            return Err(format!("{name}: by factors from {from} to {to} (accepted: numbers above 0)"));
+        }
+        Ok(key)
+    }
+
+    /// The value at a share of the range, rounded to twelve digits, so that a sixth of the way from
+    /// 0 to 0.6 is 0.1; the ends are as written.
+    fn at(&self, key: &Key, share: f64) -> Value {
+        let (from, to) = (self.from, self.to);
+        let value = match self.spacing {
+            _ if share == 0.0 => from,
+            _ if share == 1.0 => to,
+            Spacing::Linear => twelve_digits(from + (to - from) * share),
+            Spacing::Log => twelve_digits(from * libm::pow(to / from, share)),
+        };
+        match key.kind {
+            Kind::Count(..) => Value::Whole(value.round() as i64),
+            _ => Value::Number(value),
+        }
+    }
+}
+
+fn twelve_digits(value: f64) -> f64 {
+    format!("{value:.11e}").parse().expect("a number as it was just printed")
+}
+
+/// Reads a table of values with the keys as its heading.
+fn table(path: &Path) -> Result<Axis, String> {
+    let name = path.display();
+    let bytes = text::read(path).map_err(|error| format!("csv {name}: {error} (accepted: a CSV file)"))?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_bytes());
+    let refused = |error: csv::Error| format!("csv {name}: {error}");
+    let heading = reader.headers().map_err(refused)?.clone();
+    let keys = heading
+        .iter()
+        .map(|key| key_of(key).map_err(|error| format!("csv {name}: {error}")))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(refused)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let row = keys.iter().zip(&record).map(|(key, cell)| {
+            let value = read_cell(key, cell);
+            check_value(key, &value).map(|()| value).map_err(|error| format!("csv {name}:{line}: {error}"))
+        });
+        rows.push(row.collect::<Result<Vec<_>, _>>()?);
+    }
+    Ok(Axis { log: vec![false; keys.len()], keys, rows, joined: false })
+}
+
+fn read_cell(key: &Key, cell: &str) -> Value {
+    let text = || Value::Text(cell.to_owned());
+    match key.kind {
+        Kind::Number(..) => cell.parse().map_or_else(|_| text(), Value::Number),
+        Kind::Count(..) => cell.parse().map_or_else(|_| text(), Value::Whole),
+        Kind::Flag => cell.parse().map_or_else(|_| text(), Value::Flag),
+        _ => text(),
+    }
+}
+
+fn drawn(method: Method, ranges: &[Range], count: u64, seed: u64) -> Result<Axis, String> {
+    let keys = ranges.iter().map(Range::check).collect::<Result<Vec<_>, _>>()?;
+    let shares: Vec<Vec<f64>> = (0..ranges.len() as u64)
+        .map(|stream| {
+            let mut draws = Draws { seed, stream, next: 0 };
+            match method {
+                Method::Random => (0..count).map(|_| draws.share()).collect(),
+                Method::LatinHypercube => {
+                    let mut parts: Vec<u64> = (0..count).collect();
+                    // Fisher-Yates shuffle.
+                    for last in (1..parts.len()).rev() {
+                        parts.swap(last, draws.below(last as u64 + 1) as usize);
+                    }
+                    parts.iter().map(|part| (*part as f64 + draws.share()) / count as f64).collect()
+                }
+            }
+        })
+        .collect();
+    let row = |n: usize| {
+        let values = ranges.iter().zip(&keys).zip(&shares);
+        values.map(|((range, key), shares)| range.at(key, shares[n])).collect()
+    };
+    Ok(Axis {
+        rows: (0..count as usize).map(row).collect(),
+        log: ranges.iter().map(|range| range.spacing == Spacing::Log).collect(),
+        joined: keys.len() == 1,
+        keys,
+    })
+}
+
+/// Pseudo-random numbers, the same on every machine: SplitMix64's output function of seed, stream
+/// and number.
+struct Draws {
+    seed: u64,
+    stream: u64,
+    next: u64,
+}
+
+impl Draws {
+    fn bits(&mut self) -> u64 {
+        self.next += 1;
+        mixed(self.seed << 32 ^ self.stream << 24 ^ self.next)
+    }
+
+    /// Uniform from 0 to 1, excluding 1.
+    fn share(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn below(&mut self, count: u64) -> u64 {
+        ((u128::from(self.bits()) * u128::from(count)) >> 64) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::{Axis, Value, Written};
+
+    fn axis(text: &str) -> Result<Axis, String> {
+        let written: Written = toml::from_str(text).map_err(|error| error.to_string())?;
+        written.read(Path::new("."))
+    }
+
+    fn numbers(axis: &Axis, key: usize) -> Vec<f64> {
+        let number = |row: &Vec<Value>| match row[key] {
+            Value::Number(number) => number,
+            Value::Whole(number) => number as f64,
+            _ => panic!("no number"),
+        };
+        axis.rows.iter().map(number).collect()
+    }
+
+    #[test]
+    fn lists_ranges_rows_and_draws() {
+        let list = axis("key = 'normal_load.tilt'\nvalues = [-0.5, 0, 0.5]").unwrap();
+        assert_eq!(numbers(&list, 0), [-0.5, 0.0, 0.5]);
+        let range = axis("key = 'time.duration_s'\nfrom = 1\nto = 2\ncount = 5").unwrap();
+        assert_eq!(numbers(&range, 0), [1.0, 1.25, 1.5, 1.75, 2.0]);
+        let log = axis("key = 'slider.mass_kg'\nfrom = 0.01\nto = 100\ncount = 5\nspacing = 'log'").unwrap();
+        assert_eq!(numbers(&log, 0), [0.01, 0.1, 1.0, 10.0, 100.0]);
+        let tenths = axis("key = 'normal_load.tilt'\nfrom = -0.5\nto = 0.5\ncount = 11").unwrap();
+        assert_eq!(numbers(&tenths, 0), [-0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5]);
+        let whole = axis("key = 'slider.blocks'\nfrom = 10\nto = 40\ncount = 4").unwrap();
+        assert_eq!(whole.rows[1], [Value::Whole(20)]);
+        let rows = axis(
+            "keys = ['friction.static_coefficient', 'friction.dynamic_coefficient']\nrows = [[0.5, 0.3], [0.7, 0.45]]",
+        );
+        assert_eq!(numbers(&rows.unwrap(), 1), [0.3, 0.45]);
+        let latin = "sample = 'latin-hypercube'\ncount = 50\nseed = 3\nranges = [\
+                     { key = 'normal_load.tilt', from = -1, to = 1 }, { key = 'initial_shear.beta', from = 0, to = 0.5 }]";
+        let latin = axis(latin).unwrap();
+        for (key, low, high) in [(0, -1.0, 1.0), (1, 0.0, 0.5)] {
+            let mut parts: Vec<i64> =
+                numbers(&latin, key).iter().map(|x| ((x - low) / (high - low) * 50.0) as i64).collect();
+            assert!(!parts.is_sorted());
+            parts.sort_unstable();
+            assert_eq!(parts, (0..50).collect::<Vec<_>>());
+        }
+        let random =
+            "sample = 'random'\ncount = 2000\nranges = [{ key = 'normal_load.tilt', from = -1, to = 1 }]";
+        let numbers = numbers(&axis(random).unwrap(), 0);
+        let mean = numbers.iter().sum::<f64>() / 2000.0;
+        assert!(mean.abs() < 0.05 && numbers.iter().any(|x| *x < -0.99) && numbers.iter().any(|x| *x > 0.99));
+    }
+
+    #[test]
+    fn what_cannot_be_an_axis_is_refused_with_what_can() {
+        for (text, problem) in [
+            ("key = 'normal_load.tilt'\nvalues = []", "normal_load.tilt: no values"),
+            ("key = 'normal_load.tilt'\nvalues = [0, 0.5, 0.0]", "stands there twice"),
+            ("key = 'normal_load.tlit'\nvalues = [0]", "normal_load.tlit: unknown key"),
+            (
+                "key = 'normal_load.tilt'\nvalues = [1.5]",
+                "1.5 is not accepted (accepted: a number from -1 to 1)",
+            ),
+            ("key = 'slider.blocks'\nvalues = [10.5]", "10.5 is not accepted"),
+            ("key = 'normal_load.tilt'\nfrom = 0\nto = 1", "lacks one of from, to and count"),
+            ("key = 'slider.mass_kg'\nfrom = 0\nto = 1\ncount = 3\nspacing = 'log'", "numbers above 0"),
+            ("key = 'normal_load.tilt'\nvalues = [0]\nseed = 1", "seed says nothing here"),
+            ("key = 'drive.kind'\nfrom = 0\nto = 1\ncount = 2", "it holds no number"),
+            ("key = 'friction.static_offsets'\nvalues = [0]", "a list cannot be an axis"),
+            ("keys = ['slider.blocks', 'slider.blocks']\nrows = [[10, 20]]", "stands twice on one axis"),
+            (
+                "keys = ['slider.blocks', 'slider.mass_kg']\nrows = [[10]]",
+                "row 1 of slider.blocks, slider.mass_kg has 1",
+            ),
+            ("count = 3", "not one way of saying what varies"),
+            ("csv = 'nowhere.csv'", "nowhere.csv"),
+            ("colour = 1", "unknown field"),
+        ] {
+            let error = axis(text).unwrap_err();
+            assert!(error.contains(problem), "{text}: {error}");
+            assert!(error.contains("(accepted: ") || error.contains("expected"), "{text}: {error}");
+        }
+    }
+}

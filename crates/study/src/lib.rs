@@ -1,0 +1,76 @@
+//! Parameter studies: many runs of one scenario, on one machine or many, and their tables.
+//!
+//! ```text
+//! sweep (TOML) -> plan -> results in segments, by any number of workers -> tables
+//! ```
+//!
+//! The runs, and what they vary:
+//!
+//! ```
+//! use asperity_study::{Plan, Sweep};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("sweep.toml");
+//! let text = "
+//! title = 'Tilts'
+//! scenario = 'default'
+//! [[axis]]
+//! key = 'normal_load.tilt'
+//! from = -0.5
+//! to = 0.5
+//! count = 3
+//! ";
+//! # std::fs::write(&path, text)?;
+//! let plan = Plan::of(&Sweep::read(&path)?, false, None)?;
+//! assert_eq!(plan.rows.len(), 3);
+//! assert_eq!(plan.common.assignments(&plan.rows[2].values), ["normal_load.tilt=0.5"]);
+//! let (scenario, _) = plan.scenario(&plan.rows[2])?;
+//! assert_eq!(scenario.normal_load.tilt, 0.5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! In reading order:
+//!
+//! - [`axis`]: what varies; [`Sweep`]: the file that defines it.
+//! - [`Plan`]: every run with its values and its id; never changed once made.
+//! - [`work`]: makes one run and packs its result; [`staging`]: unfinished logs of long runs.
+//! - [`stored`]: the packed result of a run; [`segment`]: the file of a worker's results;
+//!   [`Results`]: all results, and contradictions among them or with the plan.
+//! - [`collect()`]: the tables.
+//! - [`emit`]: scripts for clusters.
+//!
+//! The tables depend on the plan alone: not on the order of the runs, the number of workers, or how
+//! often they were killed.
+
+pub mod axis;
+mod collect;
+pub mod emit;
+#[cfg(feature = "analysis")]
+mod error;
+mod lines;
+#[cfg(feature = "analysis")]
+pub mod parameter_table;
+#[cfg(feature = "analysis")]
+pub mod pipeline;
+pub mod plan;
+#[cfg(feature = "analysis")]
+pub mod record;
+#[cfg(feature = "analysis")]
+pub mod reduction;
+#[cfg(feature = "analysis")]
+pub mod reference;
+pub mod results;
+#[cfg(feature = "analysis")]
+pub mod runs;
+pub mod segment;
+pub mod staging;
+pub mod stored;
+mod sweep;
+pub mod work;
+
+pub use collect::{CollectError, Observer, RUNS, collect};
+#[cfg(feature = "analysis")]
+pub use error::StudyError;
+pub use plan::{Plan, PlanError};
+pub use results::Results;
+pub use sweep::{Keep, Sweep, SweepError};

@@ -1,0 +1,427 @@
+//! The plan of a sweep: made once, and never changed.
+//!
+//! A plan is a file of JSON lines: what all runs share, a line per run, and finally a BLAKE3 hash
+//! of it all, which detects edits. It is read line by line, and every value is checked against its
+//! key, since anybody can compute a hash.
+
+use std::collections::BTreeSet;
+use std::io::{BufRead, BufReader};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use asperity_figures::Figure;
+use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_model::keys::Key;
+use asperity_model::{Scenario, ScenarioSource};
+use asperity_record::bounds::LONGEST_TOML_BYTES;
+use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
+use asperity_run::{CODE_VERSION, Task, at_once};
+use serde::{Deserialize, Serialize};
+
+use crate::axis::{MOST_RUNS, Value, check_value, key_of, names};
+use crate::lines::{Lines, problem_of};
+use crate::sweep::{Keep, Sweep};
+
+/// The file name of a plan.
+pub const FILE: &str = "plan.ndjson";
+
+/// The version of the plan format.
+const FORMAT: u32 = 1;
+
+/// The longest first line: the texts of a scenario and of a sweep, in which JSON escapes line
+/// breaks and quotation marks as two bytes.
+pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;
+
+/// The longest line of a run; only the error of a refused scenario can be long.
+pub const LONGEST_ROW_BYTES: usize = 1 << 20;
+
+/// Characters of an id.
+const ID_LENGTH: usize = 64;
+
+/// The common part of all runs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Common {
+    format: u32,
+    /// The title of the sweep.
+    pub title: String,
+    /// The scenario's name or path when the plan was made.
+    pub scenario: String,
+    /// The scenario's text at that time, which is used.
+    pub scenario_toml: String,
+    /// Overrides in all runs.
+    pub set: Vec<String>,
+    /// What is stored of each run.
+    pub keep: Vec<Keep>,
+    /// The keys that vary.
+    pub keys: Vec<String>,
+    /// The version of step records and events.
+    pub record_schema_version: u32,
+    /// The code version that made the plan and must make the runs.
+    pub code_version: String,
+    /// The figures of its tables.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub figures: Vec<Figure>,
+}
+
+/// A run of a plan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Its number, from 1.
+    pub run: u64,
+    /// The values of the keys that vary.
+    pub values: Vec<Value>,
+    /// Its id in logs: a hash of scenario, record schema and code.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<String>,
+    /// Why the scenario refuses these values, if it does; such a run is recorded and not made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
+    /// Warnings of the scenario when the plan is made; not stored.
+    #[serde(skip)]
+    pub warnings: Vec<String>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct End {
+    rows: u64,
+    blake3: String,
+}
+
+/// A plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The common part of all runs.
+    pub common: Common,
+    /// The runs; run `n` is at index `n - 1`.
+    pub rows: Vec<Row>,
+    /// A hash of the plan.
+    pub hash: String,
+}
+
+/// Why a plan cannot be made, read or followed.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// Scenarios refuse some of the combinations, or a figure needs what no run has.
+    #[error("{problem}")]
+    Refused {
+        /// Which, why, and what is accepted.
+        problem: String,
+    },
+    /// No valid plan was found.
+    #[error("{}: {problem}", path.display())]
+    NoPlan {
+        /// Its path.
+        path: PathBuf,
+        /// What was found, and what is accepted.
+        problem: String,
+    },
+    /// It cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+/// The key by which a scenario names a file.
+const FILE_KEY: &str = "profile_csv";
+
+/// Most refused runs that are listed.
+const MOST_TOLD: usize = 5;
+
+impl Plan {
+    /// Plans a sweep, on several threads. Combinations that the scenario refuses are an error, or
+    /// recorded as refused with `skip_refused`.
+    ///
+    /// # Errors
+    /// If the scenario refuses combinations, or all of them.
+    pub fn of(sweep: &Sweep, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, PlanError> {
+        let common = Common {
+            format: FORMAT,
+            title: sweep.title.clone(),
+            scenario: sweep.scenario.clone(),
+            scenario_toml: sweep.scenario_toml.clone(),
+            set: sweep.set.clone(),
+            keep: sweep.keep.clone(),
+            keys: sweep.keys(),
+            record_schema_version: RECORD_SCHEMA_VERSION,
+            code_version: CODE_VERSION.to_owned(),
+            figures: sweep.figures.clone(),
+        };
+        let numbers: Vec<u64> = (0..sweep.count()).collect();
+        let rows = at_once(&numbers, jobs, |number| {
+            let values = sweep.values(*number);
+            let run = number + 1;
+            Ok::<_, PlanError>(match common.resolve(&values) {
+                Ok(scenario) => Row {
+                    run,
+                    values,
+                    id: Some(Task::new(&scenario).header().run_id),
+                    refused: None,
+                    warnings: scenario.warnings(),
+                },
+                Err(reason) => Row { run, values, id: None, refused: Some(reason), warnings: Vec::new() },
+            })
+        })?;
+        let refused: Vec<&Row> = rows.iter().filter(|row| row.refused.is_some()).collect();
+        if !refused.is_empty() && (!skip_refused || refused.len() == rows.len()) {
+            let mut problem = format!("{} of {} runs are refused", refused.len(), rows.len());
+            for row in refused.iter().take(MOST_TOLD) {
+                let values = common.assignments(&row.values).join(" ");
+                let reason = row.refused.as_deref().unwrap_or_default();
+                problem.push_str(&format!("\nrun {}, {values}: {reason}", row.run));
+            }
+            if refused.len() > MOST_TOLD {
+                problem.push_str(&format!("\nand {} more", refused.len() - MOST_TOLD));
+            }
+            problem.push_str(
+                "\n(accepted: other values, or --skip-refused to leave those out that are refused)",
+            );
+            return Err(PlanError::Refused { problem });
+        }
+        let text = lines(&common, &rows);
+        for (n, line) in text.lines().enumerate() {
+            let longest_bytes = if n == 0 { LONGEST_COMMON_BYTES } else { LONGEST_ROW_BYTES };
+            if line.len() > longest_bytes {
+                let what = if n == 0 { "the scenario and its sweep".to_owned() } else { format!("run {n}") };
+                let problem =
+                    format!("{what}: {} bytes in a plan (accepted: up to {longest_bytes})", line.len());
+                return Err(PlanError::Refused { problem });
+            }
+        }
+        Ok(Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows })
+    }
+
+    /// Writes the plan into a folder without one.
+    ///
+    /// # Errors
+    /// If the folder has one, or the system refuses.
+    pub fn write(&self, folder: &Path, inputs: Inputs) -> Result<(), PlanError> {
+        let mut text = lines(&self.common, &self.rows);
+        let end = End { rows: self.rows.len() as u64, blake3: self.hash.clone() };
+        text.push_str(&json(&end));
+        Ok(FileSet::write_one(&folder.join(FILE), text, Existing::Refuse, inputs)?)
+    }
+
+    /// Reads the plan of a folder.
+    ///
+    /// # Errors
+    /// If there is none, or it is invalid or edited.
+    pub fn read(folder: &Path) -> Result<Plan, PlanError> {
+        let path = folder.join(FILE);
+        let no_plan = |problem: String| PlanError::NoPlan { path: path.clone(), problem };
+        let file = asperity_files::open(&path).map_err(|error| {
+            no_plan(format!("there is no plan ({error}) (accepted: a folder of `asperity sweep plan`)"))
+        })?;
+        Plan::parse(BufReader::new(file)).map_err(no_plan)
+    }
+
+    /// Parses the lines of a plan.
+    ///
+    /// # Errors
+    /// A message with line, key, value and what is accepted, if the plan is invalid or edited.
+    pub fn parse(source: impl BufRead) -> Result<Plan, String> {
+        let edited =
+            |why: String| format!("{why}it is not as it was written (accepted: a plan nobody edited)");
+        let mut lines = Lines::of(source);
+        let mut reading = Reading::default();
+        let mut hasher = blake3::Hasher::new();
+        // The last line is the hash; only the end reveals which one is last.
+        let mut before: Option<String> = None;
+        let mut longest_bytes = LONGEST_COMMON_BYTES;
+        loop {
+            let line = match lines.next(longest_bytes) {
+                Ok(Some(line)) => line.to_owned(),
+                Ok(None) => break,
+                Err(error) => return Err(edited(format!("{error}: "))),
+            };
+            longest_bytes = LONGEST_ROW_BYTES;
+            if let Some(whole) = before.replace(line) {
+                hasher.update(whole.as_bytes()).update(b"\n");
+                reading.take(&whole, lines.number() - 1);
+            }
+        }
+        let hash = hasher.finalize().to_hex().to_string();
+        let end = End { rows: reading.rows.len() as u64, blake3: hash };
+        let last = before.ok_or_else(|| edited(String::new()))?;
+        match serde_json::from_str::<End>(&last) {
+            Ok(End { blake3, .. }) if blake3 == end.blake3 => {}
+            _ => return Err(edited(String::new())),
+        }
+        let Reading { common, rows, problem, .. } = reading;
+        match (problem, common) {
+            (Some(problem), _) => Err(problem),
+            (None, Some(common)) if json(&end).trim_end() == last => {
+                Ok(Plan { common, rows, hash: end.blake3 })
+            }
+            (None, Some(_)) => {
+                Err(format!("{last} behind {} runs (accepted: {})", end.rows, json(&end).trim_end()))
+            }
+            (None, None) => Err(edited(String::new())),
+        }
+    }
+
+    /// Checks that this program is the one that the runs were planned for.
+    ///
+    /// # Errors
+    /// If another code version made the plan.
+    pub fn check_code(&self, folder: &Path) -> Result<(), PlanError> {
+        if self.common.code_version == CODE_VERSION {
+            return Ok(());
+        }
+        Err(PlanError::NoPlan {
+            path: folder.join(FILE),
+            problem: format!(
+                "a plan by code version {} and this program is {CODE_VERSION} (accepted: the program that made it, or \
+                 a new plan in another folder)",
+                self.common.code_version
+            ),
+        })
+    }
+
+    /// Checks, on all cores, that the values of every run give its id. Takes as long as planning.
+    /// Plans by another code version, whose ids differ, and scenarios that name files, which may
+    /// have changed, are not checked.
+    ///
+    /// # Errors
+    /// If an id is wrong.
+    pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
+        let Common { code_version, scenario_toml, set, keys, .. } = &self.common;
+        let names_file = |text: &String| text.contains(FILE_KEY);
+        if code_version != CODE_VERSION || [scenario_toml].into_iter().chain(set).chain(keys).any(names_file)
+        {
+            return Ok(());
+        }
+        let check = |row: &Row| match row.id.is_some() && self.scenario(row).is_err() {
+            false => Ok(()),
+            true => Err(PlanError::NoPlan {
+                path: folder.join(FILE),
+                problem: format!(
+                    "line {}: the values of run {} do not give its id (accepted: a plan nobody edited)",
+                    row.run + 1,
+                    row.run
+                ),
+            }),
+        };
+        at_once(&self.rows, None, check).map(drop)
+    }
+
+    /// The scenario and the header of a run.
+    ///
+    /// # Errors
+    /// If they are not those planned, for example because a file that the scenario names has
+    /// changed.
+    pub fn scenario(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
+        let scenario = self.common.resolve(&row.values)?;
+        let header = Task::new(&scenario).header();
+        match &row.id {
+            Some(planned) if *planned == header.run_id => Ok((scenario, header)),
+            _ => {
+                Err("its scenario is another now than when it was planned; a file that it names has changed"
+                    .to_owned())
+            }
+        }
+    }
+}
+
+/// The part of a plan read so far.
+#[derive(Default)]
+struct Reading {
+    common: Option<Common>,
+    keys: Vec<&'static Key>,
+    rows: Vec<Row>,
+    /// The error of the first invalid line. If the hash at the end reveals an edit, that is
+    /// reported instead.
+    problem: Option<String>,
+}
+
+impl Reading {
+    fn take(&mut self, line: &str, number: u64) {
+        let taken = match (&self.problem, &self.common) {
+            (Some(_), _) => return,
+            (None, None) => Common::parse(line).map(|(common, keys)| {
+                self.keys = keys;
+                self.common = Some(common);
+            }),
+            (None, Some(_)) => Row::parse(line, number - 1, &self.keys).map(|row| self.rows.push(row)),
+        };
+        self.problem = taken.err().map(|problem| format!("line {number}: {problem}"));
+    }
+}
+
+impl Row {
+    fn parse(line: &str, run: u64, keys: &[&'static Key]) -> Result<Row, String> {
+        if run > MOST_RUNS {
+            return Err(format!("run {run} (accepted: up to {MOST_RUNS} runs)"));
+        }
+        let row: Row = serde_json::from_str(line).map_err(|error| {
+            format!("{} (accepted: run {run}, as `asperity sweep plan` writes it)", problem_of(&error))
+        })?;
+        if row.run != run {
+            return Err(format!(
+                "run = {} (accepted: {run}; runs are numbered from 1 in their order)",
+                row.run
+            ));
+        }
+        if row.values.len() != keys.len() {
+            let (count, names) = (row.values.len(), names(keys));
+            return Err(format!("values: {count} of them (accepted: {}, of {names})", keys.len()));
+        }
+        keys.iter().zip(&row.values).try_for_each(|(key, value)| check_value(key, value))?;
+        let is_id = |id: &String| id.len() == ID_LENGTH && id.bytes().all(|byte| byte.is_ascii_hexdigit());
+        match (&row.id, &row.refused) {
+            (Some(id), None) if is_id(id) => Ok(row),
+            (None, Some(_)) => Ok(row),
+            (Some(id), None) => Err(format!("id = {id:?} (accepted: {ID_LENGTH} hexadecimal digits)")),
+            _ => Err("it has both id and refused, or neither (accepted: one of them)".to_owned()),
+        }
+    }
+}
+
+impl Common {
+    fn parse(line: &str) -> Result<(Common, Vec<&'static Key>), String> {
+        let common: Common = serde_json::from_str(line).map_err(|error| {
+            let problem = problem_of(&error);
+            format!("a plan of another form: {problem} (accepted: one by this version of the program)")
+        })?;
+        if common.format != FORMAT {
+            return Err(format!("format = {} (accepted: {FORMAT})", common.format));
+        }
+        let keys = common.keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>();
+        let keys = keys.map_err(|problem| format!("keys: {problem}"))?;
+        let mut seen = BTreeSet::new();
+        if keys.is_empty() || !keys.iter().all(|key| seen.insert(key.path)) {
+            return Err(format!("keys = {:?} (accepted: one or more, each once)", common.keys));
+        }
+        Figure::check_files(&common.figures)?;
+        Ok((common, keys))
+    }
+
+    /// The overrides of a run, as `key=value`.
+    pub fn assignments(&self, values: &[Value]) -> Vec<String> {
+        self.keys.iter().zip(values).map(|(key, value)| format!("{key}={value}")).collect()
+    }
+
+    /// The scenario with these values, resolved by this program.
+    ///
+    /// # Errors
+    /// If it refuses them.
+    pub fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
+        let source = ScenarioSource::new(&self.scenario, &self.scenario_toml);
+        let assignments = self.set.iter().cloned().chain(self.assignments(values));
+        let source = assignments.fold(source, |source, assignment| source.with_override(&assignment));
+        Scenario::resolve(&source).map_err(|errors| errors.to_string())
+    }
+}
+
+fn lines(common: &Common, rows: &[Row]) -> String {
+    let mut text = json(common);
+    rows.iter().for_each(|row| text.push_str(&json(row)));
+    text
+}
+
+fn json(value: &impl Serialize) -> String {
+    let mut line = serde_json::to_string(value).expect("texts and finite numbers are JSON");
+    line.push('\n');
+    line
+}

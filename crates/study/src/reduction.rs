@@ -1,0 +1,293 @@
+//! Tables and figures of a pipeline, made of one run after the other.
+//!
+//! A run is seen once, while it is made or while its log is checked, and dropped before the next: of
+//! each there stay the rows that tables of several runs have, what claims measure, and the points of
+//! figures that still wait for other runs.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use asperity_files::{Existing, FileSet, Inputs};
+use asperity_model::Scenario;
+use asperity_model::analytic::LengthLaw;
+use asperity_numbers::{RupturesFrom, Slider, Summarizer, Summary};
+use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
+use asperity_report::{Gather, Limits, Run, Seen, Study as Page};
+
+use crate::error::StudyError;
+use crate::parameter_table::StudyRow;
+use crate::pipeline::{
+    CLAIMS, CLAIMS_PAGE, FIRST_GLOBAL_SLIPS, Pipeline, REPORT, RESIDUALS, study_table, table_of,
+};
+use crate::record;
+use asperity_figures::draw::Gathering;
+use asperity_numbers::claim;
+use asperity_numbers::claims::{self, Measured};
+use asperity_numbers::precursors::PrecursorRules;
+use asperity_numbers::run_data::{Collector, NodeField};
+use asperity_numbers::wants::Wants;
+use asperity_tables::load_table::LoadTable;
+use asperity_tables::tables::{FirstGlobalSlip, ResidualRow};
+use asperity_tables::{Frame, TableFileError, summaries, table_file, tables};
+
+/// What the record of a reduction is called after.
+const COMMAND: &str = "reproduce";
+
+/// How many of the tables of several runs, and the claims, are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// How many are done.
+    pub done: usize,
+    /// How many there are.
+    pub of: usize,
+}
+
+/// A reduction that has begun. [`Reduction::passing`] and [`Reduction::passed`] may be called for
+/// several runs at a time.
+pub struct Reduction<'a> {
+    pipeline: &'a Pipeline,
+    out: &'a Path,
+    tables: PathBuf,
+    files: FileSet,
+    figures: Gathering<'a>,
+    /// Whether figures and page name the code.
+    provenance: bool,
+    passed: Mutex<BTreeMap<String, Passed>>,
+}
+
+/// What stays of a run.
+struct Passed {
+    header: RunHeader,
+    scenario: Scenario,
+    summary: Summary,
+    /// What the page shows of it.
+    seen: Seen,
+    residuals: Vec<ResidualRow>,
+    first_global_slip: Option<FirstGlobalSlip>,
+    /// One for each study that the run is in, by the study's place in the pipeline.
+    studies: BTreeMap<usize, StudyRow>,
+    measured: Measured,
+}
+
+/// A run that is going by.
+pub struct Passing {
+    collector: Collector,
+    loads: LoadTable,
+    page: Gather,
+    summarizer: Summarizer,
+    /// The first failure to write the load table.
+    written: Result<(), TableFileError>,
+}
+
+impl Passing {
+    /// The times at which all nodes of the run are wanted, s; they must be given before it has passed.
+    pub fn nodes_at_s(&self) -> &[f64] {
+        self.collector.nodes_at_s()
+    }
+
+    /// The nodes at one of them.
+    pub fn nodes(&mut self, nodes: NodeField) {
+        self.collector.nodes(nodes);
+    }
+}
+
+impl Observer for Passing {
+    fn record(&mut self, record: &Record) {
+        self.collector.record(record);
+        self.page.record(record);
+        self.summarizer.record(record);
+        if let (Record::Step(record), Ok(())) = (record, &self.written) {
+            self.written = self.loads.push(record);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.collector.event(event);
+        self.page.event(event);
+        self.summarizer.event(event);
+    }
+}
+
+impl<'a> Reduction<'a> {
+    /// Begins `tables/`, `figures/` and `reproduce.json`, which says what they are, in `out`, in place
+    /// of those that are there: all, or none if something fails. None of them is written over what was
+    /// read, `inputs` among it. `provenance` is whether figures name the code and bear a line at their
+    /// foot.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn begin(
+        pipeline: &'a Pipeline,
+        out: &'a Path,
+        inputs: Inputs,
+        provenance: bool,
+    ) -> Result<Reduction<'a>, StudyError> {
+        let (tables, figures) = (out.join("tables"), out.join("figures"));
+        let files = FileSet::new(Existing::Replace, inputs);
+        files.folder(&tables)?;
+        files.folder(&figures)?;
+        files.reserve(pipeline.outputs(out))?;
+        files.reserve([record::path(out, COMMAND)])?;
+        let figures = Gathering::begin(&pipeline.figure, figures, provenance);
+        Ok(Reduction { pipeline, out, tables, files, figures, provenance, passed: Mutex::default() })
+    }
+
+    /// What it reads of a run.
+    fn wants(&self, run: &str) -> Wants {
+        self.pipeline.wants(run)
+    }
+
+    /// A run is about to go by, while it is made or out of its log; `slider` is what its summary needs
+    /// of its scenario.
+    ///
+    /// # Errors
+    /// If a table cannot be written.
+    pub fn passing(
+        &self,
+        run: &str,
+        header: RunHeader,
+        scenario: Scenario,
+        slider: Slider,
+    ) -> Result<Passing, StudyError> {
+        let summarizer = Summarizer::new(run, &header, slider);
+        let collector = Collector::new(run, header, scenario, self.wants(run));
+        let name = table_of(collector.name(), "load");
+        let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
+        let page = Gather::new(collector.steps(), Limits::of_runs(self.pipeline.run.len()));
+        Ok(Passing { collector, loads, page, summarizer, written: Ok(()) })
+    }
+
+    /// What has gone by was not the run: it is as if nothing had.
+    pub fn discard(&self, passing: Passing) {
+        passing.loads.discard(&self.files);
+    }
+
+    /// A run of this program has gone by: writes its tables, and draws the figures that it was the last
+    /// run of.
+    ///
+    /// # Errors
+    /// If a file cannot be written, or a run has not what is to be shown of it.
+    pub fn passed(&self, passing: Passing, end: &RunEnd) -> Result<(), StudyError> {
+        let Passing { collector, loads, page, summarizer, written } = passing;
+        written.and_then(|()| loads.finish())?;
+        let summary = summarizer.finish(RupturesFrom::Log, Some(end));
+        let run = collector.finish(true);
+        let write = |what: &str, mut table: Frame| {
+            table_file::write(&self.files, &self.tables, &table_of(&run.name, what), &mut table)
+        };
+        let json = self.tables.join(table_of(&run.name, summaries::JSON));
+        summaries::write_json(&self.files, &json, &summary)?;
+        write(tables::RUPTURES, tables::ruptures(&run, &summary)?)?;
+        let compared = || self.pipeline.precursors.iter().filter(|spec| spec.run == run.name);
+        let laws: Vec<(LengthLaw, PrecursorRules)> = compared().map(|spec| (spec.law, spec.rules)).collect();
+        if !laws.is_empty() {
+            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, &summary, &laws)?)?;
+        }
+        write("events", tables::events(&run)?)?;
+        for spec in compared() {
+            let mut table = tables::precursors(&run, spec.law, &spec.rules)?;
+            table_file::write(&self.files, &self.tables, &spec.table(), &mut table)?;
+        }
+        let studies = self.pipeline.study.iter().enumerate();
+        let studies = studies.filter(|(_, study)| study.runs.contains(&run.name));
+        let stays = Passed {
+            summary,
+            residuals: laws.iter().map(|(law, rules)| ResidualRow::of(&run, *law, rules)).collect(),
+            first_global_slip: (self.pipeline.first_global_slips.contains(&run.name))
+                .then(|| FirstGlobalSlip::of(&run)),
+            studies: studies
+                .map(|(index, study)| Ok((index, study.row(&run)?)))
+                .collect::<Result<_, StudyError>>()?,
+            measured: Measured::of(&self.pipeline.claim, &run),
+            header: run.header.clone(),
+            scenario: run.scenario.clone(),
+            seen: page.finish(),
+        };
+        self.figures.run(&run, &self.files)?;
+        self.passed.lock().expect("whoever adds a run does not panic").insert(run.name, stays);
+        Ok(())
+    }
+
+    /// Writes the tables of several runs, and the claims, after the last run, and publishes all
+    /// files. Calls `watcher` for every table. Returns the summaries, in the order of the runs.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn finish(self, watcher: &mut dyn FnMut(Progress)) -> Result<Vec<Summary>, StudyError> {
+        let Reduction { pipeline, out, tables: folder, files, provenance, figures, passed, .. } = self;
+        let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
+        let singles = [
+            // The summaries, and the page.
+            true,
+            true,
+            !pipeline.precursors.is_empty(),
+            !pipeline.first_global_slips.is_empty(),
+            !pipeline.claim.is_empty(),
+        ];
+        let of = pipeline.study.len() + singles.into_iter().filter(|&there| there).count();
+        let mut done = 0;
+        let mut one_more = |more: usize| {
+            done += more;
+            watcher(Progress { done, of });
+        };
+        one_more(0);
+        let write = |name: &str, mut table: Frame| table_file::write(&files, &folder, name, &mut table);
+        let in_order = pipeline.run.iter().map(|spec| &runs[&spec.name].summary);
+        summaries::write_table(&files, &folder.join(summaries::TABLE), in_order)?;
+        one_more(1);
+        if !pipeline.precursors.is_empty() {
+            // Those of a run stand in the order in which the pipeline has them.
+            let mut left: BTreeMap<&str, _> =
+                runs.iter().map(|(name, run)| (name.as_str(), run.residuals.iter())).collect();
+            let next = |run: &str| left.get_mut(run).and_then(Iterator::next).cloned();
+            let rows: Vec<ResidualRow> =
+                pipeline.precursors.iter().map(|spec| spec.run.as_str()).filter_map(next).collect();
+            write(RESIDUALS, tables::residual_table(&rows)?)?;
+            one_more(1);
+        }
+        if !pipeline.first_global_slips.is_empty() {
+            let of_runs = pipeline.first_global_slips.iter();
+            let rows: Vec<_> = of_runs.filter_map(|run| runs[run].first_global_slip.as_ref()).collect();
+            write(FIRST_GLOBAL_SLIPS, tables::first_global_slips(&rows)?)?;
+            one_more(1);
+        }
+        for (index, study) in pipeline.study.iter().enumerate() {
+            let rows: Vec<_> = study.runs.iter().filter_map(|run| runs[run].studies.get(&index)).collect();
+            write(&study_table(study), study.table(&rows)?)?;
+            one_more(1);
+        }
+        let mut judged = Vec::new();
+        if !pipeline.claim.is_empty() {
+            let measured = runs.iter().map(|(name, run)| (name.as_str(), &run.measured)).collect();
+            judged = claims::judge(&pipeline.claim, &measured);
+            write(CLAIMS, tables::of_columns(claim::columns(&judged))?)?;
+            let headers: Vec<&RunHeader> = runs.values().map(|run| &run.header).collect();
+            let page = claims::markdown(&pipeline.title, &pipeline.claim, &judged, &headers);
+            files.write(&folder.join(CLAIMS_PAGE), page)?;
+            one_more(1);
+        }
+        let contents = pipeline.contents(&figures.captions());
+        let headers = pipeline.run.iter().map(|spec| (spec.name.as_str(), &runs[&spec.name].header));
+        record::write(&files, out, COMMAND, headers, pipeline.outputs(out), Some(&contents))?;
+        let in_order = pipeline.run.iter().filter_map(|spec| runs.remove_entry(&spec.name));
+        let shown = in_order.map(|(name, run)| Run {
+            name,
+            header: run.header,
+            scenario: run.scenario,
+            summary: run.summary,
+            seen: run.seen,
+            lacks: None,
+            links: Vec::new(),
+        });
+        let written = pipeline.outputs(out);
+        let from_folder = |path: &PathBuf| path.strip_prefix(out).unwrap_or(path).display().to_string();
+        let written: Vec<String> = written.iter().map(from_folder).collect();
+        let read = |file: &str| asperity_files::read(&files.begun(&out.join(file))?).ok();
+        let page = Page::of(&contents, &written, shown.collect(), judged, &read, provenance);
+        files.write(&out.join(REPORT), page.html())?;
+        one_more(1);
+        files.publish()?;
+        Ok(page.runs.into_iter().map(|run| run.summary).collect())
+    }
+}

@@ -1,0 +1,300 @@
+//! The stored result of a run, compressed by zstd: a line with its summary as JSON, and a line per
+//! event, with its topic and a tab before it.
+//!
+//! It is read line by line, however much it decompresses to, and checked against the plan: it must
+//! be of the run under its number, and possible for that run.
+
+use std::cell::RefCell;
+use std::io::{self, BufRead, BufReader};
+
+use asperity_numbers::Summary;
+use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Rupture, SlipEvent};
+use asperity_run::CODE_VERSION;
+use serde_json::Value as Json;
+use zstd::bulk::Compressor;
+use zstd::stream::read::Decoder;
+
+use crate::axis::Value;
+use crate::lines::{Lines, problem_of};
+use crate::plan::{Common, Row};
+use crate::sweep::Keep;
+
+/// The longest line. A summary takes some three thousand bytes, an event some hundred.
+pub const LONGEST_LINE_BYTES: usize = 1 << 20;
+
+/// The longest reason of a failed run.
+pub const LONGEST_REASON_BYTES: usize = 1 << 16;
+
+/// The level of compression: higher ones take longer than a short run.
+const LEVEL: i32 = 1;
+
+/// The largest window for decompression, as a power of two. [`LEVEL`] uses less than a megabyte.
+const WINDOW_LOG: u32 = 23;
+
+/// A kind of events in a study, and how to check them.
+#[derive(Debug)]
+pub(crate) struct KeptEvents {
+    pub(crate) kind: EventKind,
+    /// The column of the event's number in the run, from 0.
+    number: usize,
+    /// Columns of blocks, numbered from 1.
+    blocks: Vec<usize>,
+    /// Columns of steps, bounded by the last one of the run.
+    steps: Vec<usize>,
+    /// The number of events according to the summary.
+    count: fn(&Summary) -> Option<u64>,
+}
+
+/// The kinds of events stored for each run.
+pub(crate) fn kept_events(keep: &[Keep]) -> Vec<KeptEvents> {
+    let of = |kind: EventKind, number: &str, count| {
+        let where_name = |fits: &dyn Fn(&Column) -> bool| {
+            (0..kind.columns.len()).filter(|n| fits(&kind.columns[*n])).collect::<Vec<_>>()
+        };
+        let number = where_name(&|column| column.name == number)[0];
+        let blocks =
+            where_name(&|column| column.kind == ColumnKind::Count && column.name.ends_with("_block"));
+        let steps = where_name(&|column| column.kind == ColumnKind::Step && column.name.ends_with("_step"));
+        KeptEvents { kind, number, blocks, steps, count }
+    };
+    let all = [
+        (Keep::Events, of(EventKind::of::<SlipEvent>(), "event", |summary| Some(summary.event_count))),
+        (Keep::Ruptures, of(EventKind::of::<Rupture>(), "rupture", |summary| summary.rupture_count)),
+    ];
+    all.into_iter().filter(|(kept, _)| keep.contains(kept)).map(|(_, events)| events).collect()
+}
+
+/// The line of an event.
+pub(crate) fn line_of(event: &Event) -> String {
+    format!("{}\t{}\n", event.topic(), event.json())
+}
+
+/// Packs a summary and the lines of events.
+pub(crate) fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
+    let mut text = serde_json::to_string(summary)?;
+    if text.len() > LONGEST_LINE_BYTES {
+        let problem = format!("a summary of {} bytes (accepted: up to {LONGEST_LINE_BYTES})", text.len());
+        return Err(io::Error::other(problem));
+    }
+    text.push('\n');
+    text.push_str(lines);
+    thread_local! {
+        /// Its tables take longer to build than a short result to compress.
+        static PACKER: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
+    }
+    PACKER.with_borrow_mut(|packer| {
+        let packer = match packer {
+            Some(packer) => packer,
+            none => none.insert(Compressor::new(LEVEL)?),
+        };
+        packer.compress(text.as_bytes())
+    })
+}
+
+/// The stored part of a reason.
+pub fn reason_kept(reason: &str) -> &str {
+    &reason[..reason.floor_char_boundary(LONGEST_REASON_BYTES)]
+}
+
+/// Reads the reason of a failed run.
+pub(crate) fn reason(content: impl BufRead) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    let most = LONGEST_REASON_BYTES as u64 + 1;
+    io::Read::read_to_end(&mut content.take(most), &mut bytes).map_err(|error| error.to_string())?;
+    if bytes.len() > LONGEST_REASON_BYTES {
+        return Err(format!("a reason of more than {LONGEST_REASON_BYTES} bytes (accepted: fewer)"));
+    }
+    String::from_utf8(bytes).map_err(|_| "a reason that is not UTF-8 (accepted: text)".to_owned())
+}
+
+/// Reads a result: first its summary, then its events one after the other.
+pub(crate) struct Stored<'a, R: BufRead> {
+    lines: Lines<BufReader<Decoder<'static, R>>>,
+    kept: &'a [KeptEvents],
+    /// Number of events of each kind read so far.
+    counts: Vec<u64>,
+    pub(crate) summary: Summary,
+    /// The value of each of [`Summary::KEYS`]; null where the program that made the run did not
+    /// know the key.
+    pub(crate) values: Vec<Json>,
+}
+
+/// Parses a summary and the values of its keys. Another code version may have further keys, and
+/// lack some.
+fn summary_of(line: &str, is_own: bool) -> serde_json::Result<(Summary, Vec<Json>)> {
+    if is_own {
+        let summary: Summary = serde_json::from_str(line)?;
+        let values = summary.values();
+        return Ok((summary, values));
+    }
+    let mut map: serde_json::Map<String, Json> = serde_json::from_str(line)?;
+    let keys = || Summary::KEYS.iter().map(|key| (key.column.name.as_ref(), key.column.kind));
+    let lacks: Vec<bool> = keys().map(|(name, _)| !map.contains_key(name)).collect();
+    map.retain(|key, _| keys().any(|(name, _)| name == key));
+    for ((name, kind), _) in keys().zip(&lacks).filter(|(_, lacks)| **lacks) {
+        let value = match kind {
+            // Counts are not null; the value is not used.
+            ColumnKind::Count | ColumnKind::Step => Json::from(0),
+            _ => Json::Null,
+        };
+        map.insert(name.to_owned(), value);
+    }
+    let summary: Summary = serde_json::from_value(Json::Object(map))?;
+    let known = |(value, lacks)| if lacks { Json::Null } else { value };
+    let values = summary.values().into_iter().zip(lacks).map(known).collect();
+    Ok((summary, values))
+}
+
+impl<'a, R: BufRead> Stored<'a, R> {
+    /// Opens the result of a run of a plan.
+    ///
+    /// # Errors
+    /// A message with line, key, value and what is accepted, if it is not of this run.
+    pub(crate) fn open(
+        content: R,
+        common: &Common,
+        row: &Row,
+        kept: &'a [KeptEvents],
+    ) -> Result<Stored<'a, R>, String> {
+        let unpacked = |error: io::Error| error.to_string();
+        let mut decoder = Decoder::with_buffer(content).map_err(unpacked)?.single_frame();
+        decoder.window_log_max(WINDOW_LOG).map_err(unpacked)?;
+        let mut lines = Lines::of(BufReader::new(decoder));
+        let line = lines.next(LONGEST_LINE_BYTES).map_err(unpacked)?.unwrap_or_default();
+        let (summary, values) = summary_of(line, common.code_version == CODE_VERSION)
+            .map_err(|error| format!("line 1: {} (accepted: the summary of a run)", problem_of(&error)))?;
+        if summary.run != row.run.to_string() {
+            return Err(format!(
+                "its summary is of run {} (accepted: {}, under which it stands)",
+                summary.run, row.run
+            ));
+        }
+        for (key, value) in common.keys.iter().zip(&row.values) {
+            let said = match key.as_str() {
+                "time.step_s" => Value::Number(summary.time_step_s),
+                "parameter_set" => Value::Text(summary.parameter_set.clone()),
+                _ => continue,
+            };
+            if !said.same(value) {
+                return Err(format!("its summary has {key} = {said} (accepted: {value}, as it is planned)"));
+            }
+        }
+        Ok(Stored { lines, kept, counts: vec![0; kept.len()], summary, values })
+    }
+
+    /// Returns the next event: the index of its kind, and its row; `None` at the end.
+    ///
+    /// # Errors
+    /// A message, if an event is invalid, or their number contradicts the summary.
+    pub(crate) fn next_event(&mut self) -> Result<Option<(usize, Vec<Cell>)>, String> {
+        let Stored { lines, kept, counts, summary, .. } = self;
+        let Some(line) = lines.next(LONGEST_LINE_BYTES).map_err(|error| error.to_string())? else {
+            return self.end().map(|()| None);
+        };
+        let event = line.split_once('\t').and_then(|(topic, payload)| {
+            Some((kept.iter().position(|events| events.kind.topic == topic)?, payload))
+        });
+        let Some((index, payload)) = event else {
+            let topics: Vec<&str> = kept.iter().map(|events| events.kind.topic).collect();
+            let number = lines.number();
+            return Err(format!(
+                "line {number}: no event that is kept (accepted: those of {})",
+                topics.join(" and ")
+            ));
+        };
+        let events = &kept[index];
+        let cells = events.kind.read(payload).and_then(|event| events.kind.cells(&event));
+        let number = lines.number();
+        let cells = cells.map_err(|error| {
+            format!("line {number}: {} (accepted: an event of {})", problem_of(&error), events.kind.topic)
+        })?;
+        let name = |column: usize| &events.kind.columns[column].name;
+        if cells[events.number] != Cell::Step(counts[index]) {
+            let (name, found) = (name(events.number), cells[events.number]);
+            return Err(format!(
+                "line {number}: {name} = {found} (accepted: {}, the next one)",
+                counts[index]
+            ));
+        }
+        counts[index] += 1;
+        for &column in &events.blocks {
+            if let Cell::Count(block) = cells[column]
+                && !(1..=summary.blocks).contains(&block)
+            {
+                let (name, last) = (name(column), summary.blocks);
+                return Err(format!("line {number}: {name} = {block} (accepted: 1 to {last})"));
+            }
+        }
+        for &column in &events.steps {
+            if let Cell::Step(step) = cells[column]
+                && step > summary.last_step
+            {
+                let (name, last) = (name(column), summary.last_step);
+                return Err(format!("line {number}: {name} = {step} (accepted: up to {last})"));
+            }
+        }
+        Ok(Some((index, cells)))
+    }
+
+    /// Checks that nothing is missing and nothing follows.
+    fn end(&mut self) -> Result<(), String> {
+        for (events, count) in self.kept.iter().zip(&self.counts) {
+            if let Some(said) = (events.count)(&self.summary)
+                && said != *count
+            {
+                let topic = events.kind.topic;
+                return Err(format!("{count} events of {topic} (accepted: {said}, as its summary says)"));
+            }
+        }
+        // Neither the decoder nor its source may have further bytes.
+        match self.lines.source().get_mut().get_mut().fill_buf() {
+            Ok([]) => Ok(()),
+            Ok(_) => Err("more follows (accepted: one zstd frame)".to_owned()),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    /// The first difference between two results of one run, if any.
+    ///
+    /// # Errors
+    /// If one of them cannot be read.
+    pub(crate) fn difference<S: BufRead>(
+        mut self,
+        mut other: Stored<'_, S>,
+    ) -> Result<Option<String>, [Option<String>; 2]> {
+        for (key, (a, b)) in Summary::KEYS.iter().zip(self.values.iter().zip(&other.values)) {
+            // Compared as written: 0 and -0 differ in a table.
+            let (a, b) = (a.to_string(), b.to_string());
+            if a != b {
+                return Ok(Some(format!("{} is {a} and {b}", key.column.name)));
+            }
+        }
+        loop {
+            let (a, b) = match (self.next_event(), other.next_event()) {
+                (Ok(a), Ok(b)) => (a, b),
+                (a, b) => return Err([a.err(), b.err()]),
+            };
+            let ((i, a), (j, b)) = match (a, b) {
+                (Some(a), Some(b)) => (a, b),
+                (None, None) => return Ok(None),
+                _ => return Ok(Some("one has more events".to_owned())),
+            };
+            let Some(events) = self.kept.get(i).filter(|_| i == j) else {
+                return Ok(Some("their events stand in another order".to_owned()));
+            };
+            let pairs = events.kind.columns.iter().zip(a.iter().zip(&b));
+            for (column, (x, y)) in pairs {
+                let (x, y) = (said(*x), said(*y));
+                if x != y {
+                    let (topic, name) = (events.kind.topic, &column.name);
+                    let number = a[events.number];
+                    return Ok(Some(format!("{name} of event {number} of {topic} is {x} and {y}")));
+                }
+            }
+        }
+    }
+}
+
+fn said(cell: Cell) -> String {
+    if cell == Cell::Empty { "null".to_owned() } else { cell.to_string() }
+}

@@ -1,0 +1,168 @@
+//! Makes a run of a plan and packs its result.
+
+use std::error::Error;
+use std::path::Path;
+use std::time::Duration;
+
+use asperity_model::Scenario;
+use asperity_numbers::{RupturesFrom, Slider, Summarizer};
+use asperity_record::{Event, EventPayload, Record, RunEnd, RunHeader, Rupture, SlipEvent, SolverReport};
+use asperity_run::{
+    Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, run,
+};
+use asperity_runlog::{Existing, WriteError};
+
+use crate::plan::{Plan, Row};
+use crate::staging;
+use crate::stored::{line_of, pack};
+use crate::sweep::Keep;
+
+/// Computing time from which on a run keeps its unfinished log, to be resumed instead of repeated:
+/// balances what a kill may cost against the cost of a log.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The outcome of a run.
+#[derive(Debug)]
+pub enum Made {
+    /// It is done.
+    Done {
+        /// Its packed result.
+        content: Vec<u8>,
+        /// The number of its slip events.
+        events: u64,
+    },
+    /// It cannot be made, now or later, and why.
+    Failed(String),
+    /// The caller stopped it.
+    Stopped,
+    /// Another process is still making it after a long time.
+    ByAnother,
+}
+
+/// How runs are made.
+#[derive(Clone, Copy)]
+pub struct Ways<'a> {
+    /// The folder of the plan, which contains [`staging`].
+    pub folder: &'a Path,
+    /// Computes the properties of a slider for the summary.
+    pub slider: fn(&Scenario) -> Slider,
+    /// Computing time from which on a run keeps its unfinished log, see [`PATIENCE`].
+    pub patience: Duration,
+    /// Whether to stop.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Called when a run resumes instead of starting from its beginning.
+    pub tell: &'a dyn Fn(Notice<'_>),
+}
+
+/// Makes a run, or resumes it. Once the result is on disk, [clear](staging::clear) its log in
+/// [`staging`].
+///
+/// # Errors
+/// If the system refuses something, independent of the run.
+pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
+    let (scenario, header) = match plan.scenario(row) {
+        Ok(planned) => planned,
+        Err(reason) => return Err(format!("run {}: {reason}", row.run)),
+    };
+    let failed = |error: &dyn Error| format!("run {}: {error}", row.run);
+    let path = staging::log(ways.folder, row.run);
+    let mut made = make_from(Begin::GoOn, plan, row, (&scenario, &header), &path, ways);
+    // A run that cannot be resumed, or whose whole log has no recorded result, is repeated.
+    if matches!(made.0, Err(RunError::Left(_)) | Ok(Outcome { has_run: false, .. })) {
+        staging::discard(ways.folder, row.run).map_err(|error| failed(&error))?;
+        made = make_from(Begin::Anew, plan, row, (&scenario, &header), &path, ways);
+    }
+    let (outcome, Kept { summarizer, lines, .. }) = made;
+    let is_kept = match &outcome {
+        Ok(outcome) => outcome.end.is_some(),
+        Err(RunError::Simulation { log, .. }) => log.is_some(),
+        Err(_) => false,
+    };
+    if is_kept {
+        staging::keep(ways.folder, row.run).map_err(|error| failed(&error))?;
+    }
+    let outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(RunError::Stopped { .. }) => return Ok(Made::Stopped),
+        Err(RunError::Simulation { error, .. }) => return Ok(Made::Failed(error.to_string())),
+        Err(RunError::Write(WriteError::Busy(_))) => return Ok(Made::ByAnother),
+        Err(error) => return Err(failed(&error)),
+    };
+    let steps = header.steps;
+    let end = outcome.end.unwrap_or_else(|| RunEnd {
+        status: outcome.status,
+        stopped: None,
+        last_step: steps,
+        message_counts: Default::default(),
+        switches: outcome.counters.switches,
+        energy: None,
+        digest: String::new(),
+        topic_digests: Default::default(),
+        solver: SolverReport { counts: outcome.counters.by_name(), fallbacks: Vec::new() },
+    });
+    let summary = summarizer.finish(RupturesFrom::Log, Some(&end));
+    let content = pack(&summary, &lines).map_err(|error| error.to_string())?;
+    Ok(Made::Done { content, events: summary.event_count })
+}
+
+fn make_from<'a>(
+    begin: Begin,
+    plan: &Plan,
+    row: &Row,
+    (scenario, header): (&Scenario, &RunHeader),
+    path: &Path,
+    ways: Ways<'a>,
+) -> (Result<Outcome, RunError>, Kept<'a>) {
+    let keeps = |keep: Keep| plan.common.keep.contains(&keep);
+    let log = LogTo {
+        existing: Existing::Replace,
+        checkpoint_interval: CHECKPOINT_INTERVAL.min(ways.patience),
+        keep: match () {
+            () if keeps(Keep::Log) => KeepLog::Always,
+            () if keeps(Keep::LogOfFailed) => KeepLog::IfStopped,
+            () => KeepLog::Never,
+        },
+        // A log that is kept anyway is started at once.
+        after: if keeps(Keep::Log) { Duration::ZERO } else { ways.patience },
+        ..LogTo::new(path)
+    };
+    // The other cores have runs of their own.
+    let task = Task::new(scenario).on_one_thread().log_to(log);
+    let summarizer = Summarizer::new(&row.run.to_string(), header, (ways.slider)(scenario));
+    let (events, ruptures) = (keeps(Keep::Events), keeps(Keep::Ruptures));
+    let mut kept = Kept { events, ruptures, summarizer, lines: String::new(), tell: ways.tell };
+    (run(task, begin, ways.stop, &mut kept), kept)
+}
+
+/// Collects the result of a run from its records and events.
+struct Kept<'a> {
+    tell: &'a dyn Fn(Notice<'_>),
+    events: bool,
+    ruptures: bool,
+    summarizer: Summarizer,
+    lines: String,
+}
+
+impl Observer for Kept<'_> {
+    fn record(&mut self, record: &Record) {
+        self.summarizer.record(record);
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.summarizer.event(event);
+        let is_kept = match event.topic() {
+            SlipEvent::TOPIC => self.events,
+            Rupture::TOPIC => self.ruptures,
+            _ => false,
+        };
+        if is_kept {
+            self.lines.push_str(&line_of(event));
+        }
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        if matches!(notice, Notice::GoesOn { .. }) {
+            (self.tell)(notice);
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! What can go wrong with the file of a table.
+
+use asperity_files::FileError;
+use polars::error::PolarsError;
+
+/// A table that could not be made, read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum TableFileError {
+    /// polars refused.
+    #[error("table: {0}")]
+    Table(#[from] PolarsError),
+    /// A file could not be read.
+    #[error("{path}: {problem}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        problem: String,
+    },
+    /// A file cannot have its name, or could not be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A table could not be written.
+    #[error("{path}: {problem}")]
+    Write {
+        /// The file.
+        path: String,
+        /// Why.
+        problem: String,
+    },
+}

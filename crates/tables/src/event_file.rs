@@ -1,0 +1,273 @@
+//! Event tables and tables of matches as Parquet files: read for a diff, and
+//! written by it, a batch of rows at a time.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use asperity_files::FileSet;
+use polars::prelude::{AnyValue, Column, DataFrame, NamedFrom, ParquetWriter, Series};
+
+use crate::error::TableFileError;
+use crate::guarded::start_threads;
+use crate::parquet_checksum;
+use crate::parquet_table::ParquetTable;
+
+/// A cell of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Null.
+    Empty,
+    /// A number.
+    Number(f64),
+    /// A whole number from 0.
+    Whole(u64),
+    /// Yes or no.
+    Flag(bool),
+    /// Anything else, as text.
+    Other(String),
+}
+
+/// The rows of a Parquet file, one after the other.
+pub struct Rows {
+    table: ParquetTable,
+    /// The rows that are read, and the next of them.
+    part: DataFrame,
+    row: usize,
+}
+
+impl Rows {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// As [`ParquetTable::open`].
+    pub fn open(path: &Path) -> Result<Rows, TableFileError> {
+        Ok(Rows { table: ParquetTable::open(path)?, part: DataFrame::empty(), row: 0 })
+    }
+
+    /// The names of the columns.
+    pub fn names(&self) -> &[String] {
+        self.table.names()
+    }
+
+    /// The next row, a cell for each column; none after the last.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn next_row(&mut self) -> Result<Option<Vec<Cell>>, TableFileError> {
+        while self.row == self.part.height() {
+            match self.table.next_part()? {
+                Some(part) => (self.part, self.row) = (part, 0),
+                None => return Ok(None),
+            }
+        }
+        let cells = self.part.columns().iter().map(|column| Ok(cell(&column.get(self.row)?)));
+        let cells = cells.collect::<Result<_, TableFileError>>()?;
+        self.row += 1;
+        Ok(Some(cells))
+    }
+}
+
+fn cell(value: &AnyValue<'_>) -> Cell {
+    let signed = |value: i64| u64::try_from(value).map_or(Cell::Other(value.to_string()), Cell::Whole);
+    match value {
+        AnyValue::Null => Cell::Empty,
+        AnyValue::Float64(number) => Cell::Number(*number),
+        AnyValue::Float32(number) => Cell::Number((*number).into()),
+        AnyValue::UInt64(whole) => Cell::Whole(*whole),
+        AnyValue::UInt32(whole) => Cell::Whole((*whole).into()),
+        // What other programs make of whole numbers.
+        AnyValue::Int64(whole) => signed(*whole),
+        AnyValue::Int32(whole) => signed((*whole).into()),
+        AnyValue::Boolean(flag) => Cell::Flag(*flag),
+        // For an error, of which nobody reads more.
+        AnyValue::String(text) => Cell::Other(text.chars().take(LONGEST_QUOTE).collect()),
+        other => Cell::Other(other.to_string()),
+    }
+}
+
+/// Characters of a text that are kept to be quoted.
+const LONGEST_QUOTE: usize = 1000;
+
+/// One match of a diff, as a row. Where several events of a side stand in it: the number of the
+/// first and of the last, the earliest onset, the latest end and the blocks of all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatchRow {
+    /// The run.
+    pub run: String,
+    /// What became of the events.
+    pub class: &'static str,
+    /// Whether the policy lets it pass.
+    pub allowed: bool,
+    /// The farther of the shifts of onset and end, s.
+    pub shift_s: Option<f64>,
+    /// The old events.
+    pub old: Option<MatchSide>,
+    /// The new events.
+    pub new: Option<MatchSide>,
+}
+
+/// The events of one side of a match.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MatchSide {
+    /// How many there are.
+    pub events: u32,
+    /// Number of the first.
+    pub event: u64,
+    /// Number of the last.
+    pub last_event: u64,
+    /// The earliest onset, s.
+    pub onset_s: f64,
+    /// The latest end, s.
+    pub end_s: Option<f64>,
+    /// The lowest block.
+    pub first_block: u32,
+    /// The highest block.
+    pub last_block: u32,
+    /// `F_T / F_N` at the earliest onset.
+    pub ft_fn_onset: f64,
+}
+
+/// Rows that are written at once.
+const BATCH: usize = 1 << 16;
+
+/// A Parquet file of matches that is being written.
+pub struct MatchFile {
+    writer: polars::io::parquet::write::BatchedWriter<File>,
+    /// What it writes to.
+    file: File,
+    path: PathBuf,
+    rows: Vec<MatchRow>,
+}
+
+impl MatchFile {
+    /// Opens the file, as one of a set.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn create(files: &FileSet, path: &Path) -> Result<MatchFile, TableFileError> {
+        let failed = |problem| TableFileError::Write { path: path.display().to_string(), problem };
+        start_threads().map_err(failed)?;
+        let file = files.create(path)?;
+        let writer = file.try_clone().map_err(|error| failed(error.to_string()))?;
+        let metadata = parquet_checksum::metadata(&file).map_err(|error| failed(error.to_string()))?;
+        let writer =
+            ParquetWriter::new(writer).with_key_value_metadata(metadata).batched(frame(&[])?.schema())?;
+        Ok(MatchFile { writer, file, path: path.to_owned(), rows: Vec::new() })
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn push(&mut self, row: MatchRow) -> Result<(), TableFileError> {
+        self.rows.push(row);
+        if self.rows.len() == BATCH { self.write() } else { Ok(()) }
+    }
+
+    fn write(&mut self) -> Result<(), TableFileError> {
+        self.writer.write_batch(&frame(&self.rows)?)?;
+        self.rows.clear();
+        Ok(())
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn finish(mut self) -> Result<(), TableFileError> {
+        self.write()?;
+        self.writer.finish()?;
+        parquet_checksum::seal(&mut self.file).map_err(|error| TableFileError::Write {
+            path: self.path.display().to_string(),
+            problem: error.to_string(),
+        })
+    }
+}
+
+fn frame(rows: &[MatchRow]) -> Result<DataFrame, TableFileError> {
+    fn column<T>(name: String, rows: &[MatchRow], value: impl Fn(&MatchRow) -> T) -> Column
+    where
+        Series: NamedFrom<Vec<T>, [T]>,
+    {
+        Series::new(name.into(), rows.iter().map(value).collect::<Vec<T>>()).into()
+    }
+    let mut columns: Vec<Column> = vec![
+        column("run".into(), rows, |row| row.run.clone()),
+        column("class".into(), rows, |row| row.class.to_owned()),
+        column("allowed".into(), rows, |row| row.allowed),
+        column("shift_s".into(), rows, |row| row.shift_s),
+    ];
+    type Of = fn(&MatchRow) -> Option<MatchSide>;
+    let sides: [(&str, Of); 2] = [("old", |row| row.old), ("new", |row| row.new)];
+    for (side, of) in sides {
+        let name = |name: &str| format!("{side}_{name}");
+        columns.extend([
+            column(name("events"), rows, |row| of(row).map_or(0, |side| side.events)),
+            column(name("event"), rows, |row| of(row).map(|side| side.event)),
+            column(name("last_event"), rows, |row| of(row).map(|side| side.last_event)),
+            column(name("onset_s"), rows, |row| of(row).map(|side| side.onset_s)),
+            column(name("end_s"), rows, |row| of(row).and_then(|side| side.end_s)),
+            column(name("first_block"), rows, |row| of(row).map(|side| side.first_block)),
+            column(name("last_block"), rows, |row| of(row).map(|side| side.last_block)),
+            column(name("ft_fn_onset"), rows, |row| of(row).map(|side| side.ft_fn_onset)),
+        ]);
+    }
+    Ok(DataFrame::new_infer_height(columns)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_files::{Existing, FileSet, Inputs};
+
+    use super::{Cell, MatchFile, MatchRow, MatchSide, Rows};
+
+    #[test]
+    fn matches_read_back_as_they_were_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("matches.parquet");
+        let side = MatchSide {
+            events: 2,
+            event: 4,
+            last_event: 5,
+            onset_s: 0.1 + 0.2,
+            end_s: None,
+            first_block: 1,
+            last_block: 9,
+            ft_fn_onset: 0.05,
+        };
+        let row = |old, new| MatchRow {
+            run: "default".to_owned(),
+            class: "split",
+            allowed: false,
+            shift_s: None,
+            old,
+            new,
+        };
+        let files = FileSet::new(Existing::Refuse, Inputs::default());
+        let mut file = MatchFile::create(&files, &path).unwrap();
+        // More than a batch, so that the second is written too.
+        let onset_s = |n: usize| 0.1 + 0.2 * n as f64;
+        for n in 0..super::BATCH {
+            let ft_fn_onset = 0.7 / (n + 1) as f64;
+            file.push(row(Some(MatchSide { onset_s: onset_s(n), ft_fn_onset, ..side }), None)).unwrap();
+        }
+        file.push(row(None, Some(MatchSide { end_s: Some(1.5), ..side }))).unwrap();
+        file.finish().unwrap();
+        files.publish().unwrap();
+        let mut file = Rows::open(&path).unwrap();
+        let names = file.names().to_owned();
+        let mut rows = Vec::new();
+        while let Some(row) = file.next_row().unwrap() {
+            rows.push(row);
+        }
+        let get =
+            |name: &str, row: usize| rows[row][names.iter().position(|there| there == name).unwrap()].clone();
+        assert_eq!(rows.len(), super::BATCH + 1);
+        assert_eq!(get("old_onset_s", 7), Cell::Number(onset_s(7)));
+        assert_eq!(get("old_end_s", 7), Cell::Empty);
+        assert_eq!(get("new_event", 7), Cell::Empty);
+        assert_eq!(get("new_last_event", super::BATCH), Cell::Whole(5));
+        assert_eq!(get("new_end_s", super::BATCH), Cell::Number(1.5));
+        assert_eq!(get("allowed", 0), Cell::Flag(false));
+    }
+}

@@ -1,0 +1,82 @@
+//! Run logs as tables that data frames read: one file per topic.
+//!
+//! In reading order:
+//!
+//! - [`layout`]: which columns each topic's table has, and why arrays become rows.
+//! - [`rows`]: what of a record goes into which row.
+//! - `foreign`: the columns of events whose detector is not at hand.
+//! - [`batch`]: some rows, by columns; what is held in memory at a time.
+//! - [`mod@format`]: what a file format must do.
+//! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, by the feature `parquet`, which
+//!   takes polars.
+//! - [`export`]: from the log to the files.
+//!
+//! ```
+//! use asperity_files::{Existing, Inputs};
+//! use asperity_tables::{Csv, Export, Request, name_of};
+//! use asperity_record::{EventKind, SlipEvent};
+//!
+//! # let run = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
+//! # let run = std::path::Path::new(run);
+//! # let folder = tempfile::tempdir()?;
+//! # let out = folder.path().to_owned();
+//! // The slip events of the log at `run` from 0.5 s on, as CSV in the folder `out`.
+//! let request = Request {
+//!     nodes: false,
+//!     topics: vec!["/events/slip".to_owned()],
+//!     from_s: Some(0.5),
+//!     to_s: None,
+//!     out,
+//!     name: name_of(run),
+//!     existing: Existing::Refuse,
+//!     inputs: Inputs::of([run]),
+//! };
+//! let report = Export::open(run, request, &[EventKind::of::<SlipEvent>()], &Csv)?.run(|_step| {})?;
+//! let (path, rows) = &report.files[0];
+//! let table = std::fs::read_to_string(path)?;
+//! assert!(table.starts_with("onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end"));
+//! assert_eq!(table.lines().count() as u64, rows.unwrap() + 1);
+//! # assert!(rows.unwrap() > 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod batch;
+mod comma;
+#[cfg(feature = "parquet")]
+mod error;
+#[cfg(feature = "parquet")]
+pub mod event_file;
+pub mod export;
+mod foreign;
+pub mod format;
+#[cfg(feature = "parquet")]
+mod guarded;
+pub mod layout;
+mod lines;
+#[cfg(feature = "parquet")]
+pub mod load_table;
+#[cfg(feature = "parquet")]
+mod parquet_bounds;
+#[cfg(feature = "parquet")]
+pub mod parquet_checksum;
+#[cfg(feature = "parquet")]
+pub mod parquet_table;
+#[cfg(feature = "parquet")]
+pub mod parquet_tables;
+pub mod rows;
+#[cfg(feature = "parquet")]
+pub mod summaries;
+#[cfg(feature = "parquet")]
+pub mod table_file;
+#[cfg(feature = "parquet")]
+pub mod tables;
+
+pub use comma::{Csv, CsvRows, Spelling};
+#[cfg(feature = "parquet")]
+pub use error::TableFileError;
+pub use export::{Export, ExportError, Judged, Ran, Report, Request, name_of};
+pub use lines::Ndjson;
+/// A table in memory.
+#[cfg(feature = "parquet")]
+pub use polars::prelude::DataFrame as Frame;
+pub use rows::NodeRows;

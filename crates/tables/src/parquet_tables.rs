@@ -1,0 +1,190 @@
+//! Tables of a log as Parquet, beside CSV and NDJSON;
+//! here because only this crate may use polars.
+//!
+//! Each batch is a row group, so memory does not grow with the table. Units and
+//! the run's header stand in the file's key-value metadata under `asperity:`, and a checksum of it all.
+
+use std::fs::File;
+use std::io::BufWriter;
+
+use crate::batch::{Batch, Values};
+use crate::format::{Format, FormatError, TableWriter};
+use crate::layout::Layout;
+use asperity_record::ColumnKind;
+use polars::prelude::{
+    BatchedWriter, Column, DataFrame, DataType, KeyValueMetadata, NamedFrom, ParquetMetadataContext,
+    ParquetWriter, PolarsResult, Schema, Series,
+};
+
+use crate::guarded::start_threads;
+use crate::parquet_checksum;
+
+/// Parquet, compressed with zstd. A file must be open for reading as well, for its checksum.
+#[derive(Debug, Clone, Copy)]
+pub struct Parquet;
+
+struct ParquetTable {
+    /// What the writer writes to, held to be given back.
+    file: File,
+    writer: BatchedWriter<BufWriter<File>>,
+    layout: Layout,
+}
+
+impl Format for Parquet {
+    fn extension(&self) -> &'static str {
+        "parquet"
+    }
+
+    fn start(&self, layout: &Layout, file: File) -> Result<Box<dyn TableWriter>, FormatError> {
+        start_threads().map_err(FormatError::Library)?;
+        let schema: Schema = layout
+            .columns
+            .iter()
+            .map(|column| {
+                let kind = match column.kind {
+                    ColumnKind::Count => DataType::UInt32,
+                    ColumnKind::Step => DataType::UInt64,
+                    ColumnKind::Number => DataType::Float64,
+                    ColumnKind::Flag => DataType::Boolean,
+                    ColumnKind::Word => DataType::String,
+                };
+                (column.name.as_ref().into(), kind)
+            })
+            .collect();
+        let writer =
+            ParquetWriter::new(BufWriter::new(file.try_clone()?)).batched(&schema).map_err(refused)?;
+        Ok(Box::new(ParquetTable { file, writer, layout: layout.clone() }))
+    }
+}
+
+impl TableWriter for ParquetTable {
+    fn write(&mut self, batch: &Batch) -> Result<(), FormatError> {
+        let frame = frame(&self.layout.columns, batch).map_err(refused)?;
+        self.writer.write_batch(&frame).map_err(refused)
+    }
+
+    fn finish(self: Box<Self>, about: &[(String, String)]) -> Result<File, FormatError> {
+        // Whether the log is whole is known only now, and the writer's own way of
+        // ending a file takes no more than it was started with.
+        let mut about = about.to_vec();
+        about.extend(parquet_checksum::pair(&self.file)?);
+        let metadata = KeyValueMetadata::from_static(about)
+            .collect(ParquetMetadataContext { arrow_schema: "" })
+            .map_err(refused)?;
+        let mut writer =
+            self.writer.get_writer().lock().map_err(|error| FormatError::Library(error.to_string()))?;
+        writer.end(Some(metadata)).map_err(refused)?;
+        drop(writer);
+        let mut file = self.file;
+        parquet_checksum::seal(&mut file)?;
+        Ok(file)
+    }
+}
+
+/// Rows as a polars table.
+pub(crate) fn frame(columns: &[asperity_record::Column], batch: &Batch) -> PolarsResult<DataFrame> {
+    let columns = columns.iter().zip(batch.columns());
+    DataFrame::new(batch.rows(), columns.map(|(column, values)| series(&column.name, values)).collect())
+}
+
+fn series(name: &str, values: &Values) -> Column {
+    let name = name.into();
+    match values {
+        Values::Counts(values) => Series::new(name, values).into(),
+        Values::Steps(values) => Series::new(name, values).into(),
+        Values::Numbers(values) => Series::new(name, values).into(),
+        Values::Flags(values) => Series::new(name, values).into(),
+        Values::Words(values) => Series::new(name, values).into(),
+    }
+}
+
+fn refused(error: polars::error::PolarsError) -> FormatError {
+    FormatError::Library(error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::{self, File};
+
+    use crate::batch::Batch;
+    use crate::format::{About, Format, State};
+    use crate::layout::{StepParts, record_layouts};
+    use asperity_record::{Cell, RunHeader};
+    use polars::prelude::{ParquetReader, SerReader};
+
+    use super::Parquet;
+
+    /// Doubles that a format that rounds, or goes by decimals, would lose.
+    const DOUBLES: [f64; 6] = [0.1 + 0.2, -0.0, 5e-324, -1.7976931348623157e308, 1e-7, 4.0];
+
+    #[test]
+    fn doubles_come_back_to_the_bit_with_units_and_header() {
+        let layout = record_layouts(StepParts::default()).remove(2);
+        assert_eq!(layout.topic, "/fields");
+        let path = std::env::temp_dir().join(format!("asperity-{}.parquet", std::process::id()));
+        let file = File::options().read(true).write(true).create(true).truncate(true).open(&path).unwrap();
+        let mut table = Parquet.start(&layout, file).unwrap();
+        let mut batch = Batch::new(&layout.columns);
+        for half in DOUBLES.chunks(3) {
+            for value in half {
+                let number = Cell::Number(*value);
+                let (step, flag) = (Cell::Step(u64::MAX), Cell::Flag(true));
+                batch.push(&[step, number, Cell::Count(u32::MAX), number, number, Cell::Empty, number, flag]);
+            }
+            table.write(&batch).unwrap();
+            batch.clear();
+        }
+        let header = RunHeader {
+            record_schema_version: 1,
+            scenario: "mine".to_owned(),
+            scenario_hash: "5c".to_owned(),
+            run_id: "1d".to_owned(),
+            code_version: "c0de".to_owned(),
+            parameter_set: "as-coded".to_owned(),
+            solver: "fast".to_owned(),
+            blocks: 6,
+            rows: 1,
+            time_step_s: 1e-8,
+            longest_stable_step_s: None,
+            steps: 9,
+            scales: None,
+        };
+        let about = About { header, state: State::Damaged, last_step: 8, from_s: Some(0.5), to_s: None };
+        table.finish(&about.pairs(&layout)).unwrap();
+
+        let mut reader = ParquetReader::new(File::open(&path).unwrap());
+        let metadata = reader.get_metadata().unwrap().clone();
+        let frame = reader.finish().unwrap();
+        fs::remove_file(&path).unwrap();
+        assert_eq!(metadata.row_groups.len(), 2, "each batch is a row group");
+        let read: Vec<u64> = frame
+            .column("displacement_m")
+            .unwrap()
+            .f64()
+            .unwrap()
+            .iter()
+            .map(|value| value.unwrap().to_bits())
+            .collect();
+        assert_eq!(read, DOUBLES.map(f64::to_bits));
+        assert_eq!(frame.column("tangential_force_n").unwrap().null_count(), DOUBLES.len());
+        assert_eq!(frame.column("step").unwrap().u64().unwrap().get(0), Some(u64::MAX));
+        assert_eq!(frame.column("block").unwrap().u32().unwrap().get(5), Some(u32::MAX));
+        assert_eq!(frame.column("detached").unwrap().bool().unwrap().sum(), Some(6));
+
+        let pairs = metadata.key_value_metadata().as_ref().unwrap();
+        let text = |key: &str| pairs.iter().find(|pair| pair.key == key).and_then(|pair| pair.value.clone());
+        for (key, expected) in [
+            ("asperity:topic", Some("/fields")),
+            ("asperity:log", Some("damaged")),
+            ("asperity:last_step", Some("8")),
+            ("asperity:scenario_hash", Some("5c")),
+            ("asperity:code_version", Some("c0de")),
+            ("asperity:from_s", Some("0.5")),
+            ("asperity:to_s", None),
+        ] {
+            assert_eq!(text(key).as_deref(), expected, "{key}");
+        }
+        let units = text("asperity:units").unwrap();
+        assert!(units.contains("\"velocity_m_per_s\":\"m/s\"") && !units.contains("block"), "{units}");
+    }
+}

@@ -1,0 +1,286 @@
+//! The tables that a run is reduced to.
+
+use crate::batch::Batch;
+use asperity_model::analytic::LengthLaw;
+use asperity_numbers::Summary;
+use asperity_numbers::claim::Cells;
+use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent};
+use polars::prelude::{Column, DataFrame, NamedFrom, Series};
+
+use crate::error::TableFileError;
+use crate::parquet_tables;
+use asperity_numbers::curves::{PrecursorPoint, Residuals, precursor_points, residuals, rupture_points};
+use asperity_numbers::precursors::{self, PrecursorRules};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
+
+/// The tables of ruptures, by themselves or behind the name of their run.
+pub const RUPTURES: &str = "ruptures";
+/// Of those among them that are precursors.
+pub const PRECURSOR_RUPTURES: &str = "precursor-ruptures";
+
+/// A table of these columns, in order.
+///
+/// # Errors
+/// If polars refuses.
+pub fn of_columns(columns: Vec<(impl AsRef<str>, Cells)>) -> Result<DataFrame, TableFileError> {
+    let columns = columns.into_iter().map(|(name, cells)| match cells {
+        Cells::Texts(texts) => Column::from(Series::new(name.as_ref().into(), texts)),
+        Cells::Numbers(numbers) => Series::new(name.as_ref().into(), numbers).into(),
+    });
+    Ok(DataFrame::new_infer_height(columns.collect())?)
+}
+
+/// The raw event table, one row per slip event: [`SlipEvent::COLUMNS`], of which the first seven
+/// are pinned.
+///
+/// # Errors
+/// If polars refuses.
+pub fn events(run: &RunData) -> Result<DataFrame, TableFileError> {
+    let mut rows = Batch::new(SlipEvent::COLUMNS);
+    run.slips.iter().for_each(|slip| rows.push(slip.cells().as_ref()));
+    Ok(parquet_tables::frame(SlipEvent::COLUMNS, &rows)?)
+}
+
+/// The rupture table, one row per rupture, in the order in which they became certain:
+/// [`Rupture::COLUMNS`], the slip event in which each began, and whether the slip events of this run
+/// tell what happened, as its summary says. Without rows where the log has no ruptures.
+///
+/// # Errors
+/// If polars refuses.
+pub fn ruptures(run: &RunData, summary: &Summary) -> Result<DataFrame, TableFileError> {
+    let columns = rupture_columns();
+    let flag = |flag: Option<bool>| flag.map_or(Cell::Empty, Cell::Flag);
+    let [creeps, mislead] = [summary.creeps, summary.raw_events_mislead].map(flag);
+    let mut rows = Batch::new(&columns);
+    for rupture in run.ruptures.iter().flatten() {
+        let event = run.event_of(rupture).map_or(Cell::Empty, |slip| Cell::Step(slip.event));
+        rows.push(&[rupture.cells().as_ref(), &[event, creeps, mislead]].concat());
+    }
+    Ok(parquet_tables::frame(&columns, &rows)?)
+}
+
+/// The columns of [`ruptures`].
+pub fn rupture_columns() -> Vec<asperity_record::Column> {
+    let more = [
+        ("event", ColumnKind::Step, "Number of the slip event in which the rupture began."),
+        ("creeps", ColumnKind::Flag, "Whether the slider creeps; the same in every row of a run."),
+        (
+            "raw_events_mislead",
+            ColumnKind::Flag,
+            "Whether slip events do not tell what happened; the same in every row of a run.",
+        ),
+    ];
+    let more = more.map(|(name, kind, about)| asperity_record::Column::new(name, kind, about));
+    Rupture::COLUMNS.iter().cloned().chain(more).collect()
+}
+
+/// The precursors among the ruptures, and the first slip of the whole slider: `L_p / L` against
+/// `F_T / F_N` beside one length law after the other.
+///
+/// # Errors
+/// If polars refuses.
+pub fn precursor_ruptures(
+    run: &RunData,
+    summary: &Summary,
+    laws: &[(LengthLaw, PrecursorRules)],
+) -> Result<DataFrame, TableFileError> {
+    let mut rows: Vec<(&Rupture, PrecursorPoint, LengthLaw, u32)> = Vec::new();
+    for (law, rules) in laws {
+        let of_law = rupture_points(run, *law, rules).into_iter();
+        rows.extend(of_law.map(|(rupture, point)| (rupture, point, *law, rules.min_blocks)));
+    }
+    let ruptures = || rows.iter().map(|(rupture, ..)| *rupture);
+    let points = || rows.iter().map(|(_, point, ..)| point);
+    frame(vec![
+        steps("rupture", ruptures().map(|rupture| rupture.rupture)),
+        numbers("onset_s", ruptures().map(|rupture| rupture.onset_s)),
+        numbers("arrival_s", ruptures().map(|rupture| rupture.arrival_s)),
+        gaps("end_s", ruptures().map(|rupture| rupture.end_s)),
+        counts("last_block", ruptures().map(|rupture| rupture.last_block)),
+        column(
+            "reached_every_block",
+            ruptures().map(|rupture| rupture.reached_every_block).collect::<Vec<bool>>(),
+        ),
+        numbers("lp_l", points().map(|point| point.lp_l)),
+        numbers("ft_fn", points().map(|point| point.ft_fn)),
+        column("law", rows.iter().map(|(_, _, law, _)| word(run, *law)).collect::<Vec<_>>()),
+        gaps("ft_fn_law", points().map(|point| has_law(run).then_some(point.predicted))),
+        gaps("residual", points().map(|point| has_law(run).then_some(point.ft_fn - point.predicted))),
+        column(
+            "event",
+            ruptures().map(|rupture| Some(run.event_of(rupture)?.event)).collect::<Vec<Option<u64>>>(),
+        ),
+        column("creeps", vec![summary.creeps; rows.len()]),
+        column("raw_events_mislead", vec![summary.raw_events_mislead; rows.len()]),
+        counts("min_blocks", rows.iter().map(|(.., min_blocks)| *min_blocks)),
+    ])
+}
+
+/// The precursor table: `L_p / L` against `F_T / F_N`, the length law's value
+/// beside it, the residual, and the rules by which events were merged and dropped.
+///
+/// # Errors
+/// If polars refuses.
+pub fn precursors(
+    run: &RunData,
+    law: LengthLaw,
+    rules: &PrecursorRules,
+) -> Result<DataFrame, TableFileError> {
+    let found = precursors::find(run, rules);
+    let points = precursor_points(run, law, &found);
+    frame(vec![
+        steps("event", found.iter().map(|precursor| precursor.start.event)),
+        counts("merged", found.iter().map(|precursor| precursor.merged)),
+        numbers("onset_s", found.iter().map(|precursor| precursor.start.onset_s)),
+        gaps("end_s", found.iter().map(|precursor| precursor.end.end_s)),
+        counts("last_block", found.iter().map(|precursor| precursor.last_block)),
+        counts("blocks_slipped", found.iter().map(|precursor| precursor.blocks_slipped)),
+        numbers("lp_l", points.iter().map(|point| point.lp_l)),
+        numbers("ft_fn", points.iter().map(|point| point.ft_fn)),
+        column("law", vec![word(run, law); points.len()]),
+        gaps("ft_fn_law", points.iter().map(|point| has_law(run).then_some(point.predicted))),
+        gaps("residual", points.iter().map(|point| has_law(run).then_some(point.ft_fn - point.predicted))),
+        counts("min_blocks", found.iter().map(|_| rules.min_blocks)),
+        numbers("merge_gap_s", found.iter().map(|_| rules.merge_gap_s)),
+    ])
+}
+
+/// Whether the length laws, which are those of chains, say anything about a run.
+fn has_law(run: &RunData) -> bool {
+    run.plan.elastic.has_theory()
+}
+
+/// What a law is called beside precursors that it is compared with.
+fn word(run: &RunData, law: LengthLaw) -> Option<String> {
+    has_law(run).then(|| law.table_word())
+}
+
+/// How well the precursors of a run follow a length law: a row of [`residual_table`].
+#[derive(Debug, Clone)]
+pub struct ResidualRow {
+    run: String,
+    law: LengthLaw,
+    found: Option<Residuals>,
+    has_law: bool,
+    dynamic_coefficient: f64,
+    rules: PrecursorRules,
+}
+
+impl ResidualRow {
+    /// That of a run.
+    pub fn of(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> ResidualRow {
+        ResidualRow {
+            run: run.name.clone(),
+            law,
+            found: residuals(run, law, rules),
+            has_law: has_law(run),
+            dynamic_coefficient: run.scenario.friction.dynamic_coefficient,
+            rules: *rules,
+        }
+    }
+}
+
+/// The residuals of several runs as a table.
+///
+/// # Errors
+/// If polars refuses.
+pub fn residual_table(rows: &[ResidualRow]) -> Result<DataFrame, TableFileError> {
+    let residual = |row: &ResidualRow| row.found.filter(|_| row.has_law);
+    frame(vec![
+        column("run", rows.iter().map(|row| row.run.clone()).collect::<Vec<_>>()),
+        column("law", rows.iter().map(|row| row.has_law.then(|| row.law.table_word())).collect::<Vec<_>>()),
+        counts("precursors", rows.iter().map(|row| row.found.map_or(0, |found| found.count as u32))),
+        gaps("rms", rows.iter().map(|row| residual(row).map(|found| found.rms))),
+        gaps("max", rows.iter().map(|row| residual(row).map(|found| found.max))),
+        gaps("rms_over_mu_d", rows.iter().map(|row| Some(residual(row)?.rms / row.dynamic_coefficient))),
+        counts("min_blocks", rows.iter().map(|row| row.rules.min_blocks)),
+        numbers("merge_gap_s", rows.iter().map(|row| row.rules.merge_gap_s)),
+    ])
+}
+
+/// When a run slips as a whole for the first time, beside what tells it from others: a row of
+/// [`first_global_slips`].
+#[derive(Debug, Clone)]
+pub struct FirstGlobalSlip {
+    run: String,
+    parameter_set: String,
+    step_s: f64,
+    duration_s: f64,
+    normal_load_start_n: f64,
+    beta: f64,
+    onset_s: Option<f64>,
+    ft_fn_onset: Option<f64>,
+    normal_load_onset_n: Option<f64>,
+    global_slips: u32,
+}
+
+impl FirstGlobalSlip {
+    /// What it reads of a run.
+    pub const WANTS: Wants = Wants::LOADS;
+
+    /// That of a run.
+    pub fn of(run: &RunData) -> FirstGlobalSlip {
+        let slip = run.first_global_slip();
+        let load = slip.and_then(|slip| run.loads().iter().find(|load| load.step == slip.onset_step));
+        let global = run.slips.iter().filter(|slip| slip.is_global(run.header.blocks));
+        FirstGlobalSlip {
+            run: run.name.clone(),
+            parameter_set: run.header.parameter_set.clone(),
+            step_s: run.header.time_step_s,
+            duration_s: run.plan.grid.time_s(run.header.steps),
+            normal_load_start_n: run.plan.total_normal_load_n,
+            beta: run.scenario.initial_shear.beta,
+            onset_s: slip.map(|slip| slip.onset_s),
+            ft_fn_onset: slip.map(|slip| slip.ft_fn_onset),
+            normal_load_onset_n: load.map(|load| load.normal_load_n),
+            global_slips: global.count() as u32,
+        }
+    }
+}
+
+/// The first global slips of several runs.
+///
+/// # Errors
+/// If polars refuses.
+pub fn first_global_slips(rows: &[&FirstGlobalSlip]) -> Result<DataFrame, TableFileError> {
+    frame(vec![
+        column("run", rows.iter().map(|row| row.run.clone()).collect::<Vec<_>>()),
+        column("parameter_set", rows.iter().map(|row| row.parameter_set.clone()).collect::<Vec<_>>()),
+        numbers("step_s", rows.iter().map(|row| row.step_s)),
+        numbers("duration_s", rows.iter().map(|row| row.duration_s)),
+        numbers("normal_load_start_n", rows.iter().map(|row| row.normal_load_start_n)),
+        numbers("beta", rows.iter().map(|row| row.beta)),
+        gaps("onset_s", rows.iter().map(|row| row.onset_s)),
+        gaps("ft_fn_onset", rows.iter().map(|row| row.ft_fn_onset)),
+        gaps("normal_load_onset_n", rows.iter().map(|row| row.normal_load_onset_n)),
+        counts("global_slips", rows.iter().map(|row| row.global_slips)),
+    ])
+}
+
+fn frame(columns: Vec<Column>) -> Result<DataFrame, TableFileError> {
+    Ok(DataFrame::new_infer_height(columns)?)
+}
+
+fn column<T>(name: &str, values: Vec<T>) -> Column
+where
+    Series: NamedFrom<Vec<T>, [T]>,
+{
+    Series::new(name.into(), values).into()
+}
+
+fn numbers(name: &str, values: impl Iterator<Item = f64>) -> Column {
+    Series::new(name.into(), values.collect::<Vec<f64>>()).into()
+}
+
+fn gaps(name: &str, values: impl Iterator<Item = Option<f64>>) -> Column {
+    Series::new(name.into(), values.collect::<Vec<Option<f64>>>()).into()
+}
+
+fn counts(name: &str, values: impl Iterator<Item = u32>) -> Column {
+    Series::new(name.into(), values.collect::<Vec<u32>>()).into()
+}
+
+fn steps(name: &str, values: impl Iterator<Item = u64>) -> Column {
+    Series::new(name.into(), values.collect::<Vec<u64>>()).into()
+}

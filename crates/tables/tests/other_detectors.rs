@@ -1,0 +1,176 @@
+//! Logs with events of detectors that the exporting program does not have, and the other way
+//! round.
+
+use std::path::{Path, PathBuf};
+
+use asperity_files::{Existing, Inputs};
+use asperity_record::{
+    Direction, Event, EventKind, Onset, Record, RunHeader, RunStatus, SolverReport, StepRecord, payload,
+};
+use asperity_runlog::RunWriter;
+use asperity_tables::{Csv, Export, ExportError, Report, Request};
+
+payload! {
+    topic: "/events/longest",
+    table: "longest",
+    /// A slip event that lasted longer than all before it.
+    pub struct Longest {
+        /// When it began, s.
+        pub onset_s: f64,
+        /// How much longer it lasted; null for the first.
+        pub growth: Option<f64> [unit = "1"],
+        /// How many blocks slid.
+        pub blocks: u32,
+        /// Whether it was the last.
+        pub last: bool,
+    }
+}
+
+payload! {
+    topic: "/events/turn",
+    table: "turns",
+    /// A change of direction.
+    pub struct Turn {
+        /// Which way it goes on.
+        pub direction: Direction,
+    }
+}
+
+payload! {
+    topic: "/events/count",
+    table: "counts",
+    /// Something that is counted and has no time of its own.
+    pub struct Count {
+        /// How many there were.
+        pub count: u64,
+    }
+}
+
+/// A log of four records, at 1 s to 4 s, with an event of each kind behind each.
+fn log(folder: &Path) -> PathBuf {
+    let path = folder.join("run.mcap");
+    let header = RunHeader {
+        record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+        scenario: "mine".to_owned(),
+        scenario_hash: "5c".to_owned(),
+        run_id: "1d".to_owned(),
+        code_version: "c0de".to_owned(),
+        parameter_set: "as-coded".to_owned(),
+        solver: "fast".to_owned(),
+        blocks: 2,
+        rows: 1,
+        time_step_s: 1.0,
+        longest_stable_step_s: None,
+        steps: 4,
+        scales: None,
+    };
+    let kinds = [EventKind::of::<Longest>(), EventKind::of::<Turn>(), EventKind::of::<Count>()];
+    let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "", &kinds).unwrap();
+    for step in 1..=4 {
+        let record = StepRecord {
+            step,
+            time_s: step as f64,
+            driving_force_n: 1.0,
+            normal_load_n: 2.0,
+            end_forces_n: None,
+            energy: None,
+            sliding: 0,
+            switches: Vec::new(),
+        };
+        writer.record(&Record::Step(record)).unwrap();
+        let growth = (step > 1).then_some(1.5);
+        // Told a second later than it began.
+        let longest = Longest { onset_s: step as f64 - 1.0, growth, blocks: 2, last: step == 4 };
+        writer.event(&Event::new(longest.clone())).unwrap();
+        writer.event(&Event::new(Turn { direction: Direction::Attach })).unwrap();
+        writer.event(&Event::new(Count { count: step })).unwrap();
+    }
+    writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+    path
+}
+
+fn request(out: &Path, topics: &[&str]) -> Request {
+    Request {
+        nodes: false,
+        topics: topics.iter().map(|topic| (*topic).to_owned()).collect(),
+        from_s: None,
+        to_s: None,
+        out: out.to_owned(),
+        name: "run".to_owned(),
+        existing: Existing::Replace,
+        inputs: Inputs::default(),
+    }
+}
+
+fn export(log: &Path, request: Request, kinds: &[EventKind]) -> Report {
+    Export::open(log, request, kinds, &Csv).unwrap().run(|_| {}).unwrap()
+}
+
+fn table(folder: &Path, topic: &str) -> String {
+    std::fs::read_to_string(folder.join(format!("run.events.{topic}.csv"))).unwrap()
+}
+
+#[test]
+fn a_detector_of_ones_own_has_its_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = log(folder.path());
+    let kinds = [EventKind::of::<Longest>(), EventKind::of::<Turn>(), EventKind::of::<Count>()];
+    let report = export(&run, request(folder.path(), &[]), &kinds);
+    assert!(report.ran.problem.is_none() && report.left_out.is_empty());
+    assert_eq!(
+        table(folder.path(), "longest"),
+        "onset_s,growth,blocks,last\n0,,2,false\n1,1.5,2,false\n2,1.5,2,false\n3,1.5,2,true\n"
+    );
+    assert_eq!(table(folder.path(), "turn"), "direction\nattach\nattach\nattach\nattach\n");
+}
+
+#[test]
+fn events_of_other_detectors_have_the_columns_of_their_schema() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = log(folder.path());
+    let report = export(&run, request(folder.path(), &[]), &[EventKind::of::<Onset>()]);
+    assert!(report.ran.problem.is_none());
+    // In the order of the schema in the log, which is that of the alphabet.
+    assert_eq!(
+        table(folder.path(), "longest"),
+        "blocks,growth,last,onset_s\n2,,false,0\n2,1.5,false,1\n2,1.5,false,2\n2,1.5,true,3\n"
+    );
+    assert_eq!(table(folder.path(), "count"), "count\n1\n2\n3\n4\n");
+    // What is not flat is left out, and said; a table of no events would say that there were none.
+    assert_eq!(report.left_out.into_iter().collect::<Vec<_>>(), [("/events/turn".to_owned(), 4)]);
+    assert!(!folder.path().join("run.events.turn.csv").exists());
+    assert!(!folder.path().join("run.events.onset.csv").exists());
+}
+
+#[test]
+fn events_are_chosen_by_their_onset_or_by_when_they_became_certain() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = log(folder.path());
+    let topics = ["/events/longest", "/events/count"];
+    let request = Request { from_s: Some(1.0), to_s: Some(3.0), ..request(folder.path(), &topics) };
+    export(&run, request, &[]);
+    assert_eq!(table(folder.path(), "longest"), "blocks,growth,last,onset_s\n2,1.5,false,1\n2,1.5,false,2\n");
+    assert_eq!(table(folder.path(), "count"), "count\n1\n2\n");
+}
+
+#[test]
+fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = log(folder.path());
+    let kinds = [EventKind::of::<Onset>()];
+    let request = |topic| request(folder.path(), &[topic]);
+    let Err(error) = Export::open(&run, request("/events/none"), &kinds, &Csv) else {
+        panic!("there are none")
+    };
+    assert!(matches!(error, ExportError::UnknownTopic { .. }), "{error}");
+    let Err(error) = Export::open(&run, request("/events/onset"), &kinds, &Csv) else {
+        panic!("there are none")
+    };
+    assert!(matches!(error, ExportError::NotFoundThen { .. }), "{error}");
+    assert!(
+        error
+            .to_string()
+            .ends_with("(accepted: /step, /switch, /fields, /window, /events/count, /events/longest)"),
+        "{error}"
+    );
+}

@@ -1,0 +1,217 @@
+//! Made-up runs for unit tests.
+
+use std::collections::BTreeSet;
+
+use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_record::{
+    Arrival, Direction, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent, StepRecord, Switch,
+};
+use asperity_testkit::{quiet_step, slip_event, switch};
+
+use asperity_numbers::run_data::{Collector, RunData};
+use asperity_numbers::states::States;
+use asperity_numbers::wants::Wants;
+
+/// Slip events of three blocks: onset and end step, blocks.
+pub const EVENTS: [(u64, u64, &[u32]); 7] = [
+    (100, 101, &[1]),
+    (200, 210, &[1, 2]),
+    (300, 310, &[1]),
+    (400, 410, &[2, 3]),
+    (412, 420, &[1, 3]),
+    (500, 510, &[1, 2, 3]),
+    (600, 610, &[1, 2, 3]),
+];
+
+/// A run of three blocks with these slip events: onset and end step, blocks. There is a step
+/// record before each onset, where its blocks detach, and none besides.
+pub fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData {
+    let text = format!("slider.blocks = 3\ntime.step_s = 1e-7\n{scenario_toml}");
+    let source = ScenarioSource::new("test", &text);
+    let scenario = Scenario::resolve(&source).unwrap();
+    let plan = Plan::new(&scenario);
+    let steps: Vec<StepRecord> = events
+        .iter()
+        .map(|&(onset, _, blocks)| StepRecord {
+            driving_force_n: 1.0,
+            normal_load_n: 400.0,
+            switches: blocks.iter().map(|&block| switch(block, Direction::Detach)).collect(),
+            ..quiet_step(onset - 1, plan.grid.time_s(onset - 1), 0.0)
+        })
+        .collect();
+    let slips = events.iter().zip(0..).map(|(&(onset, end, blocks), event)| SlipEvent {
+        onset_s: plan.grid.time_s(onset),
+        end_s: Some(plan.grid.time_s(end)),
+        max_sliding: blocks.len() as u32,
+        ft_fn_onset: 0.1,
+        ft_fn_end: Some(0.1),
+        event,
+        blocks_slipped: blocks.len() as u32,
+        nucleation_block: blocks[0],
+        ft_fn_min: 0.1,
+        ft_fn_max: 0.1,
+        ..slip_event(onset, end, *blocks.iter().min().unwrap()..=*blocks.iter().max().unwrap())
+    });
+    gone_by(&scenario, &steps, slips)
+}
+
+/// What is kept of a run with these step records and slip events.
+fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<Item = SlipEvent>) -> RunData {
+    let plan = Plan::new(scenario);
+    let header = RunHeader {
+        record_schema_version: 1,
+        scenario: "test".to_owned(),
+        scenario_hash: String::new(),
+        run_id: String::new(),
+        code_version: String::new(),
+        parameter_set: "as-coded".to_owned(),
+        solver: "plain".to_owned(),
+        blocks: plan.blocks as u32,
+        rows: 1,
+        time_step_s: plan.grid.step_s(),
+        longest_stable_step_s: Some(plan.longest_stable_step_s),
+        steps: plan.steps,
+        scales: None,
+    };
+    let mut collector = Collector::new("test", header, scenario.clone(), Wants::all());
+    steps.iter().for_each(|step| collector.record(&Record::Step(step.clone())));
+    slips.into_iter().for_each(|slip| collector.slip(slip));
+    collector.finish(false)
+}
+
+/// Lets these states of all blocks go by once more, among the slip events that the run has.
+pub fn with_states(run: &mut RunData, states: &[FieldRecord]) {
+    let mut kept = States::new(run.header.blocks, &run.kept);
+    let onsets = run.slips.iter().map(|slip| slip.onset_step);
+    let ends = run.slips.iter().filter_map(|slip| slip.end_step);
+    let steps: BTreeSet<u64> = onsets.chain(ends).chain(states.iter().map(|state| state.step)).collect();
+    for step in steps {
+        let slides =
+            |slip: &&SlipEvent| slip.onset_step <= step && slip.end_step.is_none_or(|end| step < end);
+        let sliding = run.slips.iter().filter(slides).count() as u32;
+        kept.step(&StepRecord { sliding, ..quiet_step(step, run.plan.grid.time_s(step), 0.0) });
+        states.iter().filter(|state| state.step == step).for_each(|state| kept.state(state));
+        run.slips.iter().filter(|slip| slip.end_step == Some(step)).for_each(|slip| kept.slip(slip));
+    }
+    kept.end();
+    run.states = kept;
+}
+
+/// A block that a rupture passes: its number, the steps of its arrival and, if it stops, of its stop.
+pub type Passed = (u32, u64, Option<u64>);
+
+/// Gives a run these ruptures, each by the blocks that it passes in the order of their arrival.
+pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
+    let time_s = |step: u64| run.plan.grid.time_s(step);
+    let c_m_per_s = |from: &Passed, to: &Passed| {
+        let way_m = f64::from(to.0.abs_diff(from.0)) * run.plan.spacing_m;
+        (to.1 > from.1).then(|| way_m / (time_s(to.1) - time_s(from.1)))
+    };
+    let mut told = Vec::new();
+    let mut arrivals = Vec::new();
+    for (number, passed) in ruptures.iter().enumerate() {
+        let (number, first) = (number as u64, passed[0]);
+        let blocks = passed.iter().map(|(block, ..)| *block);
+        let (low, high) = (blocks.clone().min().unwrap(), blocks.max().unwrap());
+        let end_step = passed.iter().map(|(.., stop)| *stop).collect::<Option<Vec<u64>>>();
+        let end_step = end_step.map(|stops| stops.into_iter().max().unwrap());
+        let last = passed[passed.len() - 1];
+        told.push(Rupture {
+            rupture: number,
+            onset_s: time_s(first.1),
+            end_s: end_step.map(time_s),
+            first_block: low,
+            last_block: high,
+            nucleation_block: first.0,
+            reached_every_block: (low, high) == (1, run.header.blocks),
+            ft_fn_onset: 0.01 * number as f64,
+            ft_fn_arrival: 0.0,
+            ft_fn_end: None,
+            onset_step: first.1,
+            arrival_s: time_s(last.1),
+            end_step,
+            detachments: passed.len() as u64,
+            front_speed_up_m_per_s: c_m_per_s(&first, &last),
+            front_speed_down_m_per_s: None,
+            mean_slip_m: None,
+            largest_slip_m: None,
+            potency_m2: None,
+            moment_n_m: None,
+            mean_force_drop_n: None,
+            farthest_block_before: None,
+            overlapping: false,
+            open: false,
+            drive_work_j: None,
+            prestress_work_j: None,
+            friction_heat_j: None,
+            anchor_change_j: None,
+            viscous_loss_j: None,
+            kinetic_change_j: None,
+            elastic_change_j: None,
+            scheme_work_j: None,
+        });
+        for (n, (block, arrival_step, stop_step)) in passed.iter().enumerate() {
+            arrivals.push(Arrival {
+                rupture: number,
+                block: *block,
+                arrival_s: time_s(*arrival_step),
+                stop_s: stop_step.map(time_s),
+                arrival_step: *arrival_step,
+                stop_step: *stop_step,
+                detachments: 1,
+                slip_m: None,
+                force_detach_n: 0.0,
+                force_attach_n: None,
+                front_speed_m_per_s: n
+                    .checked_sub(1)
+                    .and_then(|before| c_m_per_s(&passed[before], &passed[n])),
+            });
+        }
+    }
+    run.ruptures = Some(told);
+    run.arrivals = arrivals;
+    run.kept.arrivals = true;
+}
+
+/// Twelve blocks, of which those up to `reached` slide one after the other for 250 steps each,
+/// by 2e-6 m; the first 30 steps after each other, from then on every 100 steps.
+pub fn pulse(reached: u32, toml: &str) -> RunData {
+    let text = format!(
+        "slider.blocks = 12\ntime.step_s = 1e-9\nfriction.law = \"rigid\"\n\
+         drive = {{ kind = \"top\", velocity_m_per_s = 0, stiffness_n_per_m = 1.65e8 }}\n{toml}"
+    );
+    let scenario = Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap();
+    let plan = Plan::new(&scenario);
+    let arrival = |block: u32| if block <= 3 { 30 * block } else { 90 + 100 * (block - 3) };
+    let mut records: Vec<StepRecord> = (1..=reached)
+        .flat_map(|block| {
+            [(arrival(block), Direction::Detach, 1e-6), (arrival(block) + 250, Direction::Attach, 3e-6)].map(
+                |(step, direction, displacement_m)| StepRecord {
+                    switches: vec![Switch { displacement_m, ..switch(block, direction) }],
+                    ..quiet_step(u64::from(step), plan.grid.time_s(u64::from(step)), 0.0)
+                },
+            )
+        })
+        .collect();
+    records.sort_by_key(|record| record.step);
+    gone_by(&scenario, &records, [])
+}
+
+/// A slab of three contacts and as many rows with these slip events, and its state at rest, in which
+/// they bear 1/4, 1/2 and 1/4 of 400 N.
+pub fn slab(events: &[(u64, u64, &[u32])]) -> RunData {
+    let mut run = run("slider.rows = 3\nslider.length_m = 0.1\nslider.height_m = 0.1", events);
+    run.kept.states = true;
+    let state = FieldRecord {
+        step: 0,
+        time_s: 0.0,
+        displacement_m: vec![0.0; 3],
+        velocity_m_per_s: vec![0.0; 3],
+        tangential_force_n: vec![-20.0, 0.0, 20.0],
+        normal_load_n: vec![100.0, 200.0, 100.0],
+        stick_position_m: vec![0.0; 3],
+        detached: vec![0; 3],
+    };
+    with_states(&mut run, &[state]);
+    run
+}

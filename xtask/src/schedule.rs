@@ -1,0 +1,247 @@
+//! Runs the programs that tests are compiled to: one process per module of tests, as many at once as
+//! there are cores and those first that take longest. `cargo test` runs one program after the other,
+//! and waits with all cores but one for the last test of each.
+
+use std::io::Read;
+use std::num::NonZeroUsize;
+use std::panic::resume_unwind;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Instant;
+
+use crate::say::say;
+use crate::workspace::{Failure, not_started, output, program, root};
+
+/// What tests find in their environment; what has no value is removed from it.
+pub(crate) type Variables = [(&'static str, Option<PathBuf>)];
+
+/// A program of tests, and the folder of its package, in which cargo would run it.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Program {
+    /// That of its target, such as `root` or `asperity_model`.
+    pub(crate) name: String,
+    path: PathBuf,
+    folder: PathBuf,
+}
+
+/// The programs of tests that `cargo test --no-run` says in JSON, a message per line.
+pub(crate) fn programs(messages: &str) -> Vec<Program> {
+    let of_line = |line: &str| {
+        let path = PathBuf::from(text(line, "\"executable\":\"")?);
+        let manifest = PathBuf::from(text(line, "\"manifest_path\":\"")?);
+        // Behind its name, a program of cargo has the hash of what it was made of.
+        let name = path.file_stem()?.to_str()?.rsplit_once('-')?.0.to_owned();
+        let folder = manifest.parent()?.to_owned();
+        let profile = line.split_once("\"profile\":{")?.1.split('}').next()?;
+        profile.contains("\"test\":true").then_some(Program { name, path, folder })
+    };
+    messages.lines().filter_map(of_line).collect()
+}
+
+/// What stands in a line behind a key, up to the next quote.
+fn text<'a>(line: &'a str, key: &str) -> Option<&'a str> {
+    line.split_once(key)?.1.split('"').next()
+}
+
+/// What one process does.
+#[derive(Debug)]
+pub(crate) struct Job {
+    /// The program, and the module or the test.
+    pub(crate) name: String,
+    program: PathBuf,
+    arguments: Vec<String>,
+    folder: PathBuf,
+}
+
+impl Job {
+    /// The tests of one program that are not left out, a job per module; what is in no module is a job
+    /// of its own.
+    pub(crate) fn all_of(program: &Program) -> Result<Vec<Job>, Failure> {
+        let mut modules: Vec<(String, Vec<String>)> = Vec::new();
+        for test in tests(program)? {
+            let module = test.split_once("::").map_or(test.as_str(), |(module, _)| module).to_owned();
+            match modules.iter_mut().find(|(name, _)| *name == module) {
+                Some((_, tests)) => tests.push(test),
+                None => modules.push((module, vec![test])),
+            }
+        }
+        let job = |(module, tests): (String, Vec<String>)| {
+            let exact = ["--exact", "--test-threads", "1"].map(str::to_owned);
+            Job::of(program, &module, [tests, exact.to_vec()].concat())
+        };
+        Ok(modules.into_iter().map(job).collect())
+    }
+
+    /// One test that is left out otherwise.
+    pub(crate) fn long(program: &Program, test: &str) -> Result<Job, Failure> {
+        if !tests(program)?.iter().any(|name| name == test) {
+            return Err(Failure::Check(format!("{} has no test {test}", program.name)));
+        }
+        let arguments = [test, "--exact", "--ignored"].map(str::to_owned);
+        Ok(Job::of(program, test, arguments.to_vec()))
+    }
+
+    fn of(program: &Program, what: &str, arguments: Vec<String>) -> Job {
+        let name = format!("{} {what}", program.name);
+        Job { name, program: program.path.clone(), arguments, folder: program.folder.clone() }
+    }
+
+    /// A call of another program, in the root folder.
+    pub(crate) fn call(name: &str, call: &Command) -> Job {
+        let arguments = call.get_args().map(|argument| argument.to_string_lossy().into_owned());
+        let program = call.get_program().into();
+        Job { name: name.to_owned(), program, arguments: arguments.collect(), folder: root().to_owned() }
+    }
+}
+
+/// The names of a program's tests.
+fn tests(of: &Program) -> Result<Vec<String>, Failure> {
+    let list = output(program(&of.path).current_dir(&of.folder).args(["--list", "--format", "terse"]))?;
+    Ok(list.lines().filter_map(|line| line.strip_suffix(": test")).map(str::to_owned).collect())
+}
+
+/// How a job went: whether well, and what it said.
+struct Outcome {
+    passed: bool,
+    said: String,
+}
+
+/// Jobs that wait for a core.
+#[derive(Default)]
+struct Waiting {
+    jobs: Vec<Job>,
+    /// Whether no more will come.
+    is_complete: bool,
+}
+
+/// Runs jobs on all cores. One core begins by making them: `make` hands over jobs as soon as their
+/// program is compiled, so that the other cores have work meanwhile. Of what waits, the jobs named in
+/// `first` go first, in that order. What failed is shown at the end.
+pub(crate) fn run_all(
+    first: &[&str],
+    variables: &Variables,
+    make: impl FnOnce(&dyn Fn(Vec<Job>)) -> Result<(), Failure> + Send,
+) -> Result<(), Failure> {
+    let started = Instant::now();
+    let (waiting, changed) = (Mutex::new(Waiting::default()), Condvar::new());
+    let rank = |job: &Job| first.iter().position(|name| *name == job.name).unwrap_or(first.len());
+    let add = |jobs: Vec<Job>| {
+        let mut waiting = lock(&waiting);
+        waiting.jobs.extend(jobs);
+        waiting.jobs.sort_by_key(rank);
+        changed.notify_all();
+    };
+    let close = |abandon: bool| {
+        let mut waiting = lock(&waiting);
+        waiting.is_complete = true;
+        if abandon {
+            waiting.jobs.clear();
+        }
+        changed.notify_all();
+    };
+    let next = || {
+        let waits = |waiting: &mut Waiting| waiting.jobs.is_empty() && !waiting.is_complete;
+        let mut waiting = changed.wait_while(lock(&waiting), waits).unwrap_or_else(PoisonError::into_inner);
+        (!waiting.jobs.is_empty()).then(|| waiting.jobs.remove(0))
+    };
+    let outcomes = Mutex::new(Vec::new());
+    let work = || {
+        while let Some(job) = next() {
+            let outcome = run(&job, variables).inspect_err(|_| close(true))?;
+            lock(&outcomes).push((job.name, outcome));
+        }
+        Ok(())
+    };
+    let make_and_work = || {
+        let made = make(&add);
+        close(made.is_err());
+        made.and_then(|()| work())
+    };
+    let cores = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    thread::scope(|scope| {
+        let mut workers = vec![scope.spawn(make_and_work)];
+        workers.extend((1..cores).map(|_| scope.spawn(work)));
+        workers.into_iter().try_for_each(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    })?;
+    let outcomes = outcomes.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let failed: Vec<_> = outcomes.iter().filter(|(_, outcome)| !outcome.passed).collect();
+    for (name, outcome) in &failed {
+        say!("\n==> {name}:\n{}", outcome.said.trim_end());
+    }
+    let took = started.elapsed().as_secs_f64();
+    say!("==> {} groups of tests in {took:.0} s, {} failed", outcomes.len(), failed.len());
+    let names: Vec<&str> = failed.iter().map(|(name, _)| name.as_str()).collect();
+    match names.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::Check(format!("tests failed: {}", names.join(", ")))),
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Runs one, and takes both its outputs in the order in which they came.
+fn run(job: &Job, variables: &Variables) -> Result<Outcome, Failure> {
+    let began = Instant::now();
+    let mut command = Command::new(&job.program);
+    command.args(&job.arguments).current_dir(&job.folder).stdin(Stdio::null());
+    for (name, value) in variables {
+        match value {
+            Some(value) => command.env(name, value),
+            None => command.env_remove(name),
+        };
+    }
+    let failed = |error| Failure::Io { what: format!("run {}", job.name), error };
+    let (mut from, to) = std::io::pipe().map_err(failed)?;
+    command.stdout(to.try_clone().map_err(failed)?).stderr(to);
+    let mut child = command.spawn().map_err(|error| not_started(&command, error))?;
+    // It holds the end that is written to, without which reading would not end.
+    drop(command);
+    let mut said = Vec::new();
+    from.read_to_end(&mut said).map_err(failed)?;
+    let status = child.wait().map_err(failed)?;
+    let outcome = Outcome { passed: status.success(), said: String::from_utf8_lossy(&said).into_owned() };
+    let word = if outcome.passed { "ok    " } else { "FAILED" };
+    say!("{word} {}, {:.1} s{}", job.name, began.elapsed().as_secs_f64(), counts(&outcome.said));
+    // A test that lacked what it needs has said so.
+    outcome.said.lines().filter(|line| line.starts_with("SKIPPED")).for_each(|line| say!("{line}"));
+    Ok(outcome)
+}
+
+/// How many tests passed and failed, as their program said at its end.
+fn counts(said: &str) -> String {
+    let result = said.lines().rev().find_map(|line| line.strip_prefix("test result: "));
+    let counts = result.and_then(|result| result.split(". ").nth(1)).unwrap_or_default();
+    let told = counts.split("; ").take(3).filter(|count| !count.is_empty() && !count.starts_with("0 "));
+    told.map(|count| format!(", {count}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn programs_of_tests_are_found_among_what_cargo_says() {
+        let line = |test: bool, executable: &str| {
+            format!(
+                "{{\"manifest_path\":\"/w/crates/cli/Cargo.toml\",\"target\":{{\"test\":true}},\
+                 \"profile\":{{\"opt_level\":\"1\",\"test\":{test}}},\"executable\":{executable}}}"
+            )
+        };
+        let messages = [
+            line(true, "\"/t/debug/deps/asperity_cli-0a1b\""),
+            line(false, "\"/t/debug/asperity\""),
+            line(true, "null"),
+            "{\"reason\":\"build-finished\",\"success\":true}".to_owned(),
+        ];
+        let found = programs(&messages.join("\n"));
+        let [found] = &found[..] else { panic!("{found:?}") };
+        assert_eq!(found.name, "asperity_cli");
+        assert_eq!(found.folder, Path::new("/w/crates/cli"));
+    }
+}

@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use asperity_files::{Existing, Inputs};
+use asperity_run::detectors::event_kinds;
+use asperity_run::{Checked, NodeState, Nodes, NodesError, Verdict};
 use asperity_tables::export::MOST_FOREIGN;
 use asperity_tables::format::{Format, State};
 use asperity_tables::{Csv, Export, ExportError, Judged, Ndjson, NodeRows, Ran, Report, Request, name_of};
@@ -14,9 +17,6 @@ use crate::progress::Board;
 use crate::summary::WITHOUT_ENERGIES;
 use crate::terminal;
 use crate::verdict_exit;
-use asperity_files::{Existing, Inputs};
-use asperity_run::detectors::event_kinds;
-use asperity_run::{Checked, NodeState, Nodes, NodesError, Verdict};
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;

@@ -112,7 +112,7 @@ impl Detectors {
     }
 
     /// The kinds of their events, in order.
-    pub fn emit(&self) -> impl Iterator<Item = EventKind> {
+    pub fn kinds(&self) -> impl Iterator<Item = EventKind> {
         self.list.iter().map(|detector| detector.emits())
     }
 

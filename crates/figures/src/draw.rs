@@ -54,12 +54,12 @@ use std::sync::Mutex;
 
 use asperity_files::FileSet;
 use asperity_model::analytic::LengthLaw;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::spelling::spelled;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 pub use error::FigureError;
 use kind::{AnyFigure, AnyPart, Parts};
 use plot::{Sheet, Told};

@@ -11,9 +11,10 @@ mod shown;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use crate::claim::{Claim, Judgement};
 use schemars::JsonSchema;
 use serde::Deserialize;
+
+use crate::claim::{Claim, Judgement};
 
 pub use shown::markdown;
 

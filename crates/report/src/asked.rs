@@ -1,11 +1,11 @@
 //! What was asked: the parameters of scenarios, with symbols and units.
 
-use crate::html::markup::{Cell, Row, table, text};
 use asperity_model::Scenario;
 use asperity_model::keys::{KEYS, Key};
 use asperity_record::unit_of;
 use toml::{Table, Value};
 
+use crate::html::markup::{Cell, Row, table, text};
 use crate::symbols::{number, rounded, symbol};
 
 /// The keys of a scenario with their values, in the order of the key table.

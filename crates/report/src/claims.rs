@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::html::markup::{Cell, Row, section, sortable_table, table, text};
 use asperity_numbers::claim::{Claim, Judgement};
 
+use crate::html::markup::{Cell, Row, section, sortable_table, table, text};
 use crate::symbols::{formulas, lettered, rounded};
 
 /// Verdicts, and the mark that each has beside its word and colour.

@@ -1,12 +1,11 @@
 //! Figures on a page, each with its caption, its runs, and what is claimed of it.
 
-use crate::html::markup::{section, text};
+use asperity_numbers::claim::Claim;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use asperity_numbers::claim::Claim;
-
 use crate::claims::{beside, figures_named, link, numbered};
+use crate::html::markup::{section, text};
 use crate::symbols::lettered;
 
 /// A figure.

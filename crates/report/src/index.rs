@@ -1,13 +1,12 @@
 //! Several studies on one page: their scores and every figure as a thumbnail, with links to the
 //! reports.
 
-use crate::html::Document;
-use crate::html::markup::{counted, text};
-
 use asperity_numbers::claim::Claim;
 
 use crate::claims::{SPEAKERS, Score};
 use crate::figures::{place_of, stem};
+use crate::html::Document;
+use crate::html::markup::{counted, text};
 use crate::page::STYLE;
 
 /// A study among several.

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use crate::html::markup::{counted, section, text};
-use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use asperity_record::RunHeader;
 
 use crate::asked::{self, Asked, differing, parameters};
 use crate::claims::{self, SPEAKERS, Score};
+use crate::html::markup::{counted, section, text};
+use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use crate::sketch::{kind, sketch};
 use crate::study::{Run, Study};
 use crate::{figures, runs};

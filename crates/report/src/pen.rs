@@ -1,8 +1,8 @@
 //! What the sketches of all bodies are drawn with: lines, springs, arrows, the surface, and labels.
 
-use crate::html::markup::text;
 use asperity_model::Plan;
 
+use crate::html::markup::text;
 use crate::symbols::spelled;
 
 /// Width of a sketch.

@@ -1,7 +1,6 @@
 //! Runs on a page: the pair of load curve and space-time map, the table of ruptures, and of each run
 //! what was asked, its numbers and its widest ruptures in words.
 
-use crate::html::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
 use asperity_model::Energies;
 use asperity_model::keys::Key;
 use asperity_numbers::claim::Claim;
@@ -12,6 +11,7 @@ use serde_json::Value;
 use crate::asked::{self, Asked};
 use crate::claims::{beside, link};
 use crate::figures::{Figure, is_beside_one};
+use crate::html::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
 use crate::seen::SeenRupture;
 use crate::study::{Link, Run};
 use crate::symbols::{number, plain, round, rounded, symbol};

@@ -1,18 +1,18 @@
 //! The page of a parameter study: what varies, its figures, and a table of its runs.
 
-use crate::html::Document;
-use crate::html::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
 use asperity_model::Scenario;
+use asperity_model::keys::{KEYS, Key};
 use asperity_record::Cell as Stored;
 
 use crate::asked::{Asked, main as main_of, parameters};
 use crate::figures::{Figure, figures};
+use crate::html::Document;
+use crate::html::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
 use crate::page::STYLE;
 use crate::runs::links;
 use crate::sketch::sketch;
 use crate::study::Link;
 use crate::symbols::{rounded, symbol};
-use asperity_model::keys::{KEYS, Key};
 
 /// A parameter study.
 #[derive(Debug, Clone)]

@@ -221,7 +221,9 @@ impl Seen {
         let mut differs = None;
         // The log of a stopped run holds everything that there is of it.
         let mut stopped = None;
+        // Events that the log has no topic for, of the current record.
         let mut lacking = Vec::new();
+        let mut has_gap = false;
         loop {
             let item = match reader.next_item() {
                 Ok(Some(item)) => item,
@@ -250,7 +252,7 @@ impl Seen {
             }
             if reader.has_gap() {
                 // The gap may contain the beginning of an event.
-                (both, differs) = (None, None);
+                (both, differs, has_gap) = (None, None, true);
             }
             match &item {
                 LogItem::Event(event) => {
@@ -265,14 +267,14 @@ impl Seen {
                     if let Some(made_again) = &mut made_again {
                         made_again.record(record)?;
                     }
-                    let lacks = &self.other_detectors.only_found;
                     if let Record::Step(step) = record
-                        && (both.is_some() || !lacks.is_empty())
+                        && !has_gap
+                        && (both.is_some() || !self.other_detectors.only_found.is_empty())
                     {
                         detectors.observe(step, &mut |event| {
-                            lacking.extend(
-                                lacks.iter().any(|topic| topic == event.topic()).then(|| event.clone()),
-                            );
+                            if self.other_detectors.is_lacking(&event) {
+                                lacking.push(event.clone());
+                            }
                             if let Some(both) = &mut both {
                                 both.found(event);
                             }
@@ -314,10 +316,9 @@ impl Seen {
                 return Err(CheckProblem::Topics(self.other_detectors.only_found.clone()));
             }
         }
-        let lacks = &self.other_detectors.only_found;
-        if both.is_some() || !lacks.is_empty() {
+        if !has_gap {
             detectors.finish(&mut |event| {
-                if lacks.iter().any(|topic| topic == event.topic()) {
+                if self.other_detectors.is_lacking(&event) {
                     observer.lacking(&event);
                 }
                 if let Some(both) = &mut both {

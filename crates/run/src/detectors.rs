@@ -95,7 +95,7 @@ pub enum TopicError {
 
 /// The kinds of events that the detectors of one run emit.
 pub(crate) fn kinds_of(detectors: &Detectors) -> Result<Vec<EventKind>, TopicError> {
-    let kinds: Vec<EventKind> = detectors.emit().collect();
+    let kinds: Vec<EventKind> = detectors.kinds().collect();
     for (number, EventKind { topic, .. }) in kinds.iter().enumerate() {
         if !topic.starts_with("/events/") {
             return Err(TopicError::NoEvents(topic));

@@ -29,6 +29,11 @@ pub struct OtherDetectors {
 }
 
 impl OtherDetectors {
+    /// Whether the log has no topic for an event of the present detectors.
+    pub(crate) fn is_lacking(&self, event: &Event) -> bool {
+        self.only_found.iter().any(|topic| topic == event.topic())
+    }
+
     /// Whether there are none: the log was written with the present detectors.
     pub fn is_none(&self) -> bool {
         self.only_logged.is_empty() && self.only_found.is_empty()
@@ -81,7 +86,7 @@ pub struct Difference {
 impl EventCheck {
     /// Starts the comparison for a log with that header.
     pub(crate) fn with(detectors: &Detectors, header: &RunHeader) -> EventCheck {
-        let emitted = detectors.emit().map(|kind| kind.topic.to_owned()).collect();
+        let emitted = detectors.kinds().map(|kind| kind.topic.to_owned()).collect();
         EventCheck { emitted, version: header.record_schema_version, ..EventCheck::default() }
     }
 

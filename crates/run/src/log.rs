@@ -8,11 +8,12 @@ use std::mem::{size_of, size_of_val, take};
 use std::path::Path;
 use std::time::Duration;
 
-use crate::stream::Item;
 use asperity_model::Scenario;
 use asperity_record::{EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, Switch};
 use asperity_runlog::{Existing, RunWriter, Unfinished, WriteError};
 use asperity_simulator::SimulationError;
+
+use crate::stream::Item;
 
 /// Default time between checkpoints.
 pub const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(1);

@@ -6,14 +6,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use crate::stream::{Given, Item, StreamError};
 use asperity_detect::{Detector, Detectors};
+use asperity_record::Observer;
 use asperity_record::{EventKind, EventPayload, RunHeader, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
 use crate::detectors::{Settings, TopicError, kinds_of};
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
-use asperity_record::Observer;
+use crate::stream::{Given, Item, StreamError};
 
 /// A log to be sent through detectors.
 pub struct Replay {
@@ -91,7 +91,7 @@ impl Replay {
 
     /// The kinds of events of its detectors.
     pub fn kinds(&self) -> Vec<EventKind> {
-        self.detectors.emit().collect()
+        self.detectors.kinds().collect()
     }
 
     /// Replays the log. `stop` is polled between records, on another thread.

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::stream::{Given, Item, StreamError};
 use asperity_detect::Detector;
 use asperity_model::{Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
+use asperity_record::{Notice, Observer};
 use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
 use asperity_simulator::{Counters, SimulationError, Solver, SolverKind};
 
@@ -16,7 +16,7 @@ use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
 use crate::log_target::LogTargetError;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::self_check::ending;
-use asperity_record::{Notice, Observer};
+use crate::stream::{Given, Item, StreamError};
 
 /// Most bytes of checkpoints per second of computing, since long chains have large states.
 pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;

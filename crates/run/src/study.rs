@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario};
+use asperity_record::Observer;
 use asperity_record::{RunEnd, RunHeader};
 use asperity_runlog::{Existing, RunReader, Topics};
 use asperity_simulator::SolverKind;
@@ -12,7 +13,6 @@ use crate::log::LogTo;
 use crate::log_target::{self, LogTargetError, OtherRun, SCENARIO, SOLVER};
 use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
 use crate::verdict::Verdict;
-use asperity_record::Observer;
 
 /// What exists of a run.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,14 +1,14 @@
 //! Single numbers of several runs against a parameter that they differ in.
 
-use schemars::JsonSchema;
-use serde::Deserialize;
-
-use crate::error::StudyError;
 use asperity_numbers::claim::Cells;
 use asperity_numbers::measure::Measure;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
 use asperity_tables::{Frame, tables};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::error::StudyError;
 
 /// A table with one row per run, as the pipeline has it.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -3,20 +3,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use asperity_figures::draw::{Figures, files_of};
 use asperity_model::analytic::LengthLaw;
+use asperity_numbers::claims::ClaimSpec;
+use asperity_numbers::precursors::PrecursorRules;
+use asperity_numbers::wants::Wants;
 use asperity_record::bounds::check_toml;
 use asperity_report::{Contents, Shown};
+use asperity_tables::tables::FirstGlobalSlip;
+use asperity_tables::{summaries, table_file, tables};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::parameter_table::Study;
 use crate::runs::{Ensemble, RunSpec, SpellOut};
-use asperity_figures::draw::{Figures, files_of};
-use asperity_numbers::claims::ClaimSpec;
-use asperity_numbers::precursors::PrecursorRules;
-use asperity_numbers::wants::Wants;
-use asperity_tables::tables::FirstGlobalSlip;
-use asperity_tables::{summaries, table_file, tables};
 
 /// A pipeline, as written.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -8,12 +8,21 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use asperity_figures::draw::Gathering;
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
+use asperity_numbers::claim;
+use asperity_numbers::claims::{self, Measured};
+use asperity_numbers::precursors::PrecursorRules;
+use asperity_numbers::run_data::{Collector, NodeField};
+use asperity_numbers::wants::Wants;
 use asperity_numbers::{RupturesFrom, Slider, Summarizer, Summary};
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
 use asperity_report::{Gather, Limits, Run, Seen, Study as Page};
+use asperity_tables::load_table::LoadTable;
+use asperity_tables::tables::{FirstGlobalSlip, ResidualRow};
+use asperity_tables::{Frame, TableFileError, summaries, table_file, tables};
 
 use crate::error::StudyError;
 use crate::parameter_table::StudyRow;
@@ -21,15 +30,6 @@ use crate::pipeline::{
     CLAIMS, CLAIMS_PAGE, FIRST_GLOBAL_SLIPS, Pipeline, REPORT, RESIDUALS, study_table, table_of,
 };
 use crate::record;
-use asperity_figures::draw::Gathering;
-use asperity_numbers::claim;
-use asperity_numbers::claims::{self, Measured};
-use asperity_numbers::precursors::PrecursorRules;
-use asperity_numbers::run_data::{Collector, NodeField};
-use asperity_numbers::wants::Wants;
-use asperity_tables::load_table::LoadTable;
-use asperity_tables::tables::{FirstGlobalSlip, ResidualRow};
-use asperity_tables::{Frame, TableFileError, summaries, table_file, tables};
 
 /// What the record of a reduction is called after.
 const COMMAND: &str = "reproduce";

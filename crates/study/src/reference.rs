@@ -2,12 +2,12 @@
 //! means, as tables in Markdown, made from the types that read them. `docs/figures.md` is made of these.
 
 use asperity_figures as study_figures;
+use asperity_figures::spelling::spelled;
+use asperity_numbers::measure::Measure;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value};
 
 use crate::pipeline::Pipeline;
-use asperity_figures::spelling::spelled;
-use asperity_numbers::measure::Measure;
 
 /// The parts of the page that are made from the code: the name of each, and its text.
 pub fn parts() -> Vec<(&'static str, String)> {

@@ -3,18 +3,18 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use crate::batch::Batch;
-use crate::layout::{StepParts, step_columns};
-use crate::{CsvRows, Spelling, rows};
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column, StepRecord};
 use polars::prelude::{BatchedWriter, ParquetWriter};
 
+use crate::batch::Batch;
 use crate::error::TableFileError;
 use crate::guarded::start_threads;
+use crate::layout::{StepParts, step_columns};
 use crate::parquet_checksum;
 use crate::parquet_tables;
 use crate::table_file;
+use crate::{CsvRows, Spelling, rows};
 
 /// Rows of a row group: those that polars puts into one. No more are held at a time.
 const GROUP_ROWS: usize = 512 * 512;

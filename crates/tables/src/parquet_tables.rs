@@ -7,16 +7,16 @@
 use std::fs::File;
 use std::io::BufWriter;
 
-use crate::batch::{Batch, Values};
-use crate::format::{Format, FormatError, TableWriter};
-use crate::layout::Layout;
 use asperity_record::ColumnKind;
 use polars::prelude::{
     BatchedWriter, Column, DataFrame, DataType, KeyValueMetadata, NamedFrom, ParquetMetadataContext,
     ParquetWriter, PolarsResult, Schema, Series,
 };
 
+use crate::batch::{Batch, Values};
+use crate::format::{Format, FormatError, TableWriter};
 use crate::guarded::start_threads;
+use crate::layout::Layout;
 use crate::parquet_checksum;
 
 /// Parquet, compressed with zstd. A file must be open for reading as well, for its checksum.

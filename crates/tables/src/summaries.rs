@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::{CsvRows, Spelling};
 use asperity_files::FileSet;
 use asperity_numbers::Summary;
 
 use crate::error::TableFileError;
+use crate::{CsvRows, Spelling};
 
 /// The table of all.
 pub const TABLE: &str = "summary.csv";

@@ -4,7 +4,6 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use crate::{CsvRows, Spelling};
 use asperity_files::FileSet;
 use asperity_record::Cell;
 use polars::prelude::{AnyValue, DataFrame, ParquetWriter};
@@ -13,6 +12,7 @@ use crate::error::TableFileError;
 use crate::guarded::start_threads;
 use crate::parquet_checksum;
 use crate::parquet_table::ParquetTable;
+use crate::{CsvRows, Spelling};
 
 /// Writes `NAME.csv` and `NAME.parquet` into a folder, as files of a set.
 ///

@@ -1,18 +1,18 @@
 //! The tables that a run is reduced to.
 
-use crate::batch::Batch;
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::Summary;
 use asperity_numbers::claim::Cells;
-use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent};
-use polars::prelude::{Column, DataFrame, NamedFrom, Series};
-
-use crate::error::TableFileError;
-use crate::parquet_tables;
 use asperity_numbers::curves::{PrecursorPoint, Residuals, precursor_points, residuals, rupture_points};
 use asperity_numbers::precursors::{self, PrecursorRules};
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
+use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent};
+use polars::prelude::{Column, DataFrame, NamedFrom, Series};
+
+use crate::batch::Batch;
+use crate::error::TableFileError;
+use crate::parquet_tables;
 
 /// The tables of ruptures, by themselves or behind the name of their run.
 pub const RUPTURES: &str = "ruptures";

@@ -3,14 +3,13 @@
 use std::collections::BTreeSet;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_numbers::run_data::{Collector, RunData};
+use asperity_numbers::states::States;
+use asperity_numbers::wants::Wants;
 use asperity_record::{
     Arrival, Direction, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent, StepRecord, Switch,
 };
 use asperity_testkit::{quiet_step, slip_event, switch};
-
-use asperity_numbers::run_data::{Collector, RunData};
-use asperity_numbers::states::States;
-use asperity_numbers::wants::Wants;
 
 /// Slip events of three blocks: onset and end step, blocks.
 pub const EVENTS: [(u64, u64, &[u32]); 7] = [

@@ -1,8 +1,9 @@
 //! The list of findings: which events, what differs, by which rule.
 
+use asperity_report::html::markup::{Cell, Row, paragraph, section, short, table, text};
+
 use super::words::{class_cell, name, short_or_zero};
 use crate::report::{CellChange, Extent, Finding, Report};
-use asperity_report::html::markup::{Cell, Row, paragraph, section, short, table, text};
 
 /// Most findings that the page lists; the timeline shows all of them.
 pub(super) const LISTED_MOST: usize = 2000;

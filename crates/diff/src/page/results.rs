@@ -1,9 +1,10 @@
 //! What follows from the events that differ: where runs part, which results change, and what
 //! else tells the runs apart.
 
+use asperity_report::html::markup::{Cell, Row, counted, paragraph, section, short, table, text};
+
 use super::words::{name, short_or_zero};
 use crate::report::{Report, Sample};
-use asperity_report::html::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 
 /// Most rows of a table of downstream changes.
 const DOWNSTREAM_MOST: usize = 200;

@@ -2,13 +2,13 @@
 //! speed of the pulse below.
 
 use asperity_model::front::{self, relative_prestress};
+use asperity_numbers::fronts;
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
-use asperity_numbers::fronts;
-use asperity_numbers::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,14 +1,14 @@
 //! How the shortest wave dies away: undamped, under-damped, critical and
 //! over-damped, simulated and after (5.28) (Figure 5.5).
 
+use asperity_numbers::curves::ring_down;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::curves::ring_down;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use asperity_numbers::plane_waves::Waves;
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -10,8 +12,6 @@ use super::kind::{Figure, of_one_run};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, GREY, INK, Marker, Sheet};
 use super::scale::Scale;
-use asperity_numbers::plane_waves::Waves;
-use asperity_numbers::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,12 +1,12 @@
 //! Displacement of chosen blocks against time (Figure 6.7).
 
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

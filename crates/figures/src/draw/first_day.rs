@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use asperity_numbers::run_data::{NodeField, RunData};
 use asperity_record::{FieldRecord, WindowRecord};
+use asperity_testkit::made_up::{self, EVENTS};
 use schemars::schema_for;
 
 use super::Figures;
 use super::kind::AnyFigure;
-use asperity_numbers::run_data::{NodeField, RunData};
-use asperity_testkit::made_up::{self, EVENTS};
 
 /// One of each kind, as the page on figures has them.
 fn examples() -> Figures {

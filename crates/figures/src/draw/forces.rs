@@ -1,13 +1,13 @@
 //! `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
 
+use asperity_numbers::curves::pull_ratio;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Panel, RED, Series, Sheet};
-use asperity_numbers::curves::pull_ratio;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,13 +1,13 @@
 //! `tau_n / p_n` along the slider after a precursor (Figure 5.6).
 
+use asperity_numbers::curves::front_profile;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, coefficient_lines, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet};
-use asperity_numbers::curves::front_profile;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -3,6 +3,9 @@
 use std::sync::Arc;
 
 use asperity_model::front::{Front, relative_prestress};
+use asperity_numbers::fronts::crossing_s;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use asperity_record::Rupture;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -12,9 +15,6 @@ use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
 use super::scale::Scale;
 use super::which::{Which, picked};
-use asperity_numbers::fronts::crossing_s;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -3,13 +3,13 @@
 //! speak of some of them, how much faster each is than a front on rigid contacts without damping.
 
 use asperity_model::front;
+use asperity_numbers::fronts;
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Parts, find};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::fronts;
-use asperity_numbers::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

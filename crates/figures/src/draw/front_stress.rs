@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use asperity_numbers::fronts::{ACROSS, over_stress};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -9,9 +12,6 @@ use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, GREY, RED, Sheet, nth};
 use super::scale::Scale;
-use asperity_numbers::fronts::{ACROSS, over_stress};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,13 +1,13 @@
 //! Speed of fronts from block to block along the slider: how they become steady; beyond the last
 //! block in grey, what theory says of it.
 
+use asperity_numbers::fronts;
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::fronts;
-use asperity_numbers::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

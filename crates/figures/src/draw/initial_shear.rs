@@ -1,12 +1,12 @@
 //! Initial shear profiles: as set up, and as (5.50) asks (Figure 5.7); of slabs what their load leaves.
 
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -3,12 +3,12 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::plot::{BLUE, Dash, Look, RED, Series, Sheet};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.

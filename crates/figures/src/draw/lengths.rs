@@ -5,14 +5,14 @@
 //! after that bear another mark, and the line is dashed beyond the load reached by then.
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_numbers::precursors::{self, PrecursorRules};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet, nth};
-use asperity_numbers::precursors::{self, PrecursorRules};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

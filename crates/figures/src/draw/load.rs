@@ -5,13 +5,13 @@
 use std::collections::BTreeSet;
 
 use asperity_model::analytic::LoadCurve;
+use asperity_numbers::run_data::{self, RunData};
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, coefficient_lines, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
-use asperity_numbers::run_data::{self, RunData};
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -10,8 +12,6 @@ use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, INK, Marker, RED, Sheet};
 use super::scale::Scale;
 use super::which::{Clock, Sort, sorted};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,13 +1,13 @@
 //! Normal load and driving force against time, in one plot (Figures 6.3, 6.14, 6.16, 6.18,
 //! 6.20, 6.22).
 
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, Look, Panel, RED, Series, Sheet};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -12,7 +12,6 @@ pub(super) mod paper;
 
 use std::path::{Path, PathBuf};
 
-use crate::{Figure, Kind};
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 
@@ -21,6 +20,7 @@ pub use super::print::about::Origins;
 use super::print::{self, about::About, files_of};
 use super::text::plain;
 use crate::draw::error::FigureError;
+use crate::{Figure, Kind};
 use gather::Gathered;
 pub use gather::ScenarioOf;
 use paper::Paper;

@@ -2,15 +2,15 @@
 //! exact decay of the discrete chain (Figures 5.19, 5.20).
 
 use asperity_model::analytic;
+use asperity_numbers::AFFECTED_THRESHOLD;
+use asperity_numbers::curves::first_onset_fields;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
-use asperity_numbers::AFFECTED_THRESHOLD;
-use asperity_numbers::curves::first_onset_fields;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,6 +2,10 @@
 
 use std::sync::Arc;
 
+use asperity_numbers::distributions::{SizeLaw, TimeLaw};
+use asperity_numbers::fronts::crossing_s;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -11,10 +15,6 @@ use super::plot::Sheet;
 use super::scale::number;
 use super::which::{Sort, sorted};
 use super::{load_ruptures, recurrence, sizes, space_time};
-use asperity_numbers::distributions::{SizeLaw, TimeLaw};
-use asperity_numbers::fronts::crossing_s;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -10,11 +10,11 @@ mod svg;
 
 use std::path::{Path, PathBuf};
 
+use about::About;
 use asperity_files::FileSet;
+use page::Page;
 
 use crate::draw::error::FigureError;
-use about::About;
-use page::Page;
 
 /// What the names of the files of a figure end in.
 const ENDINGS: [&str; 3] = ["png", "svg", "pdf"];

@@ -3,14 +3,14 @@
 
 use std::collections::BTreeMap;
 
+use asperity_numbers::fronts;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::fronts;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,6 +2,10 @@
 
 use std::sync::Arc;
 
+use asperity_numbers::distributions::{TimeFit, TimeLaw, half_band, survival};
+use asperity_numbers::estimate::Estimate;
+use asperity_numbers::goodness::Test;
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -11,10 +15,6 @@ use super::plot::{Dash, Sheet, nth};
 use super::scale::Scale;
 use super::sizes::{band, fit_words, steps, with_error};
 use super::which::{Clock, before_first_global_slip, sorted};
-use asperity_numbers::distributions::{TimeFit, TimeLaw, half_band, survival};
-use asperity_numbers::estimate::Estimate;
-use asperity_numbers::goodness::Test;
-use asperity_numbers::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,6 +2,10 @@
 
 use std::sync::Arc;
 
+use asperity_numbers::distributions::{SizeFit, SizeLaw, half_band, survival};
+use asperity_numbers::estimate::Estimate;
+use asperity_numbers::goodness::Test;
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -10,10 +14,6 @@ use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{Sheet, nth};
 use super::scale::Scale;
 use super::which::{Sort, before_first_global_slip, sorted};
-use asperity_numbers::distributions::{SizeFit, SizeLaw, half_band, survival};
-use asperity_numbers::estimate::Estimate;
-use asperity_numbers::goodness::Test;
-use asperity_numbers::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

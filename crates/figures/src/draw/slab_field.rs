@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use asperity_numbers::run_data::{NodeField, RunData};
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -14,8 +16,6 @@ use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::Sheet;
 use super::scale::Scale;
-use asperity_numbers::run_data::{NodeField, RunData};
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,14 +2,14 @@
 //! before them, wherever they began: for drives from the top and from both ends,
 //! where fronts need not start at block 1.
 
+use asperity_numbers::curves::growing_slips;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::curves::growing_slips;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -8,6 +8,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use asperity_record::{Arrival, Rupture, WindowRecord};
 use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
@@ -19,8 +21,6 @@ use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{Dash, GREEN, INK, Sheet};
 use super::scale::Scale;
 use super::which::{Clock, Sort, Which, end_s, picked, sorted};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,12 +2,12 @@
 //! source gives: how far such a time is an outcome of the parameters, and how far it is one
 //! draw among many.
 
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Parts, find};
 use super::plot::{Axis, Corner, Dash, Look, Panel, RED, Series, Sheet, nth};
-use asperity_numbers::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,15 +1,15 @@
 //! `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants, with the
 //! normal load of the instant.
 
+use asperity_numbers::curves::pull_ratio;
+use asperity_numbers::run_data::{Load, RunData};
+use asperity_numbers::wants::Wants;
 use asperity_record::FieldRecord;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
-use asperity_numbers::curves::pull_ratio;
-use asperity_numbers::run_data::{Load, RunData};
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -7,6 +7,9 @@
 
 use std::sync::Arc;
 
+use asperity_numbers::precursors::{PrecursorRules, find};
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use asperity_record::FieldRecord;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -16,9 +19,6 @@ use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, RED, Sheet};
 use super::scale::Scale;
-use asperity_numbers::precursors::{PrecursorRules, find};
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,13 +1,13 @@
 //! One number per run against a parameter that the runs differ in.
 
+use asperity_numbers::measure::Measure;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Parts, find};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::measure::Measure;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

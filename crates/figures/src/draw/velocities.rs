@@ -1,14 +1,14 @@
 //! Velocities of the blocks of a dense window through a slip event, and the number of
 //! sliding blocks beneath (Figures A.1, A.2).
 
+use asperity_numbers::curves::event_in_window;
+use asperity_numbers::run_data::RunData;
+use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet, nth};
-use asperity_numbers::curves::event_in_window;
-use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

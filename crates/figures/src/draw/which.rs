@@ -1,13 +1,13 @@
 //! What kinds of ruptures there are, which one a figure shows, and a time axis about it.
 
+use asperity_numbers::precursors::{PrecursorRules, among_ruptures};
+use asperity_numbers::run_data::RunData;
 use asperity_record::Rupture;
 use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::plot::{BLUE, GREY, RED};
-use asperity_numbers::precursors::{PrecursorRules, among_ruptures};
-use asperity_numbers::run_data::RunData;
 
 /// Which rupture, where no number is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]

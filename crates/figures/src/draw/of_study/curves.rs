@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Place, Theory, quantile};
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use plotters::prelude::RGBColor;
 
@@ -12,6 +11,7 @@ use super::map::in_order;
 use super::paper::{Item, Paper, Sample};
 use crate::draw::plot::{Dash, GREY, INK, Marker};
 use crate::draw::scale::Scale;
+use crate::{Place, Theory, quantile};
 
 /// Strengths of the bands between extremes and between quartiles.
 const EXTREMES: f64 = 0.13;

@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::{Figure, Kind, Place, Quantity};
 use asperity_model::Scenario;
 use asperity_numbers::Growth;
 use asperity_record::{Cell, Column, Reach};
+
+use crate::{Figure, Kind, Place, Quantity};
 
 /// Gives the scenario of a run by its number, for theories.
 pub type ScenarioOf<'a> = &'a dyn Fn(u64) -> Result<Scenario, String>;

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Place, Statistic};
-
 use super::colours::{Colours, On};
 use super::gather::{Gathered, Values};
 use super::paper::{Item, Panel, Paper, Sample};
 use crate::draw::plot::{GREY, Marker};
 use crate::draw::scale::{Scale, number};
+use crate::{Place, Statistic};
 
 /// The radius of a place where places are scattered.
 const DISC: i32 = 22;

@@ -31,10 +31,9 @@ pub(crate) struct TestArguments {
 
 /// Libraries whose unit tests are compiled without optimisation, which takes longer than those tests: of
 /// `analysis` two minutes. Those of one call do not use each other; what they use is as ever.
-const LIGHT: [&[&str]; 3] = [
+const LIGHT: [&[&str]; 2] = [
     &["asperity-analysis", "asperity-diff", "asperity-sweep"],
     &["asperity-export", "asperity-report", "asperity-study-figures"],
-    &["asperity-model"],
 ];
 
 /// What takes longest, so that no core is left alone with it at the end.

@@ -31,11 +31,10 @@ pub(crate) struct TestArguments {
 
 /// Libraries whose unit tests are compiled without optimisation, which takes longer than those tests.
 /// Those of one call do not use each other; what they use is as ever.
-const LIGHT: [&[&str]; 4] = [
+const LIGHT: [&[&str]; 3] = [
     &["asperity-figures", "asperity-report", "asperity-tables"],
     &["asperity-diff", "asperity-study"],
     &["asperity-numbers"],
-    &["asperity-model"],
 ];
 
 /// What takes longest, so that no core is left alone with it at the end.

@@ -310,13 +310,15 @@ struct Checkpoints {
     next: Instant,
     /// The rest of [`CHECKPOINT_BYTES`].
     left_bytes: f64,
+    /// Whether the state has been written: without it, an interval of zero spends the bytes on one state.
+    is_written: bool,
 }
 
 impl Checkpoints {
     fn every(interval: Duration, after: Duration) -> Checkpoints {
         let now = Instant::now();
         let (from, next) = (now + after, now + interval.max(after));
-        Checkpoints { interval, from, next, left_bytes: CHECKPOINT_BYTES }
+        Checkpoints { interval, from, next, left_bytes: CHECKPOINT_BYTES, is_written: false }
     }
 
     fn are_of_use(&self) -> bool {
@@ -324,7 +326,12 @@ impl Checkpoints {
     }
 
     fn are_due(&self) -> bool {
-        Instant::now() >= self.next
+        !self.is_written && Instant::now() >= self.next
+    }
+
+    /// The state is another one.
+    fn gone_on(&mut self) {
+        self.is_written = false;
     }
 
     /// Schedules the next checkpoint, later the larger this one is.
@@ -338,6 +345,7 @@ impl Checkpoints {
             self.interval.max(share)
         };
         self.next = Instant::now() + interval;
+        self.is_written = true;
     }
 }
 
@@ -397,6 +405,9 @@ impl Source<'_> {
                 return Ok(Some(Given::Checkpoint(self.checkpoint())));
             }
             _ => {}
+        }
+        if let Some(checkpoints) = &mut self.checkpoints {
+            checkpoints.gone_on();
         }
         match self.solver.next_record() {
             Ok(record) => Ok(record.map(Given::Record)),

@@ -130,7 +130,7 @@ pub fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
 /// Fewest blocks of an event that counts for the median: shorter ones are mostly chatter.
 const FEWEST_BLOCKS: u32 = 5;
 
-/// The median of that of all slip events of [`FEWEST_BLOCKS`] or more.
+/// The median of that of all slip events of `FEWEST_BLOCKS` or more.
 pub fn median_over_crossing(run: &RunData) -> Option<f64> {
     let events = run.slips.iter().filter(|slip| slip.blocks_slipped >= FEWEST_BLOCKS);
     let mut all: Vec<f64> = events.filter_map(|slip| over_crossing(run, slip)).collect();

@@ -511,3 +511,92 @@ fn a_list_of_commands_makes_all_runs() {
     let row: toml::Table = succeed(&["sweep", "emit", "row", text(&out)]).parse().expect("it is TOML");
     assert!(row.contains_key("action"));
 }
+
+/// A pipeline that is planned and made by workers, some of them killed, ends in the files of `reproduce`; so
+/// do runs with names beside runs over axes.
+#[cfg(feature = "analysis")]
+#[test]
+fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
+    const RUNS: &str = "
+first_global_slips = ['base', 'kicked']
+[[run]]
+name = 'base'
+scenario = 'default'
+set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
+[[ensemble]]
+name = 'kicked'
+scenario = 'default'
+set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
+key = 'initial_velocity.amplitude_m_per_s'
+values = [1e-9, 2e-9]
+[[figure.load]]
+file = 'load.png'
+sliding = true
+run = 'base'
+[[claim]]
+about = 'load.png'
+quote = 'it slips'
+run = 'base'
+measure = 'precursor-count'
+at_least = 1
+";
+    let (slips, runs) = RUNS.trim_start().split_once('\n').unwrap();
+    let axes = SHORT.to_owned()
+        + "[[figure.lengths]]\nfile = 'lengths.png'\nover = ['normal_load.tilt', \
+                                   'friction.static_coefficient']\n";
+    let both = format!("{slips}\n{axes}{runs}");
+    for (name, toml) in [("pipeline", format!("title = 'Runs'\n{RUNS}")), ("both", both)] {
+        let study = Study::of(&toml);
+        let (whole, out) = (study.path("whole"), study.plan(name));
+        succeed(&["reproduce", text(&study.path("sweep.toml")), "--out", text(&whole)]);
+        // One run alone; the rest in two parts, the first of which is stopped at once.
+        succeed(&["sweep", "run", text(&out), "--index", "2"]);
+        assert_eq!(sweep(&["collect", text(&out)]).0, 3);
+        let mut first =
+            Command::new(env!("CARGO_BIN_EXE_asperity")).args(["sweep", "run", text(&out)]).spawn().unwrap();
+        first.kill().unwrap();
+        first.wait().unwrap();
+        for part in [&["--chunk", "1/2"][..], &[]] {
+            let arguments = [&["run", text(&out)], part].concat();
+            // While the workers of the one that was stopped end, a run is left to them.
+            let ended = std::iter::repeat_with(|| sweep(&arguments)).find(|(code, ..)| *code != 3);
+            let (code, _, said) = ended.expect("it ends");
+            assert_eq!(code, 0, "{said}");
+        }
+        let formats = ["collect", text(&out), "--to", "csv,parquet"];
+        let (code, _, said) = sweep(&formats);
+        assert_eq!(code, 0, "{said}");
+        assert_eq!(files_below(&out), files_below(&whole), "{name}");
+        // A log that is gone is made again, and one that is damaged is named.
+        fs::remove_file(out.join("runs/base.mcap")).unwrap();
+        let (code, said, _) = sweep(&["status", text(&out)]);
+        assert!(code == 3 && said.contains("1 missing"), "{said}");
+        succeed(&["sweep", "run", text(&out)]);
+        let log = out.join("runs/kicked-1.mcap");
+        let mut bytes = fs::read(&log).unwrap();
+        let behind_its_header = bytes.len() - 3000;
+        bytes[behind_its_header] ^= 1;
+        fs::write(&log, bytes).unwrap();
+        let (code, _, said) = sweep(&formats);
+        assert!(code == 1 && said.contains("run kicked-1: its log is "), "{code} {said}");
+    }
+}
+
+/// The bytes of all files below a folder, but for plan, segments and staging, by their paths.
+#[cfg(feature = "analysis")]
+fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for of in ["tables", "figures", "runs", "report.html", "reproduce.json"] {
+        let path = folder.join(of);
+        let mut paths = vec![path.clone()];
+        if path.is_dir() {
+            paths = fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path()).collect();
+        }
+        all.extend(paths.into_iter().map(|path| {
+            let bytes = fs::read(&path).unwrap();
+            (path.strip_prefix(folder).unwrap().to_owned(), bytes)
+        }));
+    }
+    assert!(all.len() > 20, "{}", all.len());
+    all
+}

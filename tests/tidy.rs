@@ -432,27 +432,14 @@ fn every_built_in_scenario_resolves_in_both_parameter_sets() {
 #[cfg(feature = "analysis")]
 #[test]
 fn every_pipeline_resolves_in_both_parameter_sets() {
-    let (sweeps, pipelines): (Vec<PathBuf>, Vec<PathBuf>) = files_in(&["pipelines"])
-        .into_iter()
-        .partition(|path| path.parent().is_some_and(|at| at.ends_with("sweeps")));
-    assert!(!pipelines.is_empty() && !sweeps.is_empty());
-    for path in sweeps {
-        asperity_study::Sweep::read(&path).unwrap_or_else(|error| panic!("{error}"));
-    }
-    for path in pipelines {
-        let pipeline = asperity_study::pipeline::Pipeline::parse(&read(&path))
-            .unwrap_or_else(|error| panic!("{}: {error}", short(&path)));
-        for run in &pipeline.run {
-            let text = builtin::find(&run.scenario)
-                .map_or_else(|| read(&root().join(&run.scenario)), ToOwned::to_owned);
-            for set in ["as-coded", "as-stated"] {
-                let source = ScenarioSource::new(&run.scenario, &text);
-                let source =
-                    run.set.iter().fold(source, |source, assignment| source.with_override(assignment));
-                let source = source.with_override(&format!("parameter_set={set}"));
-                Scenario::resolve(&source)
-                    .unwrap_or_else(|errors| panic!("{}: run {}: {errors}", short(&path), run.name));
-            }
+    let studies = files_in(&["pipelines"]);
+    assert!(studies.len() > 10);
+    for path in studies {
+        for set in ["as-coded", "as-stated"] {
+            let mut study = asperity_study::Study::read(&path).unwrap_or_else(|error| panic!("{error}"));
+            study.set(&[format!("parameter_set={set}")]);
+            assert!(!study.runs.is_empty() || study.count() > 0, "{}", short(&path));
+            study.jobs().unwrap_or_else(|problem| panic!("{}: {problem}", short(&path)));
         }
     }
 }

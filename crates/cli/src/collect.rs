@@ -5,15 +5,21 @@ use std::path::{Path, PathBuf};
 
 use asperity_figures::Figure;
 #[cfg(feature = "analysis")]
+use asperity_figures::draw::files_of;
+#[cfg(feature = "analysis")]
 use asperity_figures::draw::of_study::{Drawer, Origins, ScenarioOf};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_record::{Cell, Column};
 #[cfg(feature = "analysis")]
+use asperity_record::{EventKind, Rupture, SlipEvent};
+#[cfg(feature = "analysis")]
 use asperity_run::CODE_VERSION;
 use asperity_study::plan::FILE;
-use asperity_study::results::Counts;
 #[cfg(feature = "analysis")]
-use asperity_study::{Keep, Sweep};
+use asperity_study::reduction::Beside;
+use asperity_study::results::{Counts, State};
+#[cfg(feature = "analysis")]
+use asperity_study::{Grid, Keep, Study as StudyFile};
 use asperity_study::{Observer, Plan, RUNS, Results, collect};
 use asperity_tables::Csv;
 use asperity_tables::format::Format;
@@ -24,6 +30,8 @@ use asperity_tables::parquet_tables::Parquet;
 use crate::args::SweepDrawArguments;
 use crate::args::{SweepCollectArguments, SweepTable};
 use crate::exit::Failure;
+#[cfg(feature = "analysis")]
+use crate::named_runs;
 use crate::outputs::create_folder;
 use crate::progress::{Board, Stages};
 use crate::report;
@@ -33,24 +41,78 @@ use crate::terminal::say;
 
 /// The folder of the figures of a study.
 const FIGURES: &str = "figures";
+/// The folder of its tables.
+const TABLES: &str = "tables";
 
 pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
     let SweepCollectArguments { folder, to, out, no_provenance } = arguments;
     let (plan, results) = read_for_tables(folder)?;
-    let tables = out.clone().unwrap_or_else(|| folder.join("tables"));
-    create_folder(&tables)?;
-    let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
-    let study = Study { plan: &plan, inputs: Inputs::of([folder.join(FILE)]), board };
-    let own = out.as_ref().unwrap_or(folder);
-    let figures = Figures {
-        all: &plan.common.figures,
-        folder: own.join(FIGURES),
-        page: Some(own.join(report::PAGE)),
-        provenance: !no_provenance,
-    };
-    let counts = study.make(&results, &tables, &formats, &figures)?;
+    let has_names = !plan.common.runs.is_empty();
+    if has_names && out.is_some() {
+        return Err(Failure::BadInput(
+            "--out: the study has runs with names (accepted: none, since what is made of them stands beside their \
+             logs)"
+                .to_owned(),
+        ));
+    }
+    let provenance = !no_provenance;
+    if plan.numbered() > 0 {
+        let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
+        let tables = out.clone().unwrap_or_else(|| folder.join(TABLES));
+        let own = out.as_ref().unwrap_or(folder);
+        let study = Study { plan: &plan, inputs: Inputs::of([folder.join(FILE)]), board };
+        let paths = study.tables_and_figures(&results, &tables, &formats, own, provenance)?;
+        paths.into_iter().try_for_each(|path| say(path.display()))?;
+    }
+    let counts = results.counts();
     board.line(&in_words(&plan, counts));
+    if has_names {
+        let missing: Vec<&str> = (plan.numbered() + 1..)
+            .zip(&plan.common.runs)
+            .filter(|(run, _)| results.state(*run) != State::Logged)
+            .map(|(_, named)| named.name.as_str())
+            .collect();
+        if !missing.is_empty() {
+            board.line(&format!("no tables, figures and claims without {}", missing.join(", ")));
+        } else {
+            #[cfg(feature = "analysis")]
+            named_runs::of_plan(&plan, folder, beside(&plan, folder), provenance, board)?;
+            #[cfg(not(feature = "analysis"))]
+            board.line("nothing is made of runs with names: this program was built without figures");
+        }
+    }
     outcome(counts)
+}
+
+/// Makes tables and figures of the runs of a plan over axes, in its folder, and says what stands there.
+#[cfg(feature = "analysis")]
+pub(crate) fn of_grid(
+    plan: &Plan,
+    folder: &Path,
+    provenance: bool,
+    board: &Board,
+) -> Result<Beside, Failure> {
+    let (_, results) = read_for_tables(folder)?;
+    let study = Study { plan, inputs: Inputs::of([folder.join(FILE)]), board };
+    study.tables_and_figures(&results, &folder.join(TABLES), &[&Csv, &Parquet], folder, provenance)?;
+    Ok(beside(plan, folder))
+}
+
+/// The tables and figures of runs over axes, as they stand beside what is made of runs with names.
+#[cfg(feature = "analysis")]
+fn beside(plan: &Plan, folder: &Path) -> Beside {
+    if plan.numbered() == 0 {
+        return Beside::default();
+    }
+    let of_grid = [RUNS, EventKind::of::<SlipEvent>().table, EventKind::of::<Rupture>().table];
+    let is_of_grid =
+        |path: &PathBuf| path.file_stem().is_some_and(|stem| of_grid.iter().any(|name| stem == *name));
+    let mut files = study_page::tables_in(folder);
+    files.retain(is_of_grid);
+    files.sort();
+    let figures = &plan.common.figures;
+    files.extend(figures.iter().flat_map(|figure| files_of(&folder.join(FIGURES).join(&figure.file))));
+    Beside { figures: figures.iter().map(study_page::shown).collect(), files }
 }
 
 #[cfg(feature = "analysis")]
@@ -78,7 +140,8 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     // The page shows the study's own tables and figures only.
     let page = out.is_none().then(|| folder.join(report::PAGE));
     let figures = Figures { all: &all, folder: to, page, provenance: !no_provenance };
-    let counts = study.make(&results, folder, &[], &figures)?;
+    let (counts, paths) = study.make(&results, folder, &[], &figures)?;
+    paths.into_iter().try_for_each(|path| say(path.display()))?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
 }
@@ -86,24 +149,25 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
 /// The figures in the present version of the sweep's file.
 #[cfg(feature = "analysis")]
 fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
-    let sweep = Sweep::read(path).map_err(Failure::bad_input)?;
+    let study = StudyFile::read(path).map_err(Failure::bad_input)?;
     let keys = &plan.common.keys;
-    if sweep.keys() != *keys {
+    let varied = study.grid.as_ref().map(Grid::keys).unwrap_or_default();
+    if varied != *keys {
         return Err(Failure::BadInput(format!(
-            "--from {}: it varies {} (accepted: a sweep that varies what the plan does, {})",
+            "--from {}: it varies {} (accepted: a study that varies what the plan does, {})",
             path.display(),
-            sweep.keys().join(", "),
+            varied.join(", "),
             keys.join(", ")
         )));
     }
     let lengths = |figure: &&Figure| matches!(figure.kind, asperity_figures::Kind::Lengths { .. });
-    match sweep.figures.iter().find(lengths) {
+    match study.figures.iter().find(lengths) {
         Some(figure) if !plan.common.keep.contains(&Keep::Ruptures) => Err(Failure::BadInput(format!(
             "--from {}: figure.lengths {:?}: the study has kept no ruptures (accepted: figures of other kinds)",
             path.display(),
             figure.file
         ))),
-        _ => Ok(sweep.figures),
+        _ => Ok(study.figures),
     }
 }
 
@@ -133,14 +197,31 @@ struct Figures<'a> {
 }
 
 impl Study<'_> {
-    /// Makes everything, or nothing if something fails, and lists the files.
+    /// Makes the tables and figures that the study asks for; and, unless it has runs with names, which have
+    /// one of their own, the page. Returns the files.
+    fn tables_and_figures(
+        self,
+        results: &Results,
+        tables: &Path,
+        formats: &[&dyn Format],
+        own: &Path,
+        provenance: bool,
+    ) -> Result<Vec<PathBuf>, Failure> {
+        create_folder(tables)?;
+        let page = self.plan.common.runs.is_empty().then(|| own.join(report::PAGE));
+        let all = &self.plan.common.figures;
+        let figures = Figures { all, folder: own.join(FIGURES), page, provenance };
+        self.make(results, tables, formats, &figures).map(|(_, paths)| paths)
+    }
+
+    /// Makes everything, or nothing if something fails. Returns the files.
     fn make(
         self,
         results: &Results,
         tables: &Path,
         formats: &[&dyn Format],
         figures: &Figures<'_>,
-    ) -> Result<Counts, Failure> {
+    ) -> Result<(Counts, Vec<PathBuf>), Failure> {
         let files = FileSet::new(Existing::Replace, self.inputs);
         let mut passing = Passing {
             stages: self.board.stages("tables"),
@@ -161,7 +242,7 @@ impl Study<'_> {
                 let scenario_of = |run: u64| {
                     let row = &self.plan.rows[run as usize - 1];
                     if !is_own {
-                        return self.plan.common.resolve(&row.values);
+                        return self.plan.resolve(row);
                     }
                     self.plan.scenario(row).map(|(scenario, _)| scenario)
                 };
@@ -183,8 +264,7 @@ impl Study<'_> {
         }
         files.publish().map_err(Failure::failed)?;
         paths.sort();
-        paths.into_iter().try_for_each(|path| say(path.display()))?;
-        Ok(counts)
+        Ok((counts, paths))
     }
 }
 

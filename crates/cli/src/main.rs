@@ -12,6 +12,8 @@ mod exit;
 mod export;
 mod interrupt;
 mod man;
+#[cfg(feature = "analysis")]
+mod named_runs;
 mod outputs;
 mod progress;
 mod reading;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
-use asperity_report::{Entry, Figure, Link, Sweep, encoded, files_of_picture, picture};
+use asperity_report::{Entry, Figure, Link, Shown as FigureShown, Sweep, encoded, files_of_picture, picture};
 use asperity_study::results::Counts;
 use asperity_study::{Observer, Plan, RUNS, collect, segment};
 
@@ -107,29 +107,13 @@ pub(crate) fn page(
         (key.clone(), words)
     });
     let figures = shown.figures.iter().map(|figure| {
-        let label = |quantity: &asperity_figures::Quantity| quantity.label.clone();
-        let mut caption = format!("{} against {}", label(&figure.y), label(&figure.x));
-        if let Some(colour) = &figure.colour {
-            caption += &format!("; colour: {}", label(colour));
-        }
-        if let Some(facet) = &figure.facet {
-            caption += &format!("; a panel for each {}", label(facet));
-        }
-        if !figure.title.is_empty() {
-            caption = format!("{}: {caption}", figure.title);
-        }
-        let file = format!("figures/{}", figure.file);
-        Figure {
-            picture: picture(&file, read),
-            path: format!("{}{file}", shown.way),
-            caption: caption + ".",
-            runs: Vec::new(),
-        }
+        let FigureShown { file, caption, runs } = self::shown(figure);
+        Figure { picture: picture(&file, read), path: format!("{}{file}", shown.way), caption, runs }
     });
     let accepted = plan.rows.iter().find(|row| row.refused.is_none());
     Sweep {
         title: plan.common.title.clone(),
-        scenario: accepted.and_then(|row| plan.common.resolve(&row.values).ok()),
+        scenario: accepted.and_then(|row| plan.resolve(row).ok()),
         varied: varied.collect(),
         state: study::in_words(plan, counts),
         columns: rows.columns,
@@ -139,6 +123,22 @@ pub(crate) fn page(
         links: shown.links,
         code_version: shown.provenance.then(|| plan.common.code_version.clone()),
     }
+}
+
+/// A figure of the tables of runs over axes, as a page shows it.
+pub(crate) fn shown(figure: &asperity_figures::Figure) -> FigureShown {
+    let label = |quantity: &asperity_figures::Quantity| quantity.label.clone();
+    let mut caption = format!("{} against {}", label(&figure.y), label(&figure.x));
+    if let Some(colour) = &figure.colour {
+        caption += &format!("; colour: {}", label(colour));
+    }
+    if let Some(facet) = &figure.facet {
+        caption += &format!("; a panel for each {}", label(facet));
+    }
+    if !figure.title.is_empty() {
+        caption = format!("{}: {caption}", figure.title);
+    }
+    FigureShown { file: format!("figures/{}", figure.file), caption: caption + ".", runs: Vec::new() }
 }
 
 /// The links to tables, by their paths.

@@ -18,8 +18,10 @@ use asperity_study::plan::FILE;
 use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
 use asperity_study::segment::{Kind, Writer};
 use asperity_study::stored::reason_kept;
+#[cfg(feature = "analysis")]
+use asperity_study::work::PATIENCE;
 use asperity_study::work::{Made, Ways, make};
-use asperity_study::{Plan, PlanError, Sweep, staging};
+use asperity_study::{Plan, PlanError, Study as StudyFile, staging};
 
 use crate::args::{
     SweepChunk, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments, SweepRunArguments,
@@ -55,7 +57,7 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
             out.display()
         )));
     }
-    let read = Sweep::read(sweep).map_err(Failure::bad_input)?;
+    let read = StudyFile::read(sweep).map_err(Failure::bad_input)?;
     let plan = Plan::of(&read, *skip_refused, *jobs)
         .map_err(|error| Failure::BadInput(format!("{}: {error}", sweep.display())))?;
     create_folder(out)?;
@@ -65,10 +67,8 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
     })?;
     let warned: Vec<_> = plan.rows.iter().filter(|row| !row.warnings.is_empty()).collect();
     for row in warned.iter().take(MOST_WARNED) {
-        let values = plan.common.assignments(&row.values).join(" ");
-        row.warnings
-            .iter()
-            .for_each(|warning| board.line(&format!("run {}, {values}: warning: {warning}", row.run)));
+        let label = plan.label(row.run);
+        row.warnings.iter().for_each(|warning| board.line(&format!("{label}: warning: {warning}")));
     }
     if warned.len() > MOST_WARNED {
         board.line(&format!("and warnings of {} more", runs((warned.len() - MOST_WARNED) as u64)));
@@ -123,6 +123,42 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     outcome_of(&results, counts)
 }
 
+/// The plan of a study in a folder, which is made if there is none.
+#[cfg(feature = "analysis")]
+pub(crate) fn planned(
+    study: &StudyFile,
+    file: &Path,
+    folder: &Path,
+    jobs: Option<NonZeroUsize>,
+) -> Result<Plan, Failure> {
+    let refused_by =
+        |error: &dyn std::fmt::Display| Failure::BadInput(format!("{}: {error}", file.display()));
+    let plan = Plan::of(study, false, jobs).map_err(|error| refused_by(&error))?;
+    if !folder.join(FILE).exists() {
+        create_folder(folder)?;
+        plan.write(folder, Inputs::of([file])).map_err(Failure::failed)?;
+    } else if Plan::read(folder).map_err(Failure::bad_input)?.hash != plan.hash {
+        return Err(Failure::BadInput(format!(
+            "--out {}: it has the plan of another study, or by other code (accepted: another folder)",
+            folder.display()
+        )));
+    }
+    Ok(plan)
+}
+
+/// Makes the runs over axes of a plan that are not made yet; `collect` says which have failed.
+#[cfg(feature = "analysis")]
+pub(crate) fn make_numbered(
+    plan: &Plan,
+    folder: &Path,
+    jobs: Option<NonZeroUsize>,
+    board: &Board,
+) -> Result<(), Failure> {
+    let results = Results::read(folder, plan).map_err(|error| unreadable(folder, &error))?;
+    let wanted = Wanted { jobs, max_fails: None, patience_s: PATIENCE.as_secs_f64() };
+    make_chosen(plan, folder, results, &|run| *run <= plan.numbered(), &wanted, board).map(drop)
+}
+
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     let SweepRunArguments { folder, index, chunk, jobs, max_fails, patience_s, .. } = arguments;
     let (plan, results) = read(folder)?;
@@ -138,6 +174,27 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         chosen.as_ref().is_none_or(|chosen| chosen.contains(run))
             && chunk.is_none_or(|SweepChunk { part, of }| run % of == part % of)
     };
+    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: *patience_s };
+    let results = make_chosen(&plan, folder, results, &is_chosen, &wanted, board)?;
+    made(&plan, &results, results.counts_of(is_chosen), board)
+}
+
+/// How runs are made.
+struct Wanted {
+    jobs: Option<NonZeroUsize>,
+    max_fails: Option<u64>,
+    patience_s: f64,
+}
+
+/// Makes the chosen runs that are missing. Returns all results.
+fn make_chosen(
+    plan: &Plan,
+    folder: &Path,
+    results: Results,
+    is_chosen: &dyn Fn(&u64) -> bool,
+    wanted: &Wanted,
+    board: &Board,
+) -> Result<Results, Failure> {
     clear_done(folder, &results)?;
     let queue: VecDeque<(u64, u32)> = results
         .missing()
@@ -148,16 +205,16 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         })
         .collect();
     if queue.is_empty() {
-        return made(&plan, &results, results.counts_of(is_chosen), board);
+        return Ok(results);
     }
     interrupt::install()?;
-    let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let jobs = wanted.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let jobs = jobs.min(queue.len());
     let study = Study {
-        plan: &plan,
+        plan,
         folder,
-        patience_s: *patience_s,
-        max_fails: *max_fails,
+        patience_s: wanted.patience_s,
+        max_fails: wanted.max_fails,
         shared: Mutex::new(Shared {
             progress: board.study(queue.len() as u64),
             queue,
@@ -194,9 +251,9 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     if let Some(problem) = shared.problem {
         return Err(Failure::Failed(problem));
     }
-    let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
+    let results = Results::read(folder, plan).map_err(|error| unreadable(folder, &error))?;
     clear_done(folder, &results)?;
-    made(&plan, &results, results.counts_of(is_chosen), board)
+    Ok(results)
 }
 
 /// Prints the state after runs were made, of which some were requested.
@@ -401,8 +458,7 @@ impl Study<'_> {
     }
 
     fn tell(&self, run: u64, what: &str) {
-        let values = self.plan.common.assignments(&self.plan.rows[run as usize - 1].values).join(" ");
-        self.board.line(&format!("run {run}, {values}: {what}"));
+        self.board.line(&format!("{}: {what}", self.plan.label(run)));
     }
 
     fn failed(&self, shared: &mut Shared) {
@@ -438,7 +494,11 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
         let row = (run as usize).checked_sub(1).and_then(|index| plan.rows.get(index));
         let row = row.ok_or_else(|| Failure::Failed(format!("there is no run {run}")))?;
         let (kind, content, said) = match make(&plan, row, ways).map_err(Failure::Failed)? {
-            Made::Done { content, events } => (Kind::Done, content, format!("done {events}")),
+            Made::Done { content: Some(content), events } => (Kind::Done, content, format!("done {events}")),
+            Made::Done { content: None, events } => {
+                say(format_args!("done {events}"))?;
+                continue;
+            }
             Made::Failed(reason) => {
                 let said = format!("failed {}", reason.replace('\n', " "));
                 (Kind::Failed, reason_kept(&reason).as_bytes().to_vec(), said)

@@ -14,7 +14,7 @@ use crate::args::VerifySolverArguments;
 use crate::exit::Failure;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
-use crate::reproduce::read_pipeline;
+use crate::reproduce::read_study;
 use crate::terminal;
 
 /// Default folder of known near ties.
@@ -27,7 +27,7 @@ struct Outcome {
 }
 
 pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Result<(), Failure> {
-    let (_, mut jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
+    let (_, mut jobs) = read_study(&arguments.pipeline, &arguments.set)?;
     if let Some(unknown) = arguments.only.iter().find(|only| jobs.iter().all(|job| job.name != **only)) {
         let known: Vec<&str> = jobs.iter().map(|job| job.name.as_str()).collect();
         return Err(Failure::BadInput(format!(

@@ -59,9 +59,10 @@ use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::spec::{self, Family, Lengths, PhaseMap};
 use crate::spelling::spelled;
 pub use error::FigureError;
-use kind::{AnyFigure, AnyPart, Parts};
+use kind::{AnyFigure, AnyPart, Figure, Parts};
 use plot::{Sheet, Told};
 use print::about::{About, Origins};
 pub use print::files_of;
@@ -69,10 +70,15 @@ use text::plain;
 
 macro_rules! kinds {
     ($($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
-        /// The figures of a pipeline, by kind.
+        /// The figures of a study, by kind: those of single runs, and those of the tables of runs over
+        /// axes.
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Figures {
+            #[serde(default, rename = "phase-map")]
+            phase_map: Vec<PhaseMap>,
+            #[serde(default)]
+            family: Vec<Family>,
             $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
         }
 
@@ -82,7 +88,8 @@ macro_rules! kinds {
                 let mut all: Vec<(&'static str, &dyn AnyFigure)> = Vec::new();
                 $({
                     let what = concat!($($doc),*).trim_ascii();
-                    all.extend(self.$field.iter().map(|figure| (what, figure as &dyn AnyFigure)));
+                    let of_runs = self.$field.iter().filter(|figure| Figure::is_of_runs(*figure));
+                    all.extend(of_runs.map(|figure| (what, figure as &dyn AnyFigure)));
                 })*
                 all
             }
@@ -100,7 +107,7 @@ kinds! {
     /// Initial shear profiles.
     "initial-shear" initial_shear: initial_shear::InitialShear,
     /// Lengths of precursors, and the load at which each begins.
-    "lengths" lengths: lengths::Lengths,
+    "lengths" lengths: Lengths,
     /// Load against time.
     "load" load: load::Load,
     /// Normal load and driving force against time.
@@ -159,6 +166,20 @@ kinds! {
 }
 
 impl Figures {
+    /// Checks that each is made either of single runs or of the tables of runs over axes.
+    ///
+    /// # Errors
+    /// In words, with kind and file of the figure, and what is accepted.
+    pub fn check(&self) -> Result<(), String> {
+        self.lengths.iter().try_for_each(Lengths::check)
+    }
+
+    /// Those of the tables of runs over axes.
+    pub fn of_tables(&self) -> spec::Figures {
+        let lengths = self.lengths.iter().filter(|lengths| !lengths.is_of_runs()).cloned().collect();
+        spec::Figures { phase_map: self.phase_map.clone(), family: self.family.clone(), lengths }
+    }
+
     /// The runs that the figures are made of.
     pub fn runs(&self) -> impl Iterator<Item = &str> {
         self.all().into_iter().flat_map(|(_, figure)| figure.runs())
@@ -312,7 +333,7 @@ pub fn draw_overview(
     let law = run.plan.elastic.has_theory().then(|| LengthLaw::natural(&run.scenario));
     let figures = Figures {
         load: vec![load::Load::of_run(OVERVIEW[0], &run.name)],
-        lengths: vec![lengths::Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],
+        lengths: vec![Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],
         ..Figures::default()
     };
     Gathering::begin(&figures, folder.to_owned(), provenance).run(run, files).map(drop)

@@ -95,7 +95,7 @@ pub use load::LoadCourse;
 pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
-pub use resolve::{ResolveError, resolve};
+pub use resolve::{ResolveError, find, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;

@@ -23,25 +23,42 @@ use crate::{builtin, contradictions, defaults, law_keys, profile, random_offsets
 /// If there is neither a built-in scenario nor a readable file of that name; or everything that is
 /// wrong with the scenario, each with its place.
 pub fn resolve<T: AsRef<str>>(name: impl AsRef<Path>, overrides: &[T]) -> Result<Scenario, ResolveError> {
-    let path = name.as_ref();
     // A path need not be UTF-8; messages are.
-    let name = &*path.to_string_lossy();
-    let source = match path.to_str().and_then(builtin::find) {
-        Some(text) => ScenarioSource::new(format!("built-in {name}"), text),
-        None => match text::read(path) {
-            Ok(text) => ScenarioSource::new(name, text),
-            Err(source) => return Err(ResolveError::Unknown { name: name.to_owned(), source }),
-        },
-    };
-    let source =
-        overrides.iter().fold(source, |source, assignment| source.with_override(assignment.as_ref()));
-    Scenario::resolve(&source).map_err(|mut errors| {
-        // Defaults have no place in a text, but what they contradict comes from this scenario.
-        for error in errors.0.iter_mut().filter(|error| error.place.is_none()) {
-            error.place = Some(name.to_owned());
-        }
-        ResolveError::Scenario(errors)
-    })
+    let text = find(name.as_ref())?;
+    let name = name.as_ref().to_string_lossy();
+    let origin = if builtin::find(&name).is_some() { format!("built-in {name}") } else { name.to_string() };
+    let source = ScenarioSource::new(origin, text);
+    Ok(source.resolve(&name, overrides)?)
+}
+
+/// The text of a built-in scenario, or of a file, by its name.
+///
+/// # Errors
+/// If there is neither a built-in scenario nor a readable file of that name.
+pub fn find(name: &Path) -> Result<String, ResolveError> {
+    match name.to_str().and_then(builtin::find) {
+        Some(text) => Ok(text.to_owned()),
+        None => text::read(name)
+            .map_err(|source| ResolveError::Unknown { name: name.to_string_lossy().into_owned(), source }),
+    }
+}
+
+impl ScenarioSource {
+    /// Resolves it with overrides of the form `key=value`, later ones over earlier ones.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its place; where that is in no text, with `name`.
+    pub fn resolve<T: AsRef<str>>(self, name: &str, overrides: &[T]) -> Result<Scenario, ScenarioErrors> {
+        let source =
+            overrides.iter().fold(self, |source, assignment| source.with_override(assignment.as_ref()));
+        Scenario::resolve(&source).map_err(|mut errors| {
+            // Defaults have no place in a text, but what they contradict comes from this scenario.
+            for error in errors.0.iter_mut().filter(|error| error.place.is_none()) {
+                error.place = Some(name.to_owned());
+            }
+            errors
+        })
+    }
 }
 
 /// Reasons why a name gives no scenario.

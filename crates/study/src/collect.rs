@@ -126,7 +126,7 @@ pub fn collect(
         of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
     }
     let mut words = Words::default();
-    for row in &plan.rows {
+    for row in &plan.rows[..plan.numbered() as usize] {
         let state = results.state(row.run);
         let common = common_cells(row, &common_columns, &mut words);
         let opened = |place| {
@@ -160,7 +160,7 @@ pub fn collect(
                 reason_of = reason(opened(place)?).map_err(|problem| stray(place, problem))?;
             }
             State::Quarantined => "its process died again and again".clone_into(&mut reason_of),
-            State::Missing(_) | State::Refused | State::Contradicted => {}
+            State::Missing(_) | State::Refused | State::Contradicted | State::Logged => {}
         }
         cells.extend([
             Cell::Word(state.word()),

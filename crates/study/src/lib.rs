@@ -1,16 +1,16 @@
 //! Parameter studies: many runs of one scenario, on one machine or many, and their tables.
 //!
 //! ```text
-//! sweep (TOML) -> plan -> results in segments, by any number of workers -> tables
+//! study (TOML) -> plan -> results, by any number of workers -> tables, figures, claims
 //! ```
 //!
 //! The runs, and what they vary:
 //!
 //! ```
-//! use asperity_study::{Plan, Sweep};
+//! use asperity_study::{Plan, Study};
 //!
 //! # let folder = tempfile::tempdir()?;
-//! # let path = folder.path().join("sweep.toml");
+//! # let path = folder.path().join("study.toml");
 //! let text = "
 //! title = 'Tilts'
 //! scenario = 'default'
@@ -21,7 +21,7 @@
 //! count = 3
 //! ";
 //! # std::fs::write(&path, text)?;
-//! let plan = Plan::of(&Sweep::read(&path)?, false, None)?;
+//! let plan = Plan::of(&Study::read(&path)?, false, None)?;
 //! assert_eq!(plan.rows.len(), 3);
 //! assert_eq!(plan.common.assignments(&plan.rows[2].values), ["normal_load.tilt=0.5"]);
 //! let (scenario, _) = plan.scenario(&plan.rows[2])?;
@@ -31,12 +31,12 @@
 //!
 //! In reading order:
 //!
-//! - [`axis`]: what varies; [`Sweep`]: the file that defines it.
+//! - [`axis`]: what varies; [`runs`]: the runs that have names; [`Study`]: the file that has both.
 //! - [`Plan`]: every run with its values and its id; never changed once made.
-//! - [`work`]: makes one run and packs its result; [`staging`]: unfinished logs of long runs.
+//! - [`work`]: makes one run; [`staging`]: unfinished logs of long runs.
 //! - [`stored`]: the packed result of a run; [`segment`]: the file of a worker's results;
-//!   [`Results`]: all results, and contradictions among them or with the plan.
-//! - [`collect()`]: the tables.
+//!   [`Results`]: all results, run logs included, and contradictions among them or with the plan.
+//! - [`collect()`]: the tables of runs over axes.
 //! - [`emit`]: scripts for clusters.
 //!
 //! The tables depend on the plan alone: not on the order of the runs, the number of workers, or how
@@ -47,6 +47,7 @@ mod collect;
 pub mod emit;
 #[cfg(feature = "analysis")]
 mod error;
+mod file;
 mod lines;
 #[cfg(feature = "analysis")]
 pub mod parameter_table;
@@ -60,12 +61,11 @@ pub mod reduction;
 #[cfg(feature = "analysis")]
 pub mod reference;
 pub mod results;
-#[cfg(feature = "analysis")]
 pub mod runs;
 pub mod segment;
 pub mod staging;
 pub mod stored;
-mod sweep;
+mod study;
 pub mod work;
 
 pub use collect::{CollectError, Observer, RUNS, collect};
@@ -73,4 +73,4 @@ pub use collect::{CollectError, Observer, RUNS, collect};
 pub use error::StudyError;
 pub use plan::{Plan, PlanError};
 pub use results::Results;
-pub use sweep::{Keep, Sweep, SweepError};
+pub use study::{Grid, Keep, Study, StudyFileError};

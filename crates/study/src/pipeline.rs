@@ -1,4 +1,4 @@
-//! The TOML that says what to run, reduce and draw.
+//! What a study makes of its runs that have names: tables, figures and claims.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -8,68 +8,40 @@ use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::wants::Wants;
-use asperity_record::bounds::check_toml;
 use asperity_report::{Contents, Shown};
 use asperity_tables::tables::FirstGlobalSlip;
 use asperity_tables::{summaries, table_file, tables};
-use schemars::JsonSchema;
-use serde::Deserialize;
 
+use crate::file::{File, PrecursorSpec};
 use crate::parameter_table::Study;
-use crate::runs::{Ensemble, RunSpec, SpellOut};
 
-/// A pipeline, as written.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+/// Tables, figures and claims of runs.
+#[derive(Debug, Clone)]
 pub struct Pipeline {
     /// What it reproduces, for headings.
     pub title: String,
-    /// The runs, those of ensembles included.
-    #[serde(default)]
-    pub run: Vec<RunSpec>,
-    /// Runs that differ in one key.
-    #[serde(default)]
-    pub ensemble: Vec<Ensemble>,
+    /// The names of its runs.
+    pub runs: Vec<String>,
     /// Runs whose first global slips are set side by side in a table.
-    #[serde(default)]
     pub first_global_slips: Vec<String>,
     /// The precursor tables, one per run and length law.
-    #[serde(default)]
     pub precursors: Vec<PrecursorSpec>,
     /// The tables of numbers against a parameter.
-    #[serde(default)]
     pub study: Vec<Study>,
     /// The figures, by kind.
-    #[serde(default)]
     pub figure: Figures,
     /// The claims.
-    #[serde(default)]
     pub claim: Vec<ClaimSpec>,
-}
-
-/// A run whose precursors are compared with a length law.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PrecursorSpec {
-    /// The run.
-    pub run: String,
-    /// The law.
-    pub law: LengthLaw,
-    /// Which events to merge and drop; by default none.
-    #[serde(default)]
-    pub rules: PrecursorRules,
-}
-
-impl PrecursorSpec {
-    /// The name of its table.
-    pub(crate) fn table(&self) -> String {
-        table_of(&self.run, &format!("precursors-{}", self.law.file_word()))
-    }
 }
 
 /// The name of a table of one run.
 pub(crate) fn table_of(run: &str, what: &str) -> String {
     format!("{run}.{what}")
+}
+
+/// The name of the table of precursors beside a law.
+pub(crate) fn precursor_table(spec: &PrecursorSpec) -> String {
+    table_of(&spec.run, &format!("precursors-{}", spec.law.file_word()))
 }
 
 /// The name of a table of several.
@@ -88,48 +60,45 @@ pub(crate) const CLAIMS: &str = "claims";
 pub(crate) const CLAIMS_PAGE: &str = "claims.md";
 
 impl Pipeline {
-    /// Parses a pipeline and checks that it speaks of no run that it does not have.
+    /// Parses the text of a study, and checks that it speaks of no run that it does not have.
     ///
     /// # Errors
     /// In words, with line and column where the TOML is at fault.
     pub fn parse(text: &str) -> Result<Pipeline, String> {
-        check_toml(text).map_err(|too_long| too_long.to_string())?;
-        let mut pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
-        pipeline.spell_out_ensembles()?;
-        if pipeline.run.is_empty() {
-            return Err("there are no runs (accepted: [[run]] or [[ensemble]])".to_owned());
-        }
-        let mut names = BTreeSet::new();
-        for run in &pipeline.run {
-            if !names.insert(run.name.as_str()) {
-                return Err(format!("two runs are called {}", run.name));
-            }
-            let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-            if run.name.is_empty() || !run.name.chars().all(plain) {
-                return Err(format!(
-                    "run name {:?} is no file name (accepted: letters, digits, - and _)",
-                    run.name
-                ));
-            }
-        }
-        let spoken_of = pipeline
+        Pipeline::of(File::parse(text)?)
+    }
+
+    /// What a file asks for.
+    pub(crate) fn of(file: File) -> Result<Pipeline, String> {
+        let of_tables = file.figure.of_tables();
+        let runs = file.run.iter().map(|run| run.name.clone()).collect();
+        let File { title, first_global_slips, precursors, study, figure, claim, .. } = file;
+        let pipeline = Pipeline { title, runs, first_global_slips, precursors, study, figure, claim };
+        pipeline.check(&of_tables)?;
+        Ok(pipeline)
+    }
+
+    fn check(&self, of_tables: &asperity_figures::Figures) -> Result<(), String> {
+        let names: BTreeSet<&str> = self.runs.iter().map(String::as_str).collect();
+        let spoken_of = self
             .precursors
             .iter()
             .map(|spec| spec.run.as_str())
-            .chain(pipeline.first_global_slips.iter().map(String::as_str))
-            .chain(pipeline.claim.iter().flat_map(ClaimSpec::runs))
-            .chain(pipeline.study.iter().flat_map(|study| study.runs.iter().map(String::as_str)))
-            .chain(pipeline.figure.runs());
+            .chain(self.first_global_slips.iter().map(String::as_str))
+            .chain(self.claim.iter().flat_map(ClaimSpec::runs))
+            .chain(self.study.iter().flat_map(|study| study.runs.iter().map(String::as_str)))
+            .chain(self.figure.runs());
         for run in spoken_of {
             if !names.contains(run) {
                 let known: Vec<&str> = names.into_iter().collect();
                 return Err(format!("there is no run {run} (accepted: {})", known.join(", ")));
             }
         }
+        self.figure.check()?;
         // Files that it names are written into the folder that it is given, and nowhere else.
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
-        for (what, name) in (pipeline.study.iter().map(|study| ("study name", study.name.as_str())))
-            .chain(pipeline.figure.files().map(|file| ("figure file", file)))
+        for (what, name) in (self.study.iter().map(|study| ("study name", study.name.as_str())))
+            .chain(self.figure.files().map(|file| ("figure file", file)))
         {
             if name.is_empty() || name.starts_with('.') || !name.chars().all(plain) {
                 return Err(format!(
@@ -137,53 +106,43 @@ impl Pipeline {
                 ));
             }
         }
-        if let Some(file) = pipeline.figure.files().find(|file| !file.ends_with(".png")) {
+        if let Some(file) = self.figure.files().find(|file| !file.ends_with(".png")) {
             return Err(format!(
                 "figure file {file:?} does not end in .png (accepted: NAME.png, beside which NAME.svg and NAME.pdf stand)"
             ));
         }
         // None takes the place of another.
-        let tables = pipeline.tables();
+        let tables = self.tables();
         let tables = tables.iter().map(|table| ("table", table.as_str()));
+        let figures = self.figure.files().chain(of_tables.files());
         let mut written = BTreeSet::new();
-        for file in tables.chain(pipeline.figure.files().map(|file| ("figure file", file))) {
+        for file in tables.chain(figures.map(|file| ("figure file", file))) {
             if !written.insert(file) {
                 let (what, name) = file;
                 return Err(format!("{what} {name:?} would be written twice (accepted: different names)"));
             }
         }
-        for spec in &pipeline.precursors {
+        for spec in &self.precursors {
             spec.rules.check().map_err(|error| format!("precursors of {}: {error}", spec.run))?;
         }
-        for claim in &pipeline.claim {
+        for claim in &self.claim {
             claim.check().map_err(|error| format!("claim about {}: {error}", claim.about))?;
         }
-        Ok(pipeline)
-    }
-
-    /// Puts the runs of ensembles beside the others, and wherever an ensemble is named.
-    fn spell_out_ensembles(&mut self) -> Result<(), String> {
-        let mut spell_out = SpellOut::new(&self.ensemble)?;
-        spell_out.add_runs(&mut self.run)?;
-        let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
-            .chain(self.study.iter_mut().map(|study| &mut study.runs))
-            .chain(self.figure.lists_mut())
-            .chain([&mut self.first_global_slips]);
-        lists.try_for_each(|names| spell_out.replace_in(names))
+        Ok(())
     }
 
     /// The laws with which the precursors of a run are compared.
-    fn laws_of(&self, run: &RunSpec) -> impl Iterator<Item = (LengthLaw, PrecursorRules)> {
-        let of_run = self.precursors.iter().filter(|spec| spec.run == run.name);
+    fn laws_of(&self, run: &str) -> impl Iterator<Item = (LengthLaw, PrecursorRules)> {
+        let of_run = self.precursors.iter().filter(move |spec| spec.run == run);
         of_run.map(|spec| (spec.law, spec.rules))
     }
 
     /// The names of its tables, without their endings.
     fn tables(&self) -> Vec<String> {
-        let of_runs = self.run.iter().flat_map(|run| {
+        let of_runs = self.runs.iter().flat_map(|run| {
             let precursors = self.laws_of(run).next().map(|_| tables::PRECURSOR_RUPTURES);
             let names = [Some(tables::RUPTURES), precursors, Some("events"), Some("load")];
-            names.into_iter().flatten().map(|what| table_of(&run.name, what))
+            names.into_iter().flatten().map(|what| table_of(run, what))
         });
         let singles = [
             (!self.precursors.is_empty(), RESIDUALS),
@@ -191,7 +150,7 @@ impl Pipeline {
             (!self.claim.is_empty(), CLAIMS),
         ];
         of_runs
-            .chain(self.precursors.iter().map(PrecursorSpec::table))
+            .chain(self.precursors.iter().map(precursor_table))
             .chain(self.study.iter().map(study_table))
             .chain(singles.into_iter().filter(|(there, _)| *there).map(|(_, name)| name.to_owned()))
             .collect()
@@ -204,7 +163,7 @@ impl Pipeline {
             self.tables().iter().flat_map(|name| table_file::paths(&tables, name)).collect();
         outputs.extend((!self.claim.is_empty()).then(|| tables.join(CLAIMS_PAGE)));
         outputs.push(tables.join(summaries::TABLE));
-        outputs.extend(self.run.iter().map(|run| tables.join(table_of(&run.name, summaries::JSON))));
+        outputs.extend(self.runs.iter().map(|run| tables.join(table_of(run, summaries::JSON))));
         outputs.extend(self.figure.files().flat_map(|file| files_of(&figures.join(file))));
         outputs.push(out.join(REPORT));
         outputs
@@ -214,7 +173,7 @@ impl Pipeline {
     pub(crate) fn contents(&self, captions: &BTreeMap<String, String>) -> Contents {
         let shown = |(file, of): (&str, Vec<&str>)| {
             // In the order of the pipeline.
-            let runs = self.run.iter().map(|run| &run.name).filter(|name| of.contains(&name.as_str()));
+            let runs = self.runs.iter().filter(|name| of.contains(&name.as_str()));
             Shown {
                 file: format!("figures/{file}"),
                 caption: captions.get(file).cloned().unwrap_or_default(),

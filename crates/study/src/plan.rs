@@ -1,4 +1,4 @@
-//! The plan of a sweep: made once, and never changed.
+//! The plan of a study: made once, and never changed.
 //!
 //! A plan is a file of JSON lines: what all runs share, a line per run, and finally a BLAKE3 hash
 //! of it all, which detects edits. It is read line by line, and every value is checked against its
@@ -19,8 +19,10 @@ use asperity_run::{CODE_VERSION, Task, at_once};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{MOST_RUNS, Value, check_value, key_of, names};
+use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
-use crate::sweep::{Keep, Sweep};
+use crate::runs::Named;
+use crate::study::{Grid, Study};
 
 /// The file name of a plan.
 pub const FILE: &str = "plan.ndjson";
@@ -43,15 +45,15 @@ const ID_LENGTH: usize = 64;
 #[serde(deny_unknown_fields)]
 pub struct Common {
     format: u32,
-    /// The title of the sweep.
+    /// The title of the study.
     pub title: String,
-    /// The scenario's name or path when the plan was made.
+    /// The name or path, when the plan was made, of the scenario that the axes vary.
     pub scenario: String,
-    /// The scenario's text at that time, which is used.
+    /// The text of that scenario at that time, which is used.
     pub scenario_toml: String,
-    /// Overrides in all runs.
+    /// Overrides in all runs over the axes.
     pub set: Vec<String>,
-    /// What is stored of each run.
+    /// What is stored of each run over the axes.
     pub keep: Vec<Keep>,
     /// The keys that vary.
     pub keys: Vec<String>,
@@ -62,6 +64,12 @@ pub struct Common {
     /// The figures of its tables.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<Figure>,
+    /// The runs that have names, which are the last rows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub runs: Vec<Named>,
+    /// The text of the study, where it asks for more than the tables of runs over axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub study_toml: Option<String>,
 }
 
 /// A run of a plan.
@@ -70,7 +78,7 @@ pub struct Common {
 pub struct Row {
     /// Its number, from 1.
     pub run: u64,
-    /// The values of the keys that vary.
+    /// The values of the keys that vary; none of a run that has a name.
     pub values: Vec<Value>,
     /// Its id in logs: a hash of scenario, record schema and code.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -130,42 +138,47 @@ const FILE_KEY: &str = "profile_csv";
 const MOST_TOLD: usize = 5;
 
 impl Plan {
-    /// Plans a sweep, on several threads. Combinations that the scenario refuses are an error, or
-    /// recorded as refused with `skip_refused`.
+    /// Plans a study, on several threads. Combinations that the scenario refuses are an error, or
+    /// recorded as refused with `skip_refused`; runs that have names are not left out.
     ///
     /// # Errors
-    /// If the scenario refuses combinations, or all of them.
-    pub fn of(sweep: &Sweep, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, PlanError> {
+    /// If a scenario refuses combinations, or all of them, or a run that has a name.
+    pub fn of(study: &Study, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, PlanError> {
+        let grid = study.grid.as_ref();
+        let of_grid = |value: fn(&Grid) -> &String| grid.map(value).cloned().unwrap_or_default();
         let common = Common {
             format: FORMAT,
-            title: sweep.title.clone(),
-            scenario: sweep.scenario.clone(),
-            scenario_toml: sweep.scenario_toml.clone(),
-            set: sweep.set.clone(),
-            keep: sweep.keep.clone(),
-            keys: sweep.keys(),
+            title: study.title.clone(),
+            scenario: of_grid(|grid| &grid.scenario),
+            scenario_toml: of_grid(|grid| &grid.scenario_toml),
+            set: grid.map(|grid| grid.set.clone()).unwrap_or_default(),
+            keep: grid.map(|grid| grid.keep.clone()).unwrap_or_default(),
+            keys: grid.map(Grid::keys).unwrap_or_default(),
             record_schema_version: RECORD_SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
-            figures: sweep.figures.clone(),
+            figures: study.figures.clone(),
+            runs: study.runs.clone(),
+            study_toml: study.is_more_than_tables().then(|| study.text.clone()),
         };
-        let numbers: Vec<u64> = (0..sweep.count()).collect();
-        let rows = at_once(&numbers, jobs, |number| {
-            let values = sweep.values(*number);
-            let run = number + 1;
-            Ok::<_, PlanError>(match common.resolve(&values) {
-                Ok(scenario) => Row {
-                    run,
-                    values,
-                    id: Some(Task::new(&scenario).header().run_id),
-                    refused: None,
-                    warnings: scenario.warnings(),
-                },
-                Err(reason) => Row { run, values, id: None, refused: Some(reason), warnings: Vec::new() },
-            })
+        let numbers: Vec<u64> = (0..study.count()).collect();
+        let mut rows = at_once(&numbers, jobs, |number| {
+            let values = grid.map(|grid| grid.values(*number)).unwrap_or_default();
+            let resolved = common.resolve(&values);
+            Ok::<_, PlanError>(Row::of(number + 1, values, resolved))
         })?;
+        let first = rows.len() as u64 + 1;
+        let numbers: Vec<u64> = (0..study.runs.len() as u64).collect();
+        rows.extend(at_once(&numbers, jobs, |number| {
+            let resolved = study.runs[*number as usize].resolve();
+            match resolved {
+                Ok(_) => Ok(Row::of(first + number, Vec::new(), resolved)),
+                Err(problem) => Err(PlanError::Refused { problem }),
+            }
+        })?);
         let refused: Vec<&Row> = rows.iter().filter(|row| row.refused.is_some()).collect();
-        if !refused.is_empty() && (!skip_refused || refused.len() == rows.len()) {
-            let mut problem = format!("{} of {} runs are refused", refused.len(), rows.len());
+        let all = refused.len() == rows.len() - study.runs.len();
+        if !refused.is_empty() && (!skip_refused || all) {
+            let mut problem = format!("{} of {} runs are refused", refused.len(), study.count());
             for row in refused.iter().take(MOST_TOLD) {
                 let values = common.assignments(&row.values).join(" ");
                 let reason = row.refused.as_deref().unwrap_or_default();
@@ -183,7 +196,8 @@ impl Plan {
         for (n, line) in text.lines().enumerate() {
             let longest_bytes = if n == 0 { LONGEST_COMMON_BYTES } else { LONGEST_ROW_BYTES };
             if line.len() > longest_bytes {
-                let what = if n == 0 { "the scenario and its sweep".to_owned() } else { format!("run {n}") };
+                let what =
+                    if n == 0 { "the scenarios and their study".to_owned() } else { format!("run {n}") };
                 let problem =
                     format!("{what}: {} bytes in a plan (accepted: up to {longest_bytes})", line.len());
                 return Err(PlanError::Refused { problem });
@@ -252,12 +266,30 @@ impl Plan {
         match (problem, common) {
             (Some(problem), _) => Err(problem),
             (None, Some(common)) if json(&end).trim_end() == last => {
-                Ok(Plan { common, rows, hash: end.blake3 })
+                let plan = Plan { common, rows, hash: end.blake3 };
+                plan.check_rows().map(|()| plan)
             }
             (None, Some(_)) => {
                 Err(format!("{last} behind {} runs (accepted: {})", end.rows, json(&end).trim_end()))
             }
             (None, None) => Err(edited(String::new())),
+        }
+    }
+
+    /// Checks that the last rows, and no others, are of the runs that have names.
+    fn check_rows(&self) -> Result<(), String> {
+        let is_right = |row: &Row| row.values.is_empty() == self.named(row.run).is_some();
+        match self.rows.iter().find(|row| !is_right(row)) {
+            None if self.rows.len() >= self.common.runs.len() => Ok(()),
+            None => Err(format!("{} runs (accepted: {} or more)", self.rows.len(), self.common.runs.len())),
+            Some(row) => Err(format!(
+                "line {}: run {} has {} values (accepted: {}, behind which the {} runs with names stand)",
+                row.run + 1,
+                row.run,
+                row.values.len(),
+                if row.values.is_empty() { self.common.keys.len() } else { 0 },
+                self.common.runs.len()
+            )),
         }
     }
 
@@ -286,10 +318,11 @@ impl Plan {
     /// # Errors
     /// If an id is wrong.
     pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
-        let Common { code_version, scenario_toml, set, keys, .. } = &self.common;
+        let Common { code_version, scenario_toml, set, keys, runs, .. } = &self.common;
         let names_file = |text: &String| text.contains(FILE_KEY);
-        if code_version != CODE_VERSION || [scenario_toml].into_iter().chain(set).chain(keys).any(names_file)
-        {
+        let of_runs = runs.iter().flat_map(|run| [&run.scenario_toml].into_iter().chain(&run.set));
+        let texts = [scenario_toml].into_iter().chain(set).chain(keys).chain(of_runs);
+        if code_version != CODE_VERSION || texts.into_iter().any(names_file) {
             return Ok(());
         }
         let check = |row: &Row| match row.id.is_some() && self.scenario(row).is_err() {
@@ -306,13 +339,43 @@ impl Plan {
         at_once(&self.rows, None, check).map(drop)
     }
 
+    /// The number of runs over axes; the rows after them have names.
+    pub fn numbered(&self) -> u64 {
+        self.rows.len().saturating_sub(self.common.runs.len()) as u64
+    }
+
+    /// The run of that number, if it has a name.
+    pub fn named(&self, run: u64) -> Option<&Named> {
+        let index = run.checked_sub(self.numbered() + 1)?;
+        self.common.runs.get(usize::try_from(index).ok()?)
+    }
+
+    /// What messages call a run: its name, or its number and values.
+    pub fn label(&self, run: u64) -> String {
+        match self.named(run) {
+            Some(named) => format!("run {}", named.name),
+            None => {
+                let values = self.common.assignments(&self.rows[run as usize - 1].values).join(" ");
+                format!("run {run}, {values}")
+            }
+        }
+    }
+
+    /// The scenario of a run, resolved by this program.
+    ///
+    /// # Errors
+    /// If it is refused.
+    pub fn resolve(&self, row: &Row) -> Result<Scenario, String> {
+        self.named(row.run).map_or_else(|| self.common.resolve(&row.values), Named::resolve)
+    }
+
     /// The scenario and the header of a run.
     ///
     /// # Errors
     /// If they are not those planned, for example because a file that the scenario names has
     /// changed.
     pub fn scenario(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
-        let scenario = self.common.resolve(&row.values)?;
+        let scenario = self.resolve(row)?;
         let header = Task::new(&scenario).header();
         match &row.id {
             Some(planned) if *planned == header.run_id => Ok((scenario, header)),
@@ -343,14 +406,26 @@ impl Reading {
                 self.keys = keys;
                 self.common = Some(common);
             }),
-            (None, Some(_)) => Row::parse(line, number - 1, &self.keys).map(|row| self.rows.push(row)),
+            (None, Some(common)) => {
+                let row = Row::parse(line, number - 1, &self.keys, !common.runs.is_empty());
+                row.map(|row| self.rows.push(row))
+            }
         };
         self.problem = taken.err().map(|problem| format!("line {number}: {problem}"));
     }
 }
 
 impl Row {
-    fn parse(line: &str, run: u64, keys: &[&'static Key]) -> Result<Row, String> {
+    /// A run with the scenario that was resolved for it, or the reason why it is refused.
+    fn of(run: u64, values: Vec<Value>, resolved: Result<Scenario, String>) -> Row {
+        let (id, refused, warnings) = match resolved {
+            Ok(scenario) => (Some(Task::new(&scenario).header().run_id), None, scenario.warnings()),
+            Err(reason) => (None, Some(reason), Vec::new()),
+        };
+        Row { run, values, id, refused, warnings }
+    }
+
+    fn parse(line: &str, run: u64, keys: &[&'static Key], has_names: bool) -> Result<Row, String> {
         if run > MOST_RUNS {
             return Err(format!("run {run} (accepted: up to {MOST_RUNS} runs)"));
         }
@@ -363,7 +438,7 @@ impl Row {
                 row.run
             ));
         }
-        if row.values.len() != keys.len() {
+        if row.values.len() != keys.len() && !(has_names && row.values.is_empty()) {
             let (count, names) = (row.values.len(), names(keys));
             return Err(format!("values: {count} of them (accepted: {}, of {names})", keys.len()));
         }
@@ -390,10 +465,17 @@ impl Common {
         let keys = common.keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>();
         let keys = keys.map_err(|problem| format!("keys: {problem}"))?;
         let mut seen = BTreeSet::new();
-        if keys.is_empty() || !keys.iter().all(|key| seen.insert(key.path)) {
+        if (keys.is_empty() && common.runs.is_empty()) || !keys.iter().all(|key| seen.insert(key.path)) {
             return Err(format!("keys = {:?} (accepted: one or more, each once)", common.keys));
         }
         Figure::check_files(&common.figures)?;
+        let mut names = BTreeSet::new();
+        for run in &common.runs {
+            run.check()?;
+            if !names.insert(&run.name) {
+                return Err(format!("two runs are called {} (accepted: different names)", run.name));
+            }
+        }
         Ok((common, keys))
     }
 

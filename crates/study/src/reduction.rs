@@ -19,7 +19,7 @@ use asperity_numbers::run_data::{Collector, NodeField};
 use asperity_numbers::wants::Wants;
 use asperity_numbers::{RupturesFrom, Slider, Summarizer, Summary};
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
-use asperity_report::{Gather, Limits, Run, Seen, Study as Page};
+use asperity_report::{Gather, Limits, Run, Seen, Shown, Study as Page};
 use asperity_tables::load_table::LoadTable;
 use asperity_tables::tables::{FirstGlobalSlip, ResidualRow};
 use asperity_tables::{Frame, TableFileError, summaries, table_file, tables};
@@ -27,7 +27,8 @@ use asperity_tables::{Frame, TableFileError, summaries, table_file, tables};
 use crate::error::StudyError;
 use crate::parameter_table::StudyRow;
 use crate::pipeline::{
-    CLAIMS, CLAIMS_PAGE, FIRST_GLOBAL_SLIPS, Pipeline, REPORT, RESIDUALS, study_table, table_of,
+    CLAIMS, CLAIMS_PAGE, FIRST_GLOBAL_SLIPS, Pipeline, REPORT, RESIDUALS, precursor_table, study_table,
+    table_of,
 };
 use crate::record;
 
@@ -54,6 +55,15 @@ pub struct Reduction<'a> {
     /// Whether figures and page name the code.
     provenance: bool,
     passed: Mutex<BTreeMap<String, Passed>>,
+}
+
+/// What stands beside what is made of runs that have names: figures and tables of runs over axes.
+#[derive(Debug, Clone, Default)]
+pub struct Beside {
+    /// The figures, for the page.
+    pub figures: Vec<Shown>,
+    /// All files.
+    pub files: Vec<PathBuf>,
 }
 
 /// What stays of a run.
@@ -154,7 +164,7 @@ impl<'a> Reduction<'a> {
         let collector = Collector::new(run, header, scenario, self.wants(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
-        let page = Gather::new(collector.steps(), Limits::of_runs(self.pipeline.run.len()));
+        let page = Gather::new(collector.steps(), Limits::of_runs(self.pipeline.runs.len()));
         Ok(Passing { collector, loads, page, summarizer, written: Ok(()) })
     }
 
@@ -187,7 +197,7 @@ impl<'a> Reduction<'a> {
         write("events", tables::events(&run)?)?;
         for spec in compared() {
             let mut table = tables::precursors(&run, spec.law, &spec.rules)?;
-            table_file::write(&self.files, &self.tables, &spec.table(), &mut table)?;
+            table_file::write(&self.files, &self.tables, &precursor_table(spec), &mut table)?;
         }
         let studies = self.pipeline.study.iter().enumerate();
         let studies = studies.filter(|(_, study)| study.runs.contains(&run.name));
@@ -210,11 +220,16 @@ impl<'a> Reduction<'a> {
     }
 
     /// Writes the tables of several runs, and the claims, after the last run, and publishes all
-    /// files. Calls `watcher` for every table. Returns the summaries, in the order of the runs.
+    /// files. `beside` is shown on the page as well. Calls `watcher` for every table. Returns the summaries,
+    /// in the order of the runs.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn finish(self, watcher: &mut dyn FnMut(Progress)) -> Result<Vec<Summary>, StudyError> {
+    pub fn finish(
+        self,
+        beside: Beside,
+        watcher: &mut dyn FnMut(Progress),
+    ) -> Result<Vec<Summary>, StudyError> {
         let Reduction { pipeline, out, tables: folder, files, provenance, figures, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
         let singles = [
@@ -233,7 +248,7 @@ impl<'a> Reduction<'a> {
         };
         one_more(0);
         let write = |name: &str, mut table: Frame| table_file::write(&files, &folder, name, &mut table);
-        let in_order = pipeline.run.iter().map(|spec| &runs[&spec.name].summary);
+        let in_order = pipeline.runs.iter().map(|name| &runs[name].summary);
         summaries::write_table(&files, &folder.join(summaries::TABLE), in_order)?;
         one_more(1);
         if !pipeline.precursors.is_empty() {
@@ -267,10 +282,12 @@ impl<'a> Reduction<'a> {
             files.write(&folder.join(CLAIMS_PAGE), page)?;
             one_more(1);
         }
-        let contents = pipeline.contents(&figures.captions());
-        let headers = pipeline.run.iter().map(|spec| (spec.name.as_str(), &runs[&spec.name].header));
-        record::write(&files, out, COMMAND, headers, pipeline.outputs(out), Some(&contents))?;
-        let in_order = pipeline.run.iter().filter_map(|spec| runs.remove_entry(&spec.name));
+        let mut contents = pipeline.contents(&figures.captions());
+        contents.figures.extend(beside.figures);
+        let written = || pipeline.outputs(out).into_iter().chain(beside.files.iter().cloned());
+        let headers = pipeline.runs.iter().map(|name| (name.as_str(), &runs[name].header));
+        record::write(&files, out, COMMAND, headers, written(), Some(&contents))?;
+        let in_order = pipeline.runs.iter().filter_map(|name| runs.remove_entry(name));
         let shown = in_order.map(|(name, run)| Run {
             name,
             header: run.header,
@@ -280,10 +297,12 @@ impl<'a> Reduction<'a> {
             lacks: None,
             links: Vec::new(),
         });
-        let written = pipeline.outputs(out);
-        let from_folder = |path: &PathBuf| path.strip_prefix(out).unwrap_or(path).display().to_string();
-        let written: Vec<String> = written.iter().map(from_folder).collect();
-        let read = |file: &str| asperity_files::read(&files.begun(&out.join(file))?).ok();
+        let from_folder = |path: PathBuf| path.strip_prefix(out).unwrap_or(&path).display().to_string();
+        let written: Vec<String> = written().map(from_folder).collect();
+        let read = |file: &str| {
+            let path = out.join(file);
+            asperity_files::read(&files.begun(&path).unwrap_or(path)).ok()
+        };
         let page = Page::of(&contents, &written, shown.collect(), judged, &read, provenance);
         files.write(&out.join(REPORT), page.html())?;
         one_more(1);

@@ -7,19 +7,24 @@ use asperity_numbers::measure::Measure;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value};
 
-use crate::pipeline::Pipeline;
+use crate::file::File;
 
 /// The parts of the page that are made from the code: the name of each, and its text.
 pub fn parts() -> Vec<(&'static str, String)> {
-    let pipeline = Schema::of::<Pipeline>();
-    let sweep = Schema::of::<study_figures::Figures>();
+    let study = Schema::of::<File>();
+    let of_tables = Schema::of::<study_figures::Figures>();
     let measures = Schema::of::<Measure>();
-    let figures = pipeline.resolved(&pipeline.root["properties"]["figure"]).clone();
+    let mut figures = study.resolved(&study.root["properties"]["figure"]).clone();
+    if let (Some(all), Some(known)) =
+        (figures["properties"].as_object_mut(), of_tables.root["properties"].as_object())
+    {
+        all.retain(|name, _| !known.contains_key(name));
+    }
     vec![
-        ("sweep figures", sweep.kinds(&sweep.root, "figure.")),
-        ("pipeline figures", pipeline.kinds(&figures, "figure.")),
+        ("sweep figures", of_tables.kinds(&of_tables.root, "figure.")),
+        ("pipeline figures", study.kinds(&figures, "figure.")),
         ("measures", measures.words_table("measure", &measures.root)),
-        ("pipeline tables", pipeline.tables(&["run", "ensemble", "precursors", "study", "claim"])),
+        ("pipeline tables", study.tables(&["run", "ensemble", "precursors", "study", "claim"])),
     ]
 }
 

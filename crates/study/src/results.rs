@@ -1,12 +1,14 @@
 //! The results of a plan's runs so far, read from all segments in one pass.
 //!
-//! A run has one result, wherever and however often it is made. Two different results of a run, or
-//! a result under the number of another run, indicate a node that computes or stores wrongly: these
+//! A run has one result, wherever and however often it is made; that of a run with a name is its log.
+//! Two different results of a run, or a result under the number of another run, indicate a node that computes or stores wrongly: these
 //! are [`Fault`]s, and prevent tables.
 
 use std::fmt;
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
+
+use asperity_runlog::{RunReader, Topics};
 
 use crate::plan::{Plan, Row};
 use crate::segment::{self, Frame, Kind, Owner, Reader};
@@ -80,6 +82,8 @@ pub enum State {
     Missing(u32),
     /// It has a result.
     Done(Place),
+    /// It has a name, and its log is there, which is whole.
+    Logged,
     /// It failed.
     Failed(Place),
     /// Its process died too often to try again.
@@ -95,7 +99,7 @@ impl State {
     pub fn word(self) -> &'static str {
         match self {
             State::Missing(_) => "missing",
-            State::Done(_) => "done",
+            State::Done(_) | State::Logged => "done",
             State::Failed(_) => "failed",
             State::Quarantined => "quarantined",
             State::Refused => "refused",
@@ -140,7 +144,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads all segments in the folder of a plan.
+    /// Reads all segments in the folder of a plan, and looks for the logs of runs that have names.
     ///
     /// # Errors
     /// If one cannot be read.
@@ -179,6 +183,11 @@ impl Results {
         let kept = kept_events(&plan.common.keep);
         for doubt in doubtful {
             results.settle(plan, &kept, doubt)?;
+        }
+        for row in &plan.rows[plan.numbered() as usize..] {
+            if plan.named(row.run).is_some_and(|named| is_logged(&named.log(folder), row)) {
+                results.states[row.run as usize - 1] = State::Logged;
+            }
         }
         Ok(results)
     }
@@ -312,7 +321,7 @@ impl Results {
         for (_, state) in (1..).zip(&self.states).filter(|(run, _)| is_counted(run)) {
             *match state {
                 State::Missing(_) => &mut counts.missing,
-                State::Done(_) => &mut counts.done,
+                State::Done(_) | State::Logged => &mut counts.done,
                 State::Failed(_) => &mut counts.failed,
                 State::Quarantined => &mut counts.quarantined,
                 State::Refused => &mut counts.refused,
@@ -348,6 +357,11 @@ struct Doubt {
     new: (Kind, Place),
 }
 
+/// Whether there is a log of a run: it has its name only if it is whole.
+fn is_logged(log: &Path, row: &Row) -> bool {
+    RunReader::open(log, Topics::NONE).is_ok_and(|log| row.id.as_ref() == Some(&log.header().run_id))
+}
+
 /// The run of a result, if its owner line agrees.
 fn of_run<'a>(plan: &'a Plan, frame: &Frame) -> Result<&'a Row, String> {
     let index = frame.run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
@@ -355,6 +369,9 @@ fn of_run<'a>(plan: &'a Plan, frame: &Frame) -> Result<&'a Row, String> {
     let row = row.ok_or_else(|| format!("the plan has no such run (accepted: 1 to {})", plan.rows.len()))?;
     if row.refused.is_some() {
         return Err("its scenario refuses its values (accepted: results of the other runs)".to_owned());
+    }
+    if frame.kind == Kind::Done && plan.named(frame.run).is_some() {
+        return Err("the result of a run with a name is its log (accepted: results of other runs)".to_owned());
     }
     match &frame.owner {
         Some(Err(problem)) => Err(format!("{problem} (accepted: number and id of its run)")),

@@ -1,28 +1,139 @@
-//! The runs of a pipeline: single ones, and ensembles, runs that differ in the value of one key,
-//! written as one table.
+//! The runs of a study that have names: single ones, and ensembles, runs that differ in the value of one
+//! key, written as one table.
 //!
 //! The motion is chaotic: a time such as that of the first global slip is one draw among many,
 //! and what can be compared with a number that someone states is a distribution. An ensemble is
-//! how a pipeline asks for one: the same scenario, kicked by velocities that no experiment could
+//! how a study asks for one: the same scenario, kicked by velocities that no experiment could
 //! tell from rest.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
+use asperity_model::{Scenario, ScenarioSource, builtin, find};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
+use asperity_run::study::Job;
+use asperity_runlog::{RunReader, Topics};
+#[cfg(feature = "analysis")]
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+
+/// The folder of the logs of runs that have names, within that of the study.
+pub const FOLDER: &str = "runs";
 
 /// A run: a scenario and overrides.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "analysis", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RunSpec {
-    /// Its name, for files and for the rest of the pipeline.
+    /// Its name, for files and for the rest of the study.
     pub name: String,
-    /// Name of a built-in scenario, or path of a file from the current folder.
+    /// Name of a built-in scenario, or path of a file or a run log, in the folder of the study or from the
+    /// current one.
     pub scenario: String,
     /// Overrides, `key=value`.
     #[serde(default)]
     pub set: Vec<String>,
+}
+
+impl RunSpec {
+    pub(crate) fn check_name(&self) -> Result<(), String> {
+        check_name(&self.name)
+    }
+
+    /// The run with the text of its scenario.
+    pub(crate) fn read(&self, folder: &Path) -> Result<Named, String> {
+        let RunSpec { name, scenario, set } = self.clone();
+        let problem = |problem: String| format!("run {name}: {problem}");
+        let Text { text, of_log, .. } = read_scenario(&scenario, folder).map_err(problem)?;
+        Ok(Named { name, scenario, scenario_toml: text, of_log, set })
+    }
+}
+
+/// Checks that a name is one of a file, and no number, which runs over axes have.
+fn check_name(name: &str) -> Result<(), String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if name.is_empty() || !name.chars().all(plain) {
+        return Err(format!("run name {name:?} is no file name (accepted: letters, digits, - and _)"));
+    }
+    Ok(())
+}
+
+/// A run that has a name, as a plan stores it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Named {
+    /// Its name, and that of its log in [`FOLDER`].
+    pub name: String,
+    /// The name or path of its scenario.
+    pub scenario: String,
+    /// The text of that scenario.
+    pub scenario_toml: String,
+    /// Whether the text is from a run log.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub of_log: bool,
+    /// Overrides, `key=value`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
+}
+
+impl Named {
+    /// Checks that its name is one of a file.
+    ///
+    /// # Errors
+    /// In words, with what is accepted.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        check_name(&self.name)
+    }
+
+    /// Its scenario, resolved by this program.
+    ///
+    /// # Errors
+    /// If it is refused, in words.
+    pub fn resolve(&self) -> Result<Scenario, String> {
+        let Named { name, scenario, scenario_toml, of_log, set } = self;
+        let source = if *of_log {
+            ScenarioSource::logged(format!("{scenario}: scenario.toml"), scenario_toml)
+        } else if builtin::find(scenario).is_some() {
+            ScenarioSource::new(format!("built-in {scenario}"), scenario_toml)
+        } else {
+            ScenarioSource::new(scenario, scenario_toml)
+        };
+        source.resolve(scenario, set).map_err(|errors| format!("run {name}: {errors}"))
+    }
+
+    /// The run, ready to be made.
+    ///
+    /// # Errors
+    /// If its scenario is refused, in words.
+    pub fn job(&self) -> Result<Job, String> {
+        Ok(Job { name: self.name.clone(), scenario: self.resolve()? })
+    }
+
+    /// The path of its log, in the folder of a study.
+    pub fn log(&self, folder: &Path) -> PathBuf {
+        folder.join(FOLDER).join(format!("{}.mcap", self.name))
+    }
+}
+
+/// The text of a scenario, and where it is from.
+pub(crate) struct Text {
+    pub(crate) text: String,
+    of_log: bool,
+}
+
+/// Reads a scenario: a built-in one, a file or a run log, looked up in a folder, then in the current one.
+pub(crate) fn read_scenario(name: &str, folder: &Path) -> Result<Text, String> {
+    let in_folder = folder.join(name);
+    let is_built_in = builtin::find(name).is_some();
+    let path = if !is_built_in && in_folder.is_file() { &in_folder } else { Path::new(name) };
+    if !is_built_in
+        && path.is_file()
+        && let Ok(log) = RunReader::open(path, Topics::NONE)
+    {
+        return Ok(Text { text: log.scenario_toml().to_owned(), of_log: true });
+    }
+    let text = find(path).map_err(|error| error.to_string())?;
+    Ok(Text { text, of_log: false })
 }
 
 /// Most members of an ensemble: a pipeline of a few lines shall not ask for runs without end.
@@ -30,7 +141,8 @@ const MOST_MEMBERS: usize = 1000;
 
 /// Runs that differ in one key: `NAME-1`, `NAME-2` and so on. Where a list of runs names the
 /// ensemble, it means all of them.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "analysis", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Ensemble {
     /// The name, which those of its runs begin with.
@@ -43,7 +155,7 @@ pub struct Ensemble {
     /// The key in which they differ.
     pub key: String,
     /// Its values, one for each run.
-    #[schemars(with = "Vec<serde_json::Value>")]
+    #[cfg_attr(feature = "analysis", schemars(with = "Vec<serde_json::Value>"))]
     pub values: Vec<toml::Value>,
 }
 
@@ -143,6 +255,7 @@ impl<'a> SpellOut<'a> {
     ///
     /// # Errors
     /// If there would be too many.
+    #[cfg(feature = "analysis")]
     pub(crate) fn replace_in(&mut self, names: &mut Vec<String>) -> Result<(), String> {
         if !names.iter().any(|name| self.ensembles.contains_key(name.as_str())) {
             return Ok(());
@@ -162,8 +275,9 @@ impl<'a> SpellOut<'a> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "analysis"))]
 mod tests {
+    use crate::file::File;
     use crate::pipeline::Pipeline;
 
     const TEXT: &str = r#"
@@ -203,9 +317,9 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
 
     #[test]
     fn an_ensemble_is_its_runs_wherever_it_is_named() {
-        let pipeline = Pipeline::parse(TEXT).unwrap();
+        let file = File::parse(TEXT).unwrap();
         let runs: Vec<(&str, &[String])> =
-            pipeline.run.iter().map(|run| (run.name.as_str(), run.set.as_slice())).collect();
+            file.run.iter().map(|run| (run.name.as_str(), run.set.as_slice())).collect();
         let set = |value: &str| {
             ["time.step_s=1e-7".to_owned(), format!("initial_velocity.amplitude_m_per_s={value}")]
         };
@@ -213,7 +327,9 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
             runs,
             [("base", &[][..]), ("kicked-1", &set("0.000000001")), ("kicked-2", &set("0.000000002"))]
         );
+        let pipeline = Pipeline::parse(TEXT).unwrap();
         let all = ["base", "kicked-1", "kicked-2"];
+        assert_eq!(pipeline.runs, all);
         assert_eq!(pipeline.first_global_slips, all);
         assert_eq!(pipeline.study[0].runs, all);
         assert_eq!(pipeline.figure.runs().collect::<Vec<_>>(), all);
@@ -227,10 +343,6 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
         assert_eq!(
             refused("values = [1e-9, 2e-9]", "values = []"),
             "ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)"
-        );
-        assert_eq!(
-            Pipeline::parse("title = \"t\"").unwrap_err(),
-            "there are no runs (accepted: [[run]] or [[ensemble]])"
         );
         assert_eq!(refused("name = \"base\"", "name = \"kicked-2\""), "two runs are called kicked-2");
         assert_eq!(

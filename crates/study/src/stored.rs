@@ -15,9 +15,9 @@ use zstd::bulk::Compressor;
 use zstd::stream::read::Decoder;
 
 use crate::axis::Value;
+use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
 use crate::plan::{Common, Row};
-use crate::sweep::Keep;
 
 /// The longest line. A summary takes some three thousand bytes, an event some hundred.
 pub const LONGEST_LINE_BYTES: usize = 1 << 20;

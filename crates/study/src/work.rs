@@ -1,21 +1,25 @@
-//! Makes a run of a plan and packs its result.
+//! Makes a run of a plan: its log, if it has a name, or else its packed result.
 
 use std::error::Error;
 use std::path::Path;
 use std::time::Duration;
 
+use asperity_files::create_folder;
 use asperity_model::Scenario;
 use asperity_numbers::{RupturesFrom, Slider, Summarizer};
 use asperity_record::{Event, EventPayload, Record, RunEnd, RunHeader, Rupture, SlipEvent, SolverReport};
+use asperity_run::study::Job;
 use asperity_run::{
-    Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, run,
+    Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, SolverKind, Task,
+    Threads, run,
 };
 use asperity_runlog::{Existing, WriteError};
 
+use crate::file::Keep;
 use crate::plan::{Plan, Row};
+use crate::runs;
 use crate::staging;
 use crate::stored::{line_of, pack};
-use crate::sweep::Keep;
 
 /// Computing time from which on a run keeps its unfinished log, to be resumed instead of repeated:
 /// balances what a kill may cost against the cost of a log.
@@ -26,8 +30,8 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 pub enum Made {
     /// It is done.
     Done {
-        /// Its packed result.
-        content: Vec<u8>,
+        /// Its packed result; none of a run that has a name, whose result is its log.
+        content: Option<Vec<u8>>,
         /// The number of its slip events.
         events: u64,
     },
@@ -64,6 +68,9 @@ pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
         Ok(planned) => planned,
         Err(reason) => return Err(format!("run {}: {reason}", row.run)),
     };
+    if plan.named(row.run).is_some() {
+        return make_named(plan, row, scenario, ways);
+    }
     let failed = |error: &dyn Error| format!("run {}: {error}", row.run);
     let path = staging::log(ways.folder, row.run);
     let mut made = make_from(Begin::GoOn, plan, row, (&scenario, &header), &path, ways);
@@ -102,7 +109,43 @@ pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
     });
     let summary = summarizer.finish(RupturesFrom::Log, Some(&end));
     let content = pack(&summary, &lines).map_err(|error| error.to_string())?;
-    Ok(Made::Done { content, events: summary.event_count })
+    Ok(Made::Done { content: Some(content), events: summary.event_count })
+}
+
+/// Makes a run that has a name, or resumes it, with its log among those of the study.
+fn make_named(plan: &Plan, row: &Row, scenario: Scenario, ways: Ways<'_>) -> Result<Made, String> {
+    let label = plan.label(row.run);
+    let name = label.trim_start_matches("run ").to_owned();
+    let folder = ways.folder.join(runs::FOLDER);
+    create_folder(&folder).map_err(|error| format!("{label}: {error}"))?;
+    let mut counted = Counted { events: 0, tell: ways.tell };
+    let (solver, threads) = (SolverKind::default(), Threads::One);
+    let job = Job { name, scenario };
+    match job.make(&folder, solver, false, threads, ways.stop, &mut counted) {
+        Ok(_) => Ok(Made::Done { content: None, events: counted.events }),
+        Err(RunError::Stopped { .. }) => Ok(Made::Stopped),
+        Err(RunError::Simulation { error, .. }) => Ok(Made::Failed(error.to_string())),
+        Err(RunError::Write(WriteError::Busy(_))) => Ok(Made::ByAnother),
+        Err(error) => Err(format!("{label}: {error}")),
+    }
+}
+
+/// Counts the slip events of a run whose log has all of it.
+struct Counted<'a> {
+    events: u64,
+    tell: &'a dyn Fn(Notice<'_>),
+}
+
+impl Observer for Counted<'_> {
+    fn event(&mut self, event: &Event) {
+        self.events += u64::from(event.topic() == SlipEvent::TOPIC);
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        if matches!(notice, Notice::GoesOn { .. }) {
+            (self.tell)(notice);
+        }
+    }
 }
 
 fn make_from<'a>(

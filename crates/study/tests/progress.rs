@@ -7,7 +7,7 @@ use asperity_numbers::{Slider, Summary};
 use asperity_record::Observer;
 use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_study::pipeline::Pipeline;
-use asperity_study::reduction::{Progress, Reduction};
+use asperity_study::reduction::{Beside, Progress, Reduction};
 
 const PIPELINE: &str = r#"
 title = "two logs"
@@ -65,7 +65,9 @@ fn every_table_of_several_runs_is_told() {
         reduction.passed(passing, end).expect("the log can be reduced");
     }
     let mut told = Vec::new();
-    let in_order = reduction.finish(&mut |progress| told.push(progress)).expect("the tables can be written");
+    let in_order = reduction
+        .finish(Beside::default(), &mut |progress| told.push(progress))
+        .expect("the tables can be written");
     let names: Vec<&str> = in_order.iter().map(|summary| summary.run.as_str()).collect();
     assert_eq!(names, ["complete", "left-right"]);
     // The summaries, the residuals, the first global slips, the study, and the page.

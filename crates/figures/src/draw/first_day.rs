@@ -18,7 +18,10 @@ fn examples() -> Figures {
     let mut example: toml::Table = example.parse().unwrap();
     let figures: toml::Table = example.remove("figure").unwrap().try_into().unwrap();
     let schema = serde_json::to_value(schema_for!(Figures)).unwrap();
-    assert_eq!(schema["properties"].as_object().unwrap().len(), figures.len(), "a kind has no example");
+    let kinds = schema["properties"].as_object().unwrap().keys();
+    let of_runs: Vec<&String> =
+        kinds.filter(|kind| !["phase-map", "family"].contains(&kind.as_str())).collect();
+    assert_eq!(of_runs.len(), figures.len(), "a kind has no example");
     figures.try_into().unwrap()
 }
 

@@ -5,8 +5,6 @@ use std::collections::BTreeMap;
 
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
 use super::plot::{BLUE, Dash, Look, RED, Series, Sheet};
 
@@ -21,6 +19,11 @@ pub(super) trait Figure: Sync {
 
     /// The runs it is made of.
     fn runs(&self) -> Vec<&str>;
+
+    /// Whether it is made of single runs, and not of the tables of runs over axes.
+    fn is_of_runs(&self) -> bool {
+        true
+    }
 
     /// What it reads of a run beside slip events, ruptures and switches.
     fn wants(&self) -> Wants {
@@ -96,15 +99,7 @@ macro_rules! of_one_run {
 
 pub(super) use of_one_run;
 
-/// A run and what the legend calls it; `k_t` and `k_{t}` set subscripts.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Labelled {
-    /// The run.
-    pub(super) run: String,
-    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
-    pub(super) label: String,
-}
+pub(super) use crate::spec::Labelled;
 
 impl Labelled {
     pub(super) fn find<'a, P>(&self, parts: &'a Parts<P>) -> Result<&'a P, String> {

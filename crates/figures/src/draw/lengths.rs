@@ -8,30 +8,15 @@ use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_numbers::precursors::{self, PrecursorRules};
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet, nth};
-
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Lengths {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
-    /// The length law drawn as a line, of chains: slabs have none.
-    law: Option<LengthLaw>,
-    /// The runs, each with what the legend calls it.
-    series: Vec<Labelled>,
-}
+use crate::spec::Lengths;
 
 impl Lengths {
     pub(super) fn of_run(file: &str, run: &str, label: String, law: Option<LengthLaw>) -> Lengths {
         let series = vec![Labelled { run: run.to_owned(), label }];
-        Lengths { file: file.to_owned(), title: String::new(), law, series }
+        Lengths { file: file.to_owned(), law, series, ..Lengths::default() }
     }
 }
 
@@ -52,6 +37,10 @@ impl Figure for Lengths {
 
     fn runs(&self) -> Vec<&str> {
         run_names(&self.series)
+    }
+
+    fn is_of_runs(&self) -> bool {
+        Lengths::is_of_runs(self)
     }
 
     fn wants(&self) -> Wants {

@@ -18,7 +18,7 @@ const MOST_PANELS: usize = 12;
 const MOST_WORDS: usize = 8;
 
 impl Figures {
-    /// The figures, in the order of their kinds, for a sweep with these axes.
+    /// Those of the tables of runs over these axes, in the order of their kinds.
     ///
     /// # Errors
     /// In words, with kind and file of the figure, key, value and what is accepted.
@@ -161,9 +161,9 @@ impl Known<'_> {
     }
 
     fn lengths(&self, lengths: &Lengths, keeps_ruptures: bool) -> Result<Figure, String> {
-        let Lengths { file, title, law, colour, facet, over, at, colour_label, colour_scale } = lengths;
+        let Lengths { file, title, law, colour, facet, over, at, colour_label, colour_scale, .. } = lengths;
         if !keeps_ruptures {
-            return Err("its sweep keeps no ruptures (accepted: \"ruptures\" in keep)".to_owned());
+            return Err("its study keeps no ruptures (accepted: \"ruptures\" in keep)".to_owned());
         }
         let mut used = Vec::new();
         let colours = self.colours(colour, colour_label, *colour_scale, &mut used)?;
@@ -463,7 +463,7 @@ mod tests {
         let error = understand(LENGTHS, false).unwrap_err();
         assert_eq!(
             error,
-            "figure.lengths \"lengths.png\": its sweep keeps no ruptures (accepted: \"ruptures\" in keep)"
+            "figure.lengths \"lengths.png\": its study keeps no ruptures (accepted: \"ruptures\" in keep)"
         );
     }
 }

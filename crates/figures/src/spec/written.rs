@@ -16,10 +16,25 @@ pub struct Figures {
     /// `colour`. A run without the number leaves a gap.
     #[serde(default)]
     pub family: Vec<Family>,
-    /// L_p/L of precursors against F_T/F_N at their onset, with the length law. The sweep keeps
-    /// `ruptures`.
+    /// L_p/L of precursors against F_T/F_N at their onset, with the length law: of runs with names,
+    /// `series`, by their slip events; without `series` of all runs over the axes, by their ruptures,
+    /// which the study keeps.
     #[serde(default)]
     pub lengths: Vec<Lengths>,
+}
+
+impl Figures {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.files().next().is_none()
+    }
+
+    /// The files of its figures.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        let maps = self.phase_map.iter().map(|map| &map.file);
+        let families = self.family.iter().map(|family| &family.file);
+        maps.chain(families).chain(self.lengths.iter().map(|lengths| &lengths.file)).map(String::as_str)
+    }
 }
 
 /// One number of the runs over two keys that vary.
@@ -107,7 +122,7 @@ pub struct Family {
 }
 
 /// Precursor lengths against load.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Lengths {
     /// The file, ending in `.png`; it stands in the folder `figures` of the study.
@@ -115,9 +130,13 @@ pub struct Lengths {
     /// Stands above the figure.
     #[serde(default)]
     pub title: String,
-    /// The law drawn as a line, of chains; by default the one that each scenario calls for. Where runs
-    /// of one colour have more than twelve laws, none is drawn.
+    /// The law drawn as a line, of chains: slabs have none. Without it, `series` have no line, and runs over
+    /// axes the law that each scenario calls for; where runs of one colour have more than twelve laws,
+    /// none is drawn.
     pub law: Option<LengthLaw>,
+    /// Runs with names, each with what the legend calls it.
+    #[serde(default)]
+    pub series: Vec<Labelled>,
     /// A key with marks and a law of its own for each of its values.
     pub colour: Option<String>,
     /// A key with a panel for each of its values.
@@ -133,6 +152,47 @@ pub struct Lengths {
     pub colour_label: Option<String>,
     /// How the colours are divided; by default as the sweep's axis.
     pub colour_scale: Option<Scale>,
+}
+
+/// A run and what the legend calls it; `k_t` and `k_{t}` set subscripts.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Labelled {
+    /// The run.
+    pub run: String,
+    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
+    pub label: String,
+}
+
+impl Lengths {
+    /// Whether it is made of single runs, and not of the tables of runs over axes.
+    pub fn is_of_runs(&self) -> bool {
+        !self.series.is_empty()
+    }
+
+    /// Checks that it is of runs with names, or of those over the axes.
+    ///
+    /// # Errors
+    /// In words, with the keys and what is accepted.
+    pub fn check(&self) -> Result<(), String> {
+        let Lengths { colour, facet, over, at, colour_label, colour_scale, .. } = self;
+        let of_tables = [
+            ("colour", colour.is_some()),
+            ("facet", facet.is_some()),
+            ("over", !over.is_empty()),
+            ("at", !at.is_empty()),
+            ("colour_label", colour_label.is_some()),
+            ("colour_scale", colour_scale.is_some()),
+        ];
+        match of_tables.into_iter().find(|(_, given)| *given) {
+            Some((key, _)) if self.is_of_runs() => Err(format!(
+                "figure.lengths {:?}: series and {key} (accepted: series of runs with names, or {key} of the runs \
+                 over axes)",
+                self.file
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// How an axis is divided.

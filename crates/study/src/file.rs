@@ -1,0 +1,145 @@
+//! A study as its file has it.
+
+use std::collections::BTreeSet;
+
+#[cfg(not(feature = "analysis"))]
+use asperity_figures::Figures;
+#[cfg(feature = "analysis")]
+use asperity_figures::draw::Figures;
+#[cfg(feature = "analysis")]
+use asperity_model::analytic::LengthLaw;
+#[cfg(feature = "analysis")]
+use asperity_numbers::claims::ClaimSpec;
+#[cfg(feature = "analysis")]
+use asperity_numbers::precursors::PrecursorRules;
+use asperity_record::bounds::check_toml;
+#[cfg(feature = "analysis")]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::axis::Written;
+#[cfg(feature = "analysis")]
+use crate::parameter_table;
+use crate::runs::{Ensemble, RunSpec, SpellOut};
+
+/// What is stored of each run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "analysis", derive(JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Keep {
+    /// Its slip events.
+    Events,
+    /// Its ruptures.
+    Ruptures,
+    /// Its summary; always stored.
+    Summary,
+    /// Its run log, a file of its own.
+    Log,
+    /// Its run log, if the run fails.
+    LogOfFailed,
+}
+
+impl Keep {
+    fn all_but_logs() -> Vec<Keep> {
+        vec![Keep::Events, Keep::Ruptures, Keep::Summary]
+    }
+}
+
+/// A study, as its file has it.
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "analysis", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    /// What it is about, for headings.
+    pub(crate) title: String,
+    /// The scenario that its axes vary.
+    pub(crate) scenario: Option<String>,
+    /// Overrides of that scenario, `key=value`.
+    #[serde(default)]
+    pub(crate) set: Vec<String>,
+    /// What is stored of each run over the axes.
+    #[serde(default = "Keep::all_but_logs")]
+    pub(crate) keep: Vec<Keep>,
+    /// What varies.
+    #[serde(default)]
+    #[cfg_attr(feature = "analysis", schemars(with = "Vec<serde_json::Value>"))]
+    pub(crate) axis: Vec<Written>,
+    /// The runs that have names, those of ensembles included.
+    #[serde(default)]
+    pub(crate) run: Vec<RunSpec>,
+    /// Runs that differ in one key.
+    #[serde(default)]
+    pub(crate) ensemble: Vec<Ensemble>,
+    /// The figures, by kind.
+    #[serde(default)]
+    pub(crate) figure: Figures,
+    /// Runs whose first global slips are set side by side in a table.
+    #[cfg(feature = "analysis")]
+    #[serde(default)]
+    pub(crate) first_global_slips: Vec<String>,
+    /// The precursor tables, one per run and length law.
+    #[cfg(feature = "analysis")]
+    #[serde(default)]
+    pub(crate) precursors: Vec<PrecursorSpec>,
+    /// The tables of numbers against a parameter.
+    #[cfg(feature = "analysis")]
+    #[serde(default)]
+    pub(crate) study: Vec<parameter_table::Study>,
+    /// The claims.
+    #[cfg(feature = "analysis")]
+    #[serde(default)]
+    pub(crate) claim: Vec<ClaimSpec>,
+}
+
+impl File {
+    /// The figures of the tables of its grid.
+    pub(crate) fn of_tables(&self) -> asperity_figures::Figures {
+        #[cfg(feature = "analysis")]
+        return self.figure.of_tables();
+        #[cfg(not(feature = "analysis"))]
+        self.figure.clone()
+    }
+
+    pub(crate) fn parse(text: &str) -> Result<File, String> {
+        check_toml(text).map_err(|too_long| too_long.to_string())?;
+        let mut file: File = toml::from_str(text).map_err(|error| error.to_string())?;
+        file.spell_out_ensembles()?;
+        let mut names = BTreeSet::new();
+        for run in &file.run {
+            if !names.insert(run.name.as_str()) {
+                return Err(format!("two runs are called {}", run.name));
+            }
+            run.check_name()?;
+        }
+        Ok(file)
+    }
+
+    /// Puts the runs of ensembles beside the others, and wherever an ensemble is named.
+    fn spell_out_ensembles(&mut self) -> Result<(), String> {
+        let mut spell_out = SpellOut::new(&self.ensemble)?;
+        spell_out.add_runs(&mut self.run)?;
+        #[cfg(feature = "analysis")]
+        {
+            let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
+                .chain(self.study.iter_mut().map(|study| &mut study.runs))
+                .chain(self.figure.lists_mut())
+                .chain([&mut self.first_global_slips]);
+            lists.try_for_each(|names| spell_out.replace_in(names))?;
+        }
+        Ok(())
+    }
+}
+
+/// A run whose precursors are compared with a length law.
+#[cfg(feature = "analysis")]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PrecursorSpec {
+    /// The run.
+    pub run: String,
+    /// The law.
+    pub law: LengthLaw,
+    /// Which events to merge and drop; by default none.
+    #[serde(default)]
+    pub rules: PrecursorRules,
+}

@@ -1,0 +1,299 @@
+//! A study as written: the runs that it names, one scenario over axes, what is stored of them, and what
+//! is made of them.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use asperity_figures::Figure;
+use asperity_model::text;
+use asperity_run::study::Job;
+
+use crate::axis::{Axis, MOST_RUNS, Value};
+use crate::file::File;
+pub use crate::file::Keep;
+#[cfg(feature = "analysis")]
+use crate::pipeline::Pipeline;
+use crate::runs::{Named, read_scenario};
+
+/// One scenario over axes: its runs have numbers.
+#[derive(Debug, Clone)]
+pub struct Grid {
+    /// The name or path of the scenario.
+    pub scenario: String,
+    /// The text of that scenario.
+    pub scenario_toml: String,
+    /// Overrides in all runs, `key=value`.
+    pub set: Vec<String>,
+    /// What is stored of each run.
+    pub keep: Vec<Keep>,
+    /// What varies. Every point of each axis is combined with all points of the others; the last
+    /// axis varies fastest.
+    pub axes: Vec<Axis>,
+}
+
+/// Many runs, and what is made of them.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Its title, for headings.
+    pub title: String,
+    /// One scenario over axes.
+    pub grid: Option<Grid>,
+    /// The runs that have names; their results are run logs.
+    pub runs: Vec<Named>,
+    /// The figures of the tables of the grid.
+    pub figures: Vec<Figure>,
+    /// What is made of single runs, and the claims.
+    #[cfg(feature = "analysis")]
+    pub pipeline: Pipeline,
+    /// Its text.
+    pub text: String,
+}
+
+/// Why a study cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: {problem}")]
+pub struct StudyFileError {
+    file: String,
+    problem: String,
+}
+
+impl Study {
+    /// Reads a study. A scenario is a built-in one, or a file that is looked up in the folder of the
+    /// study, then in the current one.
+    ///
+    /// # Errors
+    /// A message with file, key, value and what is accepted.
+    pub fn read(path: &Path) -> Result<Study, StudyFileError> {
+        let refused = |problem: String| StudyFileError { file: path.display().to_string(), problem };
+        let text = text::read(path)
+            .map_err(|error| refused(format!("study cannot be read: {error} (accepted: a TOML file)")))?;
+        Study::parse(&text, path.parent().unwrap_or(Path::new("."))).map_err(refused)
+    }
+
+    fn parse(text: &str, folder: &Path) -> Result<Study, String> {
+        let file = File::parse(text)?;
+        if file.axis.is_empty() && file.run.is_empty() {
+            return Err(
+                "there are no runs and nothing varies (accepted: [[run]], [[ensemble]], or scenario \
+                        with one or more [[axis]])"
+                    .to_owned(),
+            );
+        }
+        let grid = Grid::of(&file, folder)?;
+        let axes = grid.iter().flat_map(|grid| &grid.axes);
+        let for_figures: Vec<_> = axes.map(Axis::for_figures).collect();
+        let keeps_ruptures = grid.as_ref().is_some_and(|grid| grid.keep.contains(&Keep::Ruptures));
+        let of_tables = file.of_tables();
+        if grid.is_none() && !of_tables.is_empty() {
+            return Err("figures of the tables of runs ([[figure.phase-map]], [[figure.family]], \
+                        [[figure.lengths]] without series) need runs over axes (accepted: scenario with one or \
+                        more [[axis]])"
+                .to_owned());
+        }
+        let figures = of_tables.understand(&for_figures, keeps_ruptures)?;
+        let runs = file.run.iter().map(|run| run.read(folder)).collect::<Result<_, _>>()?;
+        #[cfg(feature = "analysis")]
+        let pipeline = Pipeline::of(file.clone())?;
+        Ok(Study {
+            title: file.title,
+            grid,
+            runs,
+            figures,
+            #[cfg(feature = "analysis")]
+            pipeline,
+            text: text.to_owned(),
+        })
+    }
+
+    /// Whether more is made of it than the tables of its grid and their figures, for which its text is
+    /// needed.
+    pub(crate) fn is_more_than_tables(&self) -> bool {
+        #[cfg(feature = "analysis")]
+        let claims = !self.pipeline.claim.is_empty();
+        #[cfg(not(feature = "analysis"))]
+        let claims = false;
+        claims || !self.runs.is_empty()
+    }
+
+    /// Adds overrides to the runs that have names.
+    pub fn set(&mut self, set: &[String]) {
+        self.runs.iter_mut().for_each(|run| run.set.extend_from_slice(set));
+    }
+
+    /// The runs that have names, ready to be made.
+    ///
+    /// # Errors
+    /// If a scenario refuses its overrides, in words.
+    pub fn jobs(&self) -> Result<Vec<Job>, String> {
+        self.runs.iter().map(Named::job).collect()
+    }
+
+    /// The number of runs over the axes.
+    pub fn count(&self) -> u64 {
+        self.grid.as_ref().map_or(0, Grid::count)
+    }
+}
+
+impl Grid {
+    /// The runs over axes of a file, which names others relative to a folder.
+    fn of(file: &File, folder: &Path) -> Result<Option<Grid>, String> {
+        let File { scenario, set, axis, .. } = file;
+        if axis.is_empty() {
+            return match scenario {
+                Some(scenario) => Err(format!(
+                    "scenario = {scenario:?} and nothing varies (accepted: one or more [[axis]])"
+                )),
+                None if !set.is_empty() => {
+                    Err("set without scenario and [[axis]] (accepted: set in each [[run]])".to_owned())
+                }
+                None => Ok(None),
+            };
+        }
+        let Some(scenario) = scenario else {
+            return Err("[[axis]] without scenario (accepted: the scenario that the axes vary)".to_owned());
+        };
+        let axes = axis
+            .iter()
+            .enumerate()
+            .map(|(n, axis)| axis.read(folder).map_err(|error| format!("axis {}: {error}", n + 1)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut set_by: BTreeMap<&str, usize> = BTreeMap::new();
+        for (n, axis) in axes.iter().enumerate() {
+            for key in &axis.keys {
+                if let Some(other) = set_by.insert(key.path, n + 1) {
+                    return Err(format!(
+                        "{} varies on axes {other} and {} (accepted: on one axis)",
+                        key.path,
+                        n + 1
+                    ));
+                }
+            }
+        }
+        for assignment in set {
+            let key = assignment.split('=').next().unwrap_or_default().trim();
+            if let Some(axis) = set_by.get(key) {
+                return Err(format!(
+                    "set: {assignment} and axis {axis} both set {key} (accepted: one of them)"
+                ));
+            }
+        }
+        let mut keep = file.keep.clone();
+        keep.push(Keep::Summary);
+        keep.sort_unstable();
+        keep.dedup();
+        let scenario_toml = read_scenario(scenario, folder)?.text;
+        let grid = Grid { scenario: scenario.clone(), scenario_toml, set: set.clone(), keep, axes };
+        match grid.runs() {
+            Some(_) => Ok(Some(grid)),
+            None => Err(format!("its axes make too many runs (accepted: up to {MOST_RUNS})")),
+        }
+    }
+
+    fn runs(&self) -> Option<u64> {
+        let count = |axis: &Axis| axis.rows.len() as u64;
+        let runs = self.axes.iter().try_fold(1_u64, |runs, axis| runs.checked_mul(count(axis)))?;
+        (runs <= MOST_RUNS).then_some(runs)
+    }
+
+    /// The number of its runs.
+    pub fn count(&self) -> u64 {
+        self.runs().expect("a study is read only if it has not too many runs")
+    }
+
+    /// The values of its keys in a run, counted from 0.
+    pub fn values(&self, run: u64) -> Vec<Value> {
+        let mut left = run;
+        let mut points = Vec::with_capacity(self.axes.len());
+        for axis in self.axes.iter().rev() {
+            let count = axis.rows.len() as u64;
+            points.push(&axis.rows[(left % count) as usize]);
+            left /= count;
+        }
+        points.into_iter().rev().flatten().cloned().collect()
+    }
+
+    /// The keys that vary, in the order of their values.
+    pub fn keys(&self) -> Vec<String> {
+        self.axes.iter().flat_map(|axis| axis.keys.iter().map(|key| key.path.to_owned())).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::{Grid, Keep, Study};
+    use crate::axis::Value;
+
+    const TILTS: &str = "[[axis]]\nkey = 'normal_load.tilt'\nvalues = [-0.5, 0.5]\n";
+
+    fn parse(text: &str) -> Result<Grid, String> {
+        let text = format!("title = 'Tilts'\nscenario = 'default'\n{text}");
+        Study::parse(&text, Path::new(".")).map(|study| study.grid.expect("it has axes"))
+    }
+
+    #[test]
+    fn every_point_meets_every_other_and_the_last_axis_runs_fastest() {
+        let grid =
+            parse(&format!("{TILTS}[[axis]]\nkey = 'slider.blocks'\nvalues = [10, 20, 30]\n")).unwrap();
+        assert_eq!((grid.count(), grid.keys().join(" ").as_str()), (6, "normal_load.tilt slider.blocks"));
+        let blocks = |run| grid.values(run)[1].clone();
+        assert_eq!([0, 1, 2, 3].map(blocks), [10, 20, 30, 10].map(Value::Whole));
+        assert_eq!(grid.values(3)[0], Value::Number(0.5));
+        assert_eq!(grid.keep, [Keep::Events, Keep::Ruptures, Keep::Summary]);
+    }
+
+    #[test]
+    fn contradictions_are_refused() {
+        let many = "[[axis]]\nkey = 'time.duration_s'\nfrom = 1\nto = 2\ncount = 4000\n\
+                    [[axis]]\nkey = 'slider.mass_kg'\nfrom = 1\nto = 2\ncount = 4000\n";
+        for (text, problem) in [
+            (String::new(), "nothing varies"),
+            (format!("{TILTS}{TILTS}"), "normal_load.tilt varies on axes 1 and 2"),
+            (format!("set = ['normal_load.tilt=0']\n{TILTS}"), "both set normal_load.tilt"),
+            (many.to_owned(), "too many runs"),
+            (format!("keep = ['movies']\n{TILTS}"), "unknown variant"),
+            (format!("colour = 1\n{TILTS}"), "unknown field"),
+            (
+                format!("{TILTS}[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'count'\n"),
+                "figure.family \"a.png\": y = \"count\" is no number",
+            ),
+            (format!("keep = ['events']\n{TILTS}[[figure.lengths]]\nfile = 'a.png'\n"), "keeps no ruptures"),
+        ] {
+            let error = parse(&text).unwrap_err();
+            assert!(error.contains(problem), "{text}: {error}");
+        }
+    }
+
+    /// Runs with names stand beside runs over axes, which need a scenario; so do figures of their tables.
+    #[test]
+    fn runs_and_axes_stand_in_one_file() {
+        let of = |text: &str| Study::parse(&format!("title = 't'\n{text}"), Path::new("."));
+        let run = "[[run]]\nname = 'a'\nscenario = 'default'\n";
+        let both = of(&format!("scenario = 'slab'\n{TILTS}{run}")).unwrap();
+        assert_eq!((both.count(), both.runs.len(), both.jobs().unwrap()[0].name.as_str()), (2, 1, "a"));
+        for (text, problem) in [
+            (String::new(), "there are no runs and nothing varies"),
+            (TILTS.to_owned(), "[[axis]] without scenario"),
+            (format!("scenario = 'slab'\n{run}"), "scenario = \"slab\" and nothing varies"),
+            (format!("set = ['a=1']\n{run}"), "set without scenario"),
+            (format!("{run}{run}"), "two runs are called a"),
+            (run.replace("'a'", "'a/b'"), "run name \"a/b\" is no file name"),
+            (run.replace("'default'", "'defualt'"), "did you mean default?"),
+            (format!("{run}[[figure.lengths]]\nfile = 'a.png'\n"), "figures of the tables of runs"),
+        ] {
+            let error = of(&text).unwrap_err();
+            assert!(error.contains(problem), "{text}: {error}");
+        }
+        #[cfg(feature = "analysis")]
+        {
+            let series = "[[figure.lengths]]\nfile = 'a.png'\nseries = [{ run = 'a', label = 'a' }]\n";
+            assert!(of(&format!("{run}{series}")).is_ok());
+            let error = of(&format!("{run}{series}colour = 'normal_load.tilt'\n")).unwrap_err();
+            assert!(error.contains("series and colour (accepted: "), "{error}");
+            let family = "[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'precursor_count'\n";
+            let error = of(&format!("scenario = 'slab'\n{TILTS}{run}{series}{family}")).unwrap_err();
+            assert!(error.contains("would be written twice"), "{error}");
+        }
+    }
+}

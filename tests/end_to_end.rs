@@ -317,7 +317,7 @@ quote = "it comes after the hold"
 of = "this project"
 run = "coded"
 spread = ["kicked"]
-measure = "first-global-slip-time"
+measure = "first_global_event_onset_s"
 at_least = 1.0
 as_stated = { run = "stated" }
 "#;

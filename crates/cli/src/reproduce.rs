@@ -8,9 +8,9 @@ use asperity_figures::draw as figures;
 use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
+use asperity_numbers::Summary;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::run_data::{Collector, NodeField};
-use asperity_numbers::{RupturesFrom, Summarizer, Summary};
 use asperity_record::{Observer, Record, RunEnd, RunHeader};
 use asperity_run::study::{Job, Stored};
 use asperity_run::{Checked, NodeState, Nodes, SolverKind, Threads, at_once};
@@ -51,17 +51,15 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let begin = |header: &RunHeader, toml: &str| {
         let wants = figures::OVERVIEW_WANTS | rules.wants();
         let collector = Collector::of_log(&name, header, toml, wants)?;
-        let summarizer = Summarizer::new(&name, header, summary::slider(collector.scenario()));
         let loads = Loads(LoadTable::begin(&files, out, "load", collector.both_ways()));
-        Ok(((collector, summarizer), loads))
+        Ok((collector, loads))
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
-    let Reading { checked, observer: ((collector, summarizer), loads), ruptures_from } =
-        reading::once(run, begin, accept)?;
+    let Reading { checked, observer: (collector, loads), ruptures_from } = reading::once(run, begin, accept)?;
     loads.0.and_then(LoadTable::finish).map_err(|error| not_written(error.into()))?;
     let verdict = checked.verdict;
-    let summary = summarizer.finish(ruptures_from, checked.seen.end.as_ref());
-    let data = collector.finish(ruptures_from != RupturesFrom::None);
+    let data = collector.finish(ruptures_from, checked.seen.end.as_ref());
+    let summary = &data.summary;
     let law = LengthLaw::natural(&data.scenario);
     if !verdict.holds_all() {
         let note = format!(
@@ -73,15 +71,15 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let write = || {
         if data.ruptures.is_some() {
             let write = |name, mut table| table_file::write(&files, out, name, &mut table);
-            write(tables::RUPTURES, tables::ruptures(&data, &summary)?)?;
-            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &summary, &[(law, rules)])?)?;
+            write(tables::RUPTURES, tables::ruptures(&data)?)?;
+            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &[(law, rules)])?)?;
         }
         table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
         table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
-        let residuals = ResidualRow::of(&data, law, &rules);
+        let residuals = ResidualRow::of(&data, law, &rules)?;
         table_file::write(&files, out, "residuals", &mut tables::residual_table(&[residuals])?)?;
-        summaries::write_table(&files, &out.join(summaries::TABLE), [&summary])?;
-        summaries::write_json(&files, &out.join(summaries::JSON), &summary)?;
+        summaries::write_table(&files, &out.join(summaries::TABLE), [summary])?;
+        summaries::write_json(&files, &out.join(summaries::JSON), summary)?;
         let of_ruptures = [tables::RUPTURES, tables::PRECURSOR_RUPTURES];
         let tables = of_ruptures.into_iter().filter(|_| data.ruptures.is_some());
         let tables = tables
@@ -95,7 +93,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     };
     write().map_err(not_written)?;
     say(out.display())?;
-    summary::tell(arguments.run.display(), &summary, board);
+    summary::tell(arguments.run.display(), summary, board);
     verdict_exit::finish(&arguments.run, &checked, board)
 }
 
@@ -121,11 +119,16 @@ fn not_written(error: StudyError) -> Failure {
 }
 
 /// Reads a pipeline, and resolves its runs with overrides.
-pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Vec<Job>), Failure> {
+pub(crate) fn read_pipeline(
+    file: &Path,
+    set: &[String],
+    board: &Board,
+) -> Result<(Pipeline, Vec<Job>), Failure> {
     let path = file.display();
     let text = text::read(file)
         .map_err(|error| Failure::BadInput(format!("pipeline {path}: {error} (accepted: a TOML file)")))?;
     let pipeline = Pipeline::parse(&text).map_err(|error| Failure::BadInput(format!("{path}: {error}")))?;
+    pipeline.notes.iter().for_each(|note| board.line(&format!("note: {path}: {note}")));
     let jobs = pipeline
         .run
         .iter()
@@ -140,7 +143,7 @@ pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Ve
 }
 
 pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
-    let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
+    let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set, board)?;
     let runs_folder = arguments.out.join("runs");
     let solver = SolverKind::from(arguments.solver);
     let inputs = inputs(arguments, &pipeline, &jobs);
@@ -254,9 +257,7 @@ impl Reducing<'_> {
     }
 
     fn passing(&self, job: &Job) -> Result<Passing, Failure> {
-        let slider = summary::slider(&job.scenario);
-        let passing =
-            self.reduction.passing(&job.name, job.header(self.solver), job.scenario.clone(), slider);
+        let passing = self.reduction.passing(&job.name, job.header(self.solver), job.scenario.clone());
         passing.map_err(not_written)
     }
 

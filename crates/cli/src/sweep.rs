@@ -31,7 +31,6 @@ use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, StudyProgress};
 use crate::study::{faults, in_words, outcome_of, read, runs, unreadable};
-use crate::summary;
 use crate::terminal::{self, say};
 
 pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failure> {
@@ -430,7 +429,7 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
         .map_err(|error| Failure::Failed(format!("failed to start a thread: {error}")))?;
     let stop = || interrupt::has_come() || is_left_alone.load(Ordering::Relaxed);
     let tell = |notice: Notice<'_>| say(notice).unwrap_or(());
-    let ways = Ways { folder, slider: summary::slider, patience, stop: &stop, tell: &tell };
+    let ways = Ways { folder, patience, stop: &stop, tell: &tell };
     let mut segment: Option<Writer> = None;
     for line in told {
         let line = line.map_err(Failure::failed)?;

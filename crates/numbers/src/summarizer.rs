@@ -1,12 +1,13 @@
 //! Accumulates the summary of a run from its records and events.
 
+use asperity_model::{Scenario, analytic};
 use asperity_record::{
     Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
     TimeGrid,
 };
 
 use crate::creep::CreepFront;
-use crate::growth::Growth;
+use crate::growth::RuptureGrowth;
 use crate::raw::RawEvents;
 use crate::rupture_numbers::{self as measures, WIDE_BLOCKS};
 use crate::statistics::{Line, mean, median};
@@ -29,6 +30,20 @@ pub struct Slider {
     pub scales: Option<Scales>,
     /// The law of precursor lengths for the scenario.
     pub length_law: Option<LengthLaw>,
+}
+
+impl Slider {
+    /// The properties of a scenario's slider.
+    pub fn of(scenario: &Scenario) -> Slider {
+        let law = analytic::LengthLaw::natural(scenario);
+        let parameters = analytic::LengthLawParameters::of(scenario);
+        // With both ends pulled, F_T is a difference; slabs have no such theory.
+        let length_law = analytic::LengthLaw::is_for(scenario).then(|| LengthLaw {
+            name: law.table_word(),
+            load_ratio: Box::new(move |lp_l| law.load_ratio(&parameters, lp_l)),
+        });
+        Slider { scales: Some(scenario.scales()), length_law }
+    }
 }
 
 /// A prediction of `F_T / F_N` for a precursor of length `L_p / L`.
@@ -82,7 +97,7 @@ pub struct Summarizer {
     creep: CreepFront,
     raw: RawEvents,
     unloaded: Unloaded,
-    growth: Growth<Rupture>,
+    growth: RuptureGrowth<Rupture>,
     global: Vec<Rupture>,
     ruptures: u64,
     wide: u64,
@@ -109,7 +124,7 @@ impl Summarizer {
             creep: CreepFront::new(header.blocks),
             raw: RawEvents::new(header.blocks),
             unloaded: Unloaded::default(),
-            growth: Growth::default(),
+            growth: RuptureGrowth::default(),
             global: Vec::new(),
             ruptures: 0,
             wide: 0,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::{Figures, files_of};
 use asperity_model::analytic::LengthLaw;
+use asperity_numbers::Number;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::wants::Wants;
@@ -45,6 +46,30 @@ pub struct Pipeline {
     /// The claims.
     #[serde(default)]
     pub claim: Vec<ClaimSpec>,
+    /// What its author should change, a line each: old names of numbers.
+    #[serde(skip)]
+    pub notes: Vec<String>,
+}
+
+/// The old names of numbers in a file, each with its new one.
+fn old_names(file: &toml::Table) -> Vec<String> {
+    fn find(value: &toml::Value, is_name: bool, found: &mut BTreeSet<String>) {
+        match value {
+            toml::Value::String(name) if is_name => {
+                let number = Number::find(name).ok().filter(|number| number.name() != name);
+                found
+                    .extend(number.map(|number| format!("measure {name:?} is now called {}", number.name())));
+            }
+            toml::Value::Array(values) => values.iter().for_each(|value| find(value, is_name, found)),
+            toml::Value::Table(table) => table.iter().for_each(|(key, value)| {
+                find(value, matches!(key.as_str(), "measure" | "measures"), found);
+            }),
+            _ => {}
+        }
+    }
+    let mut found = BTreeSet::new();
+    file.values().for_each(|value| find(value, false, &mut found));
+    found.into_iter().collect()
 }
 
 /// A run whose precursors are compared with a length law.
@@ -95,6 +120,7 @@ impl Pipeline {
     pub fn parse(text: &str) -> Result<Pipeline, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
         let mut pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
+        pipeline.notes = old_names(&toml::from_str(text).map_err(|error| error.to_string())?);
         pipeline.spell_out_ensembles()?;
         if pipeline.run.is_empty() {
             return Err("there are no runs (accepted: [[run]] or [[ensemble]])".to_owned());

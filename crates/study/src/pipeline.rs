@@ -271,3 +271,38 @@ impl Pipeline {
         wants
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Pipeline;
+
+    #[test]
+    fn old_names_of_numbers_are_read_and_noted_once() {
+        let pipeline = Pipeline::parse(
+            "title = \"t\"\n[[run]]\nname = \"precursor-count\"\nscenario = \"default\"\n\
+             [[study]]\nname = \"s\"\nparameter = \"slider.blocks\"\nruns = [\"precursor-count\"]\n\
+             measures = [\"precursor-count\", \"creeps\"]\n\
+             [[figure.study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
+             measure = \"precursor-count\"\nmeasure_label = \"n\"\nseries = []\n\
+             [[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"precursor-count\"\n\
+             measure = \"first-global-slip-time\"\nat_most = 1\n",
+        );
+        let pipeline = pipeline.unwrap();
+        assert_eq!(
+            pipeline.notes,
+            [
+                "measure \"first-global-slip-time\" is now called first_global_event_onset_s",
+                "measure \"precursor-count\" is now called precursor_event_count",
+            ]
+        );
+        assert_eq!(pipeline.study[0].measures[0].words(), "precursor count");
+        assert_eq!(pipeline.claim[0].measure.name(), "first_global_event_onset_s");
+    }
+
+    #[test]
+    fn numbers_that_are_not_there_are_refused_with_the_line() {
+        let text = "title = \"t\"\n[[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"r\"\nmeasure = \"event_conut\"\n";
+        let refused = Pipeline::parse(text).unwrap_err();
+        assert!(refused.contains("line 6") && refused.contains("did you mean event_count?"), "{refused}");
+    }
+}

@@ -4,11 +4,10 @@
 use std::collections::BTreeMap;
 
 use asperity_model::front::{Front, relative_prestress};
-use asperity_record::{Arrival, Direction};
+use asperity_record::Direction;
 
 use crate::precursors::{PrecursorRules, among_ruptures};
-use crate::run_data::{Load, RunEvents};
-use crate::states::States;
+use crate::run_data::{OfFronts, RunEvents};
 
 /// What happened to a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +97,7 @@ pub const ACROSS: u32 = 4;
 /// front passed in no time or backwards are left out.
 pub fn over_stress(
     run: &RunEvents,
-    (loads, states, arrivals): (&[Load], &States, &[Arrival]),
+    (loads, states, arrivals): OfFronts<'_>,
     from_blocks: u32,
     across: u32,
 ) -> [Vec<(f64, f64)>; 2] {
@@ -127,7 +126,7 @@ pub fn over_stress(
 
 /// How far faster fronts go with more stress: Spearman's rank correlation of all that
 /// [`over_stress`] finds of ruptures of five blocks or more, -1 to 1.
-pub fn speed_stress_correlation(run: &RunEvents, passed: (&[Load], &States, &[Arrival])) -> Option<f64> {
+pub fn speed_stress_correlation(run: &RunEvents, passed: OfFronts<'_>) -> Option<f64> {
     let points = over_stress(run, passed, 5, ACROSS).concat();
     let ranks = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
         // Equals share the mean of their ranks.
@@ -270,7 +269,7 @@ mod tests {
         };
         run.kept |= Wants::fronts();
         made_up::with_states(&mut run, &[state]);
-        let passed = (run.loads.as_slice(), &run.states, run.arrivals.as_slice());
+        let passed = run.of_fronts().unwrap();
         let [precursors, global] = over_stress(&run, passed, 5, 4);
         assert!(precursors.is_empty());
         // Block 2 to block 6: 120 steps of 1e-7 s, and 0.1 to 0.5.

@@ -11,7 +11,7 @@ pub struct Key {
     pub group: &'static str,
     /// Its name, type, unit and meaning.
     pub column: Column,
-    /// Its name up to version 0.1, which pipelines may still have.
+    /// What pipelines called it before there was one list of numbers, and still may.
     pub old_name: Option<&'static str>,
     /// What it is called in the tables of claims and studies, where that is not its name in words.
     pub words: Option<&'static str>,

@@ -95,5 +95,5 @@ pub use key::Key;
 pub use number::Number;
 pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s};
 pub use statistics::median;
-pub use summarizer::{LengthLaw, RupturesFrom, Slider, Summarizer};
+pub use summarizer::{RupturesFrom, Slider, Summarizer};
 pub use summary::Summary;

@@ -254,7 +254,9 @@ numbers! {
         median_event_over_crossing_ratio: f64 [was = "median-event-over-crossing"] =
             Events |run, _| median_over_crossing(run);
         /// How often blocks re-attached in the run, all blocks together.
-        reattachment_count: u64 [was = "reattachments"] = Events |run, _| Some(run.reattachments as f64);
+        reattachment_count: u64 [was = "reattachments"] = Events |run, _| {
+            Some((run.summary.switch_count - run.summary.detachment_count) as f64)
+        };
         /// Share of the velocities in the dense window, during the slip event nearest in length to what
         /// is claimed, that are positive.
         event_forward_velocity_ratio: f64 [was = "forward-share"] = Windows |run, windows, near| {
@@ -279,12 +281,11 @@ numbers! {
         /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
         ring_down_error_ratio: f64 [was = "ring-down-error"] =
             Windows |run, windows, _| ring_down_error(run.of_chain()?, windows);
-        /// Speed of the longitudinal wave along a slab that is `near` spacings long, m/s, by what the
-        /// bonds of the lattice pull with.
-        longitudinal_wave_speed_m_per_s: f64
-            [was = "longitudinal-wave-speed"] =
+        /// Speed of the longitudinal wave along a slab that is `near` spacings long, by what the bonds of
+        /// the lattice pull with, m/s.
+        longitudinal_wave_speed_m_per_s: f64 [was = "longitudinal-wave-speed"] =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[_, c]| c);
-        /// Speed of the shear wave, m/s, by the same.
+        /// Speed of the shear wave along such a slab, m/s.
         shear_wave_speed_m_per_s: f64 [was = "shear-wave-speed"] =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[c, _]| c);
     }

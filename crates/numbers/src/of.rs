@@ -1,10 +1,10 @@
 //! What a number is taken of. The variant says at once what must be kept of a run for it and what its
 //! function receives, so that a function cannot read what nobody keeps.
 
-use asperity_record::{Arrival, WindowRecord};
+use asperity_record::WindowRecord;
 
 use crate::estimate::Estimate;
-use crate::run_data::{Load, NotKept, RunData, RunEvents};
+use crate::run_data::{Load, NotKept, OfFronts, RunData, RunEvents};
 use crate::states::States;
 use crate::wants::Wants;
 
@@ -28,7 +28,7 @@ pub(crate) enum Of {
     /// Dense windows.
     Windows(fn(&RunEvents, &[WindowRecord], Near) -> Option<Estimate>),
     /// How fronts passed, and what they found.
-    Fronts(fn(&RunEvents, (&[Load], &States, &[Arrival])) -> Option<Estimate>),
+    Fronts(fn(&RunEvents, OfFronts<'_>) -> Option<Estimate>),
 }
 
 impl Of {
@@ -57,7 +57,7 @@ impl Of {
             Of::States(of) => of(run, run.states()?, near),
             Of::LoadsAndStates(of) => of(run, run.loads()?, run.states()?, near),
             Of::Windows(of) => of(run, run.windows()?, near),
-            Of::Fronts(of) => of(run, (run.loads()?, run.states()?, run.arrivals()?)),
+            Of::Fronts(of) => of(run, run.of_fronts()?),
         })
     }
 }

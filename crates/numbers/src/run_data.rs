@@ -115,8 +115,6 @@ pub struct RunEvents {
     pub ruptures: Option<Vec<Rupture>>,
     /// The first and the last switch of every block.
     pub switches: Vec<Option<[Switched; 2]>>,
-    /// How often blocks re-attached, all together.
-    pub reattachments: u64,
 }
 
 /// What is kept of a run: [`RunEvents`], and of its records what is in [`Wants`].
@@ -155,6 +153,9 @@ impl DerefMut for RunData {
         &mut self.run
     }
 }
+
+/// What the speeds of fronts are taken of: loads, states, and how ruptures passed their blocks.
+pub type OfFronts<'a> = (&'a [Load], &'a States, &'a [Arrival]);
 
 /// Something of a run that is read, and not in the [`Wants`] of whoever collected it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -241,6 +242,14 @@ impl RunData {
     /// If it was not kept.
     pub fn arrivals(&self) -> Result<&[Arrival], NotKept> {
         self.if_kept(self.kept.arrivals, "arrivals", self.arrivals.as_slice())
+    }
+
+    /// What the speeds of fronts are taken of, see [`Wants::fronts`].
+    ///
+    /// # Errors
+    /// If any of it was not kept.
+    pub fn of_fronts(&self) -> Result<OfFronts<'_>, NotKept> {
+        Ok((self.loads()?, self.states()?, self.arrivals()?))
     }
 
     /// Where all nodes were nearest to one of the times that were asked for, s; `None` of a chain.
@@ -342,7 +351,6 @@ impl Collector {
             summary: Summary::default(),
             slips: Vec::new(),
             ruptures: None,
-            reattachments: 0,
         };
         let run = RunData {
             run,
@@ -390,11 +398,6 @@ impl Collector {
         &self.run.name
     }
 
-    /// Its scenario.
-    pub fn scenario(&self) -> &Scenario {
-        &self.run.scenario
-    }
-
     /// How many steps it is to take.
     pub fn steps(&self) -> u64 {
         self.run.header.steps
@@ -419,10 +422,8 @@ impl Collector {
             };
             let [_, last] = run.switches[switch.block as usize - 1].get_or_insert([switched, switched]);
             *last = switched;
-            match switch.direction {
-                Direction::Attach => run.reattachments += 1,
-                Direction::Detach if kept.detachments => detachments.push((record.step, switch.block)),
-                Direction::Detach => {}
+            if kept.detachments && switch.direction == Direction::Detach {
+                detachments.push((record.step, switch.block));
             }
         }
     }

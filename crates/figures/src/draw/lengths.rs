@@ -6,7 +6,7 @@
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_numbers::precursors;
-use asperity_numbers::run_data::{Load, RunData};
+use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -70,10 +70,8 @@ impl Figure for Lengths {
             .map(|found| (found.start.ft_fn_onset, found.length_ratio(run.header.blocks)))
             .collect();
         let hold_step = run.plan.drive.hold_from_step;
-        let beside_hold = match hold_step {
-            Some(hold_step) => Some(beside_hold(run, run.loads()?, hold_step, &points, &law)),
-            None => None,
-        };
+        let beside_hold =
+            hold_step.map(|hold_step| beside_hold(run, hold_step, &points, &law)).transpose()?;
         Ok(Part { law, points, beside_hold })
     }
 
@@ -135,11 +133,11 @@ impl Figure for Lengths {
 /// by then and beyond it.
 fn beside_hold(
     run: &RunData,
-    loads: &[Load],
     hold_step: u64,
     points: &[(f64, f64)],
     law: &[(f64, f64)],
-) -> [Series; 4] {
+) -> Result<[Series; 4], NotKept> {
+    let loads = run.loads()?;
     let found = precursors::one_by_one(run);
     let (before, after): (Vec<_>, Vec<_>) =
         found.iter().zip(points).partition(|(precursor, _)| precursor.start.onset_step < hold_step);
@@ -151,12 +149,12 @@ fn beside_hold(
     let hold_s = run.plan.grid.time_s(hold_step);
     let series = |label: String, points: Vec<(f64, f64)>, look: Look| Series { label, points, look };
     let (while_driven, once_held) = (format!("driven, t < {hold_s} s"), format!("held, t ≥ {hold_s} s"));
-    [
+    Ok([
         series(while_driven.clone(), marks(before), Look::Marks(Marker::Circle, INK)),
         series(once_held.clone(), marks(after), Look::Marks(Marker::Triangle, BLUE)),
         series(while_driven, valid, Look::Line(Dash::Solid, INK)),
         series(once_held, beyond, Look::Line(Dash::Dashed, BLUE)),
-    ]
+    ])
 }
 
 #[cfg(test)]

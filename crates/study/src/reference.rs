@@ -160,7 +160,7 @@ fn keys<'a>(keys: impl IntoIterator<Item = &'a Key>) -> String {
             _ => "whole number",
         });
         let about = spelled(about).replace(&format!(", {holds};"), ";").replace(&format!(", {holds}."), ".");
-        let old_name = key.old_name.map_or(String::new(), |name| format!("`{name}`"));
+        let old_name = key.old_name.map_or("-".to_owned(), |name| format!("`{name}`"));
         text.push_str(&format!("| `{name}` | {holds} | {} | {old_name} |\n", about.replace('|', "\\|")));
     }
     text

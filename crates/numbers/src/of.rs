@@ -62,7 +62,7 @@ impl Of {
     }
 }
 
-/// Declares the numbers that are taken of a run when a file asks for them: a list of each [`Key`] and
+/// Declares the numbers that are taken of a run when a file asks for them: a list of each key and
 /// the function that takes it, which the variant of [`Of`] gives what it reads.
 macro_rules! numbers {
     ($(

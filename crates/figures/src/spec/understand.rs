@@ -434,6 +434,10 @@ mod tests {
                 "colour = \"precursor_cuont\" is no number of the summary (accepted: blocks,",
             ),
             (
+                MAP.replace("precursor_count", "precursor_event_count"),
+                "colour = \"precursor_event_count\" is taken of whole runs, and a sweep stores their summaries",
+            ),
+            (
                 MAP.replace("over = ['friction.seed']", ""),
                 "friction.seed varies, and the figure says nothing of it (accepted: ",
             ),

@@ -110,7 +110,11 @@ fn the_same_words_have_the_same_limit() {
     let several: Vec<_> = limits.iter().filter(|(_, limits)| limits.len() > 1).collect();
     assert!(several.is_empty(), "{several:#?}");
     // Whatever is said of the dynamic coefficient.
-    let around = ["mean-behind-front-error", "mean-after-global-slip-error", "global-slip-middle-error"];
+    let around = [
+        "mean_behind_event_front_error_ratio",
+        "mean_after_global_event_error_ratio",
+        "global_event_middle_error_ratio",
+    ];
     let of_mu_d = limits.iter().filter(|((_, measure, _), _)| around.contains(&measure.as_str()));
     let distinct: BTreeSet<&String> = of_mu_d.flat_map(|(_, limits)| limits).collect();
     assert_eq!(distinct.len(), 1, "{distinct:?}");
@@ -120,14 +124,16 @@ fn the_same_words_have_the_same_limit() {
 /// of the number from what it should be, and a closed form is compared with the same reading.
 fn quantity(measure: &str) -> &str {
     match measure {
-        "slope-to-dynamic-coefficient"
-        | "slope-to-dynamic-coefficient-theory"
-        | "time-to-dynamic-coefficient-theory" => "time-to-dynamic-coefficient",
-        "load-between-coefficients" | "load-at-first-global-slip-error" => "load-at-first-global-slip",
-        "mean-behind-front-error" => "mean-behind-front",
-        "mean-after-global-slip-error" => "mean-after-global-slip",
-        "largest-drop-middle-error" => "largest-drop-middle",
-        "affected-blocks-theory" => "affected-blocks",
+        "slope_to_dynamic_coefficient_per_s"
+        | "slope_to_dynamic_coefficient_theory_per_s"
+        | "time_to_dynamic_coefficient_theory_s" => "time_to_dynamic_coefficient_s",
+        "first_global_event_between_coefficients_ratio" | "first_global_event_load_error_ratio" => {
+            "first_global_event_ft_fn"
+        }
+        "mean_behind_event_front_error_ratio" => "mean_behind_event_front_ratio",
+        "mean_after_global_event_error_ratio" => "mean_after_global_event_ratio",
+        "largest_global_event_drop_middle_error_ratio" => "largest_global_event_drop_middle_ft_fn",
+        "affected_blocks_theory" => "affected_blocks",
         other => other,
     }
 }

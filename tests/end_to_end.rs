@@ -317,7 +317,7 @@ quote = "it comes after the hold"
 of = "this project"
 run = "coded"
 spread = ["kicked"]
-measure = "first-global-slip-time"
+measure = "first_global_event_onset_s"
 at_least = 1.0
 as_stated = { run = "stated" }
 "#;
@@ -359,9 +359,11 @@ fn unloading_is_drawn_and_claimed_in_both_parameter_sets() {
 #[test]
 fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
     let folder = folder();
+    // An old name of a number is as good as its new one.
+    let unloading = UNLOADING.replace("first_global_event_onset_s", "first-global-slip-time");
     let refused = |from: &str, to: &str| {
         let pipeline = folder.path().join("pipeline.toml");
-        fs::write(&pipeline, UNLOADING.replace(from, to)).expect("the folder can be written");
+        fs::write(&pipeline, unloading.replace(from, to)).expect("the folder can be written");
         let out = folder.path().join("out");
         let output = asperity(&["reproduce", text(&pipeline), "--out", text(&out)]);
         assert!(!output.status.success());
@@ -393,6 +395,8 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
         error.contains("figure displacement.png: blocks: 11 is not in run coded (accepted: 1 to 10)"),
         "{error}"
     );
+    let note = "pipeline.toml: measure \"first-global-slip-time\" is now called first_global_event_onset_s\n";
+    assert_eq!(error.matches(note).count(), 1, "{error}");
 }
 
 /// A pipeline that is killed goes on where its run stood, and gives the same tables.

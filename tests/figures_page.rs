@@ -1,7 +1,7 @@
-//! `docs/figures.md` has every key of every figure, study and claim, and every measure, as the code
-//! describes them, and an example of each kind.
+//! `docs/figures.md` has every key of every figure, study and claim, and every number of a run, as the
+//! code describes them, and an example of each kind; `docs/outputs.md` has the keys of the summary.
 //!
-//! To write into the page what the code says now:
+//! To write into the pages what the code says now:
 //! `UPDATE_EXPECT=1 cargo xtask test --test root figures_page::`
 
 use std::env;
@@ -14,33 +14,40 @@ use crate::support::markdown::blocks;
 
 const PAGE: &str = "docs/figures.md";
 
-fn page() -> String {
-    fs::read_to_string(file(PAGE)).expect("the page is there")
+/// The pages with parts that are made from the code.
+const PAGES: [&str; 2] = [PAGE, "docs/outputs.md"];
+
+fn page(path: &str) -> String {
+    fs::read_to_string(file(path)).expect("the page is there")
 }
 
 #[test]
-fn the_page_says_what_the_code_does() {
-    let mut page = page();
+fn the_pages_say_what_the_code_does() {
+    let mut pages = PAGES.map(|path| (path, page(path)));
     for (name, text) in parts() {
         let begin = format!("<!-- from the code: {name} -->\n");
-        let start = page.find(&begin).unwrap_or_else(|| panic!("{PAGE} lacks {begin}")) + begin.len();
+        let found = pages.iter_mut().find(|(_, page)| page.contains(&begin));
+        let (path, page) = found.unwrap_or_else(|| panic!("{PAGES:?} lack {begin}"));
+        let start = page.find(&begin).expect("it was just found") + begin.len();
         let length = page[start..].find("<!-- end -->").expect("what is from the code ends");
         let text = format!("\n{}\n\n", text.trim_end());
         if env::var_os("UPDATE_EXPECT").is_some() {
             page.replace_range(start..start + length, &text);
             continue;
         }
-        assert!(page[start..start + length] == text, "{PAGE}: of {name} the code says\n{text}");
+        assert!(page[start..start + length] == text, "{path}: of {name} the code says\n{text}");
     }
     if env::var_os("UPDATE_EXPECT").is_some() {
-        fs::write(file(PAGE), page).expect("the page can be written");
+        for (path, page) in pages {
+            fs::write(file(path), page).expect("the page can be written");
+        }
     }
 }
 
 /// The examples are run as those of all pages are.
 #[test]
 fn every_kind_has_an_example() {
-    let page = page();
+    let page = page(PAGE);
     let examples: String =
         blocks(&page).into_iter().filter(|block| block.language == "toml").map(|block| block.text).collect();
     let headings = page.lines().filter_map(|line| line.strip_prefix("### `")?.strip_suffix('`'));

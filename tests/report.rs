@@ -68,7 +68,7 @@ fn study(folder: &Path) -> PathBuf {
     let claim = |about: &str, of: &str, quote: &str, most: &str| {
         format!(
             "[[claim]]\nabout = \"{about}\"\nof = \"{of}\"\nquote = \"{quote}\"\nrun = \"a\"\n\
-             measure = \"largest-load-ratio\"\nat_most = {most}\n"
+             measure = \"largest_ft_fn\"\nat_most = {most}\n"
         )
     };
     let parts = [
@@ -413,7 +413,7 @@ fn named_as_parts(folder: &Path) -> PathBuf {
     for n in 0..12 {
         toml += &format!(
             "[[claim]]\nabout = \"section {n}\"\nof = \"this project\"\nquote = \"claim number {n}\"\nrun = \"{}\"\n\
-             measure = \"largest-load-ratio\"\nat_most = {}\n",
+             measure = \"largest_ft_fn\"\nat_most = {}\n",
             if n % 2 == 0 { "a" } else { "b" },
             [1e-9, 10.0][usize::from(n < 5)]
         );

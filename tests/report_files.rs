@@ -15,7 +15,7 @@ fn studies(folder: &Path) -> [PathBuf; 2] {
         "title = \"One\"\n[[run]]\nname = \"a\"\n{set}\
          [[figure.load]]\nfile = \"load.png\"\nrun = \"a\"\nsliding = true\n\
          [[claim]]\nabout = \"section 1\"\nof = \"this project\"\nquote = \"it slips\"\nrun = \"a\"\n\
-         measure = \"largest-load-ratio\"\nat_most = 10\n"
+         measure = \"largest_ft_fn\"\nat_most = 10\n"
     );
     fs::write(path("one.toml"), pipeline).expect("the folder can be written");
     let sweep = format!(

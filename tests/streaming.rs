@@ -54,7 +54,7 @@ fn reduce(folder: &Path, log: &Path, duration_s: &str, runs: usize) -> Option<f6
         pipeline += &format!(
             "[[run]]\nname = \"run-{run}\"\nscenario = \"default\"\nset = {:?}\n\
              [[figure.load]]\nfile = \"load-{run}.png\"\nrun = \"run-{run}\"\nsliding = true\n\
-             [[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"run-{run}\"\nmeasure = \"largest-load-ratio\"\n\
+             [[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"run-{run}\"\nmeasure = \"largest_ft_fn\"\n\
              at_least = 0.01\n",
             scenario(duration_s)
         );

@@ -6,7 +6,6 @@ use std::fs;
 use std::path::Path;
 
 use asperity_numbers::Summary;
-use asperity_record::{Column, markdown};
 use serde_json::Value;
 
 use crate::support::binary::{self, asperity, succeed, text};
@@ -270,16 +269,6 @@ fn a_pipeline_has_the_summary_of_each_of_its_runs() {
         assert!(read("reproduce.json").contains(&format!("\"{file}\"")));
     }
     assert!(read("reproduce.json").contains("\"tables/summary.csv\""));
-}
-
-/// The keys stand on the page as the code describes them.
-#[test]
-fn the_manual_has_every_key() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/outputs.md");
-    let page = fs::read_to_string(page).expect("the manual can be read");
-    let columns: Vec<Column> = Summary::KEYS.iter().map(|key| key.column.clone()).collect();
-    let table = markdown(&columns);
-    assert!(page.contains(&table), "docs/outputs.md lacks the keys of a summary, which are\n{table}");
 }
 
 /// A run that goes on from where it was stopped says of its physics what one does that was not.

@@ -20,8 +20,8 @@ use crate::exit::Failure;
 use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use crate::run;
 use crate::terminal::say;
-use crate::{run, summary};
 
 /// Why tables and figures were not written: invalid input, if another folder would do.
 pub(crate) fn not_written(error: StudyError) -> Failure {
@@ -214,9 +214,7 @@ impl Reducing<'_> {
     }
 
     fn passing(&self, job: &Job) -> Result<Passing, Failure> {
-        let slider = summary::slider(&job.scenario);
-        let passing =
-            self.reduction.passing(&job.name, job.header(self.solver), job.scenario.clone(), slider);
+        let passing = self.reduction.passing(&job.name, job.header(self.solver), job.scenario.clone());
         passing.map_err(not_written)
     }
 

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs, ShortLines};
 use asperity_model::text;
-use asperity_numbers::Summarizer;
 use asperity_numbers::claim::{self, Claim};
+use asperity_numbers::{Slider, Summarizer};
 use asperity_record::RunHeader;
 use asperity_report::{
     Contents, Entry, Gather, Limits, Link, Recorded, Run, Study, encoded, files_of_picture, index,
@@ -21,7 +21,7 @@ use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::relative_link::relative_link;
 use crate::terminal::say;
-use crate::{study_page, summary, verdict_exit};
+use crate::{study_page, verdict_exit};
 
 /// The file name of a study's own page.
 pub(crate) const PAGE: &str = "report.html";
@@ -159,7 +159,7 @@ fn run(
         // A log that ends early, or was salvaged without its scenario, has no parameters.
         let scenario =
             reading::scenario(log, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
-        let summarizer = Summarizer::new(name, header, summary::slider(&scenario));
+        let summarizer = Summarizer::new(name, header, Slider::of(&scenario));
         shown = Some((header.clone(), scenario));
         Ok((summarizer, Gather::new(header.steps, limits)))
     };

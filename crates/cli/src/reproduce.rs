@@ -7,7 +7,6 @@ use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::run_data::Collector;
-use asperity_numbers::{RupturesFrom, Summarizer};
 use asperity_record::{Observer, Record, RunHeader};
 use asperity_run::study::Job;
 use asperity_run::{Checked, SolverKind};
@@ -47,17 +46,15 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let begin = |header: &RunHeader, toml: &str| {
         let wants = figures::OVERVIEW_WANTS | rules.wants();
         let collector = Collector::of_log(&name, header, toml, wants)?;
-        let summarizer = Summarizer::new(&name, header, summary::slider(collector.scenario()));
         let loads = Loads(LoadTable::begin(&files, out, "load", collector.both_ways()));
-        Ok(((collector, summarizer), loads))
+        Ok((collector, loads))
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
-    let Reading { checked, observer: ((collector, summarizer), loads), ruptures_from } =
-        reading::once(run, begin, accept)?;
+    let Reading { checked, observer: (collector, loads), ruptures_from } = reading::once(run, begin, accept)?;
     loads.0.and_then(LoadTable::finish).map_err(|error| not_written(error.into()))?;
     let verdict = checked.verdict;
-    let summary = summarizer.finish(ruptures_from, checked.seen.end.as_ref());
-    let data = collector.finish(ruptures_from != RupturesFrom::None);
+    let data = collector.finish(ruptures_from, checked.seen.end.as_ref());
+    let summary = &data.summary;
     let law = LengthLaw::natural(&data.scenario);
     if !verdict.holds_all() {
         let note = format!(
@@ -69,15 +66,15 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let write = || {
         if data.ruptures.is_some() {
             let write = |name, mut table| table_file::write(&files, out, name, &mut table);
-            write(tables::RUPTURES, tables::ruptures(&data, &summary)?)?;
-            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &summary, &[(law, rules)])?)?;
+            write(tables::RUPTURES, tables::ruptures(&data)?)?;
+            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &[(law, rules)])?)?;
         }
         table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
         table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
-        let residuals = ResidualRow::of(&data, law, &rules);
+        let residuals = ResidualRow::of(&data, law, &rules)?;
         table_file::write(&files, out, "residuals", &mut tables::residual_table(&[residuals])?)?;
-        summaries::write_table(&files, &out.join(summaries::TABLE), [&summary])?;
-        summaries::write_json(&files, &out.join(summaries::JSON), &summary)?;
+        summaries::write_table(&files, &out.join(summaries::TABLE), [summary])?;
+        summaries::write_json(&files, &out.join(summaries::JSON), summary)?;
         let of_ruptures = [tables::RUPTURES, tables::PRECURSOR_RUPTURES];
         let tables = of_ruptures.into_iter().filter(|_| data.ruptures.is_some());
         let tables = tables
@@ -91,7 +88,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     };
     write().map_err(not_written)?;
     say(out.display())?;
-    summary::tell(arguments.run.display(), &summary, board);
+    summary::tell(arguments.run.display(), summary, board);
     verdict_exit::finish(&arguments.run, &checked, board)
 }
 
@@ -109,8 +106,9 @@ impl Observer for Loads {
 }
 
 /// Reads a study, and resolves its runs that have names with overrides.
-pub(crate) fn read_study(file: &Path, set: &[String]) -> Result<(Study, Vec<Job>), Failure> {
+pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(Study, Vec<Job>), Failure> {
     let mut study = Study::read(file).map_err(Failure::bad_input)?;
+    sweep::tell_notes(&study, file, board);
     study.set(set);
     let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let jobs = study.jobs().map_err(refused)?;
@@ -120,7 +118,7 @@ pub(crate) fn read_study(file: &Path, set: &[String]) -> Result<(Study, Vec<Job>
 pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let ReproduceArguments { pipeline: file, out, set, solver, fresh, no_provenance, jobs: at_once, .. } =
         arguments;
-    let (study, jobs) = read_study(file, set)?;
+    let (study, jobs) = read_study(file, set, board)?;
     let mut beside = Beside::default();
     if study.grid.is_some() {
         let only_grid = [("--set", !set.is_empty()), ("--fresh", *fresh)];

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_files::is_taken;
-use asperity_numbers::{RupturesFrom, Summarizer};
+use asperity_numbers::{RupturesFrom, Slider, Summarizer};
 use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
 use asperity_runlog::{Unfinished, WriteError};
 
@@ -48,7 +48,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     // Progress, and notes about the physics at the end.
     let mut observers = (
         board.run(&scenario.name, header.steps, scenario.time.duration_s),
-        Summarizer::new(&scenario.name, &header, summary::slider(&scenario)),
+        Summarizer::new(&scenario.name, &header, Slider::of(&scenario)),
     );
     // Released, because the run locks it itself.
     drop(unfinished);

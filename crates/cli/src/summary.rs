@@ -4,8 +4,7 @@ use std::fmt::Display;
 use std::io::Write;
 use std::path::Path;
 
-use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_model::{Scenario, WRONG_FRONT};
+use asperity_model::WRONG_FRONT;
 use asperity_numbers::{Slider, Summarizer, Summary, text};
 use asperity_record::RunHeader;
 use asperity_run::{Checked, at_once};
@@ -148,18 +147,6 @@ fn name(run: &Path) -> String {
     run.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The slider's properties according to its scenario.
-pub(crate) fn slider(scenario: &Scenario) -> Slider {
-    let law = LengthLaw::natural(scenario);
-    let parameters = LengthLawParameters::of(scenario);
-    // With both ends pulled, F_T is a difference; slabs have no such theory.
-    let length_law = LengthLaw::is_for(scenario).then(|| asperity_numbers::LengthLaw {
-        name: law.table_word(),
-        load_ratio: Box::new(move |lp_l| law.load_ratio(&parameters, lp_l)),
-    });
-    Slider { scales: Some(scenario.scales()), length_law }
-}
-
 /// The summary of the sound part of a log, and its verdict.
 ///
 /// # Errors
@@ -180,6 +167,6 @@ pub(crate) fn begin(run: &Path, header: &RunHeader, scenario_toml: &str) -> Resu
     Ok(Summarizer::new(
         &name(run),
         header,
-        scenario.map_or_else(Slider::default, |scenario| slider(&scenario)),
+        scenario.map_or_else(Slider::default, |scenario| Slider::of(&scenario)),
     ))
 }

@@ -33,7 +33,6 @@ use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, StudyProgress};
 use crate::study::{faults, in_words, outcome_of, read, runs, unreadable};
-use crate::summary;
 use crate::terminal::{self, say};
 
 pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failure> {
@@ -58,6 +57,7 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
         )));
     }
     let read = StudyFile::read(sweep).map_err(Failure::bad_input)?;
+    tell_notes(&read, sweep, board);
     let plan = Plan::of(&read, *skip_refused, *jobs)
         .map_err(|error| Failure::BadInput(format!("{}: {error}", sweep.display())))?;
     create_folder(out)?;
@@ -80,6 +80,11 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
     }
     board.line(&line);
     Ok(say(out.join(FILE).display())?)
+}
+
+/// Says what the author of a study should change.
+pub(crate) fn tell_notes(study: &StudyFile, file: &Path, board: &Board) {
+    study.notes().iter().for_each(|note| board.line(&format!("note: {}: {note}", file.display())));
 }
 
 /// Most runs of a plan whose warnings are printed.
@@ -486,7 +491,7 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
         .map_err(|error| Failure::Failed(format!("failed to start a thread: {error}")))?;
     let stop = || interrupt::has_come() || is_left_alone.load(Ordering::Relaxed);
     let tell = |notice: Notice<'_>| say(notice).unwrap_or(());
-    let ways = Ways { folder, slider: summary::slider, patience, stop: &stop, tell: &tell };
+    let ways = Ways { folder, patience, stop: &stop, tell: &tell };
     let mut segment: Option<Writer> = None;
     for line in told {
         let line = line.map_err(Failure::failed)?;

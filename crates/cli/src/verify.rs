@@ -27,7 +27,7 @@ struct Outcome {
 }
 
 pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Result<(), Failure> {
-    let (_, mut jobs) = read_study(&arguments.pipeline, &arguments.set)?;
+    let (_, mut jobs) = read_study(&arguments.pipeline, &arguments.set, board)?;
     if let Some(unknown) = arguments.only.iter().find(|only| jobs.iter().all(|job| job.name != **only)) {
         let known: Vec<&str> = jobs.iter().map(|job| job.name.as_str()).collect();
         return Err(Failure::BadInput(format!(

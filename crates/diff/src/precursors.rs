@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_numbers::precursors::Growth;
+use asperity_numbers::EventGrowth;
 use asperity_record::SlipEvent;
 
 use crate::report::{PrecursorChange, PrecursorChanges};
@@ -17,7 +17,7 @@ pub(crate) struct Precursors(Option<[Table; 2]>);
 /// The precursor table of a run.
 struct Table {
     blocks: u32,
-    growth: Growth,
+    growth: EventGrowth,
     rows: Vec<Row>,
 }
 
@@ -35,7 +35,7 @@ struct Row {
 impl Table {
     fn of(run: &Run) -> Option<Table> {
         let blocks = run.header()?.blocks;
-        Some(Table { blocks, growth: Growth::new(blocks), rows: Vec::new() })
+        Some(Table { blocks, growth: EventGrowth::new(blocks), rows: Vec::new() })
     }
 
     fn watch(&mut self, events: &[SlipEvent]) {

@@ -459,12 +459,12 @@ mod tests {
         let panel = single("[[slipped]]\nfile = \"f.png\"\nseries = [{ run = \"a\", label = \"A\" }]");
         assert_eq!(panel.series[1].points.len(), 3);
         let study = "[[study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
-                     measure = \"precursor-count\"\nmeasure_label = \"count\"\nlogarithmic = true\n\
+                     measure = \"precursor_event_count\"\nmeasure_label = \"count\"\nlogarithmic = true\n\
                      series = [{ label = \"A\", runs = [\"a\"] }]";
         // Counts are marks alone; of other numbers the marks are joined.
         let counts = single(study);
         assert_eq!((counts.series.len(), &counts.series[0].points[..]), (1, &[(3f64.log10(), 3.0)][..]));
-        let joined = single(&study.replace("precursor-count", "longest-precursor"));
+        let joined = single(&study.replace("precursor_event_count", "longest_precursor_event_ratio"));
         assert!(matches!(joined.series[0].look, Look::Line(..)) && joined.series.len() == 2);
         let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();
         assert_eq!(refused, "normal_load.tilt of run test is 0: no place on a logarithmic axis");

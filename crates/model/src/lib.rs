@@ -99,4 +99,5 @@ pub use resolve::{ResolveError, find, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;
+pub use suggest::suggestion;
 pub use warnings::WRONG_FRONT;

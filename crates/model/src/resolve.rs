@@ -68,7 +68,7 @@ pub enum ResolveError {
     #[error(
         "scenario {name}: neither a file that can be read ({source}) nor a built-in scenario{} \
          (accepted: a path, or one of {})",
-        suggest::did_you_mean(suggest::name(name, builtin_names()).as_slice()),
+        suggest::suggestion(name, builtin_names()),
         builtin_names().collect::<Vec<_>>().join(", ")
     )]
     Unknown {

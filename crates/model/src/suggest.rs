@@ -75,6 +75,11 @@ pub(crate) fn did_you_mean<T: AsRef<str>>(names: &[T]) -> String {
     }
 }
 
+/// `; did you mean ...?` of the known name spelt most like `written`; empty if none is close enough.
+pub fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    did_you_mean(name(written, known).as_slice())
+}
+
 /// Splits a path into its tables and its last part.
 fn split(path: &str) -> (&str, &str) {
     path.rsplit_once('.').unwrap_or(("", path))

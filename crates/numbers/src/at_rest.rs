@@ -12,25 +12,26 @@
 //! become, and `x_n` from any point on, since the `tau_n` of a slab at rest add up to nothing. The
 //! stiffness of contacts and foundation is not in it.
 
-use crate::run_data::RunData;
+use crate::run_data::RunEvents;
+use crate::states::States;
 
 /// `tau_n` and `p_n` of every contact in the state before the first step.
-fn forces_n(run: &RunData) -> Option<(&[f64], &[f64])> {
-    let first = run.states().first()?;
+fn forces_n<'a>(run: &'a RunEvents, states: &'a States) -> Option<(&'a [f64], &'a [f64])> {
+    let first = states.first()?;
     let own = !first.normal_load_n.is_empty();
     let borne_n = if own { &first.normal_load_n } else { &run.plan.normal_load_n };
     Some((&first.tangential_force_n, borne_n))
 }
 
 /// `tau_1 / p_1`.
-pub(crate) fn shear_of_first_block(run: &RunData) -> Option<f64> {
-    let (tau_n, p_n) = forces_n(run)?;
+pub(crate) fn shear_of_first_block(run: &RunEvents, states: &States) -> Option<f64> {
+    let (tau_n, p_n) = forces_n(run, states)?;
     Some(tau_n[0] / p_n[0])
 }
 
 /// The largest sum of `tau_n` and its mirror image, over the largest `tau_n`; `None` without shear.
-pub(crate) fn asymmetry(run: &RunData) -> Option<f64> {
-    let (tau_n, _) = forces_n(run)?;
+pub(crate) fn asymmetry(run: &RunEvents, states: &States) -> Option<f64> {
+    let (tau_n, _) = forces_n(run, states)?;
     let largest = tau_n.iter().fold(0.0f64, |most, tau| most.max(tau.abs()));
     let pairs = tau_n.iter().zip(tau_n.iter().rev());
     let off = pairs.fold(0.0f64, |most, (tau, mirrored)| most.max((tau + mirrored).abs()));
@@ -39,8 +40,8 @@ pub(crate) fn asymmetry(run: &RunData) -> Option<f64> {
 
 /// The `beta` of a shear `beta p (2 x / L - 1)` (5.50), with the mean `p`, that has the same first
 /// moment.
-pub(crate) fn shear_beta(run: &RunData) -> Option<f64> {
-    let (tau_n, p_n) = forces_n(run)?;
+pub(crate) fn shear_beta(run: &RunEvents, states: &States) -> Option<f64> {
+    let (tau_n, p_n) = forces_n(run, states)?;
     let mean_n = p_n.iter().sum::<f64>() / p_n.len() as f64;
     let (mut moment, mut of_one) = (0.0, 0.0);
     for (n, tau) in tau_n.iter().enumerate() {
@@ -52,12 +53,12 @@ pub(crate) fn shear_beta(run: &RunData) -> Option<f64> {
 }
 
 /// Poisson's ratio, from the shear and from how much longer the slab has become; `None` of a chain.
-pub(crate) fn poisson_ratio(run: &RunData) -> Option<f64> {
+pub(crate) fn poisson_ratio(run: &RunEvents, states: &States) -> Option<f64> {
     if !run.plan.elastic.has_inside() {
         return None;
     }
     let lattice = run.plan.elastic.as_lattice();
-    let (tau_n, _) = forces_n(run)?;
+    let (tau_n, _) = forces_n(run, states)?;
     let (u, last) = (&run.plan.initial.displacement_m, lattice.rows - 1);
     let longer_m = |row: usize| u[lattice.row(row).end - 1] - u[lattice.row(row).start];
     // The rows at top and bottom stand for half a spacing each.
@@ -80,14 +81,22 @@ mod tests {
     #[test]
     fn a_shear_is_over_what_contacts_bear() {
         let mut run = made_up::slab(&[]);
-        assert_eq!((shear_of_first_block(&run), asymmetry(&run)), (Some(-0.2), Some(0.0)));
+        assert_eq!(
+            (shear_of_first_block(&run, &run.states), asymmetry(&run, &run.states)),
+            (Some(-0.2), Some(0.0))
+        );
         // A first moment of 40 N, over that of 400/3 N on each end.
-        assert!((shear_beta(&run).unwrap() - 0.15).abs() < 1e-12, "{:?}", shear_beta(&run));
-        let mut state = run.states().first().unwrap().clone();
+        assert!(
+            (shear_beta(&run, &run.states).unwrap() - 0.15).abs() < 1e-12,
+            "{:?}",
+            shear_beta(&run, &run.states)
+        );
+        let mut state = run.states.first().unwrap().clone();
         state.tangential_force_n = vec![-20.0, 0.0, 30.0];
         made_up::with_states(&mut run, &[state]);
-        assert_eq!(asymmetry(&run), Some(1.0 / 3.0));
-        assert_eq!(poisson_ratio(&made_up::run("", &[])), None, "of a chain");
+        assert_eq!(asymmetry(&run, &run.states), Some(1.0 / 3.0));
+        let chain = made_up::run("", &[]);
+        assert_eq!(poisson_ratio(&chain, &chain.states), None, "of a chain");
     }
 
     /// Poisson's ratio is that of the sheet, whatever holds its foot, but for what edges cost.
@@ -101,10 +110,10 @@ mod tests {
             let state = FieldRecord {
                 tangential_force_n: slab::tangential_force_n(&run.plan),
                 normal_load_n: run.plan.normal_load_n.clone(),
-                ..run.states().first().unwrap().clone()
+                ..run.states.first().unwrap().clone()
             };
             made_up::with_states(&mut run, &[state]);
-            let error = 3.0 * poisson_ratio(&run).unwrap() - 1.0;
+            let error = 3.0 * poisson_ratio(&run, &run.states).unwrap() - 1.0;
             assert!((-0.04..0.0).contains(&error), "{ratio}: {error}");
         }
     }

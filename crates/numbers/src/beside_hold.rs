@@ -1,11 +1,11 @@
-//! Measures of a run before its drive is held and after it.
+//! Numbers of a run before its drive is held and after it.
 
 use asperity_model::analytic::LengthLaw;
 
 use crate::beside_theory::largest;
 use crate::curves::{PrecursorPoint, precursor_points};
-use crate::precursors::{self, Precursor, PrecursorRules};
-use crate::run_data::{Load, RunData};
+use crate::precursors::{self, Precursor};
+use crate::run_data::{Load, RunEvents};
 
 /// One side of the step from which on the drive is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub(crate) enum Side {
 impl Side {
     /// Whether steps from the first to the second lie wholly on this side; `None`
     /// if the drive is never held.
-    fn holds(self, run: &RunData, (from, to): (u64, u64)) -> Option<bool> {
+    fn holds(self, run: &RunEvents, (from, to): (u64, u64)) -> Option<bool> {
         let hold = run.plan.drive.hold_from_step?;
         Some(match self {
             Side::BeforeHold => to < hold,
@@ -28,7 +28,7 @@ impl Side {
 
 /// The step records of the longest rest between two slip events on one side of the hold;
 /// after it, of those in which the normal load falls, or rises, evenly.
-pub(crate) fn longest_flank(run: &RunData, side: Side) -> Option<&[Load]> {
+pub(crate) fn longest_flank<'a>(run: &RunEvents, loads: &'a [Load], side: Side) -> Option<&'a [Load]> {
     let hold_step = run.plan.drive.hold_from_step?;
     let mut longest: Option<(u64, u64)> = None;
     for pair in run.slips.windows(2) {
@@ -45,9 +45,9 @@ pub(crate) fn longest_flank(run: &RunData, side: Side) -> Option<&[Load]> {
         }
     }
     let (from, to) = longest?;
-    let first = run.loads().partition_point(|record| record.step < from);
-    let end = run.loads().partition_point(|record| record.step <= to);
-    Some(&run.loads()[first..end])
+    let first = loads.partition_point(|record| record.step < from);
+    let end = loads.partition_point(|record| record.step <= to);
+    Some(&loads[first..end])
 }
 
 /// Mean of what step records hold, linear between them.
@@ -89,11 +89,11 @@ pub(crate) fn hyperbola_error(flank: &[Load]) -> Option<f64> {
 
 /// The precursors on one side of the hold, beside the law that the scenario calls for; after it with
 /// the first global slip, often the one point of what is shown there.
-pub(crate) fn points_beside_hold(run: &RunData, side: Side) -> Option<Vec<PrecursorPoint>> {
+pub(crate) fn points_beside_hold(run: &RunEvents, side: Side) -> Option<Vec<PrecursorPoint>> {
     run.plan.drive.hold_from_step?;
     let mut precursors = match side {
-        Side::BeforeHold => precursors::alone(run, &PrecursorRules::default()),
-        Side::AfterHold => precursors::find(run, &PrecursorRules::default()),
+        Side::BeforeHold => precursors::alone(run),
+        Side::AfterHold => precursors::one_by_one(run),
     };
     let onset = |precursor: &Precursor<'_>| precursor.start.onset_step;
     precursors.retain(|precursor| side.holds(run, (onset(precursor), onset(precursor))) == Some(true));

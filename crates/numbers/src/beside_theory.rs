@@ -1,35 +1,37 @@
-//! Single numbers that set a run beside a theory, for the measures.
+//! Single numbers that set a run beside a theory, for the list of numbers.
 
 use asperity_model::analytic::{self, LengthLaw, LoadCurve};
+use asperity_record::WindowRecord;
 
-use crate::curves::{PrecursorPoint, first_onset_fields, line_beside_law, precursor_points, ring_down};
+use crate::curves::{PrecursorPoint, line_beside_law, precursor_points, ring_down};
 use crate::estimate::{self, Estimate};
-use crate::precursors::{self, PrecursorRules};
-use crate::run_data::RunData;
+use crate::precursors;
+use crate::run_data::{Load, RunEvents};
+use crate::states::States;
 
 /// A block counts as affected by the force on block 1 while it carries more than this part of
 /// it. The thesis names no cut-off; this one gives all four of the numbers that it reads off
 /// Figure 5.20, as those from 0.474 % to 0.517 % do.
 pub const AFFECTED_THRESHOLD: f64 = 0.0049;
 
-pub(crate) fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {
-    run.loads().iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
+pub(crate) fn time_to_reach(loads: &[Load], load_ratio: f64) -> Option<f64> {
+    loads.iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
 }
 
-pub(crate) fn affected_blocks(run: &RunData) -> Option<f64> {
-    let tau = &first_onset_fields(run)?.tangential_force_n;
+pub(crate) fn affected_blocks(states: &States) -> Option<f64> {
+    let tau = &states.at_first_onset()?.tangential_force_n;
     Some(tau.iter().filter(|&&force| force > AFFECTED_THRESHOLD * tau[0]).count() as f64)
 }
 
 /// The force on the block after the last affected one, over that on block 1: at this cut-off it no
 /// longer counts.
-pub(crate) fn affected_cut_off(run: &RunData, blocks: f64) -> Option<f64> {
-    let tau = &first_onset_fields(run)?.tangential_force_n;
+pub(crate) fn affected_cut_off(states: &States, blocks: f64) -> Option<f64> {
+    let tau = &states.at_first_onset()?.tangential_force_n;
     Some(tau.get(blocks as usize)? / tau[0])
 }
 
-pub(crate) fn affected_blocks_error(run: &RunData) -> Option<f64> {
-    let tau = &first_onset_fields(run)?.tangential_force_n;
+pub(crate) fn affected_blocks_error(run: &RunEvents, states: &States) -> Option<f64> {
+    let tau = &states.at_first_onset()?.tangential_force_n;
     let ratio = run.scenario.friction.interfacial_stiffness_ratio;
     // Three decades, a hundred cut-offs in each.
     largest((1..=300).map(|n| 10f64.powf(-f64::from(n) / 100.0)).map(|threshold| {
@@ -40,14 +42,14 @@ pub(crate) fn affected_blocks_error(run: &RunData) -> Option<f64> {
 
 /// How far the shear on the first block ahead of a front that has come to rest is from the
 /// `alpha p` of (5.48), over it: the mean of all precursors before the first global slip.
-pub(crate) fn ahead_of_front_error(run: &RunData) -> Option<Estimate> {
+pub(crate) fn ahead_of_front_error(run: &RunEvents, states: &States) -> Option<Estimate> {
     let friction = &run.plan.friction;
     let alpha = (friction.static_coefficient + friction.dynamic_coefficient) / 2.0;
-    let ratios: Vec<f64> = precursors::alone(run, &PrecursorRules::default())
+    let ratios: Vec<f64> = precursors::alone(run)
         .iter()
         .filter_map(|precursor| {
             let ahead = precursor.last_block as usize;
-            let fields = run.states().at_precursor_end(precursor.end.end_step?)?;
+            let fields = states.at_precursor_end(precursor.end.end_step?)?;
             Some(fields.tangential_force_n.get(ahead)? / run.plan.normal_load_n[ahead])
         })
         .collect();
@@ -55,26 +57,26 @@ pub(crate) fn ahead_of_front_error(run: &RunData) -> Option<Estimate> {
     run.plan.load_course.is_constant().then_some(mean)
 }
 
-fn points(run: &RunData, law: LengthLaw) -> Vec<PrecursorPoint> {
-    precursor_points(run, law, &precursors::alone(run, &PrecursorRules::default()))
+fn points(run: &RunEvents, law: LengthLaw) -> Vec<PrecursorPoint> {
+    precursor_points(run, law, &precursors::alone(run))
 }
 
-pub(crate) fn residual(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+pub(crate) fn residual(run: &RunEvents, law: LengthLaw) -> Option<Estimate> {
     rms_over_mu_d(run, &points(run, law))
 }
 
-pub(crate) fn slope_error(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+pub(crate) fn slope_error(run: &RunEvents, law: LengthLaw) -> Option<Estimate> {
     slope_error_of(&points(run, law))
 }
 
-pub(crate) fn intercept_error(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+pub(crate) fn intercept_error(run: &RunEvents, law: LengthLaw) -> Option<Estimate> {
     intercept_error_of(run, &points(run, law))
 }
 
 /// Root mean square of what precursors exceed a law by, over `mu_d`.
-pub(crate) fn rms_over_mu_d(run: &RunData, points: &[PrecursorPoint]) -> Option<Estimate> {
+pub(crate) fn rms_over_mu_d(run: &RunEvents, points: &[PrecursorPoint]) -> Option<Estimate> {
     let residuals: Vec<f64> = points.iter().map(|point| point.ft_fn - point.predicted).collect();
-    Some(estimate::root_mean_square(&residuals)?.over(run.plan.friction.dynamic_coefficient))
+    Some(estimate::root_mean_square(&residuals)?.over(run.mu_d()))
 }
 
 /// How far the slope of the straight line through precursors is from that of the law.
@@ -84,30 +86,29 @@ pub(crate) fn slope_error_of(points: &[PrecursorPoint]) -> Option<Estimate> {
 }
 
 /// How far its intercept is from that of the law, over `mu_d`.
-pub(crate) fn intercept_error_of(run: &RunData, points: &[PrecursorPoint]) -> Option<Estimate> {
+pub(crate) fn intercept_error_of(run: &RunEvents, points: &[PrecursorPoint]) -> Option<Estimate> {
     let [_, intercept] = line_beside_law(points)?;
-    Some(intercept.distance_from(0.0).over(run.plan.friction.dynamic_coefficient))
+    Some(intercept.distance_from(0.0).over(run.mu_d()))
 }
 
 /// How far the load is from its theory in the step records up to `mu_d`.
-pub(crate) fn load_curve_error(run: &RunData) -> Option<f64> {
+pub(crate) fn load_curve_error(run: &RunEvents, loads: &[Load]) -> Option<f64> {
     let curve = LoadCurve::of(&run.scenario)?.points();
-    let end_s = time_to_reach(run, run.plan.friction.dynamic_coefficient)?.min(curve.last()?.0);
+    let end_s = time_to_reach(loads, run.mu_d())?.min(curve.last()?.0);
     let theory = |time_s: f64| {
         let after = curve.partition_point(|point| point.0 <= time_s).clamp(1, curve.len() - 1);
         let [(from_s, low), (to_s, high)] = [curve[after - 1], curve[after]];
         low + (high - low) * (time_s - from_s) / (to_s - from_s)
     };
-    let deviations = run
-        .loads()
+    let deviations = loads
         .iter()
         .take_while(|record| record.time_s <= end_s)
         .map(|record| record.load_ratio() - theory(record.time_s));
-    Some(largest(deviations)? / run.plan.friction.dynamic_coefficient)
+    Some(largest(deviations)? / run.mu_d())
 }
 
-pub(crate) fn initial_shear_error(run: &RunData) -> Option<f64> {
-    let fields = run.states().first()?;
+pub(crate) fn initial_shear_error(run: &RunEvents, states: &States) -> Option<f64> {
+    let fields = states.first()?;
     let plan = &run.plan;
     let expected = asperity_model::initial::shear_profile(
         run.scenario.initial_shear.beta,
@@ -124,8 +125,8 @@ pub(crate) fn initial_shear_error(run: &RunData) -> Option<f64> {
     )
 }
 
-pub(crate) fn onset_profile_error(run: &RunData) -> Option<f64> {
-    let tau = &first_onset_fields(run)?.tangential_force_n;
+pub(crate) fn onset_profile_error(run: &RunEvents, states: &States) -> Option<f64> {
+    let tau = &states.at_first_onset()?.tangential_force_n;
     largest(tau.iter().enumerate().map(|(n, force)| {
         let distance_m = n as f64 * run.plan.spacing_m;
         let screening_m = run.plan.screening_length_m();
@@ -133,15 +134,15 @@ pub(crate) fn onset_profile_error(run: &RunData) -> Option<f64> {
     }))
 }
 
-pub(crate) fn decaying_drive_onset_error(run: &RunData) -> Option<f64> {
+pub(crate) fn decaying_drive_onset_error(run: &RunEvents) -> Option<f64> {
     let (plan, decay_m) = (&run.plan, run.scenario.drive.decay_length_m);
     let (mu_s, screening_m) = (plan.friction.static_coefficient, plan.screening_length_m());
     let predicted = analytic::decaying_drive_onset(mu_s, decay_m, screening_m, plan.length_m);
     (decay_m > 0.0).then_some((run.slips.first()?.ft_fn_onset / predicted - 1.0).abs())
 }
 
-pub(crate) fn ring_down_error(run: &RunData) -> Option<f64> {
-    let points = ring_down(run);
+pub(crate) fn ring_down_error(run: &RunEvents, windows: &[WindowRecord]) -> Option<f64> {
+    let points = ring_down(run, windows);
     let squares: f64 = points.iter().map(|(_, simulated, theory)| (simulated - theory).powi(2)).sum();
     (!points.is_empty()).then(|| (squares / points.len() as f64).sqrt())
 }
@@ -156,7 +157,7 @@ mod tests {
     use asperity_testkit::quiet_step;
 
     use crate::made_up;
-    use crate::measure::Measure;
+    use crate::number::number;
     use crate::run_data::{Load, RunData};
 
     /// Three blocks with these forces at every onset and end.
@@ -183,13 +184,13 @@ mod tests {
     fn affected_blocks_count_by_the_cut_off_and_tell_where_it_lies() {
         // A chain with k_t = k has 1, 0.382, 0.146; the third of these is 0.003.
         let run = with_fields([100.0, 38.2, 0.3]);
-        assert_eq!(Measure::AffectedBlocks.of(&run, None), Some(2.0));
-        let cut_off = |measure: Measure, near| measure.of(&run, Some(near)).unwrap();
-        assert!((cut_off(Measure::AffectedCutOffLowest, 2.0) - 0.003).abs() < 1e-12);
-        assert!((cut_off(Measure::AffectedCutOffHighest, 2.0) - 0.382).abs() < 1e-12);
-        assert_eq!(Measure::AffectedCutOffLowest.of(&run, Some(3.0)), None);
+        assert_eq!(number("affected_blocks", &run, None), Some(2.0));
+        let cut_off = |name: &str, near| number(name, &run, Some(near)).unwrap();
+        assert!((cut_off("affected_cut_off_lowest_ratio", 2.0) - 0.003).abs() < 1e-12);
+        assert!((cut_off("affected_cut_off_highest_ratio", 2.0) - 0.382).abs() < 1e-12);
+        assert_eq!(number("affected_cut_off_lowest_ratio", &run, Some(3.0)), None);
         // At a cut-off of 0.31 % the infinite chain has seven blocks, this one two.
-        assert_eq!(Measure::AffectedBlocksError.of(&run, None), Some(5.0));
+        assert_eq!(number("affected_blocks_error", &run, None), Some(5.0));
     }
 
     #[test]
@@ -197,7 +198,7 @@ mod tests {
         // 133.3 N on each block; precursors end at blocks 1, 2 and 3, the last without a next one.
         let run = with_fields([0.0, 60.0, 80.0]);
         let expected = ((60.0 + 80.0) / 2.0 / (400.0 / 3.0) / 0.575_f64 - 1.0).abs();
-        let ours = Measure::AheadOfFrontError.of(&run, None).unwrap();
+        let ours = number("ahead_of_event_front_error_ratio", &run, None).unwrap();
         assert!((ours - expected).abs() < 1e-12, "{ours} {expected}");
     }
 
@@ -212,13 +213,13 @@ mod tests {
         let along =
             curve.iter().map(|&(time_s, ratio)| record(400.0 * ratio, (time_s / 1e-7) as u64, time_s));
         run.loads = along.collect();
-        assert!(Measure::LoadCurveError.of(&run, None).unwrap() < 1e-12);
-        assert!(Measure::TimeToDynamicCoefficientError.of(&run, None).unwrap() < 1e-12);
+        assert!(number("load_curve_error_ratio", &run, None).unwrap() < 1e-12);
+        assert!(number("time_to_dynamic_coefficient_error_ratio", &run, None).unwrap() < 1e-12);
         run.loads[100].driving_force_n -= 400.0 * 0.045;
-        assert!((Measure::LoadCurveError.of(&run, None).unwrap() - 0.1).abs() < 1e-9);
+        assert!((number("load_curve_error_ratio", &run, None).unwrap() - 0.1).abs() < 1e-9);
         // Behind the end of the theory nothing counts.
         run.loads.push(record(0.0, 40_000_000, 4.0));
-        assert!((Measure::LoadCurveError.of(&run, None).unwrap() - 0.1).abs() < 1e-9);
+        assert!((number("load_curve_error_ratio", &run, None).unwrap() - 0.1).abs() < 1e-9);
     }
 
     #[test]
@@ -228,9 +229,9 @@ mod tests {
         for (slip, length) in [(0, 1.0), (1, 2.0), (4, 3.0), (5, 3.0)] {
             run.slips[slip].ft_fn_onset = 1.1 * 0.45 * length / 3.0 + 0.009;
         }
-        let of = |measure: Measure| measure.of(&run, None).unwrap();
-        assert!((of(Measure::SlopeErrorLinear) - 0.1).abs() < 1e-12);
-        assert!((of(Measure::InterceptErrorLinear) - 0.02).abs() < 1e-12);
-        assert!((of(Measure::LoadAtFirstGlobalSlipError) - 0.12).abs() < 1e-12);
+        let of = |name: &str| number(name, &run, None).unwrap();
+        assert!((of("event_slope_error_linear_ratio") - 0.1).abs() < 1e-12);
+        assert!((of("event_intercept_error_linear_ratio") - 0.02).abs() < 1e-12);
+        assert!((of("first_global_event_load_error_ratio") - 0.12).abs() < 1e-12);
     }
 }

@@ -19,7 +19,7 @@ use crate::claim::{Claim, Judgement};
 pub use shown::markdown;
 
 use crate::estimate::{Estimate, median_of};
-use crate::measure::Measure;
+use crate::number::Number;
 use crate::run_data::RunData;
 use crate::wants::Wants;
 
@@ -105,7 +105,7 @@ pub struct ClaimSpec {
     /// judged in them as well.
     pub as_stated: Option<Runs>,
     /// What to measure in it.
-    pub measure: Measure,
+    pub measure: Number,
     /// What an agreement is worth.
     #[serde(default)]
     pub kind: Kind,
@@ -116,7 +116,7 @@ pub struct ClaimSpec {
     /// The number claimed, with the digits the source gives; absent where the
     /// source speaks in words.
     pub stated: Option<String>,
-    /// For measures that look for the nearest precursor: its number of blocks,
+    /// For numbers of the nearest precursor: its number of blocks,
     /// where that is not the number claimed.
     pub near: Option<f64>,
     /// Where the source speaks in words: the largest value that bears it out. With `at_least` it
@@ -259,7 +259,7 @@ pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Clai
             of: claim.of.word().to_owned(),
             run: claim.run.clone(),
             quote: claim.quote.clone(),
-            measure: claim.measure.name(),
+            measure: claim.measure.words(),
             stated: claim.stated.clone().unwrap_or_default(),
             deviation: own.ours.zip(claim.stated()).map(|(ours, stated)| ours - stated),
             own,
@@ -362,7 +362,7 @@ mod tests {
     }
 
     fn claim(rest: &str) -> ClaimSpec {
-        let text = format!("about = \"a\"\nquote = \"q\"\nmeasure = \"first-global-slip-time\"\n{rest}");
+        let text = format!("about = \"a\"\nquote = \"q\"\nmeasure = \"first_global_event_onset_s\"\n{rest}");
         toml::from_str(&text).unwrap()
     }
 
@@ -433,7 +433,7 @@ mod tests {
         }
         let judged = |limit: &str, run: &RunData| {
             let text = format!(
-                "about = \"a\"\nquote = \"q\"\nrun = \"r\"\nmeasure = \"intercept-error-5.57\"\nat_most = {limit}"
+                "about = \"a\"\nquote = \"q\"\nrun = \"r\"\nmeasure = \"event_intercept_error_linear_ratio\"\nat_most = {limit}"
             );
             let claims = [toml::from_str(&text).unwrap()];
             let mut runs = BTreeMap::from([("r".to_owned(), run.clone())]);

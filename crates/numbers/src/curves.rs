@@ -1,12 +1,13 @@
-//! Curves and points read off a run: what the measures put in a number, and the figures and
+//! Curves and points read off a run: what the list of numbers is taken of, and the figures and
 //! tables show.
 
 use asperity_model::analytic::{self, LengthLaw, LengthLawParameters};
-use asperity_record::{FieldRecord, Rupture, SlipEvent};
+use asperity_record::{Rupture, SlipEvent, WindowRecord};
 
 use crate::estimate::{Estimate, line};
 use crate::precursors::{self, Precursor, PrecursorRules};
-use crate::run_data::{Load, RunData};
+use crate::run_data::{Load, NotKept, RunData, RunEvents, load_at};
+use crate::states::States;
 
 /// One precursor beside the theory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +21,11 @@ pub struct PrecursorPoint {
 }
 
 /// Precursors of a run beside a length law.
-pub fn precursor_points(run: &RunData, law: LengthLaw, precursors: &[Precursor<'_>]) -> Vec<PrecursorPoint> {
+pub fn precursor_points(
+    run: &RunEvents,
+    law: LengthLaw,
+    precursors: &[Precursor<'_>],
+) -> Vec<PrecursorPoint> {
     let parameters = LengthLawParameters::of(&run.scenario);
     precursors
         .iter()
@@ -34,7 +39,7 @@ pub fn precursor_points(run: &RunData, law: LengthLaw, precursors: &[Precursor<'
 
 /// The precursors among the ruptures of a run beside a length law.
 pub fn rupture_points<'a>(
-    run: &'a RunData,
+    run: &'a RunEvents,
     law: LengthLaw,
     rules: &PrecursorRules,
 ) -> Vec<(&'a Rupture, PrecursorPoint)> {
@@ -59,18 +64,27 @@ pub struct Residuals {
 }
 
 /// The residuals of a run against a length law; `None` without precursors.
-pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Option<Residuals> {
-    let points = precursor_points(run, law, &precursors::alone(run, rules));
+///
+/// # Errors
+/// If the rules ask for what was not kept of the run.
+pub fn residuals(
+    run: &RunData,
+    law: LengthLaw,
+    rules: &PrecursorRules,
+) -> Result<Option<Residuals>, NotKept> {
+    let mut precursors = precursors::find(run, rules)?;
+    precursors.retain(|precursor| precursor.blocks_slipped < run.header.blocks);
+    let points = precursor_points(run, law, &precursors);
     if points.is_empty() {
-        return None;
+        return Ok(None);
     }
     let residuals = points.iter().map(|point| point.ft_fn - point.predicted);
     let squares: f64 = residuals.clone().map(|residual| residual * residual).sum();
-    Some(Residuals {
+    Ok(Some(Residuals {
         count: points.len(),
         rms: (squares / points.len() as f64).sqrt(),
         max: residuals.fold(0.0, |max: f64, residual| max.max(residual.abs())),
-    })
+    }))
 }
 
 /// The straight line through precursors by least squares, `F_T / F_N` against what a law says of
@@ -80,39 +94,39 @@ pub fn line_beside_law(points: &[PrecursorPoint]) -> Option<[Estimate; 2]> {
     line(&points.iter().map(|point| (point.predicted, point.ft_fn)).collect::<Vec<_>>())
 }
 
-/// The state at the onset of the first slip event.
-pub fn first_onset_fields(run: &RunData) -> Option<&FieldRecord> {
-    run.states().at_first_onset()
-}
-
 /// The precursor whose length is nearest to `blocks`; the earliest of equals.
-pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<Precursor<'_>> {
+pub fn nearest_precursor(run: &RunEvents, blocks: f64) -> Option<Precursor<'_>> {
     let distance = |precursor: &Precursor<'_>| (f64::from(precursor.last_block) - blocks).abs();
-    let precursors = precursors::alone(run, &PrecursorRules::default());
+    let precursors = precursors::alone(run);
     precursors.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 /// That precursor, and `tau_n / p_n` of every block at its end.
-pub fn front_profile(run: &RunData, blocks: f64) -> Option<(Precursor<'_>, Vec<f64>)> {
+pub fn front_profile<'a>(
+    run: &'a RunEvents,
+    loads: &[Load],
+    states: &States,
+    blocks: f64,
+) -> Option<(Precursor<'a>, Vec<f64>)> {
     let precursor = nearest_precursor(run, blocks)?;
-    let fields = run.states().at_precursor_end(precursor.end.end_step?)?;
+    let fields = states.at_precursor_end(precursor.end.end_step?)?;
     // Of that step, whose load need not be that of the start.
-    run.loads().iter().find(|record| record.step == fields.step)?;
-    let loads = run.normal_load_n(fields)?;
-    let profile = fields.tangential_force_n.iter().zip(loads).map(|(tau, p)| tau / p).collect();
+    loads.iter().find(|record| record.step == fields.step)?;
+    let normal_load_n = run.normal_load_n(loads, fields)?;
+    let profile = fields.tangential_force_n.iter().zip(normal_load_n).map(|(tau, p)| tau / p).collect();
     Some((precursor, profile))
 }
 
 /// Its mean over the blocks that the front passed.
-pub fn mean_behind_front(run: &RunData, blocks: f64) -> Option<f64> {
-    let (precursor, profile) = front_profile(run, blocks)?;
+pub fn mean_behind_front(run: &RunEvents, loads: &[Load], states: &States, blocks: f64) -> Option<f64> {
+    let (precursor, profile) = front_profile(run, loads, states, blocks)?;
     let length = precursor.last_block as usize;
     Some(profile[..length].iter().sum::<f64>() / length as f64)
 }
 
 /// The slip event that begins within the first dense window and whose length is nearest to
 /// `blocks`; the earliest of equals.
-pub fn event_in_window(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
+pub fn event_in_window(run: &RunEvents, blocks: f64) -> Option<&SlipEvent> {
     let window = run.plan.recording.windows.first()?;
     let distance = |slip: &&SlipEvent| (f64::from(slip.last_block) - blocks).abs();
     run.slips
@@ -122,7 +136,7 @@ pub fn event_in_window(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
 }
 
 /// Duration of a slip event over the time in which sound crosses its blocks.
-pub fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
+pub fn over_crossing(run: &RunEvents, event: &SlipEvent) -> Option<f64> {
     let per_block_s = run.plan.scales.block_time_s;
     Some((event.end_s? - event.onset_s) / (f64::from(event.blocks_slipped) * per_block_s))
 }
@@ -131,7 +145,7 @@ pub fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
 const FEWEST_BLOCKS: u32 = 5;
 
 /// The median of that of all slip events of `FEWEST_BLOCKS` or more.
-pub fn median_over_crossing(run: &RunData) -> Option<f64> {
+pub fn median_over_crossing(run: &RunEvents) -> Option<f64> {
     let events = run.slips.iter().filter(|slip| slip.blocks_slipped >= FEWEST_BLOCKS);
     let mut all: Vec<f64> = events.filter_map(|slip| over_crossing(run, slip)).collect();
     all.sort_by(f64::total_cmp);
@@ -147,7 +161,7 @@ pub fn pull_ratio(record: &Load) -> f64 {
 
 /// Pull ratio and share of the blocks that slid, for every slip event in which more
 /// blocks slid than in any before, wherever it began, up to the first global slip.
-pub fn growing_slips(run: &RunData) -> Vec<(f64, f64)> {
+pub fn growing_slips(run: &RunEvents, loads: &[Load]) -> Vec<(f64, f64)> {
     let mut most = 0;
     let mut grown = Vec::new();
     for slip in &run.slips {
@@ -155,7 +169,7 @@ pub fn growing_slips(run: &RunData) -> Vec<(f64, f64)> {
             continue;
         }
         most = slip.blocks_slipped;
-        if let Some(record) = run.load_at(slip.onset_step) {
+        if let Some(record) = load_at(loads, slip.onset_step) {
             grown.push((pull_ratio(record), f64::from(most) / f64::from(run.header.blocks)));
         }
         if most == run.header.blocks {
@@ -167,11 +181,11 @@ pub fn growing_slips(run: &RunData) -> Vec<(f64, f64)> {
 
 /// Velocity of block 1 over its initial value against time `t sqrt(k / m)`, as
 /// simulated and after (5.28), in a run that rings down one mode.
-pub fn ring_down(run: &RunData) -> Vec<(f64, f64, f64)> {
+pub fn ring_down(run: &RunEvents, windows: &[WindowRecord]) -> Vec<(f64, f64, f64)> {
     let initial = run.plan.initial.velocity_m_per_s[0];
     let shape = analytic::mode_shape(run.scenario.initial_velocity.mode, run.header.blocks);
     let rate = (run.plan.elastic.stiffness_n_per_m() / run.plan.block_mass_kg).sqrt();
-    run.windows()
+    windows
         .iter()
         .filter(|record| record.first_block == 1)
         .map(|record| {
@@ -189,7 +203,7 @@ mod tests {
     use super::{PrecursorPoint, front_profile, growing_slips, line_beside_law, pull_ratio};
     use crate::made_up;
     use crate::made_up::EVENTS;
-    use crate::run_data::Load;
+    use crate::run_data::{Load, load_at};
 
     #[test]
     fn fronts_are_over_the_load_of_their_step() {
@@ -207,7 +221,7 @@ mod tests {
             detached: vec![0; 3],
         };
         made_up::with_states(&mut run, &[state]);
-        let (_, profile) = front_profile(&run, 2.0).unwrap();
+        let (_, profile) = front_profile(&run, &run.loads, &run.states, 2.0).unwrap();
         // 100 N on each of three blocks, not the 133 N of the start.
         assert!(profile.iter().all(|ratio| (ratio - 0.45).abs() < 1e-12), "{profile:?}");
     }
@@ -228,9 +242,9 @@ mod tests {
         run.loads[1].normal_load_n = 100.0;
         assert_eq!(pull_ratio(&run.loads[1]), 0.5);
         // Events 0, 1 and 5 are each larger than all before; records lie a step before onsets.
-        let grown = growing_slips(&run);
+        let grown = growing_slips(&run, &run.loads);
         assert_eq!(grown, [(0.0025, 1.0 / 3.0), (0.5, 2.0 / 3.0), (0.0025, 1.0)]);
-        assert_eq!(run.load_at(250).unwrap().step, 199);
-        assert_eq!(run.load_at(0).unwrap().step, 99);
+        assert_eq!(load_at(&run.loads, 250).unwrap().step, 199);
+        assert_eq!(load_at(&run.loads, 0).unwrap().step, 99);
     }
 }

@@ -40,6 +40,12 @@ impl Estimate {
     }
 }
 
+impl From<f64> for Estimate {
+    fn from(value: f64) -> Estimate {
+        Estimate::exact(value)
+    }
+}
+
 /// The error of a statistic, given by how much each value of a sample moves it, in the order in which
 /// they came, and how many parameters are estimated from the sample.
 fn error_of(moves: &[f64], parameters: usize) -> f64 {

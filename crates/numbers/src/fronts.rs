@@ -7,7 +7,7 @@ use asperity_model::front::{Front, relative_prestress};
 use asperity_record::Direction;
 
 use crate::precursors::{PrecursorRules, among_ruptures};
-use crate::run_data::RunData;
+use crate::run_data::{OfFronts, RunEvents};
 
 /// What happened to a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Passage {
 
 /// The blocks that a front has passed which came from block 1: all up to the first one that never
 /// slid.
-pub fn passages(run: &RunData) -> Vec<Passage> {
+pub fn passages(run: &RunEvents) -> Vec<Passage> {
     // A switch takes effect in the next step.
     let after = |step: u64| run.plan.grid.time_s(step + 1);
     let slid = run.switches.iter().map_while(|switched| switched.as_ref()).zip(1..);
@@ -47,12 +47,12 @@ pub fn steady_span(blocks: usize) -> std::ops::RangeInclusive<usize> {
 }
 
 /// The time in which the chain's waves cross a block, `a / c = sqrt(m / k)`.
-pub fn crossing_s(run: &RunData) -> f64 {
+pub fn crossing_s(run: &RunEvents) -> f64 {
     run.plan.scales.block_time_s
 }
 
 /// The passages of the blocks of the steady span; None if the front did not come to all of them.
-fn steady(run: &RunData) -> Option<Vec<Passage>> {
+fn steady(run: &RunEvents) -> Option<Vec<Passage>> {
     let span = steady_span(run.plan.blocks);
     let passages = passages(run);
     let steady = passages.get(span.start() - 1..*span.end())?.to_vec();
@@ -63,7 +63,7 @@ fn steady(run: &RunData) -> Option<Vec<Passage>> {
 /// of the steady span, by least squares.
 ///
 /// A median of delays would not do: without damping each delay is a whole number of steps.
-pub fn speed_over_c(run: &RunData) -> Option<f64> {
+pub fn speed_over_c(run: &RunEvents) -> Option<f64> {
     let steady = steady(run)?;
     let count = steady.len() as f64;
     let (x, t) = steady.iter().fold((0.0, 0.0), |(x, t), passage| {
@@ -78,7 +78,7 @@ pub fn speed_over_c(run: &RunData) -> Option<f64> {
 
 /// Speed of the front between neighbours over the wave speed: the later one of the two, and the
 /// speed. Blocks that a front from block 1 did not reach after their neighbour are left out.
-pub fn local_speeds(run: &RunData) -> Vec<(f64, f64)> {
+pub fn local_speeds(run: &RunEvents) -> Vec<(f64, f64)> {
     let crossing_s = crossing_s(run);
     let took = |pair: &[Passage]| pair[1].arrival_s - pair[0].arrival_s;
     let passages = passages(run);
@@ -95,16 +95,22 @@ pub const ACROSS: u32 = 4;
 /// speed is taken, in the state at the onset of the slip event in which the rupture began. (When a
 /// front comes to a block, the block bears its threshold, by what a detachment is.) Stretches that a
 /// front passed in no time or backwards are left out.
-pub fn over_stress(run: &RunData, from_blocks: u32, across: u32) -> [Vec<(f64, f64)>; 2] {
+pub fn over_stress(
+    run: &RunEvents,
+    (loads, states, arrivals): OfFronts<'_>,
+    from_blocks: u32,
+    across: u32,
+) -> [Vec<(f64, f64)>; 2] {
     let mut all = [Vec::new(), Vec::new()];
     let per_spacing_s = crossing_s(run);
     for rupture in among_ruptures(run, &PrecursorRules { min_blocks: from_blocks, merge_gap_s: 0.0 }) {
         let slip = run.event_of(rupture);
-        let state = slip.and_then(|slip| run.states().at_precursor_onset(slip.onset_step));
-        let Some((state, p_n)) = state.and_then(|state| Some((state, run.normal_load_n(state)?))) else {
+        let state = slip.and_then(|slip| states.at_precursor_onset(slip.onset_step));
+        let Some((state, p_n)) = state.and_then(|state| Some((state, run.normal_load_n(loads, state)?)))
+        else {
             continue;
         };
-        let of = run.arrivals().iter().filter(|arrival| arrival.rupture == rupture.rupture);
+        let of = arrivals.iter().filter(|arrival| arrival.rupture == rupture.rupture);
         let at: BTreeMap<u32, f64> = of.map(|arrival| (arrival.block, arrival.arrival_s)).collect();
         for (block, from_s) in at.range(rupture.nucleation_block..) {
             let Some(to_s) = at.get(&(block + across)).filter(|to_s| *to_s > from_s) else { continue };
@@ -120,8 +126,8 @@ pub fn over_stress(run: &RunData, from_blocks: u32, across: u32) -> [Vec<(f64, f
 
 /// How far faster fronts go with more stress: Spearman's rank correlation of all that
 /// [`over_stress`] finds of ruptures of five blocks or more, -1 to 1.
-pub fn speed_stress_correlation(run: &RunData) -> Option<f64> {
-    let points = over_stress(run, 5, ACROSS).concat();
+pub fn speed_stress_correlation(run: &RunEvents, passed: OfFronts<'_>) -> Option<f64> {
+    let points = over_stress(run, passed, 5, ACROSS).concat();
     let ranks = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
         // Equals share the mean of their ranks.
         let rank = |value: f64| {
@@ -140,32 +146,32 @@ pub fn speed_stress_correlation(run: &RunData) -> Option<f64> {
 }
 
 /// The theory for the run, with the prestress of the middle block.
-pub fn theory(run: &RunData) -> Option<Front> {
+pub fn theory(run: &RunEvents) -> Option<Front> {
     Front::of(&run.plan, run.plan.blocks / 2)
 }
 
 /// The displacement that strains a spring between blocks by `(mu_s - mu_d) p`, in the middle.
-pub fn unit_m(run: &RunData) -> f64 {
+pub fn unit_m(run: &RunEvents) -> f64 {
     let (friction, middle) = (&run.plan.friction, run.plan.blocks / 2);
     (friction.static_threshold_n[middle] - friction.dynamic_friction_n[middle])
         / run.plan.elastic.stiffness_n_per_m()
 }
 
 /// Deviation of the speed from the theory, over it.
-pub fn speed_error(run: &RunData) -> Option<f64> {
+pub fn speed_error(run: &RunEvents) -> Option<f64> {
     Some(speed_over_c(run)? / theory(run)?.speed_over_c()? - 1.0)
 }
 
 /// How many blocks a pulse is long: its speed times the mean time for which a block slides, over
 /// the steady span.
-pub fn pulse_length_blocks(run: &RunData) -> Option<f64> {
+pub fn pulse_length_blocks(run: &RunEvents) -> Option<f64> {
     let steady = steady(run)?;
     let slid_s: Option<f64> = steady.iter().map(|passage| Some(passage.stop_s? - passage.arrival_s)).sum();
     Some(speed_over_c(run)? * slid_s? / steady.len() as f64 / crossing_s(run))
 }
 
 /// The mean slip behind a pulse over the steady span, over that of the theory without damping.
-pub fn pulse_slip_ratio(run: &RunData) -> Option<f64> {
+pub fn pulse_slip_ratio(run: &RunEvents) -> Option<f64> {
     let steady = steady(run)?;
     let slip_m: Option<f64> = steady.iter().map(|passage| passage.slip_m).sum();
     Some(slip_m? / steady.len() as f64 / unit_m(run) / theory(run)?.pulse_slip()?)
@@ -173,7 +179,7 @@ pub fn pulse_slip_ratio(run: &RunData) -> Option<f64> {
 
 /// The relative prestress of the last block that the front reached; None if it reached all, or
 /// if something still slid at the end of the run.
-pub fn arrest_prestress(run: &RunData) -> Option<f64> {
+pub fn arrest_prestress(run: &RunEvents) -> Option<f64> {
     let passages = passages(run);
     let over = passages.iter().all(|passage| passage.stop_s.is_some());
     let last = passages.last().filter(|last| over && (last.block as usize) < run.plan.blocks)?;
@@ -263,14 +269,15 @@ mod tests {
         };
         run.kept |= Wants::fronts();
         made_up::with_states(&mut run, &[state]);
-        let [precursors, global] = over_stress(&run, 5, 4);
+        let passed = run.of_fronts().unwrap();
+        let [precursors, global] = over_stress(&run, passed, 5, 4);
         assert!(precursors.is_empty());
         // Block 2 to block 6: 120 steps of 1e-7 s, and 0.1 to 0.5.
         assert!((global[0].0 - 0.3).abs() < 1e-12, "{global:?}");
         assert!((global[0].1 - 4.0 * crossing_s(&run) / 120e-7).abs() < 1e-9, "{global:?}");
         assert_eq!(global.len(), 7, "from block 2 to 6, up to from 8 to 12");
-        assert_eq!(speed_stress_correlation(&run), Some(1.0));
-        let [_, short] = over_stress(&run, 13, 4);
+        assert_eq!(speed_stress_correlation(&run, passed), Some(1.0));
+        let [_, short] = over_stress(&run, passed, 13, 4);
         assert!(short.is_empty(), "it has twelve blocks");
     }
 }

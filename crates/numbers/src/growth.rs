@@ -1,15 +1,16 @@
-//! Selects the growing ruptures from block 1, in whatever order they become known.
+//! The two definitions of what grows from block 1: among ruptures, known in any order, and among slip
+//! events, one after the other.
 
 use asperity_record::Reach;
 
-/// Keeps of the ruptures that include block 1 and reach farther than all before them that do what
-/// somebody wants of them: of the precursors, and of the first slip of the whole slider, which ends
-/// them.
+/// The growing ruptures: those that include block 1 and reach farther than every rupture that does and
+/// began before. They are the precursors, and the first rupture of the whole slider, which ends them.
+/// Of each, the caller chooses what to keep.
 ///
 /// Ruptures are known once nothing can join them any more, which need not be in the order in which
 /// they began. No more than one for each block is kept.
 #[derive(Debug, Clone)]
-pub struct Growth<T> {
+pub struct RuptureGrowth<T> {
     /// By onset, each farther than the one before it.
     farthest: Vec<Grown<T>>,
 }
@@ -21,13 +22,13 @@ struct Grown<T> {
     kept: T,
 }
 
-impl<T> Default for Growth<T> {
-    fn default() -> Growth<T> {
-        Growth { farthest: Vec::new() }
+impl<T> Default for RuptureGrowth<T> {
+    fn default() -> RuptureGrowth<T> {
+        RuptureGrowth { farthest: Vec::new() }
     }
 }
 
-impl<T> Growth<T> {
+impl<T> RuptureGrowth<T> {
     /// Takes the next rupture, by the step of its onset and its number: of two that begin in one
     /// step, the one that was known first comes first.
     pub fn take(&mut self, starts: (u64, u64), reach: Reach, keep: impl FnOnce() -> T) {
@@ -43,5 +44,53 @@ impl<T> Growth<T> {
     /// By onset, the block that each reached and what is kept of it.
     pub fn iter(&self) -> impl Iterator<Item = (u32, &T)> {
         self.farthest.iter().map(|grown| (grown.to, &grown.kept))
+    }
+}
+
+/// The growing slip events, in the order of their onsets: a precursor starts at block 1 and runs
+/// farther than any before it, until the whole slider has slid. Nothing is merged or dropped.
+///
+/// ```
+/// use asperity_numbers::EventGrowth;
+/// use asperity_record::Reach;
+///
+/// let mut growth = EventGrowth::new(100);
+/// // First and last block, and how many blocks slid.
+/// let slips = [(1, 5, 5), (40, 60, 21), (1, 3, 3), (1, 17, 17), (1, 100, 100), (1, 100, 100)];
+/// let found = slips.map(|(first, last, slipped)| growth.extends(Reach { first, last }, slipped));
+/// assert_eq!(found, [true, false, false, true, true, false]);
+/// assert!(growth.is_over());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EventGrowth {
+    blocks: u32,
+    longest: u32,
+    over: bool,
+}
+
+impl EventGrowth {
+    /// For a slider of this many blocks.
+    pub fn new(blocks: u32) -> EventGrowth {
+        EventGrowth { blocks, longest: 0, over: false }
+    }
+
+    /// Whether the next slip event is a precursor, or the slip of the whole slider that ends
+    /// them.
+    pub fn extends(&mut self, reach: Reach, blocks_slipped: u32) -> bool {
+        if self.over {
+            return false;
+        }
+        self.over = blocks_slipped == self.blocks;
+        // All blocks may slide after the last one already has.
+        let extends = reach.extends(if self.over { 0 } else { self.longest });
+        if extends {
+            self.longest = reach.last;
+        }
+        extends
+    }
+
+    /// Whether the whole slider has slid, so that no precursor follows.
+    pub fn is_over(&self) -> bool {
+        self.over
     }
 }

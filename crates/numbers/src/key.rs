@@ -1,16 +1,20 @@
-//! The keys of a summary, declared once for JSON, its schema, tables and the page that explains
-//! them.
+//! The names of the numbers of a run, each declared once for files that ask for it, JSON, its schema,
+//! tables and the page that explains them.
 
 use asperity_record::{Column, ColumnKind};
 use serde_json::Value;
 
-/// A key of a summary.
+/// What a number of a run is called, and what it means.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Key {
     /// Its topic, as a heading.
     pub group: &'static str,
     /// Its name, type, unit and meaning.
     pub column: Column,
+    /// What pipelines called it before there was one list of numbers, and still may.
+    pub old_name: Option<&'static str>,
+    /// What it is called in the tables of claims and studies, where that is not its name in words.
+    pub words: Option<&'static str>,
 }
 
 impl Key {
@@ -58,10 +62,36 @@ impl<T: FieldValue> FieldValue for Option<T> {
     }
 }
 
+/// A [`Key`], of its group, name, type, meaning and attributes.
+macro_rules! key {
+    (
+        $group:literal, $name:ident, $type:ty, $about:expr
+        $(, unit = $unit:literal)? $(, was = $was:literal)? $(, words = $words:literal)?
+    ) => {
+        $crate::key::Key {
+            group: $group,
+            column: $crate::key::key!(@column stringify!($name), $type, $about $(, $unit)?),
+            old_name: $crate::key::key!(@optional $($was)?),
+            words: $crate::key::key!(@optional $($words)?),
+        }
+    };
+    (@column $name:expr, $type:ty, $about:expr) => {
+        ::asperity_record::Column::new($name, <$type as $crate::key::FieldValue>::KIND, $about)
+    };
+    (@column $name:expr, $type:ty, $about:expr, $unit:literal) => {
+        ::asperity_record::Column::with_unit($name, <$type as $crate::key::FieldValue>::KIND, $unit, $about)
+    };
+    (@optional) => { None };
+    (@optional $text:literal) => { Some($text) };
+}
+
+pub(crate) use key;
+
 /// Declares a summary: generates the struct, its JSON form with a schema, and its keys.
 ///
 /// The doc comment of a field is the meaning of its key on every page. The name of a number ends in
-/// its unit; a number without unit has `[unit = "1"]` after its type.
+/// its unit; a number without unit has `[unit = "1"]` after its type, and one with an old name
+/// `[was = "old-name"]`.
 macro_rules! summary {
     (
         $(#[doc = $about:tt])*
@@ -70,14 +100,14 @@ macro_rules! summary {
                 $group:literal {
                     $(
                         $(#[doc = $doc:tt])*
-                        $field:ident: $type:ty $([unit = $unit:literal])?,
+                        $field:ident: $type:ty $([unit = $unit:literal])? $([was = $was:literal])?,
                     )+
                 }
             )+
         }
     ) => {
         $(#[doc = $about])*
-        #[derive(Debug, Clone, PartialEq, ::serde::Serialize, ::serde::Deserialize, ::schemars::JsonSchema)]
+        #[derive(Debug, Clone, Default, PartialEq, ::serde::Serialize, ::serde::Deserialize, ::schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($(
@@ -89,12 +119,10 @@ macro_rules! summary {
         impl $name {
             /// The keys in their order on pages.
             pub const KEYS: &'static [$crate::Key] = &[
-                $($($crate::Key {
-                    group: $group,
-                    column: $crate::key::summary!(
-                        @column stringify!($field), $type, concat!($($doc,)* "") $(, $unit)?
-                    ),
-                },)+)+
+                $($($crate::key::key!(
+                    $group, $field, $type, concat!($($doc,)* "")
+                    $(, unit = $unit)? $(, was = $was)?
+                ),)+)+
             ];
 
             /// The value of each key, in the same order; null where the run does not determine it.
@@ -102,12 +130,6 @@ macro_rules! summary {
                 vec![$($($crate::key::FieldValue::value(&self.$field),)+)+]
             }
         }
-    };
-    (@column $name:expr, $type:ty, $about:expr) => {
-        ::asperity_record::Column::new($name, <$type as $crate::key::FieldValue>::KIND, $about)
-    };
-    (@column $name:expr, $type:ty, $about:expr, $unit:literal) => {
-        ::asperity_record::Column::with_unit($name, <$type as $crate::key::FieldValue>::KIND, $unit, $about)
     };
 }
 

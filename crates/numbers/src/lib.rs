@@ -34,24 +34,23 @@
 //! ```
 //!
 //! A [`run_data::Collector`] keeps what else is made of a run, as far as somebody asks for it
-//! ([`wants`]); single numbers are read off that by [`measure`], curves by [`curves`], fronts by
+//! ([`wants`]), the summary included; each [`Number`] is read off that by its name, curves by [`curves`], fronts by
 //! [`fronts`], distributions and their fits by [`distributions`] and [`goodness`], and [`claims`] sets
 //! numbers beside what a text states.
 //!
 //! ```
-//! use asperity_numbers::measure::Measure;
-//! use asperity_numbers::precursors::{self, PrecursorRules};
+//! use asperity_numbers::{Number, precursors};
 //! use asperity_numbers::run_data::RunData;
 //!
 //! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
 //! let run = RunData::read("complete", path.as_ref())?;
-//! for precursor in precursors::find(&run, &PrecursorRules::default()) {
+//! for precursor in precursors::one_by_one(&run) {
 //!     let (length, load) = (precursor.length_ratio(run.header.blocks), precursor.start.ft_fn_onset);
 //!     println!("L_p/L = {length:.2} at F_T/F_N = {load:.3}");
 //! }
-//! assert_eq!(Measure::CoefficientRatio.of(&run, None), Some(0.7 / 0.45));
-//! assert!(Measure::PrecursorCount.of(&run, None) > Some(0.0));
-//! # Ok::<(), asperity_numbers::run_data::UnreadRun>(())
+//! assert_eq!(Number::find("coefficient_ratio")?.of(&run, None), Some(0.7 / 0.45));
+//! assert!(Number::find("precursor_event_count")?.of(&run, None) > Some(0.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 #[cfg(test)]
@@ -70,17 +69,18 @@ pub mod fronts;
 pub mod goodness;
 mod growth;
 mod key;
+mod list;
 #[cfg(test)]
 #[path = "../../testkit/src/made_up.rs"]
 pub mod made_up;
-pub mod measure;
+mod number;
+mod of;
 mod partial;
 pub mod plane_waves;
 pub mod precursors;
 mod raw;
 pub mod run_data;
 mod rupture_numbers;
-mod slip_growth;
 pub mod states;
 mod statistics;
 mod summarizer;
@@ -90,9 +90,10 @@ mod unloaded;
 pub mod wants;
 
 pub use beside_theory::AFFECTED_THRESHOLD;
-pub use growth::Growth;
+pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
+pub use number::Number;
 pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s};
 pub use statistics::median;
-pub use summarizer::{LengthLaw, RupturesFrom, Slider, Summarizer};
+pub use summarizer::{RupturesFrom, Slider, Summarizer};
 pub use summary::Summary;

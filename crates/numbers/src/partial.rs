@@ -3,7 +3,7 @@
 
 use asperity_record::Rupture;
 
-use crate::run_data::RunData;
+use crate::run_data::RunEvents;
 
 /// Fewest blocks of a rupture that counts, as a share of the slider's.
 const FEWEST: f64 = 0.1;
@@ -13,7 +13,7 @@ fn blocks(rupture: &Rupture) -> u32 {
 }
 
 /// The ruptures that count, by their onsets; `None` where the log has none because it is too old.
-fn counted(run: &RunData) -> Option<impl Iterator<Item = &Rupture>> {
+fn counted(run: &RunEvents) -> Option<impl Iterator<Item = &Rupture>> {
     run.ruptures.as_ref()?;
     let fewest = FEWEST * f64::from(run.header.blocks);
     let ruptures = run.ruptures_by_onset().into_iter();
@@ -21,30 +21,30 @@ fn counted(run: &RunData) -> Option<impl Iterator<Item = &Rupture>> {
 }
 
 /// Those before the first that reached every block.
-fn before_global(run: &RunData) -> Option<impl Iterator<Item = &Rupture>> {
+fn before_global(run: &RunEvents) -> Option<impl Iterator<Item = &Rupture>> {
     Some(counted(run)?.take_while(|rupture| !rupture.reached_every_block))
 }
 
 /// How many there are.
-pub(crate) fn count(run: &RunData) -> Option<f64> {
+pub(crate) fn count(run: &RunEvents) -> Option<f64> {
     Some(before_global(run)?.count() as f64)
 }
 
 /// The share of the blocks that the largest of them has; 0 without any.
-pub(crate) fn largest_share(run: &RunData) -> Option<f64> {
+pub(crate) fn largest_share(run: &RunEvents) -> Option<f64> {
     let largest = before_global(run)?.map(blocks).max().unwrap_or(0);
     Some(f64::from(largest) / f64::from(run.header.blocks))
 }
 
 /// How far from the driven end the first rupture that counts began, global or not, mm.
-pub(crate) fn nucleation_mm(run: &RunData) -> Option<f64> {
+pub(crate) fn nucleation_mm(run: &RunEvents) -> Option<f64> {
     let first = counted(run)?.next()?;
     Some(f64::from(first.nucleation_block - 1) * run.plan.spacing_m * 1e3)
 }
 
 /// Speed of the front of the first rupture that reached every block, towards higher-numbered blocks,
 /// over the wave speed.
-pub(crate) fn global_front_over_c(run: &RunData) -> Option<f64> {
+pub(crate) fn global_front_over_c(run: &RunEvents) -> Option<f64> {
     let global = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reached_every_block)?;
     Some(global.front_speed_up_m_per_s? / run.plan.scales.wave_speed_m_per_s())
 }

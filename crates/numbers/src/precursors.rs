@@ -16,8 +16,8 @@ use asperity_record::{Extent, Reach, Rupture, SlipEvent};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::run_data::RunData;
-pub use crate::slip_growth::Growth;
+use crate::growth::{EventGrowth, RuptureGrowth};
+use crate::run_data::{NotKept, RunData, RunEvents};
 use crate::wants::Wants;
 
 /// What to do with slip events before they are taken for precursors.
@@ -80,16 +80,45 @@ impl Precursor<'_> {
     }
 }
 
-/// The precursors of a run, up to and including the first slip of the whole slider.
-pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> {
+/// The precursors of a run by these rules, up to and including the first slip of the whole slider.
+///
+/// # Errors
+/// If the rules merge events, and the run's detachments were not kept.
+pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Result<Vec<Precursor<'a>>, NotKept> {
+    let detachments = if rules.merge_gap_s > 0.0 { run.detachments()? } else { &[] };
+    Ok(among_groups(run, rules, detachments))
+}
+
+/// The precursors of a run, nothing merged or dropped, up to and including the first slip of the whole
+/// slider.
+pub fn one_by_one(run: &RunEvents) -> Vec<Precursor<'_>> {
+    among_groups(run, &PrecursorRules::default(), &[])
+}
+
+/// These without the slip of the whole slider that ends the list: what is said of precursors is
+/// measured in them.
+pub fn alone(run: &RunEvents) -> Vec<Precursor<'_>> {
+    let mut precursors = one_by_one(run);
+    precursors.retain(|precursor| precursor.blocks_slipped < run.header.blocks);
+    precursors
+}
+
+fn among_groups<'a>(
+    run: &'a RunEvents,
+    rules: &PrecursorRules,
+    detachments: &[(u64, u32)],
+) -> Vec<Precursor<'a>> {
     let mut precursors = Vec::new();
-    let mut growth = Growth::new(run.header.blocks);
+    let mut growth = EventGrowth::new(run.header.blocks);
     for group in run.slips.chunk_by(|before, next| belongs_together(before, next, rules.merge_gap_s)) {
         let (Some(start), Some(end)) = (group.first(), group.last()) else { continue };
         let Some(reach) = Reach::over(group.iter().map(SlipEvent::reach)) else { continue };
         let blocks_slipped = match group {
             [slip] => slip.blocks_slipped,
-            _ => distinct_blocks(run, start.onset_step, end.end_step.unwrap_or(run.header.steps)),
+            _ => {
+                let end_step = end.end_step.unwrap_or(run.header.steps);
+                distinct_blocks(run, detachments, start.onset_step, end_step)
+            }
         };
         if blocks_slipped < rules.min_blocks {
             continue;
@@ -105,30 +134,21 @@ pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> 
     precursors
 }
 
-/// The precursors of a run alone, without the slip of the whole slider that ends the list: what is
-/// said of precursors is measured in these.
-pub fn alone<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> {
-    let mut precursors = find(run, rules);
-    precursors.retain(|precursor| precursor.blocks_slipped < run.header.blocks);
-    precursors
-}
-
 /// The ruptures that include block 1 and reach farther than every one that does and began before,
 /// by onset. The last may be the first slip of the whole slider, which
 /// [`Rupture::reached_every_block`] tells. Ruptures of fewer blocks than the rules ask for are left
 /// out; none are merged, since what belongs together is one rupture already.
-pub fn among_ruptures<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<&'a Rupture> {
-    let mut longest = 0;
-    let mut ruptures = run.ruptures_by_onset();
-    ruptures.retain(|rupture| {
-        let reaches = rupture.reach().extends(longest);
-        if reaches {
-            longest = rupture.last_block;
-        }
-        // All blocks up to the last have slid.
-        reaches && rupture.last_block >= rules.min_blocks
-    });
-    ruptures
+pub fn among_ruptures<'a>(run: &'a RunEvents, rules: &PrecursorRules) -> Vec<&'a Rupture> {
+    let mut growth = RuptureGrowth::default();
+    for rupture in run.ruptures.iter().flatten() {
+        growth.take((rupture.onset_step, rupture.rupture), rupture.reach(), || rupture);
+    }
+    // All blocks up to the last have slid.
+    growth
+        .iter()
+        .filter(|(last_block, _)| *last_block >= rules.min_blocks)
+        .map(|(_, rupture)| *rupture)
+        .collect()
 }
 
 fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> bool {
@@ -137,8 +157,7 @@ fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> b
 
 /// Distinct blocks that slid in steps from `onset_step` up to before `end_step`:
 /// each detached at the step before the onset or later.
-fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
-    let detachments = run.detachments();
+fn distinct_blocks(run: &RunEvents, detachments: &[(u64, u32)], onset_step: u64, end_step: u64) -> u32 {
     let from = detachments.partition_point(|(step, _)| step + 1 < onset_step);
     let slid = detachments[from..].iter().take_while(|(step, _)| step + 1 < end_step);
     Extent::with(run.header.contacts(), slid.map(|(_, block)| *block)).count()
@@ -146,13 +165,15 @@ fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Growth, PrecursorRules, alone, find};
+    use super::{PrecursorRules, alone, find, one_by_one};
+    use crate::growth::EventGrowth;
     use crate::made_up;
     use crate::made_up::EVENTS;
     use crate::run_data::RunData;
 
     fn found(run: &RunData, min_blocks: u32, merge_gap_s: f64) -> Vec<(u64, u32, u32, u32)> {
         find(run, &PrecursorRules { min_blocks, merge_gap_s })
+            .unwrap()
             .iter()
             .map(|found| (found.start.event, found.merged, found.last_block, found.blocks_slipped))
             .collect()
@@ -164,14 +185,14 @@ mod tests {
         let run = made_up::run("", &EVENTS);
         assert_eq!(found(&run, 1, 0.0), all);
         // The third reaches the last block without taking all; the fourth is no precursor.
-        assert_eq!(alone(&run, &PrecursorRules::default()).len(), 3);
+        assert_eq!((one_by_one(&run).len(), alone(&run).len()), (4, 3));
         assert_eq!(found(&made_up::run("", &EVENTS[5..]), 1, 0.0), [(0, 1, 3, 3)]);
     }
 
     #[test]
     fn one_by_one_events_are_told_as_in_a_whole_run() {
         let run = made_up::run("", &EVENTS);
-        let mut growth = Growth::new(3);
+        let mut growth = EventGrowth::new(3);
         let told = run.slips.iter().filter(|slip| growth.extends(slip.reach(), slip.blocks_slipped));
         let numbers: Vec<u64> = told.map(|slip| slip.event).collect();
         let whole = found(&run, 1, 0.0);

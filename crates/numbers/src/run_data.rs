@@ -1,19 +1,22 @@
-//! What tables, figures and measures are made of: kept of a run while its records pass, live or out
+//! What tables, figures and numbers are made of: kept of a run while its records pass, live or out
 //! of its log.
 //!
 //! A run has far more records than anything is made of. [`Collector`] sees each once and keeps what
 //! [`Wants`] names, in a form that holds no more than is read.
 
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
-    Arrival, Direction, Event, EventPayload, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent,
-    StepRecord, WindowRecord,
+    Arrival, Direction, Event, EventPayload, FieldRecord, Observer, Record, RunEnd, RunHeader, Rupture,
+    SlipEvent, StepRecord, WindowRecord,
 };
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
 use crate::states::States;
+use crate::summarizer::{RupturesFrom, Slider, Summarizer};
+use crate::summary::Summary;
 use crate::wants::Wants;
 
 /// A log of which nothing can be made.
@@ -92,9 +95,9 @@ pub struct NodeField {
     pub displacement_m: Vec<f64>,
 }
 
-/// What is kept of a run.
+/// What is kept of every run.
 #[derive(Debug, Clone)]
-pub struct RunData {
+pub struct RunEvents {
     /// The run's name in its pipeline.
     pub name: String,
     /// What the run is.
@@ -103,6 +106,8 @@ pub struct RunData {
     pub scenario: Scenario,
     /// The numbers derived from it.
     pub plan: Plan,
+    /// Its summary.
+    pub summary: Summary,
     /// Slip events, in order.
     pub slips: Vec<SlipEvent>,
     /// Ruptures, in the order in which they became certain, as in the log; none where the log is
@@ -110,8 +115,13 @@ pub struct RunData {
     pub ruptures: Option<Vec<Rupture>>,
     /// The first and the last switch of every block.
     pub switches: Vec<Option<[Switched; 2]>>,
-    /// How often blocks re-attached, all together.
-    pub reattachments: u64,
+}
+
+/// What is kept of a run: [`RunEvents`], and of its records what is in [`Wants`].
+#[derive(Debug, Clone)]
+pub struct RunData {
+    /// What is kept of every run.
+    pub run: RunEvents,
     /// What was wanted of the run, and so stays.
     pub kept: Wants,
     /// See [`RunData::loads()`].
@@ -130,8 +140,39 @@ pub struct RunData {
     pub nodes: Vec<NodeField>,
 }
 
+impl Deref for RunData {
+    type Target = RunEvents;
+
+    fn deref(&self) -> &RunEvents {
+        &self.run
+    }
+}
+
+impl DerefMut for RunData {
+    fn deref_mut(&mut self) -> &mut RunEvents {
+        &mut self.run
+    }
+}
+
+/// What the speeds of fronts are taken of: loads, states, and how ruptures passed their blocks.
+pub type OfFronts<'a> = (&'a [Load], &'a States, &'a [Arrival]);
+
+/// Something of a run that is read, and not in the [`Wants`] of whoever collected it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{what} of run {run} are not kept")]
+pub struct NotKept {
+    run: String,
+    what: &'static str,
+}
+
+impl From<NotKept> for String {
+    fn from(error: NotKept) -> String {
+        error.to_string()
+    }
+}
+
 impl RunData {
-    /// Reads a run log and keeps all that measures can be made of.
+    /// Reads a run log and keeps all that numbers can be taken of.
     ///
     /// # Errors
     /// If the log is damaged, incomplete, or holds what cannot be understood.
@@ -146,73 +187,89 @@ impl RunData {
                 LogItem::Event(event) => collector.event(&event),
             }
         }
-        Ok(collector.finish(reader.event_topics().any(|topic| topic == Rupture::TOPIC)))
+        let has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
+        let ruptures_from = if has_ruptures { RupturesFrom::Log } else { RupturesFrom::None };
+        Ok(collector.finish(ruptures_from, reader.end()))
+    }
+
+    fn if_kept<'a, T: ?Sized>(&self, kept: bool, what: &'static str, data: &'a T) -> Result<&'a T, NotKept> {
+        if kept { Ok(data) } else { Err(NotKept { run: self.name.clone(), what }) }
     }
 
     /// The loads at every step record.
     ///
-    /// # Panics
-    /// If they were not kept: whoever reads them says so in its [`Wants`].
-    pub fn loads(&self) -> &[Load] {
-        assert!(self.kept.loads, "the loads of run {} are read, but nobody wanted them", self.name);
-        &self.loads
+    /// # Errors
+    /// If they were not kept.
+    pub fn loads(&self) -> Result<&[Load], NotKept> {
+        self.if_kept(self.kept.loads, "loads", self.loads.as_slice())
     }
 
     /// The states of all blocks that were kept.
     ///
-    /// # Panics
-    /// If there are none: whoever reads them says so in its [`Wants`].
-    pub fn states(&self) -> &States {
-        assert!(self.kept.topics().fields, "states of run {} are read, but nobody wanted them", self.name);
-        &self.states
+    /// # Errors
+    /// If there are none.
+    pub fn states(&self) -> Result<&States, NotKept> {
+        self.if_kept(self.kept.topics().fields, "states", &self.states)
     }
 
     /// Dense windows, in order.
     ///
-    /// # Panics
-    /// If they were not kept: whoever reads them says so in its [`Wants`].
-    pub fn windows(&self) -> &[WindowRecord] {
-        assert!(self.kept.windows, "the windows of run {} are read, but nobody wanted them", self.name);
-        &self.windows
+    /// # Errors
+    /// If they were not kept.
+    pub fn windows(&self) -> Result<&[WindowRecord], NotKept> {
+        self.if_kept(self.kept.windows, "windows", self.windows.as_slice())
     }
 
     /// The states of all blocks while many slide, in order.
     ///
-    /// # Panics
-    /// If they were not kept: whoever reads them says so in its [`Wants`].
-    pub fn rupture_fields(&self) -> &[WindowRecord] {
-        assert!(self.kept.windows, "states of ruptures of {} are read, but nobody wanted them", self.name);
-        &self.rupture_fields
+    /// # Errors
+    /// If they were not kept.
+    pub fn rupture_fields(&self) -> Result<&[WindowRecord], NotKept> {
+        self.if_kept(self.kept.windows, "states of ruptures", self.rupture_fields.as_slice())
     }
 
     /// Step and block of every detachment, in order.
     ///
-    /// # Panics
-    /// If they were not kept: whoever reads them says so in its [`Wants`].
-    pub fn detachments(&self) -> &[(u64, u32)] {
-        assert!(self.kept.detachments, "detachments of run {} are read, but nobody wanted them", self.name);
-        &self.detachments
+    /// # Errors
+    /// If they were not kept.
+    pub fn detachments(&self) -> Result<&[(u64, u32)], NotKept> {
+        self.if_kept(self.kept.detachments, "detachments", self.detachments.as_slice())
     }
 
     /// How ruptures passed their blocks, one rupture after the other as in the log.
     ///
-    /// # Panics
-    /// If it was not kept: whoever reads it says so in its [`Wants`].
-    pub fn arrivals(&self) -> &[Arrival] {
-        assert!(self.kept.arrivals, "arrivals of run {} are read, but nobody wanted them", self.name);
-        &self.arrivals
+    /// # Errors
+    /// If it was not kept.
+    pub fn arrivals(&self) -> Result<&[Arrival], NotKept> {
+        self.if_kept(self.kept.arrivals, "arrivals", self.arrivals.as_slice())
     }
 
-    /// Where all nodes were nearest to one of the times that were asked for, s.
+    /// What the speeds of fronts are taken of, see [`Wants::fronts`].
     ///
-    /// # Panics
-    /// If nobody asked: whoever reads them says so in its [`Wants`].
-    pub fn nodes_at(&self, at_s: f64) -> Option<&NodeField> {
-        assert!(self.kept.nodes_at_s.contains(&at_s), "nodes of run {} are not asked for", self.name);
-        let distance = |nodes: &&NodeField| (nodes.time_s - at_s).abs();
-        self.nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    /// # Errors
+    /// If any of it was not kept.
+    pub fn of_fronts(&self) -> Result<OfFronts<'_>, NotKept> {
+        Ok((self.loads()?, self.states()?, self.arrivals()?))
     }
 
+    /// Where all nodes were nearest to one of the times that were asked for, s; `None` of a chain.
+    ///
+    /// # Errors
+    /// If that time was not asked for.
+    pub fn nodes_at(&self, at_s: f64) -> Result<Option<&NodeField>, NotKept> {
+        let nodes = self.if_kept(self.kept.nodes_at_s.contains(&at_s), "nodes", &self.nodes)?;
+        let distance = |nodes: &&NodeField| (nodes.time_s - at_s).abs();
+        Ok(nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))))
+    }
+}
+
+/// The loads at the last step record up to a step, or at the first one where the step is before it.
+pub fn load_at(loads: &[Load], step: u64) -> Option<&Load> {
+    let after = loads.partition_point(|load| load.step <= step);
+    loads.get(after.saturating_sub(1))
+}
+
+impl RunEvents {
     /// The value of a numerical scenario key.
     ///
     /// # Errors
@@ -245,25 +302,25 @@ impl RunData {
         slip.end_step.is_none_or(|end| rupture.onset_step < end).then_some(slip)
     }
 
-    /// The loads at the last step record up to a step, or at the first one where the step is before
-    /// it.
-    pub fn load_at(&self, step: u64) -> Option<&Load> {
-        let after = self.loads().partition_point(|load| load.step <= step);
-        self.loads.get(after.saturating_sub(1))
-    }
-
     /// What each contact bore in a state: of a slab what the state says, of a chain its share of the
     /// load of that instant. `None` without step records.
-    ///
-    /// # Panics
-    /// If the loads were not kept: whoever reads them says so in its [`Wants`].
-    pub fn normal_load_n(&self, state: &FieldRecord) -> Option<Vec<f64>> {
-        let load = self.load_at(state.step)?;
+    pub fn normal_load_n(&self, loads: &[Load], state: &FieldRecord) -> Option<Vec<f64>> {
+        let load = load_at(loads, state.step)?;
         if !state.normal_load_n.is_empty() {
             return Some(state.normal_load_n.clone());
         }
         let course = load.normal_load_n / self.plan.total_normal_load_n;
         Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
+    }
+
+    /// `mu_d`.
+    pub(crate) fn mu_d(&self) -> f64 {
+        self.plan.friction.dynamic_coefficient
+    }
+
+    /// The run, if theory of the stuck or the moving chain is of it; slabs have none.
+    pub(crate) fn of_chain(&self) -> Option<&RunEvents> {
+        self.plan.elastic.has_theory().then_some(self)
     }
 
     /// The first slip event in which every block slid.
@@ -272,27 +329,32 @@ impl RunData {
     }
 }
 
-/// Sees a run go by, and keeps of it what is wanted.
-#[derive(Debug)]
+/// Sees a run go by, keeps of it what is wanted, and makes its summary.
 pub struct Collector {
     run: RunData,
     ruptures: Vec<Rupture>,
+    summarizer: Summarizer,
 }
 
 impl Collector {
     /// For a run that is about to go by.
     pub fn new(name: &str, header: RunHeader, scenario: Scenario, wants: Wants) -> Collector {
         let plan = Plan::new(&scenario);
-        let run = RunData {
+        let states = States::new(header.blocks, &wants);
+        let summarizer = Summarizer::new(name, &header, Slider::of(&scenario));
+        let run = RunEvents {
             name: name.to_owned(),
-            states: States::new(header.blocks, &wants),
             switches: vec![None; header.blocks as usize],
             header,
             scenario,
             plan,
+            summary: Summary::default(),
             slips: Vec::new(),
             ruptures: None,
-            reattachments: 0,
+        };
+        let run = RunData {
+            run,
+            states,
             kept: wants,
             loads: Vec::new(),
             windows: Vec::new(),
@@ -301,7 +363,7 @@ impl Collector {
             arrivals: Vec::new(),
             nodes: Vec::new(),
         };
-        Collector { run, ruptures: Vec::new() }
+        Collector { run, ruptures: Vec::new(), summarizer }
     }
 
     /// For a log that is about to be read, with this header and scenario.
@@ -336,11 +398,6 @@ impl Collector {
         &self.run.name
     }
 
-    /// Its scenario.
-    pub fn scenario(&self) -> &Scenario {
-        &self.run.scenario
-    }
-
     /// How many steps it is to take.
     pub fn steps(&self) -> u64 {
         self.run.header.steps
@@ -352,10 +409,10 @@ impl Collector {
     }
 
     fn step(&mut self, record: &StepRecord) {
-        let run = &mut self.run;
-        run.states.step(record);
-        if run.kept.loads {
-            run.loads.push(Load::from(record));
+        let RunData { run, kept, loads, states, detachments, .. } = &mut self.run;
+        states.step(record);
+        if kept.loads {
+            loads.push(Load::from(record));
         }
         for switch in &record.switches {
             let switched = Switched {
@@ -365,12 +422,8 @@ impl Collector {
             };
             let [_, last] = run.switches[switch.block as usize - 1].get_or_insert([switched, switched]);
             *last = switched;
-            match switch.direction {
-                Direction::Attach => run.reattachments += 1,
-                Direction::Detach if run.kept.detachments => {
-                    run.detachments.push((record.step, switch.block));
-                }
-                Direction::Detach => {}
+            if kept.detachments && switch.direction == Direction::Detach {
+                detachments.push((record.step, switch.block));
             }
         }
     }
@@ -386,23 +439,19 @@ impl Collector {
         self.run.nodes.push(nodes);
     }
 
-    /// A slip event of it.
-    pub fn slip(&mut self, slip: SlipEvent) {
-        self.run.states.slip(&slip);
-        self.run.slips.push(slip);
-    }
-
-    /// What was kept, once all has passed; whether ruptures were looked for.
-    pub fn finish(self, has_ruptures: bool) -> RunData {
-        let Collector { mut run, ruptures } = self;
+    /// What was kept, once all has passed: where its ruptures are from, and how it ended if known.
+    pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> RunData {
+        let Collector { mut run, ruptures, summarizer } = self;
         run.states.end();
-        run.ruptures = has_ruptures.then_some(ruptures);
+        run.ruptures = (ruptures_from != RupturesFrom::None).then_some(ruptures);
+        run.summary = summarizer.finish(ruptures_from, end);
         run
     }
 }
 
 impl Observer for Collector {
     fn record(&mut self, record: &Record) {
+        self.summarizer.record(record);
         match record {
             Record::Step(record) => self.step(record),
             Record::Fields(record) => self.run.states.state(record),
@@ -417,8 +466,10 @@ impl Observer for Collector {
     }
 
     fn event(&mut self, event: &Event) {
+        self.summarizer.event(event);
         if let Some(slip) = event.get::<SlipEvent>() {
-            self.slip(slip.clone());
+            self.run.states.slip(slip);
+            self.run.slips.push(slip.clone());
         } else if let Some(rupture) = event.get::<Rupture>() {
             self.ruptures.push(rupture.clone());
         } else if let Some(arrival) = event.get::<Arrival>().filter(|_| self.run.kept.arrivals) {
@@ -435,6 +486,7 @@ mod tests {
     use super::Collector;
     use crate::made_up;
     use crate::states::States;
+    use crate::summarizer::RupturesFrom;
     use crate::wants::Wants;
 
     #[test]
@@ -443,7 +495,7 @@ mod tests {
         let [first, last] = run.switches[0].unwrap();
         assert_eq!((first.step, last.step, last.direction), (99, 299, Direction::Detach));
         assert_eq!(run.switches[1], None);
-        assert_eq!(run.detachments(), [(99, 1), (199, 1), (199, 3), (299, 1)]);
+        assert_eq!(run.detachments().unwrap(), [(99, 1), (199, 1), (199, 3), (299, 1)]);
     }
 
     /// States of ruptures have the number behind the windows that the scenario asks for.
@@ -465,9 +517,9 @@ mod tests {
                 tangential_force_n: Vec::new(),
             }));
         }
-        let run = collector.finish(false);
-        assert_eq!((run.windows().len(), run.rupture_fields().len()), (1, 2));
-        assert_eq!((run.windows()[0].first_block, run.rupture_fields()[0].first_block), (2, 1));
+        let run = collector.finish(RupturesFrom::None, None);
+        assert_eq!((run.windows.len(), run.rupture_fields.len()), (1, 2));
+        assert_eq!((run.windows[0].first_block, run.rupture_fields[0].first_block), (2, 1));
     }
 
     fn state(step: u64, displacement_m: f64) -> FieldRecord {

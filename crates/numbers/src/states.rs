@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use asperity_record::{FieldRecord, SlipEvent, StepRecord};
 
-use crate::precursors::Growth;
+use crate::growth::EventGrowth;
 use crate::wants::Wants;
 
 /// States and what was read off them.
@@ -28,7 +28,7 @@ pub struct States {
     waiting: Vec<FieldRecord>,
     /// Ends of precursors whose state is still to come.
     awaited: Vec<u64>,
-    growth: Growth,
+    growth: EventGrowth,
     any_slip: bool,
     /// The last step, how many blocks slid in it, and whether that had changed from or to none.
     last: (u64, u32, bool),
@@ -49,7 +49,7 @@ impl States {
             keeps_onsets: wants.precursor_onsets,
             waiting: Vec::new(),
             awaited: Vec::new(),
-            growth: Growth::new(blocks),
+            growth: EventGrowth::new(blocks),
             any_slip: false,
             last: (0, 0, false),
         }

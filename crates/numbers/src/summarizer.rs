@@ -1,12 +1,14 @@
 //! Accumulates the summary of a run from its records and events.
 
+use asperity_model::Scenario;
+use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_record::{
     Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
     TimeGrid,
 };
 
 use crate::creep::CreepFront;
-use crate::growth::Growth;
+use crate::growth::RuptureGrowth;
 use crate::raw::RawEvents;
 use crate::rupture_numbers::{self as measures, WIDE_BLOCKS};
 use crate::statistics::{Line, mean, median};
@@ -27,16 +29,17 @@ const COUNTS_AIR_SINCE: u32 = 6;
 pub struct Slider {
     /// The scales of its elements, for headers without them.
     pub scales: Option<Scales>,
-    /// The law of precursor lengths for the scenario.
-    pub length_law: Option<LengthLaw>,
+    /// The law of precursor lengths for the scenario, and its parameters.
+    pub length_law: Option<(LengthLaw, LengthLawParameters)>,
 }
 
-/// A prediction of `F_T / F_N` for a precursor of length `L_p / L`.
-pub struct LengthLaw {
-    /// Its name in tables.
-    pub name: String,
-    /// The prediction.
-    pub load_ratio: Box<dyn Fn(f64) -> f64 + Send + Sync>,
+impl Slider {
+    /// The properties of a scenario's slider.
+    pub fn of(scenario: &Scenario) -> Slider {
+        let law = (LengthLaw::natural(scenario), LengthLawParameters::of(scenario));
+        // With both ends pulled, F_T is a difference; slabs have no such theory.
+        Slider { scales: Some(scenario.scales()), length_law: LengthLaw::is_for(scenario).then_some(law) }
+    }
 }
 
 /// The origin of a run's ruptures.
@@ -82,7 +85,7 @@ pub struct Summarizer {
     creep: CreepFront,
     raw: RawEvents,
     unloaded: Unloaded,
-    growth: Growth<Rupture>,
+    growth: RuptureGrowth<Rupture>,
     global: Vec<Rupture>,
     ruptures: u64,
     wide: u64,
@@ -109,7 +112,7 @@ impl Summarizer {
             creep: CreepFront::new(header.blocks),
             raw: RawEvents::new(header.blocks),
             unloaded: Unloaded::default(),
-            growth: Growth::default(),
+            growth: RuptureGrowth::default(),
             global: Vec::new(),
             ruptures: 0,
             wide: 0,
@@ -176,10 +179,10 @@ impl Summarizer {
         let first_global = global.first().copied();
 
         let law = slider.length_law.as_ref();
-        let residuals: Vec<(f64, f64)> = law.map_or(Vec::new(), |law| {
+        let residuals: Vec<(f64, f64)> = law.map_or(Vec::new(), |(law, parameters)| {
             let residual = |rupture: &&Rupture| {
                 let lp_l = length_ratio(rupture);
-                (lp_l, rupture.ft_fn_onset - (law.load_ratio)(lp_l))
+                (lp_l, rupture.ft_fn_onset - law.load_ratio(parameters, lp_l))
             };
             precursors.iter().map(residual).filter(|(_, residual)| residual.is_finite()).collect()
         });
@@ -229,7 +232,7 @@ impl Summarizer {
             precursor_count: known(precursors.len() as u64),
             longest_precursor_ratio: lengths.last().copied(),
             precursor_growth_ratio: mean(growths),
-            length_law: law.map(|law| law.name.clone()),
+            length_law: law.map(|(law, _)| law.table_word()),
             length_law_slope_residual: line.map(|line| line.slope),
             length_law_intercept_residual: line.map(|line| line.intercept),
             length_law_rms_residual: mean(residuals.iter().map(|(_, residual)| residual * residual))

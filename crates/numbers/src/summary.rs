@@ -44,7 +44,7 @@ summary! {
             first_slip_s: Option<f64>,
             /// `F_T / F_N` at that time; null, as all such ratios, where the drive pulls both ways, so
             /// that `F_T` is a difference.
-            first_slip_ft_fn: Option<f64> [unit = "1"],
+            first_slip_ft_fn: Option<f64> [unit = "1"] [was = "load-at-first-slip"],
         }
         "First slip of the whole slider" {
             /// Onset of the first rupture that reached every block, s; null if there is none.
@@ -61,9 +61,9 @@ summary! {
             first_global_rupture_front_speed_m_per_s: Option<f64>,
             /// Onset of the first raw slip event in which every block slid, s. Where creep has
             /// joined it to what happened before, that is long before the slider slipped.
-            first_global_event_onset_s: Option<f64>,
+            first_global_event_onset_s: Option<f64> [was = "first-global-slip-time"],
             /// `F_T / F_N` at the onset of that event.
-            first_global_event_ft_fn: Option<f64> [unit = "1"],
+            first_global_event_ft_fn: Option<f64> [unit = "1"] [was = "load-at-first-global-slip"],
             /// Number of ruptures that reached every block.
             global_rupture_count: Option<u64>,
         }
@@ -97,7 +97,7 @@ summary! {
         }
         "Loads" {
             /// Largest `F_T / F_N` of all step records.
-            largest_ft_fn: Option<f64> [unit = "1"],
+            largest_ft_fn: Option<f64> [unit = "1"] [was = "largest-load-ratio"],
             /// Mean fall of `F_T / F_N` from onset to end of the precursors.
             precursor_drop_ft_fn: Option<f64> [unit = "1"],
             /// The same of the global ruptures.
@@ -189,7 +189,7 @@ summary! {
             /// Number of raw slip events.
             event_count: u64,
             /// Number of those in which every block slid.
-            global_event_count: u64,
+            global_event_count: u64 [was = "global-slip-count"],
             /// Duration of the longest, s; of one that did not end, up to the end of the run.
             longest_event_s: Option<f64>,
             /// Number of those of four blocks or more.

@@ -1,4 +1,4 @@
-//! What is to be kept of a run while its records pass: each measure, figure and table says what it
+//! What is to be kept of a run while its records pass: each number, figure and table says what it
 //! reads, and nothing else stays in memory.
 
 use std::collections::BTreeSet;
@@ -6,7 +6,7 @@ use std::ops::{BitOr, BitOrAssign};
 
 use asperity_runlog::Topics;
 
-/// What tables, figures and measures want of a run beside its slip events, its ruptures and what
+/// What tables, figures and numbers want of a run beside its summary, slip events, ruptures and what
 /// became of each block, which are always kept.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wants {
@@ -63,7 +63,7 @@ impl Wants {
         Wants { arrivals: true, precursor_onsets: true, ..Wants::LOADS | Wants::STATES }
     }
 
-    /// All that measures can be made of.
+    /// All that numbers can be taken of.
     pub fn all() -> Wants {
         Wants::fronts() | Wants::WINDOWS | Wants::DETACHMENTS
     }

@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_numbers::{LengthLaw, RupturesFrom, Slider, Summarizer, Summary, text};
+use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_model::resolve;
+use asperity_numbers::{RupturesFrom, Slider, Summarizer, Summary, text};
 use asperity_record::{
     Direction, Energy, Event, Observer, RunEnd, RunHeader, RunStatus, Rupture, Scales, SlipEvent,
     SolverReport, StepRecord, unit_of,
@@ -38,10 +40,8 @@ fn slider() -> Slider {
         modulus_n_per_m: Some(2e4),
         interfacial_stiffness_n_per_m: None,
     };
-    Slider {
-        scales: Some(scales),
-        length_law: Some(LengthLaw { name: "(5.57)".to_owned(), load_ratio: Box::new(|x| 0.5 * x) }),
-    }
+    let scenario = resolve("default", &["friction.dynamic_coefficient=0.5"]).unwrap();
+    Slider { scales: Some(scales), length_law: Some((LengthLaw::Linear, LengthLawParameters::of(&scenario))) }
 }
 
 fn summarizer() -> Summarizer {

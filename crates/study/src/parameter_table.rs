@@ -1,7 +1,7 @@
 //! Single numbers of several runs against a parameter that they differ in.
 
+use asperity_numbers::Number;
 use asperity_numbers::claim::Cells;
-use asperity_numbers::measure::Measure;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
 use asperity_tables::{Frame, tables};
@@ -21,7 +21,7 @@ pub struct Study {
     /// The runs, in the order of the rows.
     pub runs: Vec<String>,
     /// What to measure.
-    pub measures: Vec<Measure>,
+    pub measures: Vec<Number>,
 }
 
 /// What a study has of a run: a row of its table.
@@ -76,11 +76,9 @@ impl Study {
             (self.parameter.clone(), numbers(&|row| Some(row.parameter))),
         ];
         let measures = self.measures.iter().enumerate();
-        columns.extend(
-            measures.map(|(index, measure)| {
-                (measure.name().replace(' ', "_"), numbers(&|row| row.measured[index]))
-            }),
-        );
+        columns.extend(measures.map(|(index, measure)| {
+            (measure.words().replace(' ', "_"), numbers(&|row| row.measured[index]))
+        }));
         Ok(tables::of_columns(columns)?)
     }
 }
@@ -95,7 +93,7 @@ mod tests {
     fn a_study_has_a_row_per_run_and_a_column_per_measure() {
         let study: Study = toml::from_str(
             "name = \"s\"\nparameter = \"slider.blocks\"\nruns = [\"b\", \"a\"]\n\
-             measures = [\"precursor-count\", \"residual-rms-5.57\"]",
+             measures = [\"precursor_event_count\", \"event_residual_linear_ratio\", \"event_count\"]",
         )
         .unwrap();
         let rows = [made_up::run("", &[]), made_up::run("", &EVENTS)].map(|run| study.row(&run).unwrap());
@@ -103,7 +101,15 @@ mod tests {
         let names: Vec<&str> = table.get_column_names().into_iter().map(|name| name.as_str()).collect();
         assert_eq!(
             names,
-            ["run", "parameter_set", "time_step_s", "slider.blocks", "precursor_count", "residual_linear"]
+            [
+                "run",
+                "parameter_set",
+                "time_step_s",
+                "slider.blocks",
+                "precursor_count",
+                "residual_linear",
+                "event_count"
+            ]
         );
         let counts = table.column("precursor_count").unwrap().f64().unwrap().to_vec();
         assert_eq!(counts, [Some(0.0), Some(3.0)]);

@@ -32,6 +32,8 @@ pub struct Pipeline {
     pub figure: Figures,
     /// The claims.
     pub claim: Vec<ClaimSpec>,
+    /// What its author should change, a line each: old names of numbers.
+    pub notes: Vec<String>,
 }
 
 /// The name of a table of one run.
@@ -72,8 +74,8 @@ impl Pipeline {
     pub(crate) fn of(file: File) -> Result<Pipeline, String> {
         let of_tables = file.figure.of_tables();
         let runs = file.run.iter().map(|run| run.name.clone()).collect();
-        let File { title, first_global_slips, precursors, study, figure, claim, .. } = file;
-        let pipeline = Pipeline { title, runs, first_global_slips, precursors, study, figure, claim };
+        let File { title, first_global_slips, precursors, study, figure, claim, notes, .. } = file;
+        let pipeline = Pipeline { title, runs, first_global_slips, precursors, study, figure, claim, notes };
         pipeline.check(&of_tables)?;
         Ok(pipeline)
     }
@@ -202,5 +204,40 @@ impl Pipeline {
             wants |= claim.wants();
         }
         wants
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pipeline;
+
+    #[test]
+    fn old_names_of_numbers_are_read_and_noted_once() {
+        let pipeline = Pipeline::parse(
+            "title = \"t\"\n[[run]]\nname = \"precursor-count\"\nscenario = \"default\"\n\
+             [[study]]\nname = \"s\"\nparameter = \"slider.blocks\"\nruns = [\"precursor-count\"]\n\
+             measures = [\"precursor-count\", \"creeps\"]\n\
+             [[figure.study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
+             measure = \"precursor-count\"\nmeasure_label = \"n\"\nseries = []\n\
+             [[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"precursor-count\"\n\
+             measure = \"first-global-slip-time\"\nat_most = 1\n",
+        );
+        let pipeline = pipeline.unwrap();
+        assert_eq!(
+            pipeline.notes,
+            [
+                "measure \"first-global-slip-time\" is now called first_global_event_onset_s",
+                "measure \"precursor-count\" is now called precursor_event_count",
+            ]
+        );
+        assert_eq!(pipeline.study[0].measures[0].words(), "precursor count");
+        assert_eq!(pipeline.claim[0].measure.name(), "first_global_event_onset_s");
+    }
+
+    #[test]
+    fn numbers_that_are_not_there_are_refused_with_the_line() {
+        let text = "title = \"t\"\n[[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"r\"\nmeasure = \"event_conut\"\n";
+        let refused = Pipeline::parse(text).unwrap_err();
+        assert!(refused.contains("line 6") && refused.contains("did you mean event_count?"), "{refused}");
     }
 }

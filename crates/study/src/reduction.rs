@@ -17,7 +17,7 @@ use asperity_numbers::claims::{self, Measured};
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::run_data::{Collector, NodeField};
 use asperity_numbers::wants::Wants;
-use asperity_numbers::{RupturesFrom, Slider, Summarizer, Summary};
+use asperity_numbers::{RupturesFrom, Summary};
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
 use asperity_report::{Gather, Limits, Run, Seen, Shown, Study as Page};
 use asperity_tables::load_table::LoadTable;
@@ -85,7 +85,6 @@ pub struct Passing {
     collector: Collector,
     loads: LoadTable,
     page: Gather,
-    summarizer: Summarizer,
     /// The first failure to write the load table.
     written: Result<(), TableFileError>,
 }
@@ -106,7 +105,6 @@ impl Observer for Passing {
     fn record(&mut self, record: &Record) {
         self.collector.record(record);
         self.page.record(record);
-        self.summarizer.record(record);
         if let (Record::Step(record), Ok(())) = (record, &self.written) {
             self.written = self.loads.push(record);
         }
@@ -115,7 +113,6 @@ impl Observer for Passing {
     fn event(&mut self, event: &Event) {
         self.collector.event(event);
         self.page.event(event);
-        self.summarizer.event(event);
     }
 }
 
@@ -148,24 +145,16 @@ impl<'a> Reduction<'a> {
         self.pipeline.wants(run)
     }
 
-    /// A run is about to go by, while it is made or out of its log; `slider` is what its summary needs
-    /// of its scenario.
+    /// A run is about to go by, while it is made or out of its log.
     ///
     /// # Errors
     /// If a table cannot be written.
-    pub fn passing(
-        &self,
-        run: &str,
-        header: RunHeader,
-        scenario: Scenario,
-        slider: Slider,
-    ) -> Result<Passing, StudyError> {
-        let summarizer = Summarizer::new(run, &header, slider);
+    pub fn passing(&self, run: &str, header: RunHeader, scenario: Scenario) -> Result<Passing, StudyError> {
         let collector = Collector::new(run, header, scenario, self.wants(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
         let page = Gather::new(collector.steps(), Limits::of_runs(self.pipeline.runs.len()));
-        Ok(Passing { collector, loads, page, summarizer, written: Ok(()) })
+        Ok(Passing { collector, loads, page, written: Ok(()) })
     }
 
     /// What has gone by was not the run: it is as if nothing had.
@@ -179,20 +168,19 @@ impl<'a> Reduction<'a> {
     /// # Errors
     /// If a file cannot be written, or a run has not what is to be shown of it.
     pub fn passed(&self, passing: Passing, end: &RunEnd) -> Result<(), StudyError> {
-        let Passing { collector, loads, page, summarizer, written } = passing;
+        let Passing { collector, loads, page, written } = passing;
         written.and_then(|()| loads.finish())?;
-        let summary = summarizer.finish(RupturesFrom::Log, Some(end));
-        let run = collector.finish(true);
+        let run = collector.finish(RupturesFrom::Log, Some(end));
         let write = |what: &str, mut table: Frame| {
             table_file::write(&self.files, &self.tables, &table_of(&run.name, what), &mut table)
         };
         let json = self.tables.join(table_of(&run.name, summaries::JSON));
-        summaries::write_json(&self.files, &json, &summary)?;
-        write(tables::RUPTURES, tables::ruptures(&run, &summary)?)?;
+        summaries::write_json(&self.files, &json, &run.summary)?;
+        write(tables::RUPTURES, tables::ruptures(&run)?)?;
         let compared = || self.pipeline.precursors.iter().filter(|spec| spec.run == run.name);
         let laws: Vec<(LengthLaw, PrecursorRules)> = compared().map(|spec| (spec.law, spec.rules)).collect();
         if !laws.is_empty() {
-            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, &summary, &laws)?)?;
+            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, &laws)?)?;
         }
         write("events", tables::events(&run)?)?;
         for spec in compared() {
@@ -202,10 +190,14 @@ impl<'a> Reduction<'a> {
         let studies = self.pipeline.study.iter().enumerate();
         let studies = studies.filter(|(_, study)| study.runs.contains(&run.name));
         let stays = Passed {
-            summary,
-            residuals: laws.iter().map(|(law, rules)| ResidualRow::of(&run, *law, rules)).collect(),
+            summary: run.summary.clone(),
+            residuals: laws
+                .iter()
+                .map(|(law, rules)| ResidualRow::of(&run, *law, rules))
+                .collect::<Result<_, TableFileError>>()?,
             first_global_slip: (self.pipeline.first_global_slips.contains(&run.name))
-                .then(|| FirstGlobalSlip::of(&run)),
+                .then(|| FirstGlobalSlip::of(&run))
+                .transpose()?,
             studies: studies
                 .map(|(index, study)| Ok((index, study.row(&run)?)))
                 .collect::<Result<_, StudyError>>()?,
@@ -215,7 +207,7 @@ impl<'a> Reduction<'a> {
             seen: page.finish(),
         };
         self.figures.run(&run, &self.files)?;
-        self.passed.lock().expect("whoever adds a run does not panic").insert(run.name, stays);
+        self.passed.lock().expect("whoever adds a run does not panic").insert(run.name.clone(), stays);
         Ok(())
     }
 

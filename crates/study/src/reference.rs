@@ -3,7 +3,8 @@
 
 use asperity_figures as study_figures;
 use asperity_figures::spelling::spelled;
-use asperity_numbers::measure::Measure;
+use asperity_numbers::{Key, Number, Summary};
+use asperity_record::{Column, ColumnKind};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value};
 
@@ -13,7 +14,6 @@ use crate::file::File;
 pub fn parts() -> Vec<(&'static str, String)> {
     let study = Schema::of::<File>();
     let of_tables = Schema::of::<study_figures::Figures>();
-    let measures = Schema::of::<Measure>();
     let mut figures = study.resolved(&study.root["properties"]["figure"]).clone();
     if let (Some(all), Some(known)) =
         (figures["properties"].as_object_mut(), of_tables.root["properties"].as_object())
@@ -23,7 +23,8 @@ pub fn parts() -> Vec<(&'static str, String)> {
     vec![
         ("sweep figures", of_tables.kinds(&of_tables.root, "figure.")),
         ("pipeline figures", study.kinds(&figures, "figure.")),
-        ("measures", measures.words_table("measure", &measures.root)),
+        ("numbers", keys(Number::all().filter(|number| !number.is_of_summary()).map(|number| number.key))),
+        ("summary", keys(Summary::KEYS)),
         ("pipeline tables", study.tables(&["run", "ensemble", "precursors", "study", "claim"])),
     ]
 }
@@ -117,9 +118,9 @@ impl Schema {
     /// What a key holds, in words.
     fn holds(&self, key: &Value) -> String {
         let own = self.resolved(key);
-        if key.to_string().contains("/Measure\"") {
-            let many = if key["type"] == "array" { "list of measures" } else { "measure" };
-            return format!("[{many}](#measures)");
+        if key.to_string().contains("/Number\"") {
+            let many = if key["type"] == "array" { "names of numbers" } else { "name of a number" };
+            return format!("[{many}](#numbers)");
         }
         let words = words(own);
         if !words.is_empty() {
@@ -146,15 +147,28 @@ impl Schema {
             _ => "value".to_owned(),
         }
     }
+}
 
-    /// The words of an enumeration with their meanings.
-    fn words_table(&self, heading: &str, of: &Value) -> String {
-        let mut text = format!("| {heading} | meaning |\n|---|---|\n");
-        for (word, about) in words(of) {
-            text.push_str(&format!("| `{word}` | {} |\n", about.replace('|', "\\|")));
+/// Numbers of a run with their units, meanings and old names, under their headings.
+fn keys<'a>(keys: impl IntoIterator<Item = &'a Key>) -> String {
+    let mut text = String::from("| number | unit | meaning | old name |\n|---|---|---|---|\n");
+    let mut group = "";
+    for key in keys {
+        if key.group != group {
+            group = key.group;
+            text.push_str(&format!("| **{group}** | | | |\n"));
         }
-        text
+        let Column { name, kind, unit, about } = &key.column;
+        let holds = unit.unwrap_or(match kind {
+            ColumnKind::Flag => "yes or no",
+            ColumnKind::Word => "word",
+            _ => "whole number",
+        });
+        let about = spelled(about).replace(&format!(", {holds};"), ";").replace(&format!(", {holds}."), ".");
+        let old_name = key.old_name.map_or("-".to_owned(), |name| format!("`{name}`"));
+        text.push_str(&format!("| `{name}` | {holds} | {} | {old_name} |\n", about.replace('|', "\\|")));
     }
+    text
 }
 
 /// The words that an enumeration accepts, each with its meaning.

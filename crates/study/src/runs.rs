@@ -299,7 +299,7 @@ values = [1e-9, 2e-9]
 name = "s"
 parameter = "initial_velocity.amplitude_m_per_s"
 runs = ["base", "kicked"]
-measures = ["precursor-count"]
+measures = ["precursor_event_count"]
 
 [[figure.spread]]
 file = "f.png"
@@ -310,7 +310,7 @@ about = "a"
 quote = "q"
 run = "base"
 spread = ["kicked"]
-measure = "precursor-count"
+measure = "precursor_event_count"
 stated = "58"
 as_stated = { run = "base", spread = ["kicked", "base"] }
 "#;

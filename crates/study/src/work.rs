@@ -48,8 +48,6 @@ pub enum Made {
 pub struct Ways<'a> {
     /// The folder of the plan, which contains [`staging`].
     pub folder: &'a Path,
-    /// Computes the properties of a slider for the summary.
-    pub slider: fn(&Scenario) -> Slider,
     /// Computing time from which on a run keeps its unfinished log, see [`PATIENCE`].
     pub patience: Duration,
     /// Whether to stop.
@@ -171,7 +169,7 @@ fn make_from<'a>(
     };
     // The other cores have runs of their own.
     let task = Task::new(scenario).on_one_thread().log_to(log);
-    let summarizer = Summarizer::new(&row.run.to_string(), header, (ways.slider)(scenario));
+    let summarizer = Summarizer::new(&row.run.to_string(), header, Slider::of(scenario));
     let (events, ruptures) = (keeps(Keep::Events), keeps(Keep::Ruptures));
     let mut kept = Kept { events, ruptures, summarizer, lines: String::new(), tell: ways.tell };
     (run(task, begin, ways.stop, &mut kept), kept)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use asperity_model::{Scenario, ScenarioSource};
-use asperity_numbers::{Slider, Summary};
+use asperity_numbers::Summary;
 use asperity_record::Observer;
 use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_study::pipeline::Pipeline;
@@ -29,7 +29,7 @@ law = "eq-5.22"
 name = "counts"
 parameter = "slider.blocks"
 runs = ["complete", "left-right"]
-measures = ["precursor-count"]
+measures = ["precursor_event_count"]
 
 [[figure.load]]
 file = "load.png"
@@ -50,8 +50,7 @@ fn every_table_of_several_runs_is_told() {
         let mut reader = RunReader::open(&log, Topics::ALL).expect("the log is there");
         let source = ScenarioSource::logged("scenario.toml".to_owned(), reader.scenario_toml());
         let scenario = Scenario::resolve(&source).expect("its scenario is sound");
-        let passing =
-            || reduction.passing(name, reader.header().clone(), scenario.clone(), Slider::default());
+        let passing = || reduction.passing(name, reader.header().clone(), scenario.clone());
         // What is taken back leaves nothing behind.
         reduction.discard(passing().expect("tables can be begun"));
         let mut passing = passing().expect("tables can be begun again");

@@ -1,6 +1,7 @@
 //! What can go wrong with the file of a table.
 
 use asperity_files::FileError;
+use asperity_numbers::run_data::NotKept;
 use polars::error::PolarsError;
 
 /// A table that could not be made, read or written.
@@ -9,6 +10,9 @@ pub enum TableFileError {
     /// polars refused.
     #[error("table: {0}")]
     Table(#[from] PolarsError),
+    /// It is made of what was not kept of the run.
+    #[error(transparent)]
+    NotKept(#[from] NotKept),
     /// A file could not be read.
     #[error("{path}: {problem}")]
     Read {

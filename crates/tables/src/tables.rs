@@ -1,7 +1,6 @@
 //! The tables that a run is reduced to.
 
 use asperity_model::analytic::LengthLaw;
-use asperity_numbers::Summary;
 use asperity_numbers::claim::Cells;
 use asperity_numbers::curves::{PrecursorPoint, Residuals, precursor_points, residuals, rupture_points};
 use asperity_numbers::precursors::{self, PrecursorRules};
@@ -48,9 +47,10 @@ pub fn events(run: &RunData) -> Result<DataFrame, TableFileError> {
 ///
 /// # Errors
 /// If polars refuses.
-pub fn ruptures(run: &RunData, summary: &Summary) -> Result<DataFrame, TableFileError> {
+pub fn ruptures(run: &RunData) -> Result<DataFrame, TableFileError> {
     let columns = rupture_columns();
     let flag = |flag: Option<bool>| flag.map_or(Cell::Empty, Cell::Flag);
+    let summary = &run.summary;
     let [creeps, mislead] = [summary.creeps, summary.raw_events_mislead].map(flag);
     let mut rows = Batch::new(&columns);
     for rupture in run.ruptures.iter().flatten() {
@@ -82,9 +82,9 @@ pub fn rupture_columns() -> Vec<asperity_record::Column> {
 /// If polars refuses.
 pub fn precursor_ruptures(
     run: &RunData,
-    summary: &Summary,
     laws: &[(LengthLaw, PrecursorRules)],
 ) -> Result<DataFrame, TableFileError> {
+    let summary = &run.summary;
     let mut rows: Vec<(&Rupture, PrecursorPoint, LengthLaw, u32)> = Vec::new();
     for (law, rules) in laws {
         let of_law = rupture_points(run, *law, rules).into_iter();
@@ -121,13 +121,13 @@ pub fn precursor_ruptures(
 /// beside it, the residual, and the rules by which events were merged and dropped.
 ///
 /// # Errors
-/// If polars refuses.
+/// If polars refuses, or the rules ask for what was not kept of the run.
 pub fn precursors(
     run: &RunData,
     law: LengthLaw,
     rules: &PrecursorRules,
 ) -> Result<DataFrame, TableFileError> {
-    let found = precursors::find(run, rules);
+    let found = precursors::find(run, rules)?;
     let points = precursor_points(run, law, &found);
     frame(vec![
         steps("event", found.iter().map(|precursor| precursor.start.event)),
@@ -169,15 +169,18 @@ pub struct ResidualRow {
 
 impl ResidualRow {
     /// That of a run.
-    pub fn of(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> ResidualRow {
-        ResidualRow {
+    ///
+    /// # Errors
+    /// If the rules ask for what was not kept of the run.
+    pub fn of(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Result<ResidualRow, TableFileError> {
+        Ok(ResidualRow {
             run: run.name.clone(),
             law,
-            found: residuals(run, law, rules),
+            found: residuals(run, law, rules)?,
             has_law: has_law(run),
             dynamic_coefficient: run.scenario.friction.dynamic_coefficient,
             rules: *rules,
-        }
+        })
     }
 }
 
@@ -220,11 +223,15 @@ impl FirstGlobalSlip {
     pub const WANTS: Wants = Wants::LOADS;
 
     /// That of a run.
-    pub fn of(run: &RunData) -> FirstGlobalSlip {
+    ///
+    /// # Errors
+    /// If the loads were not kept.
+    pub fn of(run: &RunData) -> Result<FirstGlobalSlip, TableFileError> {
         let slip = run.first_global_slip();
-        let load = slip.and_then(|slip| run.loads().iter().find(|load| load.step == slip.onset_step));
+        let loads = run.loads()?;
+        let load = slip.and_then(|slip| loads.iter().find(|load| load.step == slip.onset_step));
         let global = run.slips.iter().filter(|slip| slip.is_global(run.header.blocks));
-        FirstGlobalSlip {
+        Ok(FirstGlobalSlip {
             run: run.name.clone(),
             parameter_set: run.header.parameter_set.clone(),
             step_s: run.header.time_step_s,
@@ -235,7 +242,7 @@ impl FirstGlobalSlip {
             ft_fn_onset: slip.map(|slip| slip.ft_fn_onset),
             normal_load_onset_n: load.map(|load| load.normal_load_n),
             global_slips: global.count() as u32,
-        }
+        })
     }
 }
 

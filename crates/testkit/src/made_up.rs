@@ -3,11 +3,13 @@
 use std::collections::BTreeSet;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_numbers::RupturesFrom;
 use asperity_numbers::run_data::{Collector, RunData};
 use asperity_numbers::states::States;
 use asperity_numbers::wants::Wants;
 use asperity_record::{
-    Arrival, Direction, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent, StepRecord, Switch,
+    Arrival, Direction, Event, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent, StepRecord,
+    Switch,
 };
 use asperity_testkit::{quiet_step, slip_event, switch};
 
@@ -74,8 +76,8 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
     };
     let mut collector = Collector::new("test", header, scenario.clone(), Wants::all());
     steps.iter().for_each(|step| collector.record(&Record::Step(step.clone())));
-    slips.into_iter().for_each(|slip| collector.slip(slip));
-    collector.finish(false)
+    slips.into_iter().for_each(|slip| collector.event(&Event::new(slip)));
+    collector.finish(RupturesFrom::None, None)
 }
 
 /// Lets these states of all blocks go by once more, among the slip events that the run has.

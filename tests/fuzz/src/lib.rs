@@ -273,7 +273,7 @@ pub fn tables(script: &[u8]) {
     fs::write(&path, edits::edited(short_log(), script)).expect("the scratch folder can be written");
     if let Ok(run) = RunData::read("fuzz", &path) {
         let rules = PrecursorRules { min_blocks: 2, merge_gap_s: 1e-3 };
-        let residuals = ResidualRow::of(&run, LengthLaw::Linear, &rules);
+        let residuals = ResidualRow::of(&run, LengthLaw::Linear, &rules).expect("all is kept");
         let made = [
             asperity_tables::tables::events(&run).map(drop),
             asperity_tables::tables::residual_table(&[residuals]).map(drop),

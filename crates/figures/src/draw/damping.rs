@@ -38,7 +38,7 @@ impl Figure for Damping {
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
-        Ok(ring_down(run))
+        Ok(ring_down(run, run.windows()?))
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {

@@ -39,7 +39,7 @@ impl Figure for Displacement {
                 ));
             }
             let (_, dash, color) = nth(index);
-            let course = run.states().displacement_of(block);
+            let course = run.states()?.displacement_of(block);
             series.push(Series {
                 label: format!("block {block}"),
                 points: course

@@ -36,7 +36,7 @@ impl Figure for Forces {
         let from_s = self.from_s.unwrap_or(0.0);
         let to_s = self.to_s.unwrap_or(run.plan.grid.time_s(run.header.steps));
         let shown: Vec<_> =
-            run.loads().iter().filter(|record| (from_s..=to_s).contains(&record.time_s)).collect();
+            run.loads()?.iter().filter(|record| (from_s..=to_s).contains(&record.time_s)).collect();
         if shown.len() < 2 {
             return Err(format!("run {} has no records from {from_s} s to {to_s} s", run.name));
         }

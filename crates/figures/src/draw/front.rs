@@ -28,7 +28,7 @@ impl Figure for Front {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let (precursor, profile) = front_profile(run, f64::from(self.blocks))
+        let (precursor, profile) = front_profile(run, run.loads()?, run.states()?, f64::from(self.blocks))
             .ok_or_else(|| format!("run {} has no precursor with fields at its end", run.name))?;
         let last = f64::from(run.header.blocks);
         let friction = &run.plan.friction;

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use asperity_model::front::{Front, relative_prestress};
 use asperity_numbers::fronts::crossing_s;
-use asperity_numbers::run_data::RunData;
+use asperity_numbers::run_data::{Load, RunData, load_at};
+use asperity_numbers::states::States;
 use asperity_numbers::wants::Wants;
-use asperity_record::Rupture;
+use asperity_record::{Arrival, Rupture};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -54,14 +55,14 @@ impl FrontProfile {
         let rupture = picked(run, self.rupture, Some(self.which.unwrap_or(natural)))?
             .ok_or_else(|| format!("run {} has no ruptures", run.name))?;
         let c_m_per_s = run.plan.spacing_m / crossing_s(run);
-        let local = local(run, rupture, c_m_per_s);
+        let local = local(run.arrivals()?, rupture, c_m_per_s);
         if local.is_empty() {
             return Err(format!(
                 "rupture {} of run {} has no front from block to block",
                 rupture.rupture, run.name
             ));
         }
-        let theory = theory(run, rupture);
+        let theory = theory(run, (run.loads()?, run.states()?), rupture);
         let speeds = local.iter().chain(&theory).map(|(_, speed)| *speed).filter(|speed| speed.is_finite());
         let to = self.to_speed.unwrap_or_else(|| 1.1 * nearly_largest(speeds.collect()).max(1.1));
         let within = |point: &(f64, f64)| (0.0..=to).contains(&point.1);
@@ -119,8 +120,8 @@ impl FrontProfile {
 const MOST_MARKS: usize = 150;
 
 /// Speed over `c` between neighbours, at the middle between the two.
-fn local(run: &RunData, rupture: &Rupture, c_m_per_s: f64) -> Vec<(f64, f64)> {
-    let of = run.arrivals().iter().filter(|arrival| arrival.rupture == rupture.rupture);
+fn local(arrivals: &[Arrival], rupture: &Rupture, c_m_per_s: f64) -> Vec<(f64, f64)> {
+    let of = arrivals.iter().filter(|arrival| arrival.rupture == rupture.rupture);
     let mut speeds: Vec<(f64, f64)> = of
         .filter_map(|arrival| {
             let speed = arrival.front_speed_m_per_s? / c_m_per_s;
@@ -136,12 +137,12 @@ fn local(run: &RunData, rupture: &Rupture, c_m_per_s: f64) -> Vec<(f64, f64)> {
 /// Block by block the speed over `c` of a steady front under the force that the block bore before
 /// the rupture: that in the state at the onset of the slip event in which it began, or the prestress
 /// of a slider that nothing has moved yet. Where no front is driven there is no number.
-fn theory(run: &RunData, rupture: &Rupture) -> Vec<(f64, f64)> {
+fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture) -> Vec<(f64, f64)> {
     let plan = &run.plan;
-    let at_onset = run.event_of(rupture).and_then(|slip| run.states().at_precursor_onset(slip.onset_step));
+    let at_onset = run.event_of(rupture).and_then(|slip| states.at_precursor_onset(slip.onset_step));
     let prestress = |n: usize| match at_onset {
         Some(state) => {
-            let course = run.load_at(state.step)?.normal_load_n / plan.total_normal_load_n;
+            let course = load_at(loads, state.step)?.normal_load_n / plan.total_normal_load_n;
             let dynamic_n = course * plan.friction.dynamic_friction_n[n];
             let weakening_n = course * plan.friction.static_threshold_n[n] - dynamic_n;
             (weakening_n > 0.0).then(|| (state.tangential_force_n[n] - dynamic_n) / weakening_n)
@@ -231,9 +232,12 @@ mod tests {
         made_up::with_ruptures(&mut run, &[&[(1, 30, None), (2, 60, None), (3, 90, None)]]);
         let speed = asperity_numbers::fronts::theory(&run).unwrap().speed_over_c().unwrap();
         let rupture = &run.ruptures.clone().unwrap()[0];
-        assert_eq!(super::theory(&run, rupture), [(1.0, speed), (2.0, speed), (3.0, speed)]);
+        assert_eq!(
+            super::theory(&run, (&run.loads, &run.states), rupture),
+            [(1.0, speed), (2.0, speed), (3.0, speed)]
+        );
         // A drive that moves leaves nothing to say, unless the forces are known.
         run.plan.drive.velocity_m_per_s = 1.0;
-        assert_eq!(super::theory(&run, rupture), []);
+        assert_eq!(super::theory(&run, (&run.loads, &run.states), rupture), []);
     }
 }

@@ -69,7 +69,7 @@ impl Figure for FrontStress {
     fn part(&self, run: &RunData) -> Result<Part, String> {
         let friction = &run.plan.friction;
         Ok(Part {
-            marks: over_stress(run, self.from_blocks, self.across.max(1)),
+            marks: over_stress(run, run.of_fronts()?, self.from_blocks, self.across.max(1)),
             coefficients: [friction.static_coefficient, friction.dynamic_coefficient],
             wave_m_per_s: run.plan.scales.wave_speed_m_per_s(),
             longitudinal: run.plan.elastic.longitudinal_over_shear(),

@@ -44,7 +44,8 @@ impl Figure for InitialShear {
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
-        let fields = run.states().first().ok_or_else(|| format!("run {} has no initial fields", run.name))?;
+        let fields = run.states()?.first();
+        let fields = fields.ok_or_else(|| format!("run {} has no initial fields", run.name))?;
         let x = |n: usize| n as f64 * run.plan.spacing_m / run.plan.length_m;
         let shear = fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).enumerate();
         let shear: Vec<(f64, f64)> = shear.map(|(n, (tau, p))| (x(n), tau / p)).collect();

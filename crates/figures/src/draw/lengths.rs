@@ -5,8 +5,8 @@
 //! after that bear another mark, and the line is dashed beyond the load reached by then.
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_numbers::precursors::{self, PrecursorRules};
-use asperity_numbers::run_data::RunData;
+use asperity_numbers::precursors;
+use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
@@ -54,12 +54,13 @@ impl Figure for Lengths {
             shares.map(|x| (law.load_ratio(&parameters, x), x)).collect()
         };
         let law = self.law.filter(|_| run.plan.elastic.has_theory()).map_or_else(Vec::new, line);
-        let points: Vec<(f64, f64)> = precursors::find(run, &PrecursorRules::default())
+        let points: Vec<(f64, f64)> = precursors::one_by_one(run)
             .iter()
             .map(|found| (found.start.ft_fn_onset, found.length_ratio(run.header.blocks)))
             .collect();
         let hold_step = run.plan.drive.hold_from_step;
-        let beside_hold = hold_step.map(|hold_step| beside_hold(run, hold_step, &points, &law));
+        let beside_hold =
+            hold_step.map(|hold_step| beside_hold(run, hold_step, &points, &law)).transpose()?;
         Ok(Part { law, points, beside_hold })
     }
 
@@ -119,24 +120,30 @@ impl Figure for Lengths {
 
 /// The precursors before the drive is held and after it, and the law up to the load reached
 /// by then and beyond it.
-fn beside_hold(run: &RunData, hold_step: u64, points: &[(f64, f64)], law: &[(f64, f64)]) -> [Series; 4] {
-    let found = precursors::find(run, &PrecursorRules::default());
+fn beside_hold(
+    run: &RunData,
+    hold_step: u64,
+    points: &[(f64, f64)],
+    law: &[(f64, f64)],
+) -> Result<[Series; 4], NotKept> {
+    let loads = run.loads()?;
+    let found = precursors::one_by_one(run);
     let (before, after): (Vec<_>, Vec<_>) =
         found.iter().zip(points).partition(|(precursor, _)| precursor.start.onset_step < hold_step);
     let marks = |found: Vec<(_, &(f64, f64))>| found.into_iter().map(|(_, point)| *point).collect();
-    let at_hold = run.loads().partition_point(|load| load.step <= hold_step);
-    let reached = at_hold.checked_sub(1).map_or(0.0, |index| run.loads()[index].load_ratio());
+    let at_hold = loads.partition_point(|load| load.step <= hold_step);
+    let reached = at_hold.checked_sub(1).map_or(0.0, |index| loads[index].load_ratio());
     let end = law.partition_point(|(load, _)| *load <= reached);
     let (valid, beyond) = (law[..end].to_vec(), law[end.saturating_sub(1)..].to_vec());
     let hold_s = run.plan.grid.time_s(hold_step);
     let series = |label: String, points: Vec<(f64, f64)>, look: Look| Series { label, points, look };
     let (while_driven, once_held) = (format!("driven, t < {hold_s} s"), format!("held, t ≥ {hold_s} s"));
-    [
+    Ok([
         series(while_driven.clone(), marks(before), Look::Marks(Marker::Circle, INK)),
         series(once_held.clone(), marks(after), Look::Marks(Marker::Triangle, BLUE)),
         series(while_driven, valid, Look::Line(Dash::Solid, INK)),
         series(once_held, beyond, Look::Line(Dash::Dashed, BLUE)),
-    ]
+    ])
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ impl Figure for Load {
         let duration_s = run.plan.grid.time_s(run.header.steps);
         let mu_s = run.plan.friction.static_coefficient;
         let load: Vec<(f64, f64)> =
-            run.loads().iter().map(|record| (record.time_s, record.load_ratio())).collect();
+            run.loads()?.iter().map(|record| (record.time_s, record.load_ratio())).collect();
         let lowest = load.iter().fold(0.0f64, |low, (_, ratio)| low.min(*ratio));
         let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
         let simulated =
@@ -75,7 +75,7 @@ impl Figure for Load {
         }
         // A line for each event. After the first slip of the whole slider there may be too many for
         // separate lines.
-        let peaks = peaks(run.loads());
+        let peaks = peaks(run.loads()?);
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
         let later = peaks.iter().filter(|(step, _)| *step > global);
         let later: BTreeSet<u64> =

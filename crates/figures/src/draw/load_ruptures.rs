@@ -56,7 +56,7 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
     let to_s = to_s.unwrap_or_else(|| run.plan.grid.time_s(run.header.steps));
     let in_view = |time_s: f64| (from_s..=to_s).contains(&time_s);
     let load: Vec<(f64, f64)> = run
-        .loads()
+        .loads()?
         .iter()
         .filter(|load| in_view(load.time_s))
         .map(|load| (load.time_s, load.load_ratio()))

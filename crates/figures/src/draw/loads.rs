@@ -30,9 +30,9 @@ impl Figure for Loads {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let normal: Vec<(f64, f64)> =
-            run.loads().iter().map(|record| (record.time_s, record.normal_load_n)).collect();
+            run.loads()?.iter().map(|record| (record.time_s, record.normal_load_n)).collect();
         let driving: Vec<(f64, f64)> =
-            run.loads().iter().map(|record| (record.time_s, record.driving_force_n)).collect();
+            run.loads()?.iter().map(|record| (record.time_s, record.driving_force_n)).collect();
         let both = || normal.iter().chain(&driving).map(|(_, force_n)| *force_n);
         let (lowest, highest) = (both().fold(0.0, f64::min), both().fold(0.0, f64::max));
         Ok(Sheet::Single(Box::new(Panel {

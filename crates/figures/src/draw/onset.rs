@@ -3,7 +3,6 @@
 
 use asperity_model::analytic;
 use asperity_numbers::AFFECTED_THRESHOLD;
-use asperity_numbers::curves::first_onset_fields;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
@@ -66,7 +65,9 @@ impl Figure for Onset {
 impl Onset {
     /// All but its title.
     fn panel(&self, run: &RunData) -> Result<Panel, String> {
-        let fields = first_onset_fields(run)
+        let fields = run
+            .states()?
+            .at_first_onset()
             .ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
         let tau = &fields.tangential_force_n;
         let first = tau[0];

@@ -76,7 +76,7 @@ fn numbers(run: &RunData) -> Result<Vec<(String, String)>, String> {
     let time = |time_s: f64| if time_s < 0.1 { number(time_s) } else { format!("{time_s:.4}") };
     let at = |time_s: f64, ft_fn: f64| format!("t = {} s, F_T/F_N = {ft_fn:.4}", time(time_s));
     let friction = &run.plan.friction;
-    let largest = run.loads().iter().map(|load| load.load_ratio()).fold(f64::NEG_INFINITY, f64::max);
+    let largest = run.loads()?.iter().map(|load| load.load_ratio()).fold(f64::NEG_INFINITY, f64::max);
     let c_m_per_s = run.plan.spacing_m / crossing_s(run);
     let speed = first_global.and_then(|rupture| rupture.front_speed_up_m_per_s);
     let rows = [

@@ -55,7 +55,7 @@ impl Figure for Pulse {
         let (unit_m, crossing_s) = (fronts::unit_m(run), fronts::crossing_s(run));
         let passages = fronts::passages(run);
         let mut traces: BTreeMap<u32, [Vec<(f64, f64)>; 2]> = BTreeMap::new();
-        for record in run.windows() {
+        for record in run.windows()? {
             let moved = record.displacement_m.iter().zip(&record.velocity_m_per_s);
             for (block, (displacement_m, velocity_m_per_s)) in (record.first_block..).zip(moved) {
                 let Some(passage) = passages.get(block as usize - 1) else { continue };

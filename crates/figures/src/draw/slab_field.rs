@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use asperity_numbers::run_data::{NodeField, RunData};
+use asperity_numbers::run_data::{NodeField, RunData, load_at};
 use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -87,10 +87,10 @@ impl Figure for SlabField {
         let spacing_mm = run.plan.spacing_m * 1e3;
         let mut maps = Vec::new();
         for at_s in &self.at_s {
-            let nodes = run.nodes_at(*at_s).ok_or_else(|| {
+            let nodes = run.nodes_at(*at_s)?.ok_or_else(|| {
                 format!("run {} has no nodes at {at_s} s: only `reproduce` tells them", run.name)
             })?;
-            let load = run.load_at(nodes.step).map_or(0.0, |load| load.load_ratio());
+            let load = load_at(run.loads()?, nodes.step).map_or(0.0, |load| load.load_ratio());
             // No record is before the first step, and nothing pulls there.
             let load = if nodes.step == 0 { 0.0 } else { load };
             let title = format!("t = {:.4} s, F_T/F_N = {load:.3}", nodes.time_s);

@@ -48,7 +48,7 @@ impl Figure for Slipped {
     fn part(&self, run: &RunData) -> Result<Part, String> {
         let has_theory = run.plan.elastic.has_theory();
         let dynamic_coefficient = has_theory.then_some(run.plan.friction.dynamic_coefficient);
-        Ok(Part { points: growing_slips(run), dynamic_coefficient })
+        Ok(Part { points: growing_slips(run, run.loads()?), dynamic_coefficient })
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {

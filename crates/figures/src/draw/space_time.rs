@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use asperity_numbers::run_data::RunData;
+use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_numbers::wants::Wants;
 use asperity_record::{Arrival, Rupture, WindowRecord};
 use plotters::prelude::RGBColor;
@@ -153,7 +153,7 @@ pub(super) fn map(
     let view = View::of(run, zoom, times_s, blocks)?;
     let sorts: BTreeMap<u64, (&Rupture, Sort)> =
         sorted(run)?.into_iter().map(|(rupture, sort)| (rupture.rupture, (rupture, sort))).collect();
-    let (velocities, bar) = velocities(run, &view);
+    let (velocities, bar) = velocities(run, &view)?;
     // Beneath velocities patches are pale, and show where blocks slide too slowly for a colour.
     let strength = if bar.is_some() { PALE } else { 1.0 };
     let mut rows = Vec::new();
@@ -161,7 +161,8 @@ pub(super) fn map(
     let mut fronts = Vec::new();
     let grain_s = (view.to_s - view.from_s) / ACROSS;
     let end_of_run_s = run.plan.grid.time_s(run.header.steps);
-    for arrivals in run.arrivals().chunk_by(|a, b| a.rupture == b.rupture) {
+    let all_arrivals = run.arrivals()?;
+    for arrivals in all_arrivals.chunk_by(|a, b| a.rupture == b.rupture) {
         let Some((rupture, sort)) = sorts.get(&arrivals[0].rupture) else { continue };
         let mut passed: Vec<&Arrival> =
             arrivals.iter().filter(|arrival| view.has_block(arrival.block)).collect();
@@ -193,7 +194,7 @@ pub(super) fn map(
     // About a rupture only what was before it, since from then on its own arrivals tell.
     let (creep, label) = match zoom {
         Some(rupture) => (before(rupture, &view), "farthest before"),
-        None => (creep_front(run, &view), "farthest so far"),
+        None => (creep_front(run, all_arrivals, &view), "farthest so far"),
     };
     if creep.len() > 1 {
         rows.push((Sample::Line(Dash::Dashed, GREEN), label.to_owned()));
@@ -250,9 +251,9 @@ fn before(rupture: &Rupture, view: &View) -> Vec<(f64, f64)> {
 }
 
 /// The farthest block that has slid by a time, until it is the last one.
-fn creep_front(run: &RunData, view: &View) -> Vec<(f64, f64)> {
+fn creep_front(run: &RunData, arrivals: &[Arrival], view: &View) -> Vec<(f64, f64)> {
     let mut arrivals: Vec<(f64, u32)> =
-        run.arrivals().iter().map(|arrival| (arrival.arrival_s, arrival.block)).collect();
+        arrivals.iter().map(|arrival| (arrival.arrival_s, arrival.block)).collect();
     arrivals.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut farthest = 0;
     let mut course: Vec<(f64, u32)> = Vec::new();
@@ -280,16 +281,16 @@ fn creep_front(run: &RunData, view: &View) -> Vec<(f64, f64)> {
 
 /// Velocities of the dense records in view, and their colours; those below a thousandth of the
 /// largest have none.
-fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Colours>) {
+fn velocities(run: &RunData, view: &View) -> Result<(Vec<Item>, Option<Colours>), NotKept> {
     let mut windows: BTreeMap<u32, Vec<&WindowRecord>> = BTreeMap::new();
     let in_view = |record: &&WindowRecord| (view.from_s..=view.to_s).contains(&record.time_s);
-    for record in run.windows().iter().chain(run.rupture_fields()).filter(in_view) {
+    for record in run.windows()?.iter().chain(run.rupture_fields()?).filter(in_view) {
         windows.entry(record.window).or_default().push(record);
     }
     let speeds = windows.values().flatten().flat_map(|record| &record.velocity_m_per_s);
     let fastest = speeds.fold(0.0f64, |fastest, velocity| fastest.max(velocity.abs()));
     if fastest <= 0.0 {
-        return (Vec::new(), None);
+        return Ok((Vec::new(), None));
     }
     let scale = Scale::of("|v_n| (m/s)", true, 0.0, [1e-3 * fastest, fastest].into_iter());
     let colours = Colours::of(scale, On::Surfaces);
@@ -319,7 +320,7 @@ fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Colours>) {
             }
         }
     }
-    (items, Some(colours))
+    Ok((items, Some(colours)))
 }
 
 #[cfg(test)]

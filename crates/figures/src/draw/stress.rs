@@ -2,7 +2,7 @@
 //! normal load of the instant.
 
 use asperity_numbers::curves::pull_ratio;
-use asperity_numbers::run_data::{Load, RunData};
+use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_numbers::wants::Wants;
 use asperity_record::FieldRecord;
 use schemars::JsonSchema;
@@ -32,10 +32,10 @@ impl Figure for Stress {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let mut states = Vec::new();
         for at_s in &self.at_s {
-            let fields = run.states().near(*at_s);
+            let fields = run.states()?.near(*at_s);
             let fields =
                 fields.ok_or_else(|| format!("run {} has no fields to show at {at_s} s", run.name))?;
-            let load = run.load_at(fields.step);
+            let load = load_at(run.loads()?, fields.step);
             states.push((fields, load.ok_or_else(|| format!("run {} has no step records", run.name))?));
         }
         // Where blocks slip backwards as well, thresholds lie on both sides; the legend says so once.
@@ -127,7 +127,7 @@ mod tests {
     fn thresholds_of_a_slab_are_those_of_its_state() {
         let figure: Stress = toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0]").unwrap();
         let mut run = made_up::slab(&made_up::EVENTS);
-        let state = run.states().first().unwrap().clone();
+        let state = run.states.first().unwrap().clone();
         run.kept = Wants { states_near_s: vec![0.0], ..Wants::LOADS };
         made_up::with_states(&mut run, &[state]);
         let Sheet::Single(panel) = figure.part(&run).unwrap() else { panic!("one panel") };

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use asperity_numbers::precursors::{PrecursorRules, find};
+use asperity_numbers::precursors::one_by_one;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
 use asperity_record::FieldRecord;
@@ -56,14 +56,14 @@ impl Figure for StressSequence {
 
 impl StressSequence {
     fn paper(&self, run: &RunData) -> Result<Paper, String> {
-        let precursors = find(run, &PrecursorRules::default());
+        let precursors = one_by_one(run);
         let shown = precursors.iter().filter(|precursor| {
             let is_global = precursor.blocks_slipped == run.header.blocks;
             precursor.blocks_slipped >= self.from_blocks && (self.global_slip || !is_global)
         });
         let mut pairs = Vec::new();
         for precursor in shown {
-            let states = run.states();
+            let states = run.states()?;
             let before = states.at_precursor_onset(precursor.start.onset_step);
             let after = precursor.end.end_step.and_then(|end_step| states.at_precursor_end(end_step));
             if let (Some(before), Some(after)) = (before, after) {
@@ -117,8 +117,9 @@ impl StressSequence {
 
 /// `tau_n / p_n` of every block in a state; where a contact bears nothing, nothing is shown.
 fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String> {
-    let loads = run.normal_load_n(state).ok_or_else(|| format!("run {} has no step records", run.name))?;
-    let ratios = state.tangential_force_n.iter().zip(&loads).enumerate();
+    let normal_load_n = run.normal_load_n(run.loads()?, state);
+    let normal_load_n = normal_load_n.ok_or_else(|| format!("run {} has no step records", run.name))?;
+    let ratios = state.tangential_force_n.iter().zip(&normal_load_n).enumerate();
     let borne = ratios.filter(|(_, (_, p_n))| **p_n != 0.0);
     Ok(borne.map(|(n, (tau_n, p_n))| (n as f64 + 1.0, tau_n / p_n)).collect())
 }

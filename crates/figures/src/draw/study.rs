@@ -1,6 +1,6 @@
 //! One number per run against a parameter that the runs differ in.
 
-use asperity_numbers::measure::Measure;
+use asperity_numbers::Number;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
@@ -19,7 +19,7 @@ pub(crate) struct StudyFigure {
     /// What the axis across is called.
     parameter_label: String,
     /// What is measured.
-    measure: Measure,
+    measure: Number,
     /// What the axis upwards is called.
     measure_label: String,
     /// Whether the parameter's axis is logarithmic, with a label at every decade.
@@ -92,7 +92,7 @@ impl Figure for StudyFigure {
         }
         let all = || drawn.iter().flat_map(|series| series.points.iter().copied());
         if all().next().is_none() {
-            return Err(format!("no run has a {:?}", self.measure));
+            return Err(format!("no run has a {}", self.measure.name()));
         }
         let range = |values: &dyn Fn((f64, f64)) -> f64| {
             all()

@@ -46,7 +46,7 @@ impl Figure for Velocities {
         // Up to the next event, so that no other takes over the axes.
         let next_step = run.slips.iter().map(|slip| slip.onset_step).find(|step| *step > event.onset_step);
         let records: Vec<_> = run
-            .windows()
+            .windows()?
             .iter()
             .filter(|record| record.window == 0 && (from..=to).contains(&since(record.time_s)))
             .take_while(|record| next_step.is_none_or(|step| record.step < step))

@@ -4,8 +4,8 @@
 use std::collections::BTreeSet;
 
 use asperity_model::keys::{KEYS, Kind as KeyKind};
-use asperity_numbers::Summary;
-use asperity_record::{ColumnKind, unit_of};
+use asperity_numbers::Number;
+use asperity_record::unit_of;
 
 use super::axes::{Axis, Key, Place};
 use super::figure::{Figure, Kind, Quantity, Theory};
@@ -299,12 +299,20 @@ fn of_key(
 
 /// A number of the summary on an axis of the figure.
 fn number(what: &str, name: &str, label: &Option<String>, scale: Option<Scale>) -> Result<Quantity, String> {
-    let is_number = |kind: ColumnKind| kind != ColumnKind::Word;
-    let numbers = || Summary::KEYS.iter().filter(|key| is_number(key.column.kind));
-    let key = numbers().find(|key| key.column.name == name).ok_or_else(|| {
-        let names: Vec<&str> = numbers().map(|key| key.column.name.as_ref()).collect();
-        format!("{what} = {name:?} is no number of the summary (accepted: {})", names.join(", "))
-    })?;
+    let numbers = || Number::all().filter(|number| number.is_of_summary());
+    let Some(Number { key, .. }) = numbers().find(|number| number.name() == name) else {
+        if Number::find(name).is_ok_and(|number| !number.is_of_summary()) {
+            return Err(format!(
+                "{what} = {name:?} is taken of whole runs, and a sweep stores their summaries (accepted: a number of \
+                 the summary)"
+            ));
+        }
+        let names: Vec<&str> = numbers().map(Number::name).collect();
+        return Err(format!(
+            "{what} = {name:?} is no number of the summary (accepted: {})",
+            names.join(", ")
+        ));
+    };
     let bare = key.label();
     let own = with_unit(&bare, key.column.unit);
     Ok(Quantity {
@@ -424,6 +432,10 @@ mod tests {
             (
                 MAP.replace("precursor_count", "precursor_cuont"),
                 "colour = \"precursor_cuont\" is no number of the summary (accepted: blocks,",
+            ),
+            (
+                MAP.replace("precursor_count", "precursor_event_count"),
+                "colour = \"precursor_event_count\" is taken of whole runs, and a sweep stores their summaries",
             ),
             (
                 MAP.replace("over = ['friction.seed']", ""),

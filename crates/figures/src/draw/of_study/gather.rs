@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_model::Scenario;
-use asperity_numbers::Growth;
+use asperity_numbers::RuptureGrowth;
 use asperity_record::{Cell, Column, Reach};
 
 use crate::{Figure, Kind, Place, Quantity};
@@ -133,7 +133,7 @@ pub(super) struct Gathered {
     columns: Columns,
     of_ruptures: RuptureColumns,
     /// Of the run that comes next.
-    farther: Growth<Farther>,
+    farther: RuptureGrowth<Farther>,
     pub(super) samples: Vec<Sample>,
     pub(super) panels: Values,
     pub(super) colours: Values,
@@ -152,7 +152,7 @@ impl Gathered {
             figure,
             columns: Columns::default(),
             of_ruptures: RuptureColumns::default(),
-            farther: Growth::default(),
+            farther: RuptureGrowth::default(),
             samples: Vec::new(),
             panels: Values::default(),
             colours: Values::default(),
@@ -263,7 +263,7 @@ impl Gathered {
         }
     }
 
-    fn lengths(&mut self, farther: &Growth<Farther>, (panel, colour): (usize, usize), blocks: f64) {
+    fn lengths(&mut self, farther: &RuptureGrowth<Farther>, (panel, colour): (usize, usize), blocks: f64) {
         // The length of each, and the load.
         let precursors = || {
             let alone = farther.iter().filter(|(_, rupture)| !rupture.reached_every_block);

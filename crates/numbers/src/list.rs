@@ -1,0 +1,404 @@
+//! The numbers that are taken of a run when a claim, a study or a figure asks for them. With the keys of
+//! the summary they are the list of all numbers, [`Number::all`](crate::Number::all).
+//!
+//! To add one: an entry, with its unit last in its name, and behind `=` the variant of
+//! [`Of`](crate::of::Of) that holds what it is taken of. Its comment is its meaning on every page.
+
+use asperity_model::analytic::{self, LengthLaw, LengthLawParameters, LoadCurve};
+use asperity_model::front;
+use asperity_record::{SlipEvent, WindowRecord};
+
+use crate::at_rest;
+use crate::beside_hold::{
+    Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold, sag,
+};
+use crate::beside_theory::{
+    AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
+    decaying_drive_onset_error, initial_shear_error, intercept_error, intercept_error_of, largest,
+    load_curve_error, onset_profile_error, residual, ring_down_error, rms_over_mu_d, slope_error,
+    slope_error_of, time_to_reach,
+};
+use crate::curves::{
+    event_in_window, mean_behind_front, median_over_crossing, nearest_precursor, over_crossing,
+};
+use crate::fronts;
+use crate::of::numbers;
+use crate::partial;
+use crate::plane_waves::speeds_along_rows_m_per_s;
+use crate::precursors;
+use crate::run_data::{Load, RunEvents};
+
+numbers! {
+    "Load in time" {
+        /// First time at which `F_T / F_N` has reached `mu_d`, s.
+        time_to_dynamic_coefficient_s: f64 [was = "time-to-dynamic-coefficient"] =
+            Loads |run, loads, _| time_to_reach(loads, run.mu_d());
+        /// `mu_d` over that time, 1/s.
+        slope_to_dynamic_coefficient_per_s: f64 [was = "slope-to-dynamic-coefficient"] =
+            Loads |run, loads, _| Some(run.mu_d() / time_to_reach(loads, run.mu_d())?);
+        /// When `F_T / F_N` comes to `mu_d` by [`LoadCurve`], s.
+        time_to_dynamic_coefficient_theory_s: f64 [was = "time-to-dynamic-coefficient-theory"] =
+            Events |run, _| LoadCurve::of(&run.scenario)?.time_to_dynamic_s();
+        /// `mu_d` over the time by [`LoadCurve`], 1/s.
+        slope_to_dynamic_coefficient_theory_per_s: f64 [was = "slope-to-dynamic-coefficient-theory"] =
+            Events |run, _| Some(run.mu_d() / LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?);
+        /// Deviation of the time to `mu_d` from the theory, over the theory.
+        time_to_dynamic_coefficient_error_ratio: f64 [was = "time-to-dynamic-coefficient-error"] =
+            Loads |run, loads, _| {
+                let theory_s = LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?;
+                Some((time_to_reach(loads, run.mu_d())? / theory_s - 1.0).abs())
+            };
+        /// Largest deviation of `F_T / F_N` from [`LoadCurve`] up to `mu_d`, over `mu_d`.
+        load_curve_error_ratio: f64 [was = "load-curve-error"] = Loads |run, loads, _| load_curve_error(run, loads);
+        /// `mu_s / mu_d`.
+        coefficient_ratio: f64 [was = "coefficient-ratio"] =
+            Events |run, _| Some(run.plan.friction.static_coefficient / run.mu_d());
+        /// Share of the time in which the load rises.
+        rising_time_ratio: f64 [was = "rising-share"] = Loads |_, loads, _| rising_share(loads);
+    }
+    "First slip event" {
+        /// Share of the blocks that slid in the first slip event.
+        first_event_block_ratio: f64 [was = "first-slip-share"] = Events |run, _| {
+            Some(f64::from(run.slips.first()?.blocks_slipped) / f64::from(run.header.blocks))
+        };
+        /// `F_T / F_N` over time up to the first slip event, 1/s.
+        slope_to_first_event_per_s: f64 [was = "slope-to-first-slip"] = Events |run, _| {
+            let first = run.slips.first()?;
+            Some(first.ft_fn_onset / first.onset_s)
+        };
+        /// Deviation of the load at the first slip event from what a decaying drive predicts, over the
+        /// prediction.
+        first_event_decaying_drive_error_ratio: f64
+            [was = "decaying-drive-onset-error", words = "decaying drive onset error"] =
+            Events |run, _| decaying_drive_onset_error(run.of_chain()?);
+        /// How many blocks, block 1 included, carry more than 0.49 % of the force on block 1 when the
+        /// first precursor starts.
+        affected_blocks: u32 [was = "affected-blocks"] = States |_, states, _| affected_blocks(states);
+        /// The number of affected blocks of the discrete chain in theory.
+        affected_blocks_theory: u32 [was = "affected-blocks-theory"] = Events |run, _| {
+            let ratio = run.of_chain()?.scenario.friction.interfacial_stiffness_ratio;
+            Some(f64::from(analytic::affected_blocks(ratio, AFFECTED_THRESHOLD)))
+        };
+        /// Lowest cut-off, as part of the force on block 1, at which as many blocks as claimed, or
+        /// `near`, count as affected.
+        affected_cut_off_lowest_ratio: f64 [was = "affected-cut-off-lowest"] =
+            States |run, states, near| run.of_chain().and(affected_cut_off(states, near?));
+        /// Highest cut-off at which that many count as affected.
+        affected_cut_off_highest_ratio: f64 [was = "affected-cut-off-highest"] =
+            States |run, states, near| run.of_chain().and(affected_cut_off(states, near? - 1.0));
+        /// Difference between the number of affected blocks and the theory's, the largest for any
+        /// cut-off from 0.1 % to 100 % of the force on block 1.
+        affected_blocks_error: u32 [was = "affected-blocks-error"] =
+            States |run, states, _| affected_blocks_error(run.of_chain()?, states);
+        /// Largest deviation of `tau_n` at the first onset from (5.45), over its value on block 1.
+        onset_profile_error_ratio: f64 [was = "onset-profile-error"] =
+            States |run, states, _| onset_profile_error(run.of_chain()?, states);
+    }
+    "Precursors among slip events" {
+        /// Number of precursors before the first global slip event.
+        precursor_event_count: u64 [was = "precursor-count"] =
+            Events |run, _| Some(precursors::alone(run).len() as f64);
+        /// `L_p / L` of the longest of them; 0 without any.
+        longest_precursor_event_ratio: f64 [was = "longest-precursor"] = Events |run, _| {
+            let precursors = precursors::alone(run);
+            Some(precursors.iter().map(|found| found.length_ratio(run.header.blocks)).fold(0.0, f64::max))
+        };
+        /// `L_p / L` of the longest precursor, or global slip event, that has come up to a load
+        /// `F_T / F_N`.
+        event_length_at_load_ratio: f64 [was = "length-at-load"] =
+            Loads |run, loads, near| length_at_load(run, loads, near?);
+        /// Number of blocks of the precursor nearest in length to what is claimed.
+        nearest_precursor_event_blocks: u32 [was = "precursor-nearest"] =
+            Events |run, near| Some(f64::from(nearest_precursor(run, near?)?.last_block));
+        /// Mean of `tau_n / p_n` over the blocks that the front of that precursor passed, at its end.
+        mean_behind_event_front_ratio: f64 [was = "mean-behind-front"] =
+            LoadsAndStates |run, loads, states, near| mean_behind_front(run, loads, states, near?);
+        /// How far that is from `mu_d`, over `mu_d`.
+        mean_behind_event_front_error_ratio: f64 [was = "mean-behind-front-error"] =
+            LoadsAndStates |run, loads, states, near| {
+                Some((mean_behind_front(run, loads, states, near?)? / run.mu_d() - 1.0).abs())
+            };
+        /// Mean of `tau_n / p_n`, over all precursors before the first global slip event, of the first
+        /// block ahead of the front at the precursor's end: how far it is from
+        /// `alpha = (mu_s + mu_d) / 2`, over `alpha`.
+        ahead_of_event_front_error_ratio: f64 [was = "ahead-of-front-error"] =
+            States |run, states, _| ahead_of_front_error(run.of_chain()?, states);
+    }
+    "Precursors among slip events, beside length laws" {
+        /// Root mean square of the residuals against (5.22), over `mu_d`.
+        event_residual_tilted_ratio: f64 [was = "residual-rms-5.22", words = "residual tilted"] =
+            Events |run, _| residual(run, LengthLaw::Tilted);
+        /// Root mean square of the residuals against (5.52), over `mu_d`.
+        event_residual_initial_shear_ratio: f64
+            [was = "residual-rms-5.52", words = "residual initial shear"] =
+            Events |run, _| residual(run, LengthLaw::InitialShear);
+        /// Root mean square of the residuals against (5.57), over `mu_d`.
+        event_residual_linear_ratio: f64 [was = "residual-rms-5.57", words = "residual linear"] =
+            Events |run, _| residual(run, LengthLaw::Linear);
+        /// Root mean square of the residuals against the quasi-static balance, over `mu_d`.
+        event_residual_balance_ratio: f64 [was = "residual-rms-balance", words = "residual balance"] =
+            Events |run, _| residual(run, LengthLaw::Balance);
+        /// How far the slope of the straight line through the precursors, `F_T / F_N` against what
+        /// (5.22) says, is from 1.
+        event_slope_error_tilted_ratio: f64 [was = "slope-error-5.22", words = "slope error tilted"] =
+            Events |run, _| slope_error(run, LengthLaw::Tilted);
+        /// How far the slope against (5.52) is from 1.
+        event_slope_error_initial_shear_ratio: f64
+            [was = "slope-error-5.52", words = "slope error initial shear"] =
+            Events |run, _| slope_error(run, LengthLaw::InitialShear);
+        /// How far the slope against (5.57) is from 1.
+        event_slope_error_linear_ratio: f64 [was = "slope-error-5.57", words = "slope error linear"] =
+            Events |run, _| slope_error(run, LengthLaw::Linear);
+        /// How far the slope against (5.22) with the shear ahead of the front is from 1.
+        event_slope_error_screened_ratio: f64 [was = "slope-error-screened"] =
+            Events |run, _| slope_error(run, LengthLaw::Screened);
+        /// How far the slope against the quasi-static balance is from 1.
+        event_slope_error_balance_ratio: f64 [was = "slope-error-balance"] =
+            Events |run, _| slope_error(run, LengthLaw::Balance);
+        /// How far the intercept of the straight line through the precursors, `F_T / F_N` against what
+        /// (5.22) says, is from 0, over `mu_d`.
+        event_intercept_error_tilted_ratio: f64
+            [was = "intercept-error-5.22", words = "intercept error tilted"] =
+            Events |run, _| intercept_error(run, LengthLaw::Tilted);
+        /// How far the intercept against (5.52) is from 0, over `mu_d`.
+        event_intercept_error_initial_shear_ratio: f64
+            [was = "intercept-error-5.52", words = "intercept error initial shear"] =
+            Events |run, _| intercept_error(run, LengthLaw::InitialShear);
+        /// How far the intercept against (5.57) is from 0, over `mu_d`.
+        event_intercept_error_linear_ratio: f64
+            [was = "intercept-error-5.57", words = "intercept error linear"] =
+            Events |run, _| intercept_error(run, LengthLaw::Linear);
+        /// How far the intercept against (5.22) with the shear ahead of the front is from 0, over
+        /// `mu_d`.
+        event_intercept_error_screened_ratio: f64 [was = "intercept-error-screened"] =
+            Events |run, _| intercept_error(run, LengthLaw::Screened);
+        /// How far the intercept against the quasi-static balance is from 0, over `mu_d`.
+        event_intercept_error_balance_ratio: f64 [was = "intercept-error-balance"] =
+            Events |run, _| intercept_error(run, LengthLaw::Balance);
+        /// How far (5.52) is from `mu_d` at `L_p = L`, over `mu_d`.
+        law_end_error_initial_shear_ratio: f64
+            [was = "end-error-5.52", words = "end error initial shear"] =
+            Events |run, _| {
+                let parameters = LengthLawParameters::of(&run.scenario);
+                Some((LengthLaw::InitialShear.load_ratio(&parameters, 1.0) / run.mu_d() - 1.0).abs())
+            };
+    }
+    "First global slip event, and those after it" {
+        /// How far `F_T / F_N` at the onset of the first global slip event is from `mu_d`, over `mu_d`.
+        first_global_event_load_error_ratio: f64 [was = "load-at-first-global-slip-error"] =
+            Events |run, _| Some((run.first_global_slip()?.ft_fn_onset / run.mu_d() - 1.0).abs());
+        /// Where `F_T / F_N` at the onset of the first global slip event lies between the two
+        /// coefficients: 0 at `mu_d`, 1 at `mu_s`.
+        first_global_event_between_coefficients_ratio: f64 [was = "load-between-coefficients"] =
+            Events |run, _| {
+                let above = run.first_global_slip()?.ft_fn_onset - run.mu_d();
+                Some(above / (run.plan.friction.static_coefficient - run.mu_d()))
+            };
+        /// Mean of `F_T / F_N` over time from the first global slip event to the end, over `mu_d`.
+        mean_after_global_event_ratio: f64 [was = "mean-after-global-slip"] =
+            Loads |run, loads, _| mean_after_global_slip(run, loads);
+        /// How far that is from 1.
+        mean_after_global_event_error_ratio: f64 [was = "mean-after-global-slip-error"] =
+            Loads |run, loads, _| Some((mean_after_global_slip(run, loads)? - 1.0).abs());
+        /// How far the middle between the extrema of `F_T / F_N` in a global slip event is from `mu_d`,
+        /// over `mu_d`; the largest of all global slip events.
+        global_event_middle_error_ratio: f64 [was = "global-slip-middle-error"] =
+            Events |run, _| largest(global_slips(run).map(|slip| middle(slip) / run.mu_d() - 1.0));
+        /// Extent of the largest drop of `F_T / F_N` in a global slip event.
+        largest_global_event_drop_ft_fn: f64 [unit = "1"] [was = "largest-drop"] =
+            Events |run, _| largest_drop(run).map(|slip| slip.ft_fn_max - slip.ft_fn_min);
+        /// The middle of that drop.
+        largest_global_event_drop_middle_ft_fn: f64 [unit = "1"] [was = "largest-drop-middle"] =
+            Events |run, _| largest_drop(run).map(middle);
+        /// How far it is from `mu_d`, over `mu_d`.
+        largest_global_event_drop_middle_error_ratio: f64 [was = "largest-drop-middle-error"] =
+            Events |run, _| largest_drop(run).map(|slip| (middle(slip) / run.mu_d() - 1.0).abs());
+    }
+    "Before and after the drive is held" {
+        /// How far `F_T / F_N` sags below the chord of the longest flank between two slip events before
+        /// the drive is held: the mean over time, over the rise. 0 for a straight flank, 1/6 for a
+        /// parabola that begins level.
+        sag_before_hold_ratio: f64 [was = "sag-before-hold"] =
+            Loads |run, loads, _| sag(longest_flank(run, loads, Side::BeforeHold)?);
+        /// How far it sags after the drive is held.
+        sag_after_hold_ratio: f64 [was = "sag-after-hold"] =
+            Loads |run, loads, _| sag(longest_flank(run, loads, Side::AfterHold)?);
+        /// Largest deviation of that flank from the parabola through its ends and its middle, over its
+        /// rise.
+        parabola_error_after_hold_ratio: f64 [was = "parabola-error-after-hold"] =
+            Loads |run, loads, _| parabola_error(longest_flank(run, loads, Side::AfterHold)?);
+        /// Its largest deviation from the hyperbola that a constant `F_T` makes of a falling `F_N`.
+        hyperbola_error_after_hold_ratio: f64 [was = "hyperbola-error-after-hold"] =
+            Loads |run, loads, _| hyperbola_error(longest_flank(run, loads, Side::AfterHold)?);
+        /// Root mean square of the residuals against the length law that the scenario calls for, over
+        /// `mu_d`, of the precursors among slip events before the drive is held.
+        event_residual_before_hold_ratio: f64 [was = "residual-before-hold"] =
+            Events |run, _| rms_over_mu_d(run, &points_beside_hold(run, Side::BeforeHold)?);
+        /// Root mean square of the residuals of those after it, the first global slip event included.
+        event_residual_after_hold_ratio: f64 [was = "residual-after-hold"] =
+            Events |run, _| rms_over_mu_d(run, &points_beside_hold(run, Side::AfterHold)?);
+        /// How far the slope of the straight line through the precursors among slip events before the
+        /// drive is held, `F_T / F_N` against what that law says, is from 1.
+        event_slope_error_before_hold_ratio: f64 [was = "slope-error-before-hold"] =
+            Events |run, _| slope_error_of(&points_beside_hold(run, Side::BeforeHold)?);
+        /// How far its intercept is from 0, over `mu_d`.
+        event_intercept_error_before_hold_ratio: f64 [was = "intercept-error-before-hold"] =
+            Events |run, _| intercept_error_of(run, &points_beside_hold(run, Side::BeforeHold)?);
+    }
+    "Motion" {
+        /// How long the slip event within the dense window that is nearest in length to what is claimed
+        /// lasts, over the time in which sound crosses it, `n sqrt(m / k)`.
+        event_over_crossing_ratio: f64 [was = "event-over-crossing"] =
+            Events |run, near| over_crossing(run, event_in_window(run, near?)?);
+        /// How long slip events of five blocks or more last over that time, the median.
+        median_event_over_crossing_ratio: f64 [was = "median-event-over-crossing"] =
+            Events |run, _| median_over_crossing(run);
+        /// How often blocks re-attached in the run, all blocks together.
+        reattachment_count: u64 [was = "reattachments"] = Events |run, _| {
+            Some((run.summary.switch_count - run.summary.detachment_count) as f64)
+        };
+        /// Share of the velocities in the dense window, during the slip event nearest in length to what
+        /// is claimed, that are positive.
+        event_forward_velocity_ratio: f64 [was = "forward-share"] = Windows |run, windows, near| {
+            let velocities = velocities_in_event(run, windows, near?)?;
+            let forward = velocities.iter().filter(|&&velocity| velocity > 0.0).count();
+            Some(forward as f64 / velocities.len() as f64)
+        };
+        /// Lowest of these velocities over the highest.
+        event_lowest_velocity_ratio: f64 [was = "lowest-velocity"] = Windows |run, windows, near| {
+            let velocities = velocities_in_event(run, windows, near?)?;
+            let highest = velocities.iter().copied().reduce(f64::max)?;
+            Some(velocities.into_iter().reduce(f64::min)? / highest)
+        };
+        /// Largest displacement of any block in the states recorded, mm.
+        largest_displacement_mm: f64 [unit = "mm"] [was = "largest-displacement-mm"] =
+            States |_, states, _| states.largest_displacement_m().map(|u| u * 1e3);
+        /// How many modes of the free chain are over-damped (5.30).
+        overdamped_modes: u32 [was = "overdamped-modes"] = Events |run, _| {
+            let damping = run.of_chain()?.scenario.slider.relative_damping;
+            Some(f64::from(analytic::overdamped_modes(damping, run.header.blocks)))
+        };
+        /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
+        ring_down_error_ratio: f64 [was = "ring-down-error"] =
+            Windows |run, windows, _| ring_down_error(run.of_chain()?, windows);
+        /// Speed of the longitudinal wave along a slab that is `near` spacings long, by what the bonds of
+        /// the lattice pull with, m/s.
+        longitudinal_wave_speed_m_per_s: f64 [was = "longitudinal-wave-speed"] =
+            Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[_, c]| c);
+        /// Speed of the shear wave along such a slab, m/s.
+        shear_wave_speed_m_per_s: f64 [was = "shear-wave-speed"] =
+            Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[c, _]| c);
+    }
+    "Before the first step" {
+        /// Largest deviation of the initial shear from (5.50), over `p`.
+        initial_shear_error_ratio: f64 [was = "initial-shear-error"] =
+            States |run, states, _| initial_shear_error(run.of_chain()?, states);
+        /// `tau_1 / p_1`.
+        rest_shear_of_first_block_ratio: f64 [was = "rest-shear-of-first-block"] =
+            States |run, states, _| at_rest::shear_of_first_block(run, states);
+        /// Largest sum of `tau_n` and its mirror image, over the largest `tau_n`.
+        rest_shear_asymmetry_ratio: f64 [was = "rest-shear-asymmetry"] =
+            States |run, states, _| at_rest::asymmetry(run, states);
+        /// The `beta` of (5.50) that has the same first moment as the shear.
+        rest_shear_beta_ratio: f64 [was = "rest-shear-beta"] =
+            States |run, states, _| at_rest::shear_beta(run, states);
+        /// Poisson's ratio of a slab: what its shear at rest and its growth along x make of it.
+        rest_poisson_ratio: f64 [was = "rest-poisson-ratio"] =
+            States |run, states, _| at_rest::poisson_ratio(run, states);
+        /// `tau`: the prestress of the middle block less sliding friction, over static less sliding
+        /// friction.
+        relative_prestress_ratio: f64 [was = "relative-prestress"] =
+            Events |run, _| front::relative_prestress(&run.of_chain()?.plan, run.plan.blocks / 2);
+    }
+    "The front from block 1, and pulses" {
+        /// Speed of the front that started at block 1 over the chain's wave speed `a sqrt(k / m)`: the
+        /// straight line through its arrivals at blocks `N / 2` to `11 N / 12`, by least squares; none
+        /// if it did not reach them all.
+        first_front_speed_over_wave_speed_ratio: f64 [was = "front-speed-over-c"] =
+            Events |run, _| fronts::speed_over_c(run);
+        /// How far it is from the theory of a steady front on rigid contacts, over that; none where
+        /// there is no theory.
+        first_front_speed_error_ratio: f64 [was = "front-speed-error"] =
+            Events |run, _| Some(fronts::speed_error(run.of_chain()?)?.abs());
+        /// Length of a slip pulse, in blocks: its speed times the mean time for which a block of the
+        /// same span slides.
+        pulse_length_blocks: f64 [unit = "1"] [was = "pulse-length-blocks"] =
+            Events |run, _| fronts::pulse_length_blocks(run);
+        /// Mean slip behind a pulse, over the `2 tau / gamma` of the theory without damping.
+        pulse_slip_ratio: f64 [was = "pulse-slip-ratio"] = Events |run, _| fronts::pulse_slip_ratio(run);
+        /// How many blocks a front from block 1 has passed: all up to the first one that never slid.
+        first_front_reach_blocks: u32 [was = "front-reach-blocks"] =
+            Events |run, _| Some(fronts::passages(run).len() as f64);
+        /// `tau` of the last block that the front from block 1 reached; none if it reached all, or still
+        /// runs.
+        first_front_arrest_prestress_ratio: f64 [was = "arrest-prestress"] =
+            Events |run, _| fronts::arrest_prestress(run.of_chain()?);
+    }
+    "Ruptures" {
+        /// Number of ruptures of a tenth of the blocks or more before the first that reached all,
+        /// wherever they began.
+        partial_rupture_count: u64 [was = "partial-ruptures"] = Events |run, _| partial::count(run);
+        /// Share of the blocks that the largest of them has; 0 without any.
+        largest_partial_rupture_ratio: f64 [was = "largest-partial-rupture"] =
+            Events |run, _| partial::largest_share(run);
+        /// How far from the driven end the first rupture of a tenth of the blocks or more began, mm.
+        first_nucleation_mm: f64 [unit = "mm"] [was = "first-nucleation-mm"] =
+            Events |run, _| partial::nucleation_mm(run);
+        /// Speed of the front of the first rupture that reached every block, towards higher-numbered
+        /// blocks, over the wave speed.
+        first_global_rupture_front_speed_over_wave_speed_ratio: f64 [was = "global-front-over-c"] =
+            Events |run, _| partial::global_front_over_c(run);
+        /// How much faster fronts of precursors and of the first global rupture run where they find more
+        /// stress: Spearman's rank correlation of speed and `tau_n / p_n`, -1 to 1.
+        front_stress_correlation: f64 [unit = "1"] [was = "front-stress-correlation"] =
+            Fronts |run, passed| fronts::speed_stress_correlation(run, passed);
+    }
+}
+
+fn mean_after_global_slip(run: &RunEvents, loads: &[Load]) -> Option<f64> {
+    let from = run.first_global_slip()?.onset_step;
+    let records = &loads[loads.partition_point(|record| record.step < from)..];
+    Some(mean_in_time(records, Load::load_ratio)? / run.mu_d())
+}
+
+/// The global slips that have ended.
+fn global_slips(run: &RunEvents) -> impl Iterator<Item = &SlipEvent> {
+    run.slips.iter().filter(|slip| slip.is_global(run.header.blocks) && !slip.open)
+}
+
+fn largest_drop(run: &RunEvents) -> Option<&SlipEvent> {
+    let extent = |slip: &SlipEvent| slip.ft_fn_max - slip.ft_fn_min;
+    global_slips(run).max_by(|a, b| extent(a).total_cmp(&extent(b)))
+}
+
+/// The middle between the extrema of `F_T / F_N` in a slip.
+fn middle(slip: &SlipEvent) -> f64 {
+    (slip.ft_fn_max + slip.ft_fn_min) / 2.0
+}
+
+/// Velocities of all blocks of the dense window, while that event lasts.
+fn velocities_in_event(run: &RunEvents, windows: &[WindowRecord], blocks: f64) -> Option<Vec<f64>> {
+    let event = event_in_window(run, blocks)?;
+    let steps = event.onset_step..event.end_step?;
+    let records = windows.iter().filter(|record| record.window == 0 && steps.contains(&record.step));
+    let velocities: Vec<f64> = records.flat_map(|record| &record.velocity_m_per_s).copied().collect();
+    (!velocities.is_empty()).then_some(velocities)
+}
+
+fn rising_share(loads: &[Load]) -> Option<f64> {
+    let (first, last) = (loads.first()?, loads.last()?);
+    let rising_s: f64 = loads
+        .windows(2)
+        .filter(|pair| pair[1].driving_force_n > pair[0].driving_force_n)
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .sum();
+    (last.time_s > first.time_s).then(|| rising_s / (last.time_s - first.time_s))
+}
+
+fn length_at_load(run: &RunEvents, loads: &[Load], load_ratio: f64) -> Option<f64> {
+    let precursors = precursors::one_by_one(run);
+    let reached = precursors.iter().take_while(|precursor| precursor.start.ft_fn_onset <= load_ratio);
+    // A run that ends below the load says nothing about it.
+    time_to_reach(loads, load_ratio)?;
+    Some(reached.map(|precursor| precursor.length_ratio(run.header.blocks)).fold(0.0, f64::max))
+}

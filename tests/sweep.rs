@@ -582,6 +582,72 @@ at_least = 1
     }
 }
 
+/// Claims of runs over axes are judged by the numbers of their summaries, and stand beside their figures.
+#[cfg(feature = "analysis")]
+#[test]
+fn claims_of_runs_over_axes_are_judged_by_their_summaries() {
+    const CLAIMS: &str = "
+[[figure.family]]
+file = 'count.png'
+x = 'normal_load.tilt'
+y = 'event_count'
+over = ['friction.static_coefficient']
+[[claim]]
+about = 'count.png'
+quote = 'many events'
+run = '5'
+measure = 'event_count'
+at_least = 1
+[[claim]]
+about = 'the load'
+quote = 'about a half'
+at = ['normal_load.tilt=0.5']
+measure = 'largest_ft_fn'
+stated = '0.5'
+";
+    let toml = SHORT.to_owned() + CLAIMS;
+    let study = Study::of(&toml);
+    let out = study.plan("study");
+    succeed(&["sweep", "run", text(&out)]);
+    let tables = tables(&out);
+    let (all, claims) = (rows(&tables["runs.csv"]), rows(&tables["claims.csv"]));
+    assert!(tables.contains_key("claims.md") && tables.contains_key("claims.parquet"));
+    let number = |text: &str| text.parse::<f64>().expect("it is a number");
+    assert_eq!(number(&claims[0]["ours"]), number(&all[4]["event_count"]));
+    assert_eq!((&*claims[0]["run"], &*claims[0]["verdict"]), ("5", "agrees"));
+    // Runs 5 and 6 have that tilt.
+    assert_eq!((&*claims[1]["run"], number(&claims[1]["ours"])), ("5", number(&all[4]["largest_ft_fn"])));
+    assert!(claims[1]["rule"].contains("the spread of 2 runs"), "{}", claims[1]["rule"]);
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let beside = page.split("<figure").find(|part| part.contains("count.png")).expect("it is there");
+    assert!(beside.contains("many events") && page.contains("The source:"));
+    // A page made later has them as well.
+    let later = study.path("later.html");
+    succeed(&["report", text(&out), "--out", text(&later)]);
+    assert!(fs::read_to_string(later).unwrap().contains("many events"));
+    let refused = |old: &str, new: &str| {
+        let study = Study::of(&toml.replace(old, new));
+        let (code, _, said) =
+            sweep(&["plan", text(&study.path("sweep.toml")), "--out", text(&study.path("x"))]);
+        assert_eq!(code, 2, "{said}");
+        said
+    };
+    for (old, new, problem) in [
+        (
+            "'event_count'\nat_least",
+            "'precursor_event_count'\nat_least",
+            "of which no log is read (accepted: ",
+        ),
+        ("run = '5'", "run = '7'", "there is no run 7"),
+        ("tilt=0.5", "tilt=0.6", "at: no run has normal_load.tilt=0.6"),
+        ("load.tilt=0.5", "load.tint=0.5", "at: normal_load.tint does not vary (accepted: normal_load.tilt,"),
+        ("run = '5'", "run = '5'\nat = ['normal_load.tilt=0.5']", "needs run, or at without run"),
+    ] {
+        let said = refused(old, new);
+        assert!(said.contains(problem), "{said}");
+    }
+}
+
 /// The bytes of all files below a folder, but for plan, segments and staging, by their paths.
 #[cfg(feature = "analysis")]
 fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {

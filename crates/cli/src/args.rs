@@ -605,7 +605,7 @@ made again, and a line says why; those of another scenario or solver only with
 it, are replaced together; reproduce.json says what they were made of. One
 process at a time writes into the folder.")]
 pub(crate) struct ReproduceArguments {
-    /// The pipeline.
+    /// The pipeline; or any file of a study, with runs over axes as well.
     #[arg(value_name = "PIPELINE.toml")]
     pub(crate) pipeline: PathBuf,
     /// Folder for runs, tables and figures.

@@ -1,6 +1,8 @@
 //! `asperity sweep collect` and `asperity sweep draw`: makes the tables and figures of a study in
 //! one pass over its results.
 
+#[cfg(feature = "analysis")]
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_figures::Figure;
@@ -9,14 +11,19 @@ use asperity_figures::draw::files_of;
 #[cfg(feature = "analysis")]
 use asperity_figures::draw::of_study::{Drawer, Origins, ScenarioOf};
 use asperity_files::{Existing, FileSet, Inputs};
+use asperity_numbers::claim::Claim;
+#[cfg(feature = "analysis")]
+use asperity_numbers::claims::{ClaimSpec, Measured};
 use asperity_record::{Cell, Column};
 #[cfg(feature = "analysis")]
-use asperity_record::{EventKind, Rupture, SlipEvent};
+use asperity_record::{EventKind, RunHeader, Rupture, SlipEvent};
 #[cfg(feature = "analysis")]
 use asperity_run::CODE_VERSION;
+#[cfg(feature = "analysis")]
+use asperity_study::pipeline::Pipeline;
 use asperity_study::plan::FILE;
 #[cfg(feature = "analysis")]
-use asperity_study::reduction::Beside;
+use asperity_study::reduction::{Beside, Claimed, claim_files, write_claims};
 use asperity_study::results::{Counts, State};
 #[cfg(feature = "analysis")]
 use asperity_study::{Grid, Keep, Study as StudyFile};
@@ -31,7 +38,7 @@ use crate::args::SweepDrawArguments;
 use crate::args::{SweepCollectArguments, SweepTable};
 use crate::exit::Failure;
 #[cfg(feature = "analysis")]
-use crate::named_runs;
+use crate::named_runs::{self, not_written};
 use crate::outputs::create_folder;
 use crate::progress::{Board, Stages};
 use crate::report;
@@ -56,13 +63,19 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
         ));
     }
     let provenance = !no_provenance;
+    #[cfg(feature = "analysis")]
+    let mut beside = Beside::default();
     if plan.numbered() > 0 {
         let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
         let tables = out.clone().unwrap_or_else(|| folder.join(TABLES));
         let own = out.as_ref().unwrap_or(folder);
         let study = Study { plan: &plan, inputs: Inputs::of([folder.join(FILE)]), board };
-        let paths = study.tables_and_figures(&results, &tables, &formats, own, provenance)?;
-        paths.into_iter().try_for_each(|path| say(path.display()))?;
+        let made = study.tables_and_figures(&results, &tables, &formats, own, provenance)?;
+        made.paths.iter().try_for_each(|path| say(path.display()))?;
+        #[cfg(feature = "analysis")]
+        {
+            beside = self::beside(&plan, folder, made.claimed);
+        }
     }
     let counts = results.counts();
     board.line(&in_words(&plan, counts));
@@ -76,7 +89,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
             board.line(&format!("no tables, figures and claims without {}", missing.join(", ")));
         } else {
             #[cfg(feature = "analysis")]
-            named_runs::of_plan(&plan, folder, beside(&plan, folder), provenance, board)?;
+            named_runs::of_plan(&plan, folder, beside, provenance, board)?;
             #[cfg(not(feature = "analysis"))]
             board.line("nothing is made of runs with names: this program was built without figures");
         }
@@ -94,16 +107,14 @@ pub(crate) fn of_grid(
 ) -> Result<Beside, Failure> {
     let (_, results) = read_for_tables(folder)?;
     let study = Study { plan, inputs: Inputs::of([folder.join(FILE)]), board };
-    study.tables_and_figures(&results, &folder.join(TABLES), &[&Csv, &Parquet], folder, provenance)?;
-    Ok(beside(plan, folder))
+    let tables = folder.join(TABLES);
+    let made = study.tables_and_figures(&results, &tables, &[&Csv, &Parquet], folder, provenance)?;
+    Ok(beside(plan, folder, made.claimed))
 }
 
 /// The tables and figures of runs over axes, as they stand beside what is made of runs with names.
 #[cfg(feature = "analysis")]
-fn beside(plan: &Plan, folder: &Path) -> Beside {
-    if plan.numbered() == 0 {
-        return Beside::default();
-    }
+fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Beside {
     let of_grid = [RUNS, EventKind::of::<SlipEvent>().table, EventKind::of::<Rupture>().table];
     let is_of_grid =
         |path: &PathBuf| path.file_stem().is_some_and(|stem| of_grid.iter().any(|name| stem == *name));
@@ -112,7 +123,7 @@ fn beside(plan: &Plan, folder: &Path) -> Beside {
     files.sort();
     let figures = &plan.common.figures;
     files.extend(figures.iter().flat_map(|figure| files_of(&folder.join(FIGURES).join(&figure.file))));
-    Beside { figures: figures.iter().map(study_page::shown).collect(), files }
+    Beside { figures: figures.iter().map(study_page::shown).collect(), files, claimed }
 }
 
 #[cfg(feature = "analysis")]
@@ -140,8 +151,9 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     // The page shows the study's own tables and figures only.
     let page = out.is_none().then(|| folder.join(report::PAGE));
     let figures = Figures { all: &all, folder: to, page, provenance: !no_provenance };
-    let (counts, paths) = study.make(&results, folder, &[], &figures)?;
-    paths.into_iter().try_for_each(|path| say(path.display()))?;
+    let made = study.make(&results, folder, &[], &figures)?;
+    made.paths.iter().try_for_each(|path| say(path.display()))?;
+    let counts = results.counts();
     board.line(&in_words(&plan, counts));
     outcome(counts)
 }
@@ -206,12 +218,12 @@ impl Study<'_> {
         formats: &[&dyn Format],
         own: &Path,
         provenance: bool,
-    ) -> Result<Vec<PathBuf>, Failure> {
+    ) -> Result<Made, Failure> {
         create_folder(tables)?;
         let page = self.plan.common.runs.is_empty().then(|| own.join(report::PAGE));
         let all = &self.plan.common.figures;
         let figures = Figures { all, folder: own.join(FIGURES), page, provenance };
-        self.make(results, tables, formats, &figures).map(|(_, paths)| paths)
+        self.make(results, tables, formats, &figures)
     }
 
     /// Makes everything, or nothing if something fails. Returns the files.
@@ -221,13 +233,15 @@ impl Study<'_> {
         tables: &Path,
         formats: &[&dyn Format],
         figures: &Figures<'_>,
-    ) -> Result<(Counts, Vec<PathBuf>), Failure> {
+    ) -> Result<Made, Failure> {
         let files = FileSet::new(Existing::Replace, self.inputs);
         let mut passing = Passing {
             stages: self.board.stages("tables"),
             done: 0,
-            of: self.plan.rows.len(),
+            of: self.plan.numbered() as usize,
             rows: Rows::of(&self.plan.common.keys),
+            #[cfg(feature = "analysis")]
+            claims: Claims::of(self.plan)?,
             #[cfg(feature = "analysis")]
             drawer: Drawer::new(figures.all),
         };
@@ -257,14 +271,32 @@ impl Study<'_> {
                 figures.folder.display()
             ));
         }
-        let rows = passing.finish();
+        #[cfg(feature = "analysis")]
+        let Claims { pipeline, claimed, .. } = passing.claims;
+        #[cfg(feature = "analysis")]
+        let judged = match (&pipeline, &figures.page) {
+            (Some(pipeline), Some(_)) if !formats.is_empty() => {
+                paths.extend(claim_files(tables));
+                write_claims(pipeline, &claimed, &files, tables).map_err(not_written)?
+            }
+            // Runs with names have claims of their own, and figures alone do not change any.
+            (_, Some(page)) => study_page::claims_in(page.parent().unwrap_or(Path::new("")))?,
+            _ => Vec::new(),
+        };
+        #[cfg(not(feature = "analysis"))]
+        let judged = Vec::new();
+        let rows = passing.rows;
         if let Some(path) = &figures.page {
-            write_page(path, self.plan, counts, rows, &paths, &files, figures)?;
+            write_page(path, self.plan, counts, (rows, judged), &paths, &files, figures)?;
             paths.push(path.clone());
         }
         files.publish().map_err(Failure::failed)?;
         paths.sort();
-        Ok((counts, paths))
+        Ok(Made {
+            paths,
+            #[cfg(feature = "analysis")]
+            claimed,
+        })
     }
 }
 
@@ -273,7 +305,7 @@ fn write_page(
     page: &Path,
     plan: &Plan,
     counts: Counts,
-    rows: Rows,
+    (rows, claims): (Rows, Vec<Claim>),
     written: &[PathBuf],
     files: &FileSet,
     figures: &Figures<'_>,
@@ -291,6 +323,7 @@ fn write_page(
     };
     let shown = Shown {
         figures: figures.all,
+        claims,
         links: study_page::links(page, tables),
         way: "",
         provenance: figures.provenance,
@@ -318,20 +351,79 @@ struct Passing {
     of: usize,
     rows: Rows,
     #[cfg(feature = "analysis")]
+    claims: Claims,
+    #[cfg(feature = "analysis")]
     drawer: Drawer,
 }
 
-impl Passing {
-    /// The rows for the page.
-    fn finish(self) -> Rows {
-        self.rows
+/// What is made of runs over axes.
+struct Made {
+    paths: Vec<PathBuf>,
+    #[cfg(feature = "analysis")]
+    claimed: Claimed,
+}
+
+/// Measures claims in the rows of the table of runs.
+#[cfg(feature = "analysis")]
+struct Claims {
+    pipeline: Option<Pipeline>,
+    /// The headers of the runs that claims name, by their numbers.
+    headers: BTreeMap<u64, RunHeader>,
+    columns: Vec<String>,
+    claimed: Claimed,
+}
+
+#[cfg(feature = "analysis")]
+impl Claims {
+    /// Of the study of a plan; none where it makes no claims.
+    fn of(plan: &Plan) -> Result<Claims, Failure> {
+        let pipeline = plan.common.study_toml.as_deref().map(|text| {
+            let pipeline = Pipeline::beside(text, plan.numbered(), &|at| plan.runs_at(at));
+            pipeline.map_err(|problem| Failure::BadInput(format!("{FILE}: {problem}")))
+        });
+        let pipeline = pipeline.transpose()?.filter(|pipeline| !pipeline.claim.is_empty());
+        let mut headers = BTreeMap::new();
+        let claims = pipeline.iter().flat_map(|pipeline| &pipeline.claim);
+        for run in claims.flat_map(ClaimSpec::runs).filter_map(|run| run.parse::<u64>().ok()) {
+            let row = run.checked_sub(1).and_then(|index| plan.rows.get(index as usize));
+            if let Some(row) = row.filter(|row| row.run <= plan.numbered())
+                && let Ok((_, header)) = plan.scenario(row)
+            {
+                headers.insert(run, header);
+            }
+        }
+        Ok(Claims { pipeline, headers, columns: Vec::new(), claimed: Claimed::default() })
+    }
+
+    fn row(&mut self, cells: &[Cell]) {
+        let (Some(pipeline), Some(Cell::Step(run))) = (&self.pipeline, cells.first()) else { return };
+        let Some(header) = self.headers.remove(run) else { return };
+        let number = |name: &str| {
+            let place = self.columns.iter().position(|column| column == name)?;
+            match cells[place] {
+                Cell::Number(value) => Some(value),
+                Cell::Count(count) => Some(f64::from(count)),
+                Cell::Step(step) => Some(step as f64),
+                Cell::Flag(flag) => Some(f64::from(u8::from(flag))),
+                _ => None,
+            }
+        };
+        let run = run.to_string();
+        let measured = Measured::of_summary(&pipeline.claim, &run, &number);
+        self.claimed.measured.insert(run, measured);
+        self.claimed.headers.push(header);
     }
 }
 
 impl Observer for Passing {
     fn begin(&mut self, table: &'static str, columns: &[Column]) {
         #[cfg(feature = "analysis")]
-        self.drawer.begin(table, columns);
+        {
+            self.drawer.begin(table, columns);
+            if table == RUNS {
+                self.claims.columns = columns.iter().map(|column| column.name.to_string()).collect();
+            }
+        }
         self.rows.begin(table, columns);
     }
 
@@ -340,6 +432,8 @@ impl Observer for Passing {
         self.drawer.row(table, cells);
         self.rows.row(table, cells);
         if table == RUNS {
+            #[cfg(feature = "analysis")]
+            self.claims.row(cells);
             self.done += 1;
             self.stages.reached("runs", self.done, self.of);
         }

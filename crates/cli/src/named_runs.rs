@@ -43,7 +43,7 @@ pub(crate) fn of_plan(
     let file = folder.join(plan::FILE);
     let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let text = plan.common.study_toml.as_deref().unwrap_or_default();
-    let pipeline = Pipeline::parse(text).map_err(refused)?;
+    let pipeline = Pipeline::beside(text, plan.numbered(), &|at| plan.runs_at(at)).map_err(refused)?;
     let names = plan.common.runs.iter().map(|run| &run.name);
     if !pipeline.runs.iter().eq(names) {
         return Err(refused(

@@ -4,9 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Inputs, ShortLines};
+use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::text;
-use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::{Slider, Summarizer};
 use asperity_record::RunHeader;
 use asperity_report::{
@@ -20,6 +19,7 @@ use crate::outputs::refused;
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::relative_link::relative_link;
+use crate::study_page::{CLAIMS, claims_in};
 use crate::terminal::say;
 use crate::{study_page, verdict_exit};
 
@@ -27,8 +27,6 @@ use crate::{study_page, verdict_exit};
 pub(crate) const PAGE: &str = "report.html";
 /// The record of a pipeline.
 const RECORD: &str = "reproduce.json";
-/// The table of its claims.
-const CLAIMS: &str = "tables/claims.csv";
 
 const ACCEPTED: &str = "run logs; or folders of a pipeline, which have a reproduce.json, or of a sweep, which have a \
                         plan.ndjson";
@@ -222,22 +220,10 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
         }
         Ok(run)
     })?;
-    let claims = if recorded.files.iter().any(|file| file == CLAIMS) {
-        claims(&folder.join(CLAIMS))?
-    } else {
-        Vec::new()
-    };
+    let claims =
+        if recorded.files.iter().any(|file| file == CLAIMS) { claims_in(folder)? } else { Vec::new() };
     let read = |file: &str| asperity_files::read(&folder.join(file)).ok();
     Ok(Study::of(&contents, &recorded.files, runs, claims, &read, !arguments.no_provenance))
-}
-
-/// Reads the claims of a table.
-fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
-    let bad = |error: claim::ReadError| {
-        Failure::BadInput(format!("{}: {error} (accepted: the table of a pipeline)", table.display()))
-    };
-    let file = asperity_files::open(table).map_err(|error| bad(csv::Error::from(error).into()))?;
-    claim::read(ShortLines::of(file)).map_err(bad)
 }
 
 /// A study among several.
@@ -257,11 +243,8 @@ fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry
         title if title.is_empty() => folder.display().to_string(),
         title => title,
     };
-    let claims = if recorded.files.iter().any(|file| file == CLAIMS) {
-        claims(&folder.join(CLAIMS))?
-    } else {
-        Vec::new()
-    };
+    let claims =
+        if recorded.files.iter().any(|file| file == CLAIMS) { claims_in(folder)? } else { Vec::new() };
     Ok(Entry {
         title,
         report,

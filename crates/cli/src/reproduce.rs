@@ -121,8 +121,9 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     let (study, jobs) = read_study(file, set, board)?;
     let mut beside = Beside::default();
     if study.grid.is_some() {
-        let only_grid = [("--set", !set.is_empty()), ("--fresh", *fresh)];
-        if let Some((option, _)) = only_grid.into_iter().find(|(_, given)| *given) {
+        let is_plain = SolverKind::from(*solver) != SolverKind::default();
+        let of_names = [("--set", !set.is_empty()), ("--fresh", *fresh), ("--solver", is_plain)];
+        if let Some((option, _)) = of_names.into_iter().find(|(_, given)| *given) {
             return Err(Failure::BadInput(format!(
                 "{option}: {} has runs over axes (accepted: {option} for studies without)",
                 file.display()

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asperity_files::FileSet;
+use asperity_files::{FileSet, ShortLines};
+use asperity_numbers::claim::{self, Claim};
 use asperity_record::{Cell, Column};
 use asperity_report::{Entry, Figure, Link, Shown as FigureShown, Sweep, encoded, files_of_picture, picture};
 use asperity_study::results::Counts;
@@ -74,6 +75,8 @@ impl Observer for Rows {
 pub(crate) struct Shown<'a> {
     /// Its figures.
     pub(crate) figures: &'a [asperity_figures::Figure],
+    /// Its claims.
+    pub(crate) claims: Vec<Claim>,
     /// The links to its tables.
     pub(crate) links: Vec<Link>,
     /// The relative link from the page to the folder of the study.
@@ -120,6 +123,7 @@ pub(crate) fn page(
         rows: rows.rows,
         row_count: rows.count,
         figures: figures.collect(),
+        claims: shown.claims,
         links: shown.links,
         code_version: shown.provenance.then(|| plan.common.code_version.clone()),
     }
@@ -169,6 +173,7 @@ pub(crate) fn of_folder(
     let read = |file: &str| asperity_files::read(&folder.join(file)).ok();
     let shown = Shown {
         figures: &plan.common.figures,
+        claims: claims_in(folder)?,
         links: links(&arguments.out, tables),
         way: &relative_link(&arguments.out, folder),
         provenance: !arguments.no_provenance,
@@ -205,9 +210,25 @@ pub(crate) fn entry(
         title: plan.common.title.clone(),
         report,
         runs: plan.rows.len() as u64,
-        claims: Vec::new(),
+        claims: claims_in(folder)?,
         figures: figures.collect(),
     })
+}
+
+/// The table of claims in the folder of a study.
+pub(crate) const CLAIMS: &str = "tables/claims.csv";
+
+/// The claims of a study in its folder; none if it has none.
+pub(crate) fn claims_in(folder: &Path) -> Result<Vec<Claim>, Failure> {
+    let table = folder.join(CLAIMS);
+    if !table.is_file() {
+        return Ok(Vec::new());
+    }
+    let bad = |error: claim::ReadError| {
+        Failure::BadInput(format!("{}: {error} (accepted: the table of a study)", table.display()))
+    };
+    let file = asperity_files::open(&table).map_err(|error| bad(csv::Error::from(error).into()))?;
+    claim::read(ShortLines::of(file)).map_err(bad)
 }
 
 /// The tables in the folder of a study.

@@ -87,8 +87,14 @@ pub struct ClaimSpec {
     pub of: Speaker,
     /// The words of whoever makes it.
     pub quote: String,
-    /// The run to measure.
+    /// The run to measure: its name, or the number of a run over axes, of which numbers of the summary can
+    /// be measured.
+    #[serde(default)]
     pub run: String,
+    /// Instead of `run`, values of keys, as `normal_load.tilt=0.5`: the runs over axes that have them. The
+    /// first is measured, and the others are its `spread`.
+    #[serde(default)]
+    pub at: Vec<String>,
     /// A run whose value is taken off: the claim is about the difference.
     pub minus: Option<String>,
     /// Runs, or ensembles of runs, that differ from the run in what should not matter, a kick of
@@ -155,7 +161,7 @@ impl ClaimSpec {
             let pair = [Some(&runs.run), runs.minus.as_ref()].into_iter().flatten();
             pair.chain(&runs.spread).chain(&runs.minus_spread)
         });
-        own.chain(others).map(String::as_str)
+        own.chain(others).map(String::as_str).filter(|run| !run.is_empty())
     }
 
     /// What it reads of each of its runs.
@@ -190,6 +196,13 @@ impl ClaimSpec {
         (stated - tolerance..=stated + tolerance, format!("within {tolerance:.4}, {rule}"))
     }
 
+    /// Puts the runs over axes that it is `at` in their places.
+    pub fn choose(&mut self, runs: &[u64]) {
+        let mut names = runs.iter().map(u64::to_string);
+        self.run = names.next().unwrap_or_default();
+        self.spread = names.collect();
+    }
+
     /// Its lists of runs, in which an ensemble may stand for its members.
     pub fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
         let second = self.as_stated.iter_mut().flat_map(|runs| [&mut runs.spread, &mut runs.minus_spread]);
@@ -213,6 +226,10 @@ impl ClaimSpec {
         {
             return Err(format!("at_least: {low} is not accepted (accepted: up to at_most, {high})"));
         }
+        let names_runs = !self.run.is_empty() || !self.spread.is_empty() || self.minus.is_some();
+        if names_runs != self.at.is_empty() {
+            return Err("needs run, or at without run, spread and minus".to_owned());
+        }
         let own = (&self.minus, &self.spread, &self.minus_spread);
         let second = self.as_stated.as_ref().map(|runs| (&runs.minus, &runs.spread, &runs.minus_spread));
         for (minus, spread, minus_spread) in [Some(own), second].into_iter().flatten() {
@@ -235,6 +252,13 @@ impl ClaimSpec {
 pub struct Measured(Vec<Option<Estimate>>);
 
 impl Measured {
+    /// Takes the numbers of a run's summary, given by their names.
+    pub fn of_summary(claims: &[ClaimSpec], run: &str, number: &dyn Fn(&str) -> Option<f64>) -> Measured {
+        let speaks = |claim: &ClaimSpec| claim.runs().any(|name| name == run);
+        let measure = |claim: &ClaimSpec| number(claim.measure.name()).map(Estimate::exact);
+        Measured(claims.iter().map(|claim| speaks(claim).then(|| measure(claim)).flatten()).collect())
+    }
+
     /// Measures a run.
     pub fn of(claims: &[ClaimSpec], run: &RunData) -> Measured {
         let speaks = |claim: &ClaimSpec| claim.runs().any(|name| name == run.name);

@@ -59,6 +59,18 @@ impl Score {
 pub(crate) const SPEAKERS: [(&str, &str); 2] =
     [("the source", "The source"), ("this project", "This project")];
 
+/// The scores as lines of a heading.
+pub(crate) fn heading(claims: &[Claim]) -> String {
+    let mut out = String::new();
+    for (speaker, title) in SPEAKERS {
+        let score = Score::of(claims, speaker);
+        if score.total() > 0 {
+            out += &format!("<p class=\"score\"><b>{title}:</b> {}.</p>\n", text(score.words()));
+        }
+    }
+    out
+}
+
 /// The scores as a table, speaker by speaker and kind by kind.
 pub(crate) fn scores(claims: &[Claim]) -> String {
     const KINDS: [(&str, &str); 4] = [

@@ -61,8 +61,12 @@ impl Figure {
         numbered(self.stem().strip_prefix("figure-")?)
     }
 
-    /// Whether a claim is about it.
+    /// Whether a claim is about it, by its number in a text or the name of its file.
     fn is_meant_by(&self, claim: &Claim) -> bool {
+        let file = self.path.rsplit('/').next().unwrap_or_default();
+        if claim.about.split([' ', ',', ';']).any(|word| word == file) {
+            return true;
+        }
         let Some((chapter, number)) = self.number() else { return false };
         figures_named(&claim.about).iter().any(|named| named.holds(&chapter, number))
     }

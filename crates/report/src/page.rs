@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use asperity_record::RunHeader;
 
 use crate::asked::{self, Asked, differing, parameters};
-use crate::claims::{self, SPEAKERS, Score};
+use crate::claims;
 use crate::html::markup::{counted, section, text};
 use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use crate::sketch::{kind, sketch};
@@ -83,12 +83,7 @@ impl Study {
     fn heading(&self) -> String {
         let count = |one: fn(&Run) -> u64| self.runs.iter().map(one).sum::<u64>();
         let mut out = format!("<header>\n<h1>{}</h1>\n", text(&self.title));
-        for (speaker, title) in SPEAKERS {
-            let score = Score::of(&self.claims, speaker);
-            if score.total() > 0 {
-                out += &format!("<p class=\"score\"><b>{title}:</b> {}.</p>\n", text(score.words()));
-            }
-        }
+        out += &claims::heading(&self.claims);
         out += &format!(
             "<p class=\"soft\">{}, {}, {}.</p>\n</header>\n",
             counted(self.runs.len() as u64, "run"),

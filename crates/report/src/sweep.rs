@@ -2,9 +2,11 @@
 
 use asperity_model::Scenario;
 use asperity_model::keys::{KEYS, Key};
+use asperity_numbers::claim::Claim;
 use asperity_record::Cell as Stored;
 
 use crate::asked::{Asked, main as main_of, parameters};
+use crate::claims;
 use crate::figures::{Figure, figures};
 use crate::html::Document;
 use crate::html::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
@@ -33,6 +35,8 @@ pub struct Sweep {
     pub row_count: u64,
     /// Its figures.
     pub figures: Vec<Figure>,
+    /// Its claims.
+    pub claims: Vec<Claim>,
     /// Its tables.
     pub links: Vec<Link>,
     /// The code that made its runs; none if the page is not to say.
@@ -72,13 +76,16 @@ impl Sweep {
             .map_or(String::new(), |version| format!("Code version <code>{}</code>. ", text(version)));
         let main = [
             format!(
-                "<header>\n<h1>{}</h1>\n<p class=\"score\">{}</p>\n</header>\n",
+                "<header>\n<h1>{}</h1>\n{}<p class=\"score\">{}</p>\n</header>\n",
                 text(&self.title),
+                claims::heading(&self.claims),
                 text(format!("{}.", self.state))
             ),
             section("What was asked", &format!("{asked}{varied}")),
-            figures(&self.figures, &[]),
+            section("Score", &claims::scores(&self.claims)),
+            figures(&self.figures, &self.claims),
             section("Runs", &self.runs()),
+            claims::all(&self.claims),
             section("Files", &links(&self.links)),
             format!(
                 "<footer class=\"soft\"><p>{made}Times are simulated time. Made by asperity; this file fetches nothing.</p>\

@@ -1,5 +1,6 @@
 //! The axes of a sweep: one key, or several that change together, and their values.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
@@ -278,6 +279,36 @@ fn sortable(value: &Value) -> (u8, u64, String) {
         Value::Number(number) => (1, (number + 0.0).to_bits(), String::new()),
         Value::Text(text) => (2, 0, text.clone()),
     }
+}
+
+/// The numbers of the runs with these values of keys, each `key=value`, given all keys and the values of
+/// every run.
+///
+/// # Errors
+/// If there is no such key or no such run, with what is accepted.
+pub(crate) fn runs_at<'a, S: AsRef<str>>(
+    at: &[S],
+    keys: &[String],
+    runs: impl Iterator<Item = (u64, Cow<'a, [Value]>)>,
+) -> Result<Vec<u64>, String> {
+    let mut wanted = Vec::new();
+    for text in at.iter().map(AsRef::as_ref) {
+        let (name, value) = text
+            .split_once('=')
+            .ok_or_else(|| format!("at: {text:?} is not accepted (accepted: key=value)"))?;
+        let place = keys
+            .iter()
+            .position(|key| key == name.trim())
+            .ok_or_else(|| format!("at: {} does not vary (accepted: {})", name.trim(), keys.join(", ")))?;
+        wanted.push((place, Place::read(value)));
+    }
+    let has_all = |values: &[Value]| wanted.iter().all(|(key, wanted)| place(&values[*key]) == *wanted);
+    let found: Vec<u64> = runs.filter(|(_, values)| has_all(values)).map(|(run, _)| run).collect();
+    if found.is_empty() {
+        let all: Vec<&str> = at.iter().map(AsRef::as_ref).collect();
+        return Err(format!("at: no run has {} (accepted: values of the axes)", all.join(" and ")));
+    }
+    Ok(found)
 }
 
 pub(crate) fn names(keys: &[&Key]) -> String {

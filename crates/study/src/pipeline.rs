@@ -61,33 +61,53 @@ pub(crate) const CLAIMS: &str = "claims";
 /// The file of the claims as a page.
 pub(crate) const CLAIMS_PAGE: &str = "claims.md";
 
+/// Finds the runs over axes with given values of keys, each `key=value`.
+pub type At<'a> = &'a dyn Fn(&[String]) -> Result<Vec<u64>, String>;
+
 impl Pipeline {
     /// Parses the text of a study, and checks that it speaks of no run that it does not have.
     ///
     /// # Errors
     /// In words, with line and column where the TOML is at fault.
     pub fn parse(text: &str) -> Result<Pipeline, String> {
-        Pipeline::of(File::parse(text)?)
+        Pipeline::beside(text, 0, &|_| Ok(Vec::new()))
+    }
+
+    /// Parses the text of a study beside a number of runs over axes, of which `at` finds those with given
+    /// values of keys.
+    ///
+    /// # Errors
+    /// In words, with line and column where the TOML is at fault.
+    pub fn beside(text: &str, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
+        Pipeline::of(File::parse(text)?, numbered, at)
     }
 
     /// What a file asks for.
-    pub(crate) fn of(file: File) -> Result<Pipeline, String> {
+    pub(crate) fn of(file: File, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
         let of_tables = file.figure.of_tables();
         let runs = file.run.iter().map(|run| run.name.clone()).collect();
         let File { title, first_global_slips, precursors, study, figure, claim, notes, .. } = file;
-        let pipeline = Pipeline { title, runs, first_global_slips, precursors, study, figure, claim, notes };
-        pipeline.check(&of_tables)?;
+        let mut pipeline =
+            Pipeline { title, runs, first_global_slips, precursors, study, figure, claim, notes };
+        pipeline.check(numbered, &of_tables)?;
+        for claim in pipeline.claim.iter_mut().filter(|claim| !claim.at.is_empty()) {
+            let runs = if numbered == 0 { Err("at: nothing varies".to_owned()) } else { at(&claim.at) };
+            claim.choose(&runs.map_err(|error| format!("claim about {}: {error}", claim.about))?);
+        }
         Ok(pipeline)
     }
 
-    fn check(&self, of_tables: &asperity_figures::Figures) -> Result<(), String> {
+    fn check(&self, numbered: u64, of_tables: &asperity_figures::Figures) -> Result<(), String> {
         let names: BTreeSet<&str> = self.runs.iter().map(String::as_str).collect();
+        let is_over_axes =
+            |run: &&str| !names.contains(run) && run.parse().is_ok_and(|run| (1..=numbered).contains(&run));
+        let claimed = self.claim.iter().flat_map(ClaimSpec::runs).filter(|run| !is_over_axes(run));
         let spoken_of = self
             .precursors
             .iter()
             .map(|spec| spec.run.as_str())
             .chain(self.first_global_slips.iter().map(String::as_str))
-            .chain(self.claim.iter().flat_map(ClaimSpec::runs))
+            .chain(claimed)
             .chain(self.study.iter().flat_map(|study| study.runs.iter().map(String::as_str)))
             .chain(self.figure.runs());
         for run in spoken_of {
@@ -129,6 +149,15 @@ impl Pipeline {
         }
         for claim in &self.claim {
             claim.check().map_err(|error| format!("claim about {}: {error}", claim.about))?;
+            let is_over_axes = !claim.at.is_empty() || claim.runs().any(|run| is_over_axes(&run));
+            if is_over_axes && !claim.measure.is_of_summary() {
+                return Err(format!(
+                    "claim about {}: measure = {:?} of a run over axes, of which no log is read (accepted: a number of \
+                     `asperity summary --schema`)",
+                    claim.about,
+                    claim.measure.name()
+                ));
+            }
         }
         Ok(())
     }

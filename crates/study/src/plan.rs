@@ -4,6 +4,7 @@
 //! of it all, which detects edits. It is read line by line, and every value is checked against its
 //! key, since anybody can compute a hash.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::num::NonZeroUsize;
@@ -18,7 +19,7 @@ use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once};
 use serde::{Deserialize, Serialize};
 
-use crate::axis::{MOST_RUNS, Value, check_value, key_of, names};
+use crate::axis::{MOST_RUNS, Value, check_value, key_of, names, runs_at};
 use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
 use crate::runs::Named;
@@ -348,6 +349,15 @@ impl Plan {
     pub fn named(&self, run: u64) -> Option<&Named> {
         let index = run.checked_sub(self.numbered() + 1)?;
         self.common.runs.get(usize::try_from(index).ok()?)
+    }
+
+    /// The runs over axes with these values of keys, each `key=value`.
+    ///
+    /// # Errors
+    /// If no key or run is such, with what is accepted.
+    pub fn runs_at(&self, at: &[String]) -> Result<Vec<u64>, String> {
+        let rows = &self.rows[..self.numbered() as usize];
+        runs_at(at, &self.common.keys, rows.iter().map(|row| (row.run, Cow::Borrowed(&*row.values))))
     }
 
     /// What messages call a run: its name, or its number and values.

@@ -12,7 +12,7 @@ use asperity_figures::draw::Gathering;
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
-use asperity_numbers::claim;
+use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::claims::{self, Measured};
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::run_data::{Collector, NodeField};
@@ -64,6 +64,42 @@ pub struct Beside {
     pub figures: Vec<Shown>,
     /// All files.
     pub files: Vec<PathBuf>,
+    /// What claims measure in runs over axes.
+    pub claimed: Claimed,
+}
+
+/// What claims measure in runs.
+#[derive(Debug, Clone, Default)]
+pub struct Claimed {
+    /// By the name or number of the run.
+    pub measured: BTreeMap<String, Measured>,
+    /// What these runs are.
+    pub headers: Vec<RunHeader>,
+}
+
+/// The files of the claims of a pipeline in a folder of tables.
+pub fn claim_files(tables: &Path) -> impl Iterator<Item = PathBuf> {
+    table_file::paths(tables, CLAIMS).into_iter().chain([tables.join(CLAIMS_PAGE)])
+}
+
+/// Judges the claims of a pipeline and writes them into a folder of tables.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_claims(
+    pipeline: &Pipeline,
+    claimed: &Claimed,
+    files: &FileSet,
+    tables: &Path,
+) -> Result<Vec<Claim>, StudyError> {
+    let measured = claimed.measured.iter().map(|(name, measured)| (name.as_str(), measured)).collect();
+    let judged = claims::judge(&pipeline.claim, &measured);
+    let mut table = tables::of_columns(claim::columns(&judged))?;
+    table_file::write(files, tables, CLAIMS, &mut table)?;
+    let headers: Vec<&RunHeader> = claimed.headers.iter().collect();
+    let page = claims::markdown(&pipeline.title, &pipeline.claim, &judged, &headers);
+    files.write(&tables.join(CLAIMS_PAGE), page)?;
+    Ok(judged)
 }
 
 /// What stays of a run.
@@ -266,12 +302,10 @@ impl<'a> Reduction<'a> {
         }
         let mut judged = Vec::new();
         if !pipeline.claim.is_empty() {
-            let measured = runs.iter().map(|(name, run)| (name.as_str(), &run.measured)).collect();
-            judged = claims::judge(&pipeline.claim, &measured);
-            write(CLAIMS, tables::of_columns(claim::columns(&judged))?)?;
-            let headers: Vec<&RunHeader> = runs.values().map(|run| &run.header).collect();
-            let page = claims::markdown(&pipeline.title, &pipeline.claim, &judged, &headers);
-            files.write(&folder.join(CLAIMS_PAGE), page)?;
+            let mut claimed = beside.claimed;
+            claimed.measured.extend(runs.iter().map(|(name, run)| (name.clone(), run.measured.clone())));
+            claimed.headers.extend(runs.values().map(|run| run.header.clone()));
+            judged = write_claims(pipeline, &claimed, &files, &folder)?;
             one_more(1);
         }
         let mut contents = pipeline.contents(&figures.captions());

@@ -1,6 +1,8 @@
 //! A study as written: the runs that it names, one scenario over axes, what is stored of them, and what
 //! is made of them.
 
+#[cfg(feature = "analysis")]
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -8,6 +10,8 @@ use asperity_figures::Figure;
 use asperity_model::text;
 use asperity_run::study::Job;
 
+#[cfg(feature = "analysis")]
+use crate::axis;
 use crate::axis::{Axis, MOST_RUNS, Value};
 use crate::file::File;
 pub use crate::file::Keep;
@@ -93,7 +97,10 @@ impl Study {
         let figures = of_tables.understand(&for_figures, keeps_ruptures)?;
         let runs = file.run.iter().map(|run| run.read(folder)).collect::<Result<_, _>>()?;
         #[cfg(feature = "analysis")]
-        let pipeline = Pipeline::of(file.clone())?;
+        let pipeline = {
+            let at = |at: &[String]| grid.as_ref().map_or(Ok(Vec::new()), |grid| grid.runs_at(at));
+            Pipeline::of(file.clone(), grid.as_ref().map_or(0, Grid::count), &at)?
+        };
         Ok(Study {
             title: file.title,
             grid,
@@ -218,6 +225,13 @@ impl Grid {
             left /= count;
         }
         points.into_iter().rev().flatten().cloned().collect()
+    }
+
+    /// The runs with these values of keys, counted from 1.
+    #[cfg(feature = "analysis")]
+    fn runs_at(&self, at: &[String]) -> Result<Vec<u64>, String> {
+        let runs = (0..self.count()).map(|run| (run + 1, Cow::Owned(self.values(run))));
+        axis::runs_at(at, &self.keys(), runs)
     }
 
     /// The keys that vary, in the order of their values.

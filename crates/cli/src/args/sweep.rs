@@ -28,11 +28,12 @@ A sweep is a TOML file with a scenario and what varies:
 
 docs/sweeps.md has all of it.")]
 pub(crate) enum SweepCommand {
-    /// Write the plan of a sweep: every run with its values and its id.
+    /// Write the plan of a sweep or a pipeline: every run with its values and its id.
     #[command(after_help = "\
 Examples:
   asperity sweep plan out/tilts.toml -o out/tilts
-  asperity sweep plan out/tilts.toml -o out/tilts --skip-refused")]
+  asperity sweep plan out/tilts.toml -o out/tilts --skip-refused
+  asperity sweep plan pipelines/chapter5.toml -o out/planned")]
     Plan(SweepPlanArguments),
     /// Make the runs of a plan that are not made yet, on all cores.
     #[command(after_help = "\
@@ -76,7 +77,8 @@ Examples:
 Every table has a column for each key that varies. Figures are those that the
 sweep asks for, in `figures`. The files are the same bytes whatever the way the
 runs were made. Those that are there are replaced. Where results contradict the
-plan or each other, no table is made, and what contradicts is named.
+plan or each other, no table is made, and what contradicts is named. For runs
+with names, as a pipeline has, the files are those of `asperity reproduce`.
 
 Exit codes:
   0  the tables hold all runs

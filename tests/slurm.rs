@@ -19,6 +19,8 @@ use std::time::{Duration, Instant};
 use asperity_study::results::parse_ranges;
 
 use crate::support::binary::{succeed, text};
+#[cfg(feature = "analysis")]
+use crate::sweep::{RUNS, files_below};
 use crate::sweep::{Study, kill, sweep, tables};
 
 /// The programs of Slurm that are used here.
@@ -296,6 +298,20 @@ values = [12, 10, 1, 1.1, 1.2, 1.3, 1.4]
     assert_eq!(cluster.submit(&script), [""; 0]);
     cluster.wait_until_idle();
     assert!(out.join("tables").exists(), "{}", cluster.said("squeue", &[]));
+}
+
+/// A pipeline on Slurm ends in the files of `reproduce`.
+#[cfg(feature = "analysis")]
+#[test]
+fn a_pipeline_is_made_by_job_arrays() {
+    let Some(cluster) = Cluster::start() else { return };
+    let study = Study::of(&format!("title = 'Runs'\n{RUNS}"));
+    let (whole, out) = (study.path("whole"), study.plan("planned"));
+    let script = script(&study, &out, &["--tasks", "3"]);
+    assert_eq!(cluster.submit(&script), ["1-3"], "a run each");
+    cluster.wait_until_idle();
+    succeed(&["reproduce", text(&study.path("sweep.toml")), "--out", text(&whole)]);
+    assert!(files_below(&out) == files_below(&whole), "other files");
 }
 
 fn succeed_or_incomplete(arguments: &[&str]) -> String {

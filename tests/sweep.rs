@@ -512,12 +512,9 @@ fn a_list_of_commands_makes_all_runs() {
     assert!(row.contains_key("action"));
 }
 
-/// A pipeline that is planned and made by workers, some of them killed, ends in the files of `reproduce`; so
-/// do runs with names beside runs over axes.
+/// Runs with names, and what is made of them.
 #[cfg(feature = "analysis")]
-#[test]
-fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
-    const RUNS: &str = "
+pub(crate) const RUNS: &str = "
 first_global_slips = ['base', 'kicked']
 [[run]]
 name = 'base'
@@ -540,6 +537,12 @@ run = 'base'
 measure = 'precursor-count'
 at_least = 1
 ";
+
+/// A pipeline that is planned and made by workers, some of them killed, ends in the files of `reproduce`; so
+/// do runs with names beside runs over axes.
+#[cfg(feature = "analysis")]
+#[test]
+fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
     let (slips, runs) = RUNS.trim_start().split_once('\n').unwrap();
     let axes = SHORT.to_owned()
         + "[[figure.lengths]]\nfile = 'lengths.png'\nover = ['normal_load.tilt', \
@@ -650,7 +653,7 @@ stated = '0.5'
 
 /// The bytes of all files below a folder, but for plan, segments and staging, by their paths.
 #[cfg(feature = "analysis")]
-fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+pub(crate) fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     for of in ["tables", "figures", "runs", "report.html", "reproduce.json"] {
         let path = folder.join(of);

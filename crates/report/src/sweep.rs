@@ -1,5 +1,7 @@
 //! The page of a parameter study: what varies, its figures, and a table of its runs.
 
+use std::collections::BTreeSet;
+
 use asperity_model::Scenario;
 use asperity_model::keys::{KEYS, Key};
 use asperity_numbers::claim::Claim;
@@ -116,7 +118,13 @@ impl Sweep {
             })
             .collect();
         let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
-        let rows = self.rows.iter().map(|cells| Row::from(cells.iter().map(cell).collect::<Vec<_>>()));
+        let claimed: BTreeSet<&str> = self.claims.iter().map(|claim| claim.run.as_str()).collect();
+        let rows = self.rows.iter().map(|cells| {
+            // Claims link to their runs.
+            let run = cells.first().map(ToString::to_string).filter(|run| claimed.contains(run.as_str()));
+            let attributes = run.map_or(String::new(), |run| format!(" id=\"run-{}\"", text(run)));
+            Row { attributes, cells: cells.iter().map(cell).collect() }
+        });
         let left_out = self.row_count - self.rows.len() as u64;
         let more = if left_out > 0 {
             paragraph(&format!("The first {}; {left_out} more are in the table of runs.", self.rows.len()))

@@ -268,6 +268,11 @@ fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
         assert!(lines.contains(from), "{from}");
         lines.replacen(from, to, 1)
     };
+    let named = |names: &[&str]| {
+        let run =
+            |name: &&str| format!("{{\"name\":\"{name}\",\"scenario\":\"default\",\"scenario_toml\":\"\"}}");
+        format!("\"runs\":[{}],\"code_version\"", names.iter().map(run).collect::<Vec<_>>().join(","))
+    };
     let values = "[0,0.5,0.3]";
     for (body, says) in [
         (third("\"run\":3", "\"run\":0"), "line 4: run = 0 (accepted: 3"),
@@ -295,6 +300,10 @@ fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
             first("\"code_version\"", &format!("{figure},\"code_version\"")),
             "line 1: figure.family \"../a.png\": file",
         ),
+        (first("\"code_version\"", &named(&["../a"])), "line 1: run name \"../a\" is no file name"),
+        (first("\"code_version\"", &named(&["a", "a"])), "line 1: two runs are called a"),
+        (first("\"code_version\"", &named(&["a"])), "line 7: run 6 has 3 values (accepted: 0"),
+        (first("\"code_version\"", &named(&["a"; 7])), "line 1: two runs are called a"),
     ] {
         let plan = sealed(body.trim_end());
         let study = made.with(&plan, &[("a.seg", made.all.of_plan(&plan).bytes())]);

@@ -4,22 +4,12 @@
 use asperity_model::front::{self, relative_prestress};
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
-use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
+use super::kind::{Figure, keys, of_one_run};
+use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Marker, Panel, RED, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Arrest {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    Arrest: file, run, title;
 }
 
 /// Blocks between marks, which keeps them apart.
@@ -44,12 +34,7 @@ impl Figure for Arrest {
             .filter_map(|passage| Some((f64::from(passage.block), passage.slip_m? * scale)))
             .collect();
         let last = passages.len() as f64;
-        let end = |low: f64, high: f64| Series {
-            label: String::new(),
-            points: vec![(last, low), (last, high)],
-            look: Look::Line(Dash::Dotted, GREY),
-        };
-        let line = |label: String, points: Vec<(f64, f64)>, look: Look| Series { label, points, look };
+        let end = |low: f64, high: f64| Series::line("", vec![(last, low), (last, high)], Dash::Dotted, GREY);
         let arrest = theory.arrest_prestress();
         // Block 1 bears more than the others.
         let inside = || prestress[1..].iter().map(|(_, tau)| *tau).chain([0.0, arrest]);
@@ -57,27 +42,16 @@ impl Figure for Arrest {
         let marks = |points: &[(f64, f64)]| {
             points.iter().copied().skip(BETWEEN_MARKS).step_by(BETWEEN_MARKS).collect()
         };
-        let upper = Panel {
-            title: self.title.clone(),
-            x: Axis::new("", 0.0, blocks as f64),
-            y: Axis::new("τ; slip × γ/2", low, high),
-            series: vec![
-                line("prestress τ".to_owned(), prestress[1..].to_vec(), Look::Line(Dash::Solid, INK)),
-                line(
-                    "slip × γ/2, in (μ_s − μ_d)p/k".to_owned(),
-                    marks(&slip),
-                    Look::Marks(Marker::Circle, BLUE),
-                ),
-                line(
-                    "γ/(2 + γ): no pulse below".to_owned(),
-                    vec![(0.0, arrest), (blocks as f64, arrest)],
-                    Look::Line(Dash::Dashed, RED),
-                ),
-                end(low, arrest),
-            ],
-            legend: Corner::TopRight,
-            note: String::new(),
-        };
+        let level = vec![(0.0, arrest), (blocks as f64, arrest)];
+        let x = Axis::new("", 0.0, blocks as f64);
+        let y = Axis::new("τ; slip × γ/2", low, high);
+        let series = vec![
+            Series::line("prestress τ", prestress[1..].to_vec(), Dash::Solid, INK),
+            Series::marks("slip × γ/2, in (μ_s − μ_d)p/k", marks(&slip), Marker::Circle, BLUE),
+            Series::line("γ/(2 + γ): no pulse below", level, Dash::Dashed, RED),
+            end(low, arrest),
+        ];
+        let upper = Panel::new(x, y, Corner::TopRight, series).titled(&self.title);
         let speeds = fronts::local_speeds(run);
         let fastest = speeds.iter().skip(BETWEEN_MARKS).map(|(_, speed)| *speed).fold(1.0, f64::max) * 1.15;
         let curve = front::curve(theory.relative_damping, theory.top_stiffness, fastest);
@@ -89,18 +63,14 @@ impl Figure for Arrest {
                 Some((*block, v0 + (v1 - v0) * (tau - t0) / (t1 - t0)))
             })
             .collect();
-        let lower = Panel {
-            title: String::new(),
-            x: Axis::new("block n", 0.0, blocks as f64),
-            y: Axis::new("v/c", 0.0, fastest),
-            series: vec![
-                line("steady, in theory".to_owned(), steady, Look::Line(Dash::Solid, INK)),
-                line("simulated".to_owned(), marks(&speeds), Look::Marks(Marker::Circle, BLUE)),
-                end(0.0, speeds.last().map_or(0.0, |(_, speed)| *speed)),
-            ],
-            legend: Corner::TopRight,
-            note: String::new(),
-        };
-        Ok(Sheet::Stacked(Box::new([upper, lower])))
+        let x = Axis::new("block n", 0.0, blocks as f64);
+        let y = Axis::new("v/c", 0.0, fastest);
+        let series = vec![
+            Series::line("steady, in theory", steady, Dash::Solid, INK),
+            Series::marks("simulated", marks(&speeds), Marker::Circle, BLUE),
+            end(0.0, speeds.last().map_or(0.0, |(_, speed)| *speed)),
+        ];
+        let lower = Panel::new(x, y, Corner::TopRight, series);
+        Ok(Sheet::stacked(upper, lower))
     }
 }

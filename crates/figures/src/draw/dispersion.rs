@@ -1,23 +1,18 @@
 //! Waves in the lattice of a slab: frequency against wave number along a row and along a diagonal.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use asperity_numbers::plane_waves::Waves;
 use asperity_numbers::run_data::RunData;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
+use super::kind::{Figure, keys, of_one_run};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, GREY, INK, Marker, Sheet};
 use super::scale::Scale;
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Dispersion {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
+keys! {
+    Dispersion: file;
+
     /// The run, of a slab.
     run: String,
     /// Stands above the figure.
@@ -82,16 +77,9 @@ impl Figure for Dispersion {
             (Sample::Nothing, "marks: pull of the bonds".to_owned()),
             (Sample::Nothing, "lines: theory".to_owned()),
         ];
-        Ok(Sheet::Other(Arc::new(Paper {
-            shape: None,
-            title: self.title.clone(),
-            x: Scale::between("q_x a/π", 0.0, 1.0),
-            y: Scale::between("ω √(m/k)", 0.0, HIGHEST),
-            panels: directions.into_iter().map(panel).collect(),
-            bar: None,
-            heading: String::new(),
-            rows,
-        })))
+        let x = Scale::between("q_x a/π", 0.0, 1.0);
+        let y = Scale::between("ω √(m/k)", 0.0, HIGHEST);
+        Ok(Paper::new(x, y, directions.into_iter().map(panel).collect(), rows).sheet(&self.title))
     }
 }
 

@@ -2,22 +2,13 @@
 
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
-use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use super::kind::{Figure, keys, of_one_run};
+use super::plot::{Axis, Corner, Panel, Series, Sheet, nth};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Displacement {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    Displacement: file, run, title;
+
     /// The blocks, counted from 1.
     blocks: Vec<u32>,
 }
@@ -40,14 +31,12 @@ impl Figure for Displacement {
             }
             let (_, dash, color) = nth(index);
             let course = run.states()?.displacement_of(block);
-            series.push(Series {
-                label: format!("block {block}"),
-                points: course
-                    .iter()
-                    .map(|(time_s, displacement_m)| (*time_s, displacement_m * 1e3))
-                    .collect(),
-                look: Look::Line(dash, color),
-            });
+            series.push(Series::line(
+                format!("block {block}"),
+                course.iter().map(|(time_s, displacement_m)| (*time_s, displacement_m * 1e3)).collect(),
+                dash,
+                color,
+            ));
         }
         let all =
             || series.iter().flat_map(|series| &series.points).map(|(_, displacement_mm)| *displacement_mm);
@@ -55,13 +44,8 @@ impl Figure for Displacement {
         if highest <= lowest {
             return Err(format!("no displacement of its blocks is recorded in run {}", run.name));
         }
-        Ok(Sheet::Single(Box::new(Panel {
-            title: self.title.clone(),
-            x: Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps)),
-            y: Axis::new("u_n (mm)", lowest - 0.03 * highest, highest * 1.1),
-            series,
-            legend: Corner::TopLeft,
-            note: String::new(),
-        })))
+        let x = Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps));
+        let y = Axis::new("u_n (mm)", lowest - 0.03 * highest, highest * 1.1);
+        Ok(Sheet::single(Panel::new(x, y, Corner::TopLeft, series).titled(&self.title)))
     }
 }

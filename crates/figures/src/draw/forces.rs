@@ -3,22 +3,13 @@
 use asperity_numbers::curves::pull_ratio;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
-use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Panel, RED, Series, Sheet};
+use super::kind::{Figure, keys, of_one_run};
+use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Panel, RED, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Forces {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    Forces: file, run, title;
+
     /// Where the time axis begins; with the run if absent.
     from_s: Option<f64>,
     /// Where the time axis ends; with the run if absent.
@@ -50,27 +41,14 @@ impl Figure for Forces {
         let highest = highest.fold(0.0, f64::max);
         let lowest = pull.iter().map(|(_, pull)| *pull).fold(0.0, f64::min);
         let both_ways = run.plan.drive.pulls_both_ways();
-        let curve = |label: &str, points: Vec<(f64, f64)>, look: Look| Series {
-            label: label.to_owned(),
-            points,
-            look,
-        };
-        Ok(Sheet::Single(Box::new(Panel {
-            title: self.title.clone(),
-            x: Axis::new("t (s)", from_s, to_s),
-            y: Axis::new("force (N)", lowest * 1.1, highest * 1.08),
-            series: vec![
-                curve("F_N", load(1.0), Look::Line(Dash::Solid, GREY)),
-                curve("μ_s F_N", load(friction.static_coefficient), Look::Line(Dash::Dashed, BLUE)),
-                curve("μ_d F_N", load(friction.dynamic_coefficient), Look::Line(Dash::DotDashed, RED)),
-                curve(
-                    if both_ways { "F_T, both ends added" } else { "F_T" },
-                    pull,
-                    Look::Line(Dash::Solid, INK),
-                ),
-            ],
-            legend: Corner::TopRight,
-            note: String::new(),
-        })))
+        let x = Axis::new("t (s)", from_s, to_s);
+        let y = Axis::new("force (N)", lowest * 1.1, highest * 1.08);
+        let series = vec![
+            Series::line("F_N", load(1.0), Dash::Solid, GREY),
+            Series::line("μ_s F_N", load(friction.static_coefficient), Dash::Dashed, BLUE),
+            Series::line("μ_d F_N", load(friction.dynamic_coefficient), Dash::DotDashed, RED),
+            Series::line(if both_ways { "F_T, both ends added" } else { "F_T" }, pull, Dash::Solid, INK),
+        ];
+        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series).titled(&self.title)))
     }
 }

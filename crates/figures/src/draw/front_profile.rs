@@ -8,25 +8,16 @@ use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_numbers::states::States;
 use asperity_numbers::wants::Wants;
 use asperity_record::{Arrival, Rupture};
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::kind::{Figure, keys, of_one_run};
+use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
 use super::scale::Scale;
 use super::which::{Which, picked};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FrontProfile {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    FrontProfile: file, run, title;
+
     /// The number of the rupture, as in its table.
     rupture: Option<u64>,
     /// The rupture, where `rupture` gives no number; if absent the first global slip, or else the widest.
@@ -103,16 +94,9 @@ impl FrontProfile {
         } else {
             self.title.clone()
         };
-        Ok(Paper {
-            shape: None,
-            title,
-            x: Scale::between("block n", first - 0.5, last + 0.5),
-            y: Scale::between(&format!("v/{c}"), 0.0, to),
-            panels: vec![Panel { title: String::new(), items }],
-            bar: None,
-            heading: String::new(),
-            rows,
-        })
+        let x = Scale::between("block n", first - 0.5, last + 0.5);
+        let y = Scale::between(&format!("v/{c}"), 0.0, to);
+        Ok(Paper { title, ..Paper::single(x, y, items, rows) })
     }
 }
 

@@ -5,20 +5,13 @@
 use asperity_model::front;
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Parts, find};
-use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
+use super::plot::{Axis, Corner, Panel, Pen, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FrontSpeed {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    FrontSpeed: file, title;
+
     /// Stands above the legend.
     #[serde(default)]
     note: String,
@@ -27,17 +20,7 @@ pub(crate) struct FrontSpeed {
     /// The upper end of the axis of speeds, over `c`.
     to_speed: f64,
     /// Runs that belong together.
-    series: Vec<Runs>,
-}
-
-/// Runs with one damping, one kind of contact and one drive, and what the legend calls them.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct Runs {
-    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
-    label: String,
-    /// The runs.
-    runs: Vec<String>,
+    series: Vec<Group>,
 }
 
 /// What is shown of a run.
@@ -50,15 +33,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for FrontSpeed {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        self.series.iter().flat_map(|series| series.runs.iter().map(String::as_str)).collect()
-    }
+    of_runs_in!(series, Part);
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
         let prestress = front::relative_prestress(&run.plan, run.plan.blocks / 2)
@@ -74,8 +49,7 @@ impl Figure for FrontSpeed {
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let (mut speeds, mut deviations, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
         for (index, series) in self.series.iter().enumerate() {
-            let (marker, dash, color) = nth(index);
-            let (line, marks) = (Look::Line(dash, color), Look::Marks(marker, color));
+            let pen = Pen::nth(index, &series.label);
             let (mut points, mut errors, mut ratio) = (Vec::new(), Vec::new(), Vec::new());
             let mut law = None;
             for name in &series.runs {
@@ -87,14 +61,13 @@ impl Figure for FrontSpeed {
                 ratio.push((prestress, speed * (1.0 - prestress * prestress).sqrt()));
                 errors.extend(error.map(|error| (prestress, (1e3 * error.abs()).log10())));
             }
-            let of =
-                |label: &str, points: Vec<(f64, f64)>, look| Series { label: label.to_owned(), points, look };
             if let Some((damping, top)) = law {
-                speeds.push(of(&series.label, front::curve(damping, top, self.to_speed), line));
+                speeds.push(pen.line(front::curve(damping, top, self.to_speed)));
             }
-            speeds.push(of(&series.label, points, marks));
-            ratios.extend([of("", ratio.clone(), line), of("", ratio, marks)]);
-            deviations.push((law.is_some(), of("", errors, marks)));
+            speeds.push(pen.marks(points));
+            let pen = pen.unlabelled();
+            ratios.extend([pen.line(ratio.clone()), pen.marks(ratio)]);
+            deviations.push((law.is_some(), pen.marks(errors)));
         }
         let all = |series: &[Series]| -> Vec<f64> {
             series.iter().flat_map(|series| &series.points).map(|(_, y)| *y).collect()
@@ -102,35 +75,20 @@ impl Figure for FrontSpeed {
         let lower = if deviations.iter().all(|(has_law, _)| *has_law) {
             let deviations: Vec<Series> = deviations.into_iter().map(|(_, series)| series).collect();
             let (low, high) = range(&all(&deviations)).ok_or("no run has a front so far")?;
-            Panel {
-                title: String::new(),
-                x: Axis::new("τ", 0.0, 1.0),
-                y: Axis::decades("1000 |Δv|/v", low.floor(), high.ceil()),
-                series: deviations,
-                legend: Corner::TopRight,
-                note: String::new(),
-            }
+            let x = Axis::new("τ", 0.0, 1.0);
+            let y = Axis::decades("1000 |Δv|/v", low.floor(), high.ceil());
+            Panel::new(x, y, Corner::TopRight, deviations)
         } else {
             let (low, high) = range(&all(&ratios)).ok_or("no run has a front so far")?;
             let margin = 0.12 * (high - low).max(1e-3);
-            Panel {
-                title: String::new(),
-                x: Axis::new("τ", 0.0, 1.0),
-                y: Axis::new("√(1 − τ²) v/c", low - margin, high + margin),
-                series: ratios,
-                legend: Corner::TopRight,
-                note: String::new(),
-            }
+            let x = Axis::new("τ", 0.0, 1.0);
+            let y = Axis::new("√(1 − τ²) v/c", low - margin, high + margin);
+            Panel::new(x, y, Corner::TopRight, ratios)
         };
-        let upper = Panel {
-            title: self.title.clone(),
-            x: Axis::new("", 0.0, 1.0),
-            y: Axis::new("v/c", self.from_speed, self.to_speed),
-            series: speeds,
-            legend: Corner::TopLeft,
-            note: self.note.clone(),
-        };
-        Ok(Sheet::Stacked(Box::new([upper, lower])))
+        let x = Axis::new("", 0.0, 1.0);
+        let y = Axis::new("v/c", self.from_speed, self.to_speed);
+        let upper = Panel::new(x, y, Corner::TopLeft, speeds).titled(&self.title).noted(&self.note);
+        Ok(Sheet::stacked(upper, lower))
     }
 }
 

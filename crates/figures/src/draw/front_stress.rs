@@ -1,26 +1,17 @@
 //! How fast fronts ran, over the stress that they found on their way.
 
-use std::sync::Arc;
-
 use asperity_numbers::fronts::{ACROSS, over_stress};
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{BLUE, Dash, GREY, RED, Sheet, nth};
 use super::scale::Scale;
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FrontStress {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    FrontStress: file, title;
+
     /// The runs, each with what the legend calls it: their precursors and first global slips.
     series: Vec<Labelled>,
     /// Fewest blocks of a rupture that is shown.
@@ -52,15 +43,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for FrontStress {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.series)
-    }
+    of_runs_in!(series, Part);
 
     fn wants(&self) -> Wants {
         Wants::fronts()
@@ -131,16 +114,8 @@ impl Figure for FrontStress {
             let speed = ratio * first.wave_m_per_s;
             rows.push((Sample::Line(Dash::Dotted, GREY), format!("c_L = {speed:.0} m/s")));
         }
-        Ok(Sheet::Other(Arc::new(Paper {
-            shape: None,
-            title: self.title.clone(),
-            x,
-            y: Scale::between(&format!("v/{name}"), 0.0, self.to_speed),
-            panels: vec![Panel { title: String::new(), items }],
-            bar: None,
-            heading: String::new(),
-            rows,
-        })))
+        let y = Scale::between(&format!("v/{name}"), 0.0, self.to_speed);
+        Ok(Paper::single(x, y, items, rows).sheet(&self.title))
     }
 }
 

@@ -3,20 +3,13 @@
 
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names};
-use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FrontTransient {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    FrontTransient: file, title;
+
     /// Stands above the legend.
     #[serde(default)]
     note: String,
@@ -37,15 +30,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for FrontTransient {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.series)
-    }
+    of_runs_in!(series, Part);
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
         let local: Vec<(f64, f64)> =
@@ -60,29 +45,15 @@ impl Figure for FrontTransient {
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let longest = parts.values().map(|part| part.blocks).fold(1.0, f64::max).log10();
-        for (index, labelled) in self.series.iter().enumerate() {
-            let part = labelled.find(&parts)?;
-            let (_, dash, color) = nth(index);
+        for (pen, part) in with_pens(&self.series, &parts)? {
             if let Some(steady) = part.steady {
-                series.push(Series {
-                    label: String::new(),
-                    points: vec![(longest, steady), (longest.ceil(), steady)],
-                    look: Look::Line(Dash::Solid, GREY),
-                });
+                let beyond = vec![(longest, steady), (longest.ceil(), steady)];
+                series.push(Series::line("", beyond, Dash::Solid, GREY));
             }
-            series.push(Series {
-                label: labelled.label.clone(),
-                points: part.local.clone(),
-                look: Look::Line(dash, color),
-            });
+            series.push(pen.line(part.local.clone()));
         }
-        Ok(Sheet::Single(Box::new(Panel {
-            title: self.title.clone(),
-            x: Axis::decades("block n", 0.0, longest.ceil()),
-            y: Axis::new("v/c between n − 1 and n", self.from_speed, self.to_speed),
-            series,
-            legend: Corner::BottomRight,
-            note: self.note.clone(),
-        })))
+        let x = Axis::decades("block n", 0.0, longest.ceil());
+        let y = Axis::new("v/c between n − 1 and n", self.from_speed, self.to_speed);
+        Ok(Sheet::single(Panel::new(x, y, Corner::BottomRight, series).titled(&self.title).noted(&self.note)))
     }
 }

@@ -2,17 +2,13 @@
 
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names};
-use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::plot::{Axis, Corner, Panel, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct InitialShear {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
+keys! {
+    InitialShear: file;
+
     /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
 }
@@ -29,15 +25,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for InitialShear {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.series)
-    }
+    of_runs_in!(series, Part);
 
     fn wants(&self) -> Wants {
         Wants::STATES
@@ -61,35 +49,19 @@ impl Figure for InitialShear {
         let mut series = Vec::new();
         let mut largest: f64 = 0.1;
         let (mut slabs, mut chains) = (false, false);
-        for (index, labelled) in self.series.iter().enumerate() {
-            let Part { line, is_pressed, shear } = labelled.find(&parts)?;
-            let (marker, dash, color) = nth(index);
+        for (pen, Part { line, is_pressed, shear }) in with_pens(&self.series, &parts)? {
             largest = line.iter().fold(largest, |largest, (_, ratio)| largest.max(ratio.abs()));
             (slabs, chains) = (slabs || *is_pressed, chains || !is_pressed);
-            series.push(Series {
-                label: labelled.label.clone(),
-                points: line.clone(),
-                look: Look::Line(dash, color),
-            });
-            series.push(Series {
-                label: labelled.label.clone(),
-                points: shear.clone(),
-                look: Look::Marks(marker, color),
-            });
+            series.extend([pen.line(line.clone()), pen.marks(shear.clone())]);
         }
         let note = match (slabs, chains) {
             (false, _) => "marks: set up, lines: eq. (5.50)",
             (true, false) => "slabs at rest",
             (true, true) => "slabs at rest; chains as set up, lines: eq. (5.50)",
         };
-        Ok(Sheet::Single(Box::new(Panel {
-            title: String::new(),
-            x: Axis::new("x/L", 0.0, 1.0),
-            y: Axis::new("τ_0/p", -1.15 * largest, 1.15 * largest),
-            series,
-            legend: Corner::TopLeft,
-            note: note.to_owned(),
-        })))
+        let x = Axis::new("x/L", 0.0, 1.0);
+        let y = Axis::new("τ_0/p", -1.15 * largest, 1.15 * largest);
+        Ok(Sheet::single(Panel::new(x, y, Corner::TopLeft, series).noted(note)))
     }
 }
 

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
-use super::plot::{BLUE, Dash, Look, RED, Series, Sheet};
+use super::plot::{BLUE, Dash, Pen, RED, Series, Sheet};
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
@@ -75,7 +77,47 @@ impl<F: Figure> AnyFigure for F {
     }
 }
 
-/// In a [`Figure`] with the fields `file` and `run`: the part of its one run is all of it.
+/// Declares a kind of figure by the keys that a pipeline gives: `file` and, where named after it, `run`
+/// and `title`, of which all kinds say alike; then those of its own, each with its comment.
+macro_rules! keys {
+    ($figure:ident: file, run, title; $($own:tt)*) => {
+        $crate::draw::kind::keys! {
+            $figure: file, run;
+            /// Stands above the figure.
+            #[serde(default)]
+            title: String,
+            $($own)*
+        }
+    };
+    ($figure:ident: file, run; $($own:tt)*) => {
+        $crate::draw::kind::keys! {
+            $figure: file;
+            /// The run.
+            run: String,
+            $($own)*
+        }
+    };
+    ($figure:ident: file, title; $($own:tt)*) => {
+        $crate::draw::kind::keys! {
+            $figure: file;
+            /// Stands above the figure.
+            #[serde(default)]
+            title: String,
+            $($own)*
+        }
+    };
+    ($figure:ident: file; $($own:tt)*) => {
+        #[derive(Debug, Clone, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct $figure {
+            /// The file, ending in `.png`; it stands in the folder `figures`.
+            file: String,
+            $($own)*
+        }
+    };
+}
+
+/// In a [`Figure`] with the keys `file` and `run`: the part of its one run is all of it.
 macro_rules! of_one_run {
     () => {
         type Part = $crate::draw::plot::Sheet;
@@ -97,13 +139,45 @@ macro_rules! of_one_run {
     };
 }
 
-pub(super) use of_one_run;
+/// In a [`Figure`] with the key `file` and a list of series or panels: its runs are those of the list,
+/// and it takes a part of this type of each.
+macro_rules! of_runs_in {
+    ($list:ident, $part:ty) => {
+        type Part = $part;
+
+        fn file(&self) -> &str {
+            &self.file
+        }
+
+        fn runs(&self) -> Vec<&str> {
+            self.$list.iter().flat_map(|labelled| labelled.runs()).collect()
+        }
+    };
+}
+
+pub(super) use {keys, of_one_run, of_runs_in};
 
 pub(super) use crate::spec::Labelled;
 
 impl Labelled {
-    pub(super) fn find<'a, P>(&self, parts: &'a Parts<P>) -> Result<&'a P, String> {
-        find(parts, &self.run)
+    pub(super) fn runs(&self) -> [&str; 1] {
+        [&self.run]
+    }
+}
+
+/// Runs that belong together, and what the legend calls them.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Group {
+    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
+    pub(super) label: String,
+    /// The runs.
+    pub(super) runs: Vec<String>,
+}
+
+impl Group {
+    pub(super) fn runs(&self) -> impl Iterator<Item = &str> {
+        self.runs.iter().map(String::as_str)
     }
 }
 
@@ -112,12 +186,16 @@ pub(super) fn with_parts<'a, P>(
     series: &'a [Labelled],
     parts: &'a Parts<P>,
 ) -> Result<Vec<(&'a str, &'a P)>, String> {
-    series.iter().map(|labelled| Ok((labelled.label.as_str(), labelled.find(parts)?))).collect()
+    series.iter().map(|labelled| Ok((labelled.label.as_str(), find(parts, &labelled.run)?))).collect()
 }
 
-/// The runs of a figure's series or panels.
-pub(super) fn run_names(labelled: &[Labelled]) -> Vec<&str> {
-    labelled.iter().map(|labelled| labelled.run.as_str()).collect()
+/// The runs of a figure's series, each with the pen that draws it and its part.
+pub(super) fn with_pens<'a, P>(
+    series: &'a [Labelled],
+    parts: &'a Parts<P>,
+) -> Result<Vec<(Pen<'a>, &'a P)>, String> {
+    let all = with_parts(series, parts)?.into_iter().enumerate();
+    Ok(all.map(|(index, (label, part))| (Pen::nth(index, label), part)).collect())
 }
 
 /// What the dynamic coefficient is called in all figures; chapter 5 of the thesis writes `mu_k`,
@@ -127,14 +205,10 @@ pub(super) const DYNAMIC: &str = "μ_d";
 /// The friction coefficients as lines across a figure.
 pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> [Series; 2] {
     let friction = &run.plan.friction;
-    let line = |label: &str, mu: f64, look: Look| Series {
-        label: label.to_owned(),
-        points: vec![(0.0, mu), (to_x, mu)],
-        look,
-    };
+    let line = |label, mu, dash, color| Series::line(label, vec![(0.0, mu), (to_x, mu)], dash, color);
     [
-        line("μ_s", friction.static_coefficient, Look::Line(Dash::Dashed, BLUE)),
-        line(DYNAMIC, friction.dynamic_coefficient, Look::Line(Dash::DotDashed, RED)),
+        line("μ_s", friction.static_coefficient, Dash::Dashed, BLUE),
+        line(DYNAMIC, friction.dynamic_coefficient, Dash::DotDashed, RED),
     ]
 }
 

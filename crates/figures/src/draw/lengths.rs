@@ -9,8 +9,8 @@ use asperity_numbers::precursors;
 use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_numbers::wants::Wants;
 
-use super::kind::{Figure, Labelled, Parts, run_names};
-use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet, nth};
+use super::kind::{Figure, Labelled, Parts, of_runs_in, with_pens};
+use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet};
 use crate::spec::Lengths;
 
 impl Lengths {
@@ -29,15 +29,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for Lengths {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.series)
-    }
+    of_runs_in!(series, Part);
 
     fn is_of_runs(&self) -> bool {
         Lengths::is_of_runs(self)
@@ -68,25 +60,14 @@ impl Figure for Lengths {
         let mut series = Vec::new();
         let mut longest: f64 = 0.0;
         let mut any_line = false;
-        for (index, labelled) in self.series.iter().enumerate() {
-            let Part { law, points, beside_hold } = labelled.find(&parts)?;
-            let (marker, dash, color) = nth(index);
+        for (pen, Part { law, points, beside_hold }) in with_pens(&self.series, &parts)? {
             any_line |= !law.is_empty();
             longest = law.iter().chain(points).fold(longest, |longest, (load, _)| longest.max(*load));
             match beside_hold {
                 None => {
-                    let label = || labelled.label.clone();
-                    series.push(Series {
-                        label: label(),
-                        points: points.clone(),
-                        look: Look::Marks(marker, color),
-                    });
+                    series.push(pen.marks(points.clone()));
                     if !law.is_empty() {
-                        series.push(Series {
-                            label: label(),
-                            points: law.clone(),
-                            look: Look::Line(dash, color),
-                        });
+                        series.push(pen.line(law.clone()));
                     }
                 }
                 Some(of_both_sides) => {
@@ -107,14 +88,9 @@ impl Figure for Lengths {
         // Curves first, so that marks lie on top of them.
         let mut drawn = series.clone();
         drawn.sort_by_key(|series| matches!(series.look, Look::Marks(..)));
-        Ok(Sheet::Single(Box::new(Panel {
-            title: self.title.clone(),
-            x: Axis::new("F_T/F_N", 0.0, longest * 1.06),
-            y: Axis::new("L_p/L", 0.0, 1.08),
-            series: drawn,
-            legend: Corner::BottomRight,
-            note,
-        })))
+        let x = Axis::new("F_T/F_N", 0.0, longest * 1.06);
+        let y = Axis::new("L_p/L", 0.0, 1.08);
+        Ok(Sheet::single(Panel::new(x, y, Corner::BottomRight, drawn).titled(&self.title).noted(note)))
     }
 }
 
@@ -136,13 +112,12 @@ fn beside_hold(
     let end = law.partition_point(|(load, _)| *load <= reached);
     let (valid, beyond) = (law[..end].to_vec(), law[end.saturating_sub(1)..].to_vec());
     let hold_s = run.plan.grid.time_s(hold_step);
-    let series = |label: String, points: Vec<(f64, f64)>, look: Look| Series { label, points, look };
     let (while_driven, once_held) = (format!("driven, t < {hold_s} s"), format!("held, t ≥ {hold_s} s"));
     Ok([
-        series(while_driven.clone(), marks(before), Look::Marks(Marker::Circle, INK)),
-        series(once_held.clone(), marks(after), Look::Marks(Marker::Triangle, BLUE)),
-        series(while_driven, valid, Look::Line(Dash::Solid, INK)),
-        series(once_held, beyond, Look::Line(Dash::Dashed, BLUE)),
+        Series::marks(while_driven.clone(), marks(before), Marker::Circle, INK),
+        Series::marks(once_held.clone(), marks(after), Marker::Triangle, BLUE),
+        Series::line(while_driven, valid, Dash::Solid, INK),
+        Series::line(once_held, beyond, Dash::Dashed, BLUE),
     ])
 }
 

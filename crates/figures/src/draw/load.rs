@@ -7,22 +7,13 @@ use std::collections::BTreeSet;
 use asperity_model::analytic::LoadCurve;
 use asperity_numbers::run_data::{self, RunData};
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, coefficient_lines, of_one_run};
+use super::kind::{Figure, coefficient_lines, keys, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Load {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    Load: file, run, title;
+
     /// Whether to show the number of sliding blocks beneath.
     sliding: bool,
 }
@@ -52,26 +43,18 @@ impl Figure for Load {
             run.loads()?.iter().map(|record| (record.time_s, record.load_ratio())).collect();
         let lowest = load.iter().fold(0.0f64, |low, (_, ratio)| low.min(*ratio));
         let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
-        let simulated =
-            Series { label: "F_T/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) };
+        let simulated = Series::line("F_T/F_N", load, Dash::Solid, INK);
         // Upon the simulated curve, which it follows closely; unless it ends before it can be seen.
         let theory = LoadCurve::of(&run.scenario).map(|curve| curve.points());
         let is_seen = |points: &Vec<(f64, f64)>| points.last().is_some_and(|(t, _)| *t > 0.02 * duration_s);
-        let theory = theory.filter(is_seen).map(|points| Series {
-            label: "theory".to_owned(),
-            points,
-            look: Look::Line(Dash::Dashed, GREEN),
-        });
-        let upper = Panel {
-            title: self.title.clone(),
-            x: Axis::new(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s),
-            y: Axis::new("F_T/F_N", lowest * 1.1, highest * 1.08),
-            series: coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect(),
-            legend: Corner::BottomRight,
-            note: String::new(),
-        };
+        let theory = theory.filter(is_seen).map(|points| Series::line("theory", points, Dash::Dashed, GREEN));
+        let x = Axis::new(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s);
+        let y = Axis::new("F_T/F_N", lowest * 1.1, highest * 1.08);
+        let series =
+            coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect();
+        let upper = Panel::new(x, y, Corner::BottomRight, series).titled(&self.title);
         if !self.sliding {
-            return Ok(Sheet::Single(Box::new(upper)));
+            return Ok(Sheet::single(upper));
         }
         // A line for each event. After the first slip of the whole slider there may be too many for
         // separate lines.
@@ -83,18 +66,14 @@ impl Figure for Load {
         let (before, after): (Vec<_>, Vec<_>) =
             peaks.into_iter().partition(|(step, _)| *step <= global || later.len() <= MOST_LINES);
         let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
-        let lower = Panel {
-            title: String::new(),
-            x: Axis::new("t (s)", 0.0, duration_s),
-            y: Axis::counts("blocks sliding", f64::from(run.header.blocks)),
-            series: vec![
-                Series { label: String::new(), points: points(before), look: Look::Impulses(INK) },
-                Series { label: String::new(), points: points(after), look: Look::Dots(INK) },
-            ],
-            legend: Corner::TopLeft,
-            note: String::new(),
-        };
-        Ok(Sheet::Stacked(Box::new([upper, lower])))
+        let x = Axis::new("t (s)", 0.0, duration_s);
+        let y = Axis::counts("blocks sliding", f64::from(run.header.blocks));
+        let series = vec![
+            Series { label: String::new(), points: points(before), look: Look::Impulses(INK) },
+            Series { label: String::new(), points: points(after), look: Look::Dots(INK) },
+        ];
+        let lower = Panel::new(x, y, Corner::TopLeft, series);
+        Ok(Sheet::stacked(upper, lower))
     }
 }
 

@@ -1,28 +1,17 @@
 //! The load curve with its ruptures, which have their numbers.
 
-use std::sync::Arc;
-
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::kind::{Figure, keys, of_one_run};
+use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{BLUE, Dash, INK, Marker, RED, Sheet};
 use super::scale::Scale;
 use super::which::{Clock, Sort, sorted};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct LoadRuptures {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    LoadRuptures: file, run, title;
+
     /// Where the time axis begins; with the run if absent.
     from_s: Option<f64>,
     /// Where the time axis ends; with the run if absent.
@@ -38,7 +27,7 @@ impl Figure for LoadRuptures {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let paper = curve(run, self.from_s, self.to_s)?;
-        Ok(Sheet::Other(Arc::new(Paper { title: self.title.clone(), ..paper })))
+        Ok(paper.sheet(&self.title))
     }
 }
 
@@ -126,16 +115,9 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
             free_to = beside - width;
         }
     }
-    Ok(Paper {
-        shape: None,
-        title: String::new(),
-        x: Scale::between(&clock.label, from, to),
-        y: Scale::between("F_T/F_N", bottom, top),
-        panels: vec![Panel { title: String::new(), items }],
-        bar: None,
-        heading: String::new(),
-        rows,
-    })
+    let x = Scale::between(&clock.label, from, to);
+    let y = Scale::between("F_T/F_N", bottom, top);
+    Ok(Paper::single(x, y, items, rows))
 }
 
 /// Of the points in each of many equal spans of time the first, the lowest, the highest and the last,

@@ -3,22 +3,12 @@
 
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
-use super::plot::{Axis, BLUE, Corner, Dash, Look, Panel, RED, Series, Sheet};
+use super::kind::{Figure, keys, of_one_run};
+use super::plot::{Axis, BLUE, Corner, Dash, Panel, RED, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Loads {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    Loads: file, run, title;
 }
 
 impl Figure for Loads {
@@ -35,16 +25,12 @@ impl Figure for Loads {
             run.loads()?.iter().map(|record| (record.time_s, record.driving_force_n)).collect();
         let both = || normal.iter().chain(&driving).map(|(_, force_n)| *force_n);
         let (lowest, highest) = (both().fold(0.0, f64::min), both().fold(0.0, f64::max));
-        Ok(Sheet::Single(Box::new(Panel {
-            title: self.title.clone(),
-            x: Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps)),
-            y: Axis::new("force (N)", lowest * 1.1, highest * 1.08),
-            series: vec![
-                Series { label: "F_N".to_owned(), points: normal, look: Look::Line(Dash::Dashed, BLUE) },
-                Series { label: "F_T".to_owned(), points: driving, look: Look::Line(Dash::Solid, RED) },
-            ],
-            legend: Corner::TopRight,
-            note: String::new(),
-        })))
+        let x = Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps));
+        let y = Axis::new("force (N)", lowest * 1.1, highest * 1.08);
+        let series = vec![
+            Series::line("F_N", normal, Dash::Dashed, BLUE),
+            Series::line("F_T", driving, Dash::Solid, RED),
+        ];
+        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series).titled(&self.title)))
     }
 }

@@ -5,17 +5,13 @@ use asperity_model::analytic;
 use asperity_numbers::AFFECTED_THRESHOLD;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names};
-use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Marker, Panel, RED, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Onset {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
+keys! {
+    Onset: file;
+
     /// How many blocks to show from the driven end.
     blocks: u32,
     /// Whether to show the decay on a logarithmic axis.
@@ -34,37 +30,14 @@ const ZEROS: f64 = 1.6;
 const FLOOR: f64 = -4.0;
 
 impl Figure for Onset {
-    type Part = Panel;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.panel)
-    }
+    of_runs_in!(panel, Panel);
 
     fn wants(&self) -> Wants {
         Wants::STATES
     }
 
-    fn part(&self, run: &RunData) -> Result<Panel, String> {
-        self.panel(run)
-    }
-
-    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let mut panels = self
-            .panel
-            .iter()
-            .map(|labelled| Ok(Panel { title: labelled.label.clone(), ..labelled.find(&parts)?.clone() }))
-            .collect::<Result<Vec<Panel>, String>>()?;
-        Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
-    }
-}
-
-impl Onset {
     /// All but its title.
-    fn panel(&self, run: &RunData) -> Result<Panel, String> {
+    fn part(&self, run: &RunData) -> Result<Panel, String> {
         let fields = run
             .states()?
             .at_first_onset()
@@ -88,45 +61,39 @@ impl Onset {
         let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
         let discrete = |n: f64| first * decay.powf(n - 1.0);
         let simulated = tau.iter().take(last as usize).enumerate();
-        let mut series = vec![Series {
-            label: "simulated".to_owned(),
-            points: simulated.map(|(n, &force)| (n as f64 + 1.0, show(force))).collect(),
-            look: Look::Marks(Marker::Circle, INK),
-        }];
+        let mut series = vec![Series::marks(
+            "simulated",
+            simulated.map(|(n, &force)| (n as f64 + 1.0, show(force))).collect(),
+            Marker::Circle,
+            INK,
+        )];
         // Slabs screen a force otherwise than chains do.
         if run.plan.elastic.has_theory() {
             let theory = [
-                Series {
-                    label: "eq. (5.45)".to_owned(),
-                    points: blocks(&continuous, 0.1),
-                    look: Look::Line(Dash::Dashed, BLUE),
-                },
-                Series {
-                    label: "discrete chain".to_owned(),
-                    points: blocks(&discrete, 0.1),
-                    look: Look::Line(Dash::Solid, RED),
-                },
+                Series::line("eq. (5.45)", blocks(&continuous, 0.1), Dash::Dashed, BLUE),
+                Series::line("discrete chain", blocks(&discrete, 0.1), Dash::Solid, RED),
             ];
             series.splice(0..0, theory);
         }
         if self.logarithmic {
-            series.push(Series {
-                label: format!("{} %", AFFECTED_THRESHOLD * 100.0),
-                points: vec![(0.0, AFFECTED_THRESHOLD.log10()), (last + 1.0, AFFECTED_THRESHOLD.log10())],
-                look: Look::Line(Dash::Dotted, GREY),
-            });
+            series.push(Series::line(
+                format!("{} %", AFFECTED_THRESHOLD * 100.0),
+                vec![(0.0, AFFECTED_THRESHOLD.log10()), (last + 1.0, AFFECTED_THRESHOLD.log10())],
+                Dash::Dotted,
+                GREY,
+            ));
         }
-        Ok(Panel {
-            title: String::new(),
-            x: Axis::new("block n", 0.0, last + 1.0),
-            y: if self.logarithmic {
-                Axis::decades("τ_n/τ_1", FLOOR, 0.3)
-            } else {
-                Axis::new("τ_n (N)", -0.05 * first, 1.1 * first)
-            },
-            series,
-            legend: Corner::TopRight,
-            note: String::new(),
-        })
+        let x = Axis::new("block n", 0.0, last + 1.0);
+        let y = if self.logarithmic {
+            Axis::decades("τ_n/τ_1", FLOOR, 0.3)
+        } else {
+            Axis::new("τ_n (N)", -0.05 * first, 1.1 * first)
+        };
+        Ok(Panel::new(x, y, Corner::TopRight, series))
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let panels = with_parts(&self.panel, &parts)?.into_iter();
+        Ok(Sheet::of(panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
     }
 }

@@ -6,23 +6,17 @@ use asperity_numbers::distributions::{SizeLaw, TimeLaw};
 use asperity_numbers::fronts::crossing_s;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
 use super::full_page::FullPage;
-use super::kind::{Figure, of_one_run};
+use super::kind::{Figure, keys, of_one_run};
 use super::plot::Sheet;
 use super::scale::number;
 use super::which::{Sort, sorted};
 use super::{load_ruptures, recurrence, sizes, space_time};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Overview {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
+keys! {
+    Overview: file, run;
+
     /// Stands above the page; scenario, parameter set, N and Δt if absent.
     #[serde(default)]
     title: String,

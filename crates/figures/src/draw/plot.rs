@@ -72,6 +72,57 @@ pub(super) struct Series {
     pub(super) look: Look,
 }
 
+impl Series {
+    /// A curve through the points.
+    pub(super) fn line(
+        label: impl Into<String>,
+        points: Vec<(f64, f64)>,
+        dash: Dash,
+        color: RGBColor,
+    ) -> Series {
+        Series { label: label.into(), points, look: Look::Line(dash, color) }
+    }
+
+    /// A hollow mark at every point.
+    pub(super) fn marks(
+        label: impl Into<String>,
+        points: Vec<(f64, f64)>,
+        marker: Marker,
+        color: RGBColor,
+    ) -> Series {
+        Series { label: label.into(), points, look: Look::Marks(marker, color) }
+    }
+}
+
+/// Draws what belongs together in a figure: one label, one colour, one dash, one marker.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pen<'a> {
+    pub(super) label: &'a str,
+    look: (Marker, Dash, RGBColor),
+}
+
+impl<'a> Pen<'a> {
+    /// For the series number `index`.
+    pub(super) fn nth(index: usize, label: &'a str) -> Pen<'a> {
+        Pen { label, look: nth(index) }
+    }
+
+    /// One that draws alike and keeps out of the legend.
+    pub(super) fn unlabelled(self) -> Pen<'a> {
+        Pen { label: "", ..self }
+    }
+
+    pub(super) fn line(&self, points: Vec<(f64, f64)>) -> Series {
+        let (_, dash, color) = self.look;
+        Series::line(self.label, points, dash, color)
+    }
+
+    pub(super) fn marks(&self, points: Vec<(f64, f64)>) -> Series {
+        let (marker, _, color) = self.look;
+        Series::marks(self.label, points, marker, color)
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(super) struct Axis {
     pub(super) label: String,
@@ -155,6 +206,21 @@ pub(super) struct Panel {
     pub(super) note: String,
 }
 
+impl Panel {
+    /// A panel without title and note.
+    pub(super) fn new(x: Axis, y: Axis, legend: Corner, series: Vec<Series>) -> Panel {
+        Panel { title: String::new(), x, y, series, legend, note: String::new() }
+    }
+
+    pub(super) fn titled(self, title: impl Into<String>) -> Panel {
+        Panel { title: title.into(), ..self }
+    }
+
+    pub(super) fn noted(self, note: impl Into<String>) -> Panel {
+        Panel { note: note.into(), ..self }
+    }
+}
+
 /// Panels on one picture.
 #[derive(Debug, Clone)]
 pub(super) enum Sheet {
@@ -166,6 +232,21 @@ pub(super) enum Sheet {
     Grid(Vec<Panel>),
     /// A picture of another make.
     Other(Arc<dyn Picture>),
+}
+
+impl Sheet {
+    pub(super) fn single(panel: Panel) -> Sheet {
+        Sheet::Single(Box::new(panel))
+    }
+
+    pub(super) fn stacked(upper: Panel, lower: Panel) -> Sheet {
+        Sheet::Stacked(Box::new([upper, lower]))
+    }
+
+    /// One panel as [`Sheet::single`], others in two columns.
+    pub(super) fn of(mut panels: Vec<Panel>) -> Sheet {
+        if panels.len() == 1 { Sheet::single(panels.remove(0)) } else { Sheet::Grid(panels) }
+    }
 }
 
 /// What is drawn as a whole, without panels of this file.

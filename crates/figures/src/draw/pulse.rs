@@ -6,20 +6,13 @@ use std::collections::BTreeMap;
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names};
-use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Pulse {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    Pulse: file, title;
+
     /// How much time is shown before a pulse comes to a block, over `a / c`.
     before: f64,
     /// How much time is shown after a pulse has come to a block, over `a / c`.
@@ -36,15 +29,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for Pulse {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.series)
-    }
+    of_runs_in!(series, Part);
 
     fn wants(&self) -> Wants {
         Wants::WINDOWS
@@ -79,44 +64,28 @@ impl Figure for Pulse {
         let (mut velocities, mut slips) = (Vec::new(), Vec::new());
         let (from, to) = (-self.before, self.after);
         let mut is_held = false;
-        for (index, labelled) in self.series.iter().enumerate() {
-            let Part { traces, slip_in_theory } = labelled.find(&parts)?;
-            let (_, dash, color) = nth(index);
+        for (pen, Part { traces, slip_in_theory }) in with_pens(&self.series, &parts)? {
             for [velocity, slip] in traces {
-                let series = |label: &str, points: &[(f64, f64)]| Series {
-                    label: label.to_owned(),
-                    points: points.to_vec(),
-                    look: Look::Line(dash, color),
-                };
-                velocities.push(series(&labelled.label, velocity));
-                slips.push(series("", slip));
+                velocities.push(pen.line(velocity.clone()));
+                slips.push(pen.unlabelled().line(slip.clone()));
             }
             if let Some(slip) = *slip_in_theory {
                 is_held = true;
                 let points = vec![(from, slip), (to, slip)];
-                slips.push(Series { label: String::new(), points, look: Look::Line(Dash::Dotted, GREY) });
+                slips.push(Series::line("", points, Dash::Dotted, GREY));
             }
         }
         let top = |series: &[Series]| {
             series.iter().flat_map(|series| &series.points).map(|(_, y)| *y).fold(0.0, f64::max)
         };
         let (fastest, farthest) = (top(&velocities), top(&slips));
-        let upper = Panel {
-            title: self.title.clone(),
-            x: Axis::new("", from, to),
-            y: Axis::new("velocity × √(km)/[(μ_s − μ_d)p]", -0.05 * fastest, 1.1 * fastest),
-            series: velocities,
-            legend: Corner::TopRight,
-            note: String::new(),
-        };
-        let lower = Panel {
-            title: String::new(),
-            x: Axis::new("time since the pulse came, over a/c", from, to),
-            y: Axis::new("slip × k/[(μ_s − μ_d)p]", -0.05 * farthest, 1.1 * farthest),
-            series: slips,
-            legend: Corner::TopLeft,
-            note: if is_held { "dotted: 2τ/γ".to_owned() } else { String::new() },
-        };
-        Ok(Sheet::Stacked(Box::new([upper, lower])))
+        let x = Axis::new("", from, to);
+        let y = Axis::new("velocity × √(km)/[(μ_s − μ_d)p]", -0.05 * fastest, 1.1 * fastest);
+        let upper = Panel::new(x, y, Corner::TopRight, velocities).titled(&self.title);
+        let x = Axis::new("time since the pulse came, over a/c", from, to);
+        let y = Axis::new("slip × k/[(μ_s − μ_d)p]", -0.05 * farthest, 1.1 * farthest);
+        let lower =
+            Panel::new(x, y, Corner::TopLeft, slips).noted(if is_held { "dotted: 2τ/γ" } else { "" });
+        Ok(Sheet::stacked(upper, lower))
     }
 }

@@ -1,26 +1,20 @@
 //! How the times between ruptures are distributed, and what is fitted to it.
 
-use std::sync::Arc;
-
 use asperity_numbers::distributions::{TimeFit, TimeLaw, half_band, survival};
 use asperity_numbers::estimate::Estimate;
 use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{Dash, Sheet, nth};
 use super::scale::Scale;
 use super::sizes::{band, fit_words, steps, with_error};
 use super::which::{Clock, before_first_global_slip, sorted};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Recurrence {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
+keys! {
+    Recurrence: file;
+
     /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
     /// Stands above the figure.
@@ -42,15 +36,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for Recurrence {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.series)
-    }
+    of_runs_in!(series, Part);
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
         part(run, self.from_blocks)
@@ -58,7 +44,7 @@ impl Figure for Recurrence {
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
         let paper = distribution(&with_parts(&self.series, &parts)?, self.fit);
-        Ok(Sheet::Other(Arc::new(Paper { title: self.title.clone(), ..paper })))
+        Ok(paper.sheet(&self.title))
     }
 }
 
@@ -128,16 +114,9 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
         rows.push((Sample::Surface(nth(0).2, 0.13), "95 %".to_owned()));
     }
     behind.extend(items);
-    Paper {
-        shape: None,
-        title: String::new(),
-        x: Scale::between(&format!("T between onsets ({unit})"), clock.place(from_s), clock.place(to_s)),
-        y: Scale::between("share of longer times", 0.0, 1.04),
-        panels: vec![Panel { title: String::new(), items: behind }],
-        bar: None,
-        heading: String::new(),
-        rows,
-    }
+    let x = Scale::between(&format!("T between onsets ({unit})"), clock.place(from_s), clock.place(to_s));
+    let y = Scale::between("share of longer times", 0.0, 1.04);
+    Paper::single(x, y, behind, rows)
 }
 
 /// The law that was fitted; its second parameter, and the test.

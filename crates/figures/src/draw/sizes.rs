@@ -1,25 +1,19 @@
 //! How the ruptures of runs are distributed by their number of blocks, and what is fitted to it.
 
-use std::sync::Arc;
-
 use asperity_numbers::distributions::{SizeFit, SizeLaw, half_band, survival};
 use asperity_numbers::estimate::Estimate;
 use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{Sheet, nth};
 use super::scale::Scale;
 use super::which::{Sort, before_first_global_slip, sorted};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Sizes {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
+keys! {
+    Sizes: file;
+
     /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
     /// Stands above the figure.
@@ -51,15 +45,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for Sizes {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.series)
-    }
+    of_runs_in!(series, Part);
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
         part(run, self.from_blocks)
@@ -67,7 +53,7 @@ impl Figure for Sizes {
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
         let paper = distribution(&with_parts(&self.series, &parts)?, self.from_blocks, self.fit)?;
-        Ok(Sheet::Other(Arc::new(Paper { title: self.title.clone(), ..paper })))
+        Ok(paper.sheet(&self.title))
     }
 }
 
@@ -161,16 +147,9 @@ pub(super) fn distribution(
     }
     behind.extend(items);
     let frame = [f64::from(from_blocks), largest];
-    Ok(Paper {
-        shape: None,
-        title: String::new(),
-        x: Scale::of("size s (blocks)", true, 0.04, frame.into_iter()),
-        y: Scale::of("share of at least s", true, 0.0, [lowest, 1.25].into_iter()),
-        panels: vec![Panel { title: String::new(), items: behind }],
-        bar: None,
-        heading: String::new(),
-        rows,
-    })
+    let x = Scale::of("size s (blocks)", true, 0.04, frame.into_iter());
+    let y = Scale::of("share of at least s", true, 0.0, [lowest, 1.25].into_iter());
+    Ok(Paper::single(x, y, behind, rows))
 }
 
 /// The law that was fitted, and the test.

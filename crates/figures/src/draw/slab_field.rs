@@ -4,24 +4,20 @@
 //! bilinear between the nodes, and the stress that of an isotropic sheet in plane stress with
 //! Poisson's ratio 1/3.
 
-use std::sync::Arc;
-
 use asperity_numbers::run_data::{NodeField, RunData, load_at};
 use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
+use super::kind::{Figure, keys, of_one_run};
 use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::Sheet;
 use super::scale::Scale;
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct SlabField {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
+keys! {
+    SlabField: file;
+
     /// The run, of a slab.
     run: String,
     /// Stands above the figure.
@@ -113,19 +109,12 @@ impl Figure for SlabField {
             });
             Panel { title, items: cells.collect() }
         });
-        let paper = Paper {
-            shape: Some((lattice.rows - 1) as f64 / (lattice.columns - 1) as f64),
-            title: self.title.clone(),
-            x: Scale::between("x (mm)", 0.0, (lattice.columns - 1) as f64 * spacing_mm),
-            y: Scale::between("z (mm)", 0.0, (lattice.rows - 1) as f64 * spacing_mm),
-            panels: panels.collect(),
-            bar: Some(colours),
-            heading: String::new(),
-            rows: Vec::from_iter(
-                (out > 0.0).then(|| (Sample::Nothing, format!("ends: {} % beyond", 100.0 * out))),
-            ),
-        };
-        Ok(Sheet::Other(Arc::new(paper)))
+        let (columns, rows) = ((lattice.columns - 1) as f64, (lattice.rows - 1) as f64);
+        let x = Scale::between("x (mm)", 0.0, columns * spacing_mm);
+        let y = Scale::between("z (mm)", 0.0, rows * spacing_mm);
+        let ends = (out > 0.0).then(|| (Sample::Nothing, format!("ends: {} % beyond", 100.0 * out)));
+        let paper = Paper::new(x, y, panels.collect(), Vec::from_iter(ends));
+        Ok(Paper { shape: Some(rows / columns), bar: Some(colours), ..paper }.sheet(&self.title))
     }
 }
 

@@ -5,20 +5,13 @@
 use asperity_numbers::curves::growing_slips;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names};
-use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Slipped {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    Slipped: file, title;
+
     /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
 }
@@ -31,15 +24,7 @@ pub(crate) struct Part {
 }
 
 impl Figure for Slipped {
-    type Part = Part;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        run_names(&self.series)
-    }
+    of_runs_in!(series, Part);
 
     fn wants(&self) -> Wants {
         Wants::LOADS
@@ -54,19 +39,14 @@ impl Figure for Slipped {
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let mut highest: f64 = 0.0;
-        for (index, labelled) in self.series.iter().enumerate() {
-            let (marker, _, color) = nth(index);
-            let points = labelled.find(&parts)?.points.clone();
+        for (pen, Part { points, .. }) in with_pens(&self.series, &parts)? {
             highest = points.iter().fold(highest, |highest, (load, _)| highest.max(*load));
-            series.push(Series { label: labelled.label.clone(), points, look: Look::Marks(marker, color) });
+            series.push(pen.marks(points.clone()));
         }
         let first = self.series.iter().find_map(|labelled| parts.get(&labelled.run)?.dynamic_coefficient);
         if let Some(mu_d) = first {
-            let line = Series {
-                label: "F_T/F_N = μ_d × share".to_owned(),
-                points: vec![(0.0, 0.0), (mu_d, 1.0)],
-                look: Look::Line(Dash::Dashed, GREY),
-            };
+            let line =
+                Series::line("F_T/F_N = μ_d × share", vec![(0.0, 0.0), (mu_d, 1.0)], Dash::Dashed, GREY);
             highest = highest.max(mu_d);
             series.insert(0, line);
         }
@@ -78,13 +58,8 @@ impl Figure for Slipped {
         let upper = marks(&|load, share| load < 0.5 && share > 0.6);
         let lower = marks(&|load, share| load > 0.5 && share < 0.5);
         let legend = if upper < lower { Corner::TopLeft } else { Corner::BottomRight };
-        Ok(Sheet::Single(Box::new(Panel {
-            title: self.title.clone(),
-            x: Axis::new("F_T/F_N", 0.0, highest * 1.06),
-            y: Axis::new("share of blocks that slid", 0.0, 1.08),
-            series,
-            legend,
-            note: String::new(),
-        })))
+        let x = Axis::new("F_T/F_N", 0.0, highest * 1.06);
+        let y = Axis::new("share of blocks that slid", 0.0, 1.08);
+        Ok(Sheet::single(Panel::new(x, y, legend, series).titled(&self.title)))
     }
 }

@@ -6,32 +6,22 @@
 //! narrower than a pixel.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_numbers::wants::Wants;
 use asperity_record::{Arrival, Rupture, WindowRecord};
 use plotters::prelude::RGBColor;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
+use super::kind::{Figure, keys, of_one_run};
 use super::of_study::colours::{Colours, On};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{Dash, GREEN, INK, Sheet};
 use super::scale::Scale;
 use super::which::{Clock, Sort, Which, end_s, picked, sorted};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct SpaceTime {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    SpaceTime: file, run, title;
+
     /// Where the time axis begins; with the run or shortly before the rupture if absent.
     from_s: Option<f64>,
     /// Where the time axis ends; with the run or shortly after the rupture if absent.
@@ -60,7 +50,7 @@ impl Figure for SpaceTime {
             Some(rupture) if self.title.is_empty() => format!("rupture {}", rupture.rupture),
             _ => self.title.clone(),
         };
-        Ok(Sheet::Other(Arc::new(Paper { title, ..paper })))
+        Ok(paper.sheet(&title))
     }
 }
 
@@ -202,16 +192,9 @@ pub(super) fn map(
     let creep = Item::Line(creep, Dash::Dashed, GREEN);
     let items = layers.into_values().flatten().chain(velocities).chain(fronts).chain([creep]).collect();
     let (from, to) = (view.clock.place(view.from_s), view.clock.place(view.to_s));
-    Ok(Paper {
-        shape: None,
-        title: String::new(),
-        x: Scale::between(&view.clock.label, from, to),
-        y: Scale::between("block n", f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5),
-        panels: vec![Panel { title: String::new(), items }],
-        bar,
-        heading: String::new(),
-        rows,
-    })
+    let x = Scale::between(&view.clock.label, from, to);
+    let y = Scale::between("block n", f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5);
+    Ok(Paper { bar, ..Paper::single(x, y, items, rows) })
 }
 
 /// Patches of the blocks that a rupture passed, by block: neighbours that look alike are one.

@@ -6,14 +6,12 @@ use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, find};
-use super::plot::{Axis, Corner, Dash, Look, Panel, RED, Series, Sheet, nth};
+use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
+use super::plot::{Axis, Corner, Dash, Panel, Pen, RED, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Spread {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
+keys! {
+    Spread: file;
+
     /// A panel for each case.
     panel: Vec<Case>,
 }
@@ -27,17 +25,13 @@ struct Case {
     /// The time that the source gives, s.
     stated_s: f64,
     /// Its runs, in one or several series.
-    series: Vec<Steps>,
+    series: Vec<Group>,
 }
 
-/// Runs that differ in what should not matter.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct Steps {
-    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
-    label: String,
-    /// The runs.
-    runs: Vec<String>,
+impl Case {
+    fn runs(&self) -> impl Iterator<Item = &str> {
+        self.series.iter().flat_map(Group::runs)
+    }
 }
 
 impl Spread {
@@ -48,16 +42,7 @@ impl Spread {
 }
 
 impl Figure for Spread {
-    type Part = (f64, f64);
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        let series = self.panel.iter().flat_map(|case| &case.series);
-        series.flat_map(|steps| &steps.runs).map(String::as_str).collect()
-    }
+    of_runs_in!(panel, (f64, f64));
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
         let slip = run.first_global_slip();
@@ -91,28 +76,17 @@ impl Figure for Spread {
             .panel
             .iter()
             .map(|case| {
-                let mut series = vec![Series {
-                    label: "thesis".to_owned(),
-                    points: vec![(x.from, case.stated_s), (x.to, case.stated_s)],
-                    look: Look::Line(Dash::Dashed, RED),
-                }];
+                let mut series = vec![Series::line(
+                    "thesis",
+                    vec![(x.from, case.stated_s), (x.to, case.stated_s)],
+                    Dash::Dashed,
+                    RED,
+                )];
                 for (index, steps) in case.series.iter().enumerate() {
-                    let (marker, _, color) = nth(index);
                     let points = drawn.by_ref().take(steps.runs.len()).copied().collect();
-                    series.push(Series {
-                        label: steps.label.clone(),
-                        points,
-                        look: Look::Marks(marker, color),
-                    });
+                    series.push(Pen::nth(index, &steps.label).marks(points));
                 }
-                Panel {
-                    title: case.label.clone(),
-                    x: x.clone(),
-                    y: y.clone(),
-                    series,
-                    legend: Corner::TopRight,
-                    note: String::new(),
-                }
+                Panel::new(x.clone(), y.clone(), Corner::TopRight, series).titled(&case.label)
             })
             .collect();
         Ok(Sheet::Grid(panels))

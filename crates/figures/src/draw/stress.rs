@@ -5,19 +5,13 @@ use asperity_numbers::curves::pull_ratio;
 use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_numbers::wants::Wants;
 use asperity_record::FieldRecord;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
+use super::kind::{Figure, keys, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Stress {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
+keys! {
+    Stress: file, run;
+
     /// One panel per instant; the recorded state nearest to it is shown.
     at_s: Vec<f64>,
 }
@@ -40,9 +34,9 @@ impl Figure for Stress {
         }
         // Where blocks slip backwards as well, thresholds lie on both sides; the legend says so once.
         let any_mirrored = states.iter().any(|(fields, load)| is_mirrored(run, fields, load));
-        let mut panels: Vec<Panel> =
+        let panels: Vec<Panel> =
             states.iter().map(|(fields, load)| panel(run, fields, load, any_mirrored)).collect();
-        Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
+        Ok(Sheet::of(panels))
     }
 }
 
@@ -95,25 +89,20 @@ fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool)
             look,
         });
     }
-    series.push(Series { label: "τ_n".to_owned(), points: tau, look: Look::Line(Dash::Solid, INK) });
-    Panel {
-        title: format!(
-            "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
-            fields.time_s,
-            record.normal_load_n,
-            pull_ratio(record),
-            if record.end_forces_n.is_some() { ", both ends added" } else { "" }
-        ),
-        x: Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3),
-        y: Axis::new(
-            "force per block (N)",
-            lowest - 0.08 * (highest - lowest),
-            highest + 0.08 * (highest - lowest),
-        ),
-        series,
-        legend: Corner::TopRight,
-        note: String::new(),
-    }
+    series.push(Series::line("τ_n", tau, Dash::Solid, INK));
+    let x = Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3);
+    let y = Axis::new(
+        "force per block (N)",
+        lowest - 0.08 * (highest - lowest),
+        highest + 0.08 * (highest - lowest),
+    );
+    Panel::new(x, y, Corner::TopRight, series).titled(format!(
+        "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
+        fields.time_s,
+        record.normal_load_n,
+        pull_ratio(record),
+        if record.end_forces_n.is_some() { ", both ends added" } else { "" }
+    ))
 }
 
 #[cfg(test)]

@@ -5,31 +5,20 @@
 //! events: what a precursor leaves behind is then what the next one finds, but for the load that the
 //! drive has added meanwhile.
 
-use std::sync::Arc;
-
 use asperity_numbers::precursors::one_by_one;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
 use asperity_record::FieldRecord;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
+use super::kind::{Figure, keys, of_one_run};
 use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, RED, Sheet};
 use super::scale::Scale;
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StressSequence {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    StressSequence: file, run, title;
+
     /// Fewest blocks of a precursor that is shown.
     #[serde(default = "one")]
     from_blocks: u32,
@@ -50,7 +39,7 @@ impl Figure for StressSequence {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        Ok(Sheet::Other(Arc::new(self.paper(run)?)))
+        Ok(self.paper(run)?.sheet(&self.title))
     }
 }
 
@@ -102,16 +91,9 @@ impl StressSequence {
         let panels = vec![panel("before each precursor", 0), panel("after each precursor", 1)];
         let rows =
             lines.map(|(_, dash, color, label)| (Sample::Line(dash, color), label.to_owned())).collect();
-        Ok(Paper {
-            shape: None,
-            title: self.title.clone(),
-            x: Scale::between("block n", 0.5, last + 0.5),
-            y: Scale::between("τ_n/p_n", if low < 0.0 { low - margin } else { 0.0 }, high + margin),
-            panels,
-            bar: Some(colours),
-            heading: String::new(),
-            rows,
-        })
+        let x = Scale::between("block n", 0.5, last + 0.5);
+        let y = Scale::between("τ_n/p_n", if low < 0.0 { low - margin } else { 0.0 }, high + margin);
+        Ok(Paper { bar: Some(colours), ..Paper::new(x, y, panels, rows) })
     }
 }
 

@@ -3,17 +3,13 @@
 use asperity_numbers::Number;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, Parts, find};
-use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
+use super::plot::{Axis, Corner, Panel, Pen, Sheet};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StudyFigure {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
+keys! {
+    StudyFigure: file;
+
     /// The scenario key that the runs differ in.
     parameter: String,
     /// What the axis across is called.
@@ -29,17 +25,7 @@ pub(crate) struct StudyFigure {
     #[serde(default = "one")]
     parameter_factor: f64,
     /// Runs that belong together.
-    series: Vec<Runs>,
-}
-
-/// Runs that belong together, and what the legend calls them.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct Runs {
-    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
-    label: String,
-    /// The runs.
-    runs: Vec<String>,
+    series: Vec<Group>,
 }
 
 fn one() -> f64 {
@@ -47,15 +33,7 @@ fn one() -> f64 {
 }
 
 impl Figure for StudyFigure {
-    type Part = (f64, Option<f64>);
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        self.series.iter().flat_map(|series| series.runs.iter().map(String::as_str)).collect()
-    }
+    of_runs_in!(series, (f64, Option<f64>));
 
     fn wants(&self) -> Wants {
         self.measure.wants()
@@ -75,7 +53,7 @@ impl Figure for StudyFigure {
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut drawn = Vec::new();
         for (index, series) in self.series.iter().enumerate() {
-            let (marker, dash, color) = nth(index);
+            let pen = Pen::nth(index, &series.label);
             let mut points = Vec::new();
             for name in &series.runs {
                 let (at, measured) = *find(&parts, name)?;
@@ -85,10 +63,9 @@ impl Figure for StudyFigure {
             }
             // Between whole numbers there is nothing that a line could show.
             if !self.measure.is_count() {
-                let line = Look::Line(dash, color);
-                drawn.push(Series { label: series.label.clone(), points: points.clone(), look: line });
+                drawn.push(pen.line(points.clone()));
             }
-            drawn.push(Series { label: series.label.clone(), points, look: Look::Marks(marker, color) });
+            drawn.push(pen.marks(points));
         }
         let all = || drawn.iter().flat_map(|series| series.points.iter().copied());
         if all().next().is_none() {
@@ -107,16 +84,10 @@ impl Figure for StudyFigure {
         } else {
             Axis::new(&self.parameter_label, left - margin, right + margin)
         };
-        Ok(Sheet::Single(Box::new(Panel {
-            title: String::new(),
-            x,
-            y: Axis {
-                whole: self.measure.is_count(),
-                ..Axis::about(&self.measure_label, all().map(|point| point.1))
-            },
-            series: drawn,
-            legend: Corner::TopRight,
-            note: String::new(),
-        })))
+        let y = Axis {
+            whole: self.measure.is_count(),
+            ..Axis::about(&self.measure_label, all().map(|point| point.1))
+        };
+        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, drawn)))
     }
 }

@@ -4,22 +4,13 @@
 use asperity_numbers::curves::event_in_window;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::wants::Wants;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
-use super::kind::{Figure, of_one_run};
-use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet, nth};
+use super::kind::{Figure, keys, of_one_run};
+use super::plot::{Axis, Corner, Dash, GREY, INK, Panel, Series, Sheet, nth};
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Velocities {
-    /// The file, ending in `.png`; it stands in the folder `figures`.
-    file: String,
-    /// The run.
-    run: String,
-    /// Stands above the figure.
-    #[serde(default)]
-    title: String,
+keys! {
+    Velocities: file, run, title;
+
     /// The length of the event; the nearest one within the dense window is shown.
     blocks: u32,
 }
@@ -59,53 +50,33 @@ impl Figure for Velocities {
             .map(|index| {
                 let (_, dash, color) = nth(index);
                 let speed = |velocity_m_per_s: &[f64]| velocity_m_per_s[index] * 1e3;
-                Series {
-                    label: format!("block {}", first.first_block as usize + index),
-                    points: records
+                Series::line(
+                    format!("block {}", first.first_block as usize + index),
+                    records
                         .iter()
                         .map(|record| (since(record.time_s), speed(&record.velocity_m_per_s)))
                         .collect(),
-                    look: Look::Line(dash, color),
-                }
+                    dash,
+                    color,
+                )
             })
             .collect();
         let all = || series.iter().flat_map(|series| &series.points).map(|(_, speed)| *speed);
         let (lowest, highest) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
-        series.insert(
-            0,
-            Series {
-                label: String::new(),
-                points: vec![(from, 0.0), (to, 0.0)],
-                look: Look::Line(Dash::Dotted, GREY),
-            },
-        );
+        series.insert(0, Series::line("", vec![(from, 0.0), (to, 0.0)], Dash::Dotted, GREY));
         let sliding: Vec<(f64, f64)> =
             records.iter().map(|record| (since(record.time_s), f64::from(record.sliding))).collect();
         let most = sliding.iter().fold(1.0f64, |most, (_, count)| most.max(*count));
-        let upper = Panel {
-            title: self.title.clone(),
-            x: Axis::new("", from, to),
-            y: Axis::new(
-                "v_n (mm/s)",
-                lowest - 0.05 * (highest - lowest),
-                highest + 0.08 * (highest - lowest),
-            ),
-            series,
-            legend: Corner::TopRight,
-            note: format!("t_0 = {:.5} s", event.onset_s),
-        };
-        let lower = Panel {
-            title: String::new(),
-            x: Axis::new(&format!("t − t_0 ({unit})"), from, to),
-            y: Axis::counts("blocks sliding", most),
-            series: vec![Series {
-                label: String::new(),
-                points: sliding,
-                look: Look::Line(Dash::Solid, INK),
-            }],
-            legend: Corner::TopRight,
-            note: String::new(),
-        };
-        Ok(Sheet::Stacked(Box::new([upper, lower])))
+        let x = Axis::new("", from, to);
+        let y =
+            Axis::new("v_n (mm/s)", lowest - 0.05 * (highest - lowest), highest + 0.08 * (highest - lowest));
+        let upper = Panel::new(x, y, Corner::TopRight, series)
+            .titled(&self.title)
+            .noted(format!("t_0 = {:.5} s", event.onset_s));
+        let x = Axis::new(&format!("t − t_0 ({unit})"), from, to);
+        let y = Axis::counts("blocks sliding", most);
+        let series = vec![Series::line("", sliding, Dash::Solid, INK)];
+        let lower = Panel::new(x, y, Corner::TopRight, series);
+        Ok(Sheet::stacked(upper, lower))
     }
 }

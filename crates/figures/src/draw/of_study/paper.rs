@@ -1,5 +1,7 @@
 //! Panels that share their axes, and beside them what the colours say.
 
+use std::sync::Arc;
+
 use plotters::element::{Circle, Polygon, Rectangle};
 use plotters::prelude::{IntoDrawingArea, RGBColor};
 use plotters::style::Color;
@@ -8,7 +10,7 @@ use super::colours::Colours;
 use crate::draw::axes::{self, Ruler};
 use crate::draw::lines::thinned;
 use crate::draw::plot::{
-    Area, Dash, Frame, GREY, INK, LINE_WIDTH, Marker, PANEL, Picture, SMALL_PANEL, TICK_TEXT, Told,
+    Area, Dash, Frame, GREY, INK, LINE_WIDTH, Marker, PANEL, Picture, SMALL_PANEL, Sheet, TICK_TEXT, Told,
     foot_height, footer, line, mark, mark_at, nothing, stroke,
 };
 use crate::draw::print::canvas::{self, Canvas};
@@ -118,6 +120,21 @@ const BAR_WIDTH: i32 = 56;
 const SMALL_TEXT: f64 = 29.0;
 
 impl Paper {
+    /// Without title, shape, bar and heading.
+    pub(crate) fn new(x: Scale, y: Scale, panels: Vec<Panel>, rows: Vec<(Sample, String)>) -> Paper {
+        Paper { title: String::new(), x, y, panels, shape: None, bar: None, heading: String::new(), rows }
+    }
+
+    /// One panel, from back to front.
+    pub(crate) fn single(x: Scale, y: Scale, items: Vec<Item>, rows: Vec<(Sample, String)>) -> Paper {
+        Paper::new(x, y, vec![Panel { title: String::new(), items }], rows)
+    }
+
+    /// It with a title, as a figure of runs.
+    pub(crate) fn sheet(self, title: &str) -> Sheet {
+        Sheet::Other(Arc::new(Paper { title: title.to_owned(), ..self }))
+    }
+
     /// How many panels stand beside and above each other.
     fn columns_and_rows(&self) -> (i32, i32) {
         let columns = match self.panels.len() {

@@ -147,7 +147,8 @@ const MOST_MEMBERS: usize = 1000;
 pub struct Ensemble {
     /// The name, which those of its runs begin with.
     pub name: String,
-    /// Name of a built-in scenario, or path of a file from the current folder.
+    /// Name of a built-in scenario, or path of a file or a run log, in the folder of the study or from the
+    /// current one.
     pub scenario: String,
     /// Overrides of all its runs, `key=value`.
     #[serde(default)]

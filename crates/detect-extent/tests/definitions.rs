@@ -134,6 +134,10 @@ fn events_no_farther_apart_than_the_gap_are_one() {
     // The second begins 0.5 s after the end of the first, the third 2 s after that of the second.
     assert_eq!(seen(&gap(0.49)), [first, second, third]);
     let merged = (0, 11, Some(18), 3, 2);
+    // Exactly as far apart as the gap is no farther.
+    let apart = gap(0.0);
+    let exactly = apart[1].onset_s - apart[0].end_s.expect("it has ended");
+    assert_eq!(seen(&gap(exactly)), [merged, (1, 38, None, 1, 1)]);
     assert_eq!(seen(&gap(0.51)), [merged, (1, 38, None, 1, 1)]);
     assert_eq!(seen(&gap(1.99)), [merged, (1, 38, None, 1, 1)]);
     let all = gap(2.01);

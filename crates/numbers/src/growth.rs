@@ -94,3 +94,25 @@ impl EventGrowth {
         self.over
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::Reach;
+
+    use super::RuptureGrowth;
+
+    /// Of two ruptures that begin in one step, the one with the lower number is first, in whatever order they
+    /// become known.
+    #[test]
+    fn ruptures_of_one_step_grow_in_the_order_of_their_numbers() {
+        let grown = |order: [usize; 2]| {
+            let ruptures = [((5, 0), 3), ((5, 1), 2)];
+            let mut growth = RuptureGrowth::default();
+            for (starts, last) in order.map(|place| ruptures[place]) {
+                growth.take(starts, Reach { first: 1, last }, || starts.1);
+            }
+            growth.iter().map(|(to, number)| (to, *number)).collect::<Vec<(u32, u64)>>()
+        };
+        assert_eq!([grown([0, 1]), grown([1, 0])], [[(3, 0)], [(3, 0)]]);
+    }
+}

@@ -390,6 +390,18 @@ mod tests {
         toml::from_str(&text).unwrap()
     }
 
+    /// A number stated allows 2 %, and one that is approximate half its last digit as well, if that is more.
+    #[test]
+    fn a_number_stated_allows_two_percent_or_half_a_digit() {
+        let range = |stated: &str| claim(&format!("run = \"a\"\nstated = {stated}")).range();
+        let (exact, rule) = range("\"100\"");
+        assert_eq!((*exact.start(), *exact.end(), rule.as_str()), (98.0, 102.0, "within 2.0000, 2 %"));
+        let (about, rule) = range("\"17\"\napproximate = true");
+        assert_eq!((*about.start(), *about.end()), (16.5, 17.5), "{rule}");
+        let (about, _) = range("\"170\"\napproximate = true");
+        assert_eq!((*about.start(), *about.end()), (166.6, 173.4));
+    }
+
     #[test]
     fn spreads_differences_and_second_runs_are_judged() {
         let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);

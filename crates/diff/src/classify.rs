@@ -7,7 +7,7 @@
 //! | open | one of the two was cut short by the end of its run, and what is known at an onset is within tolerance; or it starts after the end of the other run |
 //! | shifted | the onset moved beyond tolerance, the blocks did not change, and the end moved no more than [`END_MOVES_ALONG`] times as far; loads may follow |
 //! | changed | anything else between one and one |
-//! | split, merged | one old event stands against several new ones, or the reverse |
+//! | split, merged | one old event matches several new ones, or the reverse |
 //! | missing, extra | no counterpart |
 
 use asperity_record::Reach;
@@ -90,7 +90,7 @@ impl Rules<'_> {
             let mut of_kind = cells.iter().filter(|cell| kinds.contains(&cell.column.kind()));
             of_kind.any(|cell| cell.is_beyond() && (cell.column.is_of_onset() || !of_onset))
         };
-        // What the end of a run has cut short is compared only in what its onset tells.
+        // What the end of a run has cut short is compared only in what is known at its onset.
         let cut = old.is_cut() || new.is_cut();
         const ALL: [Kind; 5] = [Kind::Time, Kind::Step, Kind::Extent, Kind::Load, Kind::Edge];
         let (class, rule) = if cells.is_empty() {

@@ -1,11 +1,11 @@
-//! The columns of the event table, which ruptures share, and what each says: when, where, at what
+//! The columns of the event table, which ruptures share, and what each describes: when, where, at what
 //! load. Rules about columns are rules about these kinds, so that the matching and the classes know
 //! no column by name.
 
 use asperity_record::{EventPayload, SlipEvent};
 use serde::{Serialize, Serializer};
 
-/// Makes of the table below the columns and what is said of each.
+/// Declares the columns from the table below, each with its kind.
 macro_rules! columns {
     ($($column:ident $field:ident $kind:ident,)+) => {
         /// A column of the event table, by its place in [`SlipEvent::COLUMNS`].
@@ -26,7 +26,7 @@ macro_rules! columns {
                 }
             }
 
-            /// What it says of an event.
+            /// What it describes of an event.
             pub fn kind(self) -> Kind {
                 match self {
                     $(Column::$column => Kind::$kind,)+
@@ -63,7 +63,7 @@ columns! {
     Open open Edge,
 }
 
-/// What a column says of an event.
+/// What a column describes of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// When it starts or ends.

@@ -56,7 +56,7 @@ pub struct Compared {
     pub draft: Draft,
 }
 
-/// Compares what stands at two paths: run logs or event tables, folders of them, or outputs of
+/// Compares two paths: run logs or event tables, folders of them, or outputs of
 /// `asperity reproduce`. No file of the set, which is published by whoever made it, may be one that
 /// is read.
 ///
@@ -203,7 +203,7 @@ fn summaries(old: &RunLog, new: &RunLog) -> Vec<NumberChange> {
     numbers.collect()
 }
 
-/// Compares ruptures in the order of their onsets, or says why that is impossible. A log has them
+/// Compares ruptures in the order of their onsets, or returns why that is impossible. A log has them
 /// in the order in which they became certain.
 fn compare_ruptures(
     comparison: Comparison<'_>,

@@ -73,7 +73,7 @@ impl Add for Cost {
     }
 }
 
-/// What of an event the matching goes by, and what breaks ties.
+/// What the matching compares of an event, and what breaks ties.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
     pub(crate) onset_s: f64,
@@ -190,7 +190,7 @@ pub(crate) fn pair(a: &Span, b: &Span, overlap: Overlap, window_s: f64) -> Optio
 #[inline]
 pub(crate) fn part(whole: &Span, part: &Span, overlap: Overlap) -> Option<Cost> {
     let Overlap { common_s, blocks } = overlap;
-    // What is cut short cannot be said to have been split.
+    // An event that is cut short never counts as split.
     if common_s <= 0.0 || whole.is_open() {
         return None;
     }

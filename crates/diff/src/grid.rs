@@ -189,7 +189,7 @@ impl CostRow {
                 next.offer(new, Mode::Merge2, merge2.and(ALONE), Move::SkipOld);
             }
             let other = &news[new - near];
-            // The one that starts first says how far it looks.
+            // The reach of the one that starts first counts.
             let may_meet = match whole.onset_s <= other.onset_s {
                 true => other.onset_s <= whole.reach_s,
                 false => whole.onset_s <= other.reach_s,

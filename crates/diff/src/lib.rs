@@ -79,7 +79,7 @@
 //!
 //! - [`run_log`], [`table`]: what is read of a run log; slip events of a table, one at a time.
 //! - [`sides`]: the runs of each side, and which of them belong together.
-//! - [`provenance`]: what tells two runs apart beside their events.
+//! - [`provenance`]: what differs between two runs beside their events.
 //! - `precursors`: what a change of events does to the precursor table.
 //! - `claims`: which claims changed between two outputs of a pipeline.
 //! - `matches`: every match as a row of a Parquet file.

@@ -455,7 +455,7 @@ mod tests {
         groups
     }
 
-    /// An event and what the matching goes by.
+    /// An event and what the matching compares.
     type Ranked = (SlipEvent, Span);
 
     fn ranked(events: &[SlipEvent]) -> Vec<Ranked> {

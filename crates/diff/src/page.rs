@@ -2,8 +2,8 @@
 //! events, and to show it to others.
 //!
 //! The page is a single file that fetches nothing, so that it can be sent and
-//! kept; a policy in its head holds the browser to that. What it says in words
-//! and tables it says without scripts; a script adds the two space-time
+//! kept; a policy in its head makes the browser enforce that. Its words
+//! and tables need no scripts; a script adds the two space-time
 //! timelines, drawn on a canvas because there may be ten thousand events.
 
 mod findings;

@@ -54,7 +54,7 @@ pub(crate) struct Pending<I, R> {
     started: bool,
     /// Events from number `first` of the table on, but for `gone` settled ones in front.
     events: Vec<R>,
-    /// What the matching goes by of each.
+    /// What the matching compares of each.
     spans: Vec<Span>,
     gone: usize,
     pub(crate) first: usize,

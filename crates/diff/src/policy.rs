@@ -88,7 +88,7 @@ pub struct Policy {
     /// The farthest that a pair may be shifted, s; infinite if the policy sets no limit.
     pub max_shift_s: f64,
     /// Whether ruptures may differ where every slip event is identical. Where slip events differ,
-    /// what is said of them decides, for both come of the same switches.
+    /// the rules for them decide, for both follow from the same switches.
     pub allows_ruptures: bool,
     pub(crate) tolerances: [Tolerance; Column::ALL.len()],
     pub(crate) allowed: [Allowed; Class::ALL.len()],
@@ -268,7 +268,7 @@ struct Reader<'a> {
     origin: &'a str,
     text: &'a str,
     policy: Policy,
-    /// Each with where it stands in the text.
+    /// Each with its position in the text.
     errors: Vec<(usize, PolicyError)>,
 }
 

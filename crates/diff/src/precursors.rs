@@ -10,7 +10,7 @@ use crate::report::{PrecursorChange, PrecursorChanges};
 use crate::sides::Run;
 use crate::tally::Matched;
 
-/// The precursors of both runs, told as the matches go by; `None` where a table does not say
+/// The precursors of both runs, collected from the matches; `None` where a table does not give
 /// how many blocks its run has.
 pub(crate) struct Precursors(Option<[Table; 2]>);
 

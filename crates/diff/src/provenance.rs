@@ -1,4 +1,4 @@
-//! What tells two runs apart beside their events: what their headers say, and
+//! What differs between two runs beside their events: their headers, and
 //! the keys of their scenarios.
 
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use crate::report::ProvenanceChange;
 
-/// What a run log says of its run.
+/// What a run log records of its run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Provenance {
     /// Its header.

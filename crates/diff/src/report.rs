@@ -195,7 +195,7 @@ pub struct RunDiff {
     pub ruptures: Option<RuptureDiff>,
     /// Why ruptures were not compared; null where they were, and between tables.
     pub no_ruptures: Option<String>,
-    /// What tells the runs apart beside their events: scenario keys, code version, solver, ...
+    /// What differs between the runs beside their events: scenario keys, code version, solver, ...
     pub provenance: Vec<ProvenanceChange>,
     /// What became of the slip events. In JSON its fields stand here.
     #[serde(flatten)]
@@ -330,7 +330,7 @@ pub struct RunSide {
     pub scenario_hash: Option<String>,
 }
 
-/// Something that tells two runs apart beside their events.
+/// A difference between two runs beside their events.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ProvenanceChange {
     /// `scenario: KEY` for a key of the resolved scenario, else the field of the run header:
@@ -407,10 +407,10 @@ pub struct Finding {
     pub old: Vec<Extent>,
     /// The new events.
     pub new: Vec<Extent>,
-    /// The farther of the shifts of onset and end, s; null unless one event stands against one.
+    /// The farther of the shifts of onset and end, s; null unless one event matches one.
     pub shift_s: Option<f64>,
-    /// The columns that differ by more than their tolerance; empty unless one event stands
-    /// against one.
+    /// The columns that differ by more than their tolerance; empty unless one event matches
+    /// one.
     pub columns: Vec<CellChange>,
     /// What of duration and blocks a split or merge kept; null for other classes.
     pub conservation: Option<Conservation>,

@@ -31,7 +31,7 @@ pub trait Row: Clone {
     /// Its cell in a column; empty in one that such rows do not have.
     fn cell(&self, column: Column) -> Value;
 
-    /// Whether the run cut it short, so that only what its onset tells is known.
+    /// Whether the run cut it short, so that only what is known at its onset counts.
     fn is_cut(&self) -> bool {
         self.is_open() || self.end_s().is_none()
     }

@@ -54,7 +54,7 @@ pub enum SideError {
 /// One run of a side.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// The file's name without what says of which kind it is.
+    /// The file's name without the ending of its kind.
     pub name: String,
     /// The file.
     pub path: PathBuf,
@@ -80,7 +80,7 @@ impl Run {
         self.log.as_ref().map(|log| &log.provenance.header)
     }
 
-    /// What a report says of it.
+    /// Its entry in a report.
     pub fn side(&self) -> RunSide {
         RunSide {
             name: self.name.clone(),
@@ -112,7 +112,7 @@ fn name_of(path: &Path) -> String {
 pub struct Side {
     /// Its runs, in the order of their names.
     pub runs: Vec<Run>,
-    /// Whether it is one file, to be compared with whatever stands on the other side.
+    /// Whether it is one file, to be compared with any file on the other side.
     is_file: bool,
     /// The table of claims, where there is one.
     pub claims: Option<PathBuf>,

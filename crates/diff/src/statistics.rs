@@ -11,7 +11,7 @@
 //! p = 2 Σ (-1)^(k-1) exp(-2k²λ²). For values with ties, as lengths in blocks
 //! are, and for those in one bin, p is too large and never too small
 //! (G. E. Noether, Metrika 7, 115 (1963)). It takes the events for independent,
-//! which slip events of one chain are not: a small p says that something
+//! which slip events of one chain are not: a small p shows that something
 //! changed only where the runs are long against what they remember.
 
 use std::collections::BTreeMap;

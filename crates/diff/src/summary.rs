@@ -76,7 +76,7 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     }
     match (differing.len().saturating_sub(RUNS), report.runs.len() - differing.len()) {
         (0, 0) => {}
-        // The last line says so of all.
+        // The last line covers them all.
         (0, same) if same == report.runs.len() => {}
         (0, same) => lines.push(format!("  in {same} more nothing differs")),
         (more, same) => {

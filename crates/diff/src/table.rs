@@ -42,7 +42,7 @@ pub enum TableError {
         /// What is wrong.
         problem: String,
     },
-    /// A cell that is not what its column says.
+    /// A cell that its column does not accept.
     #[error("{}:{line}: {column}: {value:?} is not accepted (accepted: {accepted})", path.display())]
     Cell {
         /// The table.
@@ -207,7 +207,7 @@ fn kind_accepted(column: Column) -> &'static str {
     }
 }
 
-/// Puts a cell where it belongs, or says what would be accepted.
+/// Stores a cell in its field, or returns what would be accepted.
 fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'static str> {
     const BLOCK: &str = "a whole number from 1 to 100000";
     const _: () = assert!(MOST_BLOCKS == 100_000);

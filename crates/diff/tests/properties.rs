@@ -305,7 +305,7 @@ fn what_is_injected_is_found_singly_and_mixed() {
         for (class, ..) in expected {
             *seen.entry(class).or_default() += 1;
         }
-        // Every finding says where it comes from.
+        // Every finding names its source.
         for finding in &run.findings {
             assert!(!finding.rule.is_empty());
             assert_eq!(finding.columns.is_empty(), !matches!(finding.class, Class::Shifted | Class::Changed));

@@ -1,6 +1,6 @@
 //! Every key of a scenario, declared once.
 //!
-//! The table is the single place that says what may be written: resolving
+//! The table is the single definition of what may be written: resolving
 //! checks against it, `asperity scenario show` comments with it, and a test
 //! compares it with the fields of [`Scenario`](crate::Scenario).
 
@@ -56,7 +56,7 @@ pub enum Bound {
 pub enum Default {
     /// One value for both parameter sets.
     Is(Value),
-    /// As the thesis' program had it, and as its text says.
+    /// The values of the thesis' program, and those of its text.
     BySet {
         /// In the set `as-coded`.
         as_coded: Value,

@@ -47,7 +47,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// A plane that stands on its bottom row, with springs of 1 N/m, no damping and no foundation.
+    /// A plane that rests on its bottom row, with springs of 1 N/m, no damping and no foundation.
     pub const fn slab(columns: usize, rows: usize) -> Lattice {
         Lattice::of(&SLAB, [columns, 1, rows])
     }
@@ -57,7 +57,7 @@ impl Lattice {
         Lattice::of(&SHEET, [columns, lanes, 1])
     }
 
-    /// A cubic lattice that stands on its bottom row, with springs of 1 N/m, no damping and no
+    /// A cubic lattice that rests on its bottom row, with springs of 1 N/m, no damping and no
     /// foundation.
     pub const fn block(columns: usize, lanes: usize, rows: usize) -> Lattice {
         Lattice::of(&BLOCK, [columns, lanes, rows])

@@ -1,7 +1,7 @@
 //! Contact laws: how a contact sticks, slides, and changes between the two.
 //!
 //! This is the interface; a law is a file of the folder `laws` and a line of the list in
-//! [`crate::laws`]. It says what happens at one contact; solvers loop over all contacts, compiled for
+//! [`crate::laws`]. It defines what happens at one contact; solvers loop over all contacts, compiled for
 //! each law ([`WithLaw`]), so a law touches no solver.
 //!
 //! A contact has `D` tangential freedoms: one along a chain or a slab, two over an area. Forces and

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::law::{Affine, ContactLaw, LawKeys, WithLaw, memory_of};
 
-/// What the key table says of the laws: each word and its meaning.
+/// The laws' text in the key table: each word and its meaning.
 macro_rules! text {
     ($word:literal $meaning:literal $($others:literal $of_others:literal)*) => {
         concat!(
@@ -15,7 +15,7 @@ macro_rules! text {
     };
 }
 
-/// Declares the registered laws: the variant, its file, its word and what the key table says of it.
+/// Declares the registered laws: the variant, its file, its word and its text in the key table.
 macro_rules! laws {
     ($($law:ident in $file:ident: $word:literal, $meaning:literal;)*) => {
         $(mod $file;)*
@@ -55,7 +55,7 @@ macro_rules! laws {
             }
         }
 
-        /// What the key table says of the laws.
+        /// The laws' text in the key table.
         pub(crate) const MEANING: &str = text!($($word $meaning)*);
 
         /// A law with its numbers.

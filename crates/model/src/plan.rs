@@ -89,7 +89,7 @@ pub struct Drive {
     pub springs: Vec<DriveSpring>,
     /// Velocity of the point, `V`.
     pub velocity_m_per_s: f64,
-    /// The step from which on the point stands still, if given.
+    /// The step from which on the point rests, if given.
     pub hold_from_step: Option<u64>,
     /// The load `F_T / F_N` that stops it, if any.
     pub until_load_ratio: Option<f64>,

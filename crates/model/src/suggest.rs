@@ -139,7 +139,7 @@ mod tests {
             ("friction.blocks", "slider.blocks"),
             ("fricton.law", "friction.law"),
             ("tilt", "drive.tilt normal_load.tilt"),
-            // A symbol of two keys: the table tells which.
+            // A symbol of two keys: the table selects one.
             ("E", "slider.youngs_modulus_pa friction.radiation_kg_per_s"),
             ("slider.E", "slider.youngs_modulus_pa"),
             // Part of it, as without the unit.

@@ -4,7 +4,7 @@
 //! | input | what |
 //! |---|---|
 //! | `crates/NAME/...` | manifests and sources of the crate that makes runs, and of every crate of the workspace that it is built from, as their manifests say |
-//! | `features NAME` | what the workspace's manifest says of a package that one of these uses: its version and features |
+//! | `features NAME` | the workspace manifest's entry of a package that one of these uses: its version and features |
 //! | `package NAME VERSION` | the checksum in the lock file of that package, and of all that it is built from |
 //! | `rustc` | the compiler's version |
 //!

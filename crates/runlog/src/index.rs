@@ -277,7 +277,7 @@ impl Index {
     }
 }
 
-/// Records what an identifier stands for; it may be repeated and not changed.
+/// Records what an identifier refers to; a repeated one must not change.
 fn announce(
     known: &mut BTreeMap<u16, u64>,
     id: u16,

@@ -51,7 +51,7 @@
 //! 1. the length of the topic in bytes, as 8 bytes, the lowest first;
 //! 2. the topic, UTF-8;
 //! 3. the length of the payload in bytes, in the same way;
-//! 4. the payload, as it stands in the file.
+//! 4. the payload, byte for byte as in the file.
 //!
 //! A topic without messages has the hash of an empty input.
 //! [`RunEnd::compare_topics`](asperity_record::RunEnd::compare_topics) uses them to compare logs of

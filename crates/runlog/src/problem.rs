@@ -257,7 +257,7 @@ impl LogProblem {
 
     /// Whether the file only ends too early and is sound before. Both this and
     /// [`LogProblem::is_no_run_log`] are true of an empty file, which a run stopped at its
-    /// beginning may leave; the message only says that it is empty.
+    /// beginning may leave; the message only mentions that it is empty.
     pub fn is_early_end(&self) -> bool {
         matches!(
             self,

@@ -5,7 +5,7 @@
 //! follows:
 //!
 //! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
-//!   from that of the step before, the nodes held;
+//!   from that of the step before, the nodes fixed;
 //! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts; *viscous loss* `v C w`;
 //! - *anchor change*: energy of friction springs at re-attachment, less their energy at detachment;
 //! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction springs:

@@ -237,7 +237,7 @@ fn next_step(plan: &Plan, solver: &mut dyn Solver) -> Result<Option<Next>, Simul
             (Some(Record::Step(record)), _) => {
                 let fields_follow = is_on_cadence(plan.recording.fields_every_steps, record.step);
                 if !fields_follow {
-                    // Recorded for a cadence: the solver stands just after it.
+                    // Recorded for a cadence: the solver is just after it.
                     let fields = fields(plan, &solver.snapshot().slider);
                     return Ok(Some(Next { record, fields }));
                 }

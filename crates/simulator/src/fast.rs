@@ -42,7 +42,7 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     /// For the runs of a plan.
     fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic, simd: Simd) -> Self;
 
-    /// Opens a leap of at most `most_steps` steps, if one is certified, or says how many steps are best
+    /// Opens a leap of at most `most_steps` steps, if one is certified, or returns how many steps are best
     /// taken one by one before it is tried again.
     fn open(&mut self, solver: &mut Open<'_, Self::Body>, most_steps: u64) -> Result<Self::Leap, u64>;
 

@@ -54,7 +54,7 @@
 //!   the runs of a process.
 //! - [`equality`] and `exact`: compare two solvers, and settle what rounding decides.
 //!
-//! How nodes pull at each other stands in [`asperity_model::elastic`] alone. Nodes move, contacts
+//! Only [`asperity_model::elastic`] defines how nodes pull at each other. Nodes move, contacts
 //! rub; a slab has contacts at its bottom alone; in a chain every node carries one contact, and both
 //! are called *blocks* where the difference does not matter.
 

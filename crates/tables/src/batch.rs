@@ -1,4 +1,4 @@
-//! Some rows of a table, by columns: what is held in memory at a time, and what
+//! Some rows of a table, by columns: what is in memory at a time, and what
 //! becomes a row group of a Parquet file.
 
 use asperity_record::{Cell, Column, ColumnKind};

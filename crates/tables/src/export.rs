@@ -3,7 +3,7 @@
 //!
 //! The whole log is read and checked whatever is asked of it, so that a slice of
 //! a damaged log is known to be one. Files get their names together, when all of
-//! them are whole; the last is `NAME.FORMAT.export.json`, which says what was
+//! them are whole; the last is `NAME.FORMAT.export.json`, which lists what was
 //! exported and from which run.
 
 use std::borrow::Cow;
@@ -287,7 +287,7 @@ impl<'a> Export<'a> {
         self.reader.header()
     }
 
-    /// Where the file stands that describes the others.
+    /// The path of the file that describes the others.
     fn manifest_path(&self) -> PathBuf {
         self.request.out.join(format!("{}.{}.export.json", self.request.name, self.format.extension()))
     }
@@ -533,7 +533,7 @@ impl Table {
 }
 
 /// The tables that can be made of a log: of its records, of events that are known, and of those
-/// whose schema in the log is flat. A log says which topics it has, before its first message;
+/// whose schema in the log is flat. A log lists its topics before its first message;
 /// one that is damaged there may have any that are known.
 fn layouts(reader: &RunReader, kinds: &[EventKind]) -> Vec<Layout> {
     let announced = reader.event_schemas();

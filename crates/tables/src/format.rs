@@ -39,9 +39,9 @@ pub trait TableWriter {
     /// If the file cannot be written.
     fn write(&mut self, batch: &Batch) -> Result<(), FormatError>;
 
-    /// Writes what is still to be written and gives the file back, to be synced.
-    /// `about` says where the rows are from, in names and texts; formats that have a place for it
-    /// keep it.
+    /// Writes the remaining rows and returns the file, to be synced.
+    /// `about` describes the source of the rows, as names and texts; formats that have a place for it
+    /// store it.
     ///
     /// # Errors
     /// If the file cannot be written.

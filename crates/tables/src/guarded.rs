@@ -11,11 +11,11 @@ use std::sync::{Once, OnceLock};
 use polars::prelude::{DataFrame, NamedFrom, ParquetWriter, PolarsResult, Series};
 
 thread_local! {
-    /// Whether a panic of this thread is caught and told as an error.
+    /// Whether a panic of this thread is caught and returned as an error.
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Has polars do something, and gives what a panic says. Panics of other threads, and of this one at
+/// Calls polars and returns a panic's message as an error. Panics of other threads, and of this one at
 /// other times, are reported as they always are.
 pub(crate) fn guarded<T>(work: impl FnOnce() -> PolarsResult<T>) -> Result<PolarsResult<T>, String> {
     static HOOK: Once = Once::new();

@@ -36,7 +36,7 @@ pub(crate) const EVENTS: &str = "/events/";
 
 /// The tables of a log's records, in the order in which they are written.
 ///
-/// `parts` says what step records have besides.
+/// `parts` selects the optional columns of step records.
 pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
     let layout = |topic, columns| Layout { topic: Cow::Borrowed(topic), columns };
     vec![

@@ -5,7 +5,7 @@
 //! - [`layout`]: which columns each topic's table has, and why arrays become rows.
 //! - [`rows`]: what of a record goes into which row.
 //! - `foreign`: the columns of events whose detector is not at hand.
-//! - [`batch`]: some rows, by columns; what is held in memory at a time.
+//! - [`batch`]: some rows, by columns; what is in memory at a time.
 //! - [`mod@format`]: what a file format must do.
 //! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, by the feature `parquet`, which
 //!   takes polars.

@@ -16,7 +16,7 @@ use crate::parquet_tables;
 use crate::table_file;
 use crate::{CsvRows, Spelling, rows};
 
-/// Rows of a row group: those that polars puts into one. No more are held at a time.
+/// Rows of a row group: those that polars puts into one. No more are in memory at a time.
 const GROUP_ROWS: usize = 512 * 512;
 
 /// A row per step record, as CSV and as Parquet.
@@ -37,7 +37,7 @@ pub struct LoadTable {
 
 impl LoadTable {
     /// Begins `NAME.csv` and `NAME.parquet` in a folder, as files of a set. Where the drive pulls
-    /// both ways its sum says little, and the forces on both ends are given as well.
+    /// both ways its sum means little, and the forces on both ends are written as well.
     ///
     /// # Errors
     /// If a file cannot be written.

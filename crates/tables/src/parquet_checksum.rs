@@ -1,7 +1,7 @@
 //! A checksum over the whole of a Parquet file, since a flipped bit in it may be another number.
 //!
 //! The format has checksums of pages, which leave out the headers of pages and the footer, and polars
-//! writes none. So a CRC-32 (that of zlib) of the whole file stands in its footer, as eight
+//! writes none. So a CRC-32 (that of zlib) of the whole file is stored in its footer, as eight
 //! hexadecimal digits under the key [`KEY`]: computed with eight zeros in their place. Other readers
 //! pass over it. What is read here is compared with it first, if it has one.
 
@@ -14,7 +14,7 @@ use polars_parquet_format::FileMetaData;
 /// The key in the footer.
 pub const KEY: &str = "asperity:crc32";
 
-/// What stands there until the checksum is known, and while it is computed.
+/// The placeholder until the checksum is known, and while it is computed.
 const UNKNOWN: &[u8; DIGITS] = b"00000000";
 
 const DIGITS: usize = 8;
@@ -22,7 +22,7 @@ const DIGITS: usize = 8;
 /// How the footer has the text behind its key: the second field, a text, and its length.
 const VALUE_HEAD: [u8; 2] = [0x18, DIGITS as u8];
 
-/// Bytes of a file that are held at once.
+/// Bytes of a file that are in memory at once.
 const BUFFER_BYTES: usize = 1 << 16;
 
 /// What else the footer of a file must have that [`seal`] is to be called for. A pipe has none, since

@@ -30,10 +30,10 @@ pub struct ParquetTable {
 }
 
 impl ParquetTable {
-    /// Opens a file and looks at how large it says that it is.
+    /// Opens a file and checks the sizes that it claims.
     ///
     /// # Errors
-    /// If it cannot be read, is damaged, or stands for more than its length bears out; or if the system
+    /// If it cannot be read, is damaged, or claims more than its length supports; or if the system
     /// gives no threads.
     pub fn open(path: &Path) -> Result<ParquetTable, TableFileError> {
         let problem = |problem: String| TableFileError::Read { path: path.display().to_string(), problem };

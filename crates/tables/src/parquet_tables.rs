@@ -24,7 +24,7 @@ use crate::parquet_checksum;
 pub struct Parquet;
 
 struct ParquetTable {
-    /// What the writer writes to, held to be given back.
+    /// The file that the writer writes to, kept to return it.
     file: File,
     writer: BatchedWriter<BufWriter<File>>,
     layout: Layout,
@@ -114,7 +114,7 @@ mod tests {
 
     use super::Parquet;
 
-    /// Doubles that a format that rounds, or goes by decimals, would lose.
+    /// Doubles that a format that rounds, or that writes decimals, would lose.
     const DOUBLES: [f64; 6] = [0.1 + 0.2, -0.0, 5e-324, -1.7976931348623157e308, 1e-7, 4.0];
 
     #[test]

@@ -59,7 +59,7 @@ pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
     ]);
 }
 
-/// `contact_loads` says whether the table has what each block bears.
+/// With `contact_loads` the table has what each block bears.
 pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: bool) -> Result<(), Ragged> {
     let FieldRecord {
         step,

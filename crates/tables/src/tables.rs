@@ -43,7 +43,7 @@ pub fn events(run: &RunData) -> Result<DataFrame, TableFileError> {
 
 /// The rupture table, one row per rupture, in the order in which they became certain:
 /// [`Rupture::COLUMNS`], the slip event in which each began, and whether the slip events of this run
-/// tell what happened, as its summary says. Without rows where the log has no ruptures.
+/// are reliable, by its summary. Without rows where the log has no ruptures.
 ///
 /// # Errors
 /// If polars refuses.
@@ -202,7 +202,7 @@ pub fn residual_table(rows: &[ResidualRow]) -> Result<DataFrame, TableFileError>
     ])
 }
 
-/// When a run slips as a whole for the first time, beside what tells it from others: a row of
+/// When a run slips as a whole for the first time, beside what distinguishes the run: a row of
 /// [`first_global_slips`].
 #[derive(Debug, Clone)]
 pub struct FirstGlobalSlip {

@@ -79,7 +79,7 @@ fn log(folder: &Path) -> PathBuf {
         };
         writer.record(&Record::Step(record)).unwrap();
         let growth = (step > 1).then_some(1.5);
-        // Told a second later than it began.
+        // Reported a second later than it began.
         let longest = Longest { onset_s: step as f64 - 1.0, growth, blocks: 2, last: step == 4 };
         writer.event(&Event::new(longest.clone())).unwrap();
         writer.event(&Event::new(Turn { direction: Direction::Attach })).unwrap();
@@ -136,7 +136,7 @@ fn events_of_other_detectors_have_the_columns_of_their_schema() {
         "blocks,growth,last,onset_s\n2,,false,0\n2,1.5,false,1\n2,1.5,false,2\n2,1.5,true,3\n"
     );
     assert_eq!(table(folder.path(), "count"), "count\n1\n2\n3\n4\n");
-    // What is not flat is left out, and said; a table of no events would say that there were none.
+    // What is not flat is left out, with a note; a table of no events would mean that there were none.
     assert_eq!(report.left_out.into_iter().collect::<Vec<_>>(), [("/events/turn".to_owned(), 4)]);
     assert!(!folder.path().join("run.events.turn.csv").exists());
     assert!(!folder.path().join("run.events.onset.csv").exists());

@@ -1,5 +1,5 @@
 //! What follows from the events that differ: where runs part, which results change, and what
-//! else tells the runs apart.
+//! else differs between the runs.
 
 use asperity_report::html::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 
@@ -117,7 +117,7 @@ pub(super) fn downstream(report: &Report) -> String {
     section("What follows for the results", &out)
 }
 
-/// What tells the runs apart beside their events, the same change of many runs once.
+/// What differs between the runs beside their events; a change that many runs share is one row.
 pub(super) fn provenance(report: &Report) -> String {
     type Change<'a> = (&'a str, Option<&'a str>, Option<&'a str>);
     let mut changes: Vec<(Change<'_>, Vec<String>)> = Vec::new();

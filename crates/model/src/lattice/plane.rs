@@ -1,8 +1,8 @@
 //! The pull on the nodes of a plane: the bonds of slabs and sheets, written out so that loops over them
 //! are fast.
 //!
-//! Results of slabs rest on the order of its sums, to the bit. That it is what the table of bonds says is
-//! compared in tests.
+//! Results of slabs rest on the order of its sums, to the bit. Tests compare it
+//! with the table of bonds.
 
 /// A plane of nodes, row by row. Arrays have one axis of all nodes first, then the other.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +32,7 @@ struct Around {
 /// row fills the place of the one that is missing.
 type Rows<'a> = [&'a [f64]; 3];
 
-/// A row: what stands to the left, at, and to the right of the nodes inside.
+/// A row: the values to the left, at, and to the right of the nodes inside.
 struct Row<'a> {
     left: &'a [f64],
     here: &'a [f64],
@@ -137,7 +137,7 @@ impl Plane {
     }
 
     /// The springs of one row, from the rows of `u_x` and `u_z` around it. A neighbour that is missing
-    /// has no bond: it stands where the node itself does, and so pulls with nothing.
+    /// has no bond: it takes the node's own displacement, and so does not pull.
     #[inline(always)]
     fn springs_on_row<const BELOW: bool, const ABOVE: bool>(
         &self,

@@ -75,7 +75,7 @@ pub const CHAIN: Table = Table {
     is_plane: false,
 };
 
-/// A slab: a plane that stands on its bottom row. Springs along its axes with `k`, along diagonals with
+/// A slab: a plane that rests on its bottom row. Springs along its axes with `k`, along diagonals with
 /// `k / 2` are an isotropic sheet in plane stress with Young's modulus `E = 4 k / (3 B)` for a thickness
 /// `B`, and Poisson's ratio 1/3.
 ///

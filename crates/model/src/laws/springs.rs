@@ -1,4 +1,4 @@
-//! Amontons-Coulomb with interfacial springs (section 5.3): a stuck contact is held by a spring, a
+//! Amontons-Coulomb with interfacial springs (section 5.3): a spring pulls a stuck contact to its anchor, a
 //! sliding one feels `-mu_d p sign(v)` (5.14).
 
 use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n};

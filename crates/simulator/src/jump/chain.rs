@@ -80,7 +80,7 @@ pub(crate) struct Jump {
     basis: Basis,
     stiffness: Stiffness,
     spring: Vec<f64>,
-    /// `b` and `v_q` while the drive point stands, and while it moves.
+    /// `b` and `v_q` while the drive point rests, and while it moves.
     loading: [SteadyLoading; 2],
     /// The forced part of the jump that is open, the rest, and that in modal coordinates.
     forced: Forced,
@@ -322,7 +322,7 @@ impl Jump {
 
     /// Adds to the energies what the steps up to a state did, to which they have just led.
     ///
-    /// The residue's displacements sum up to what its map says, summed over the steps `r -> r'`:
+    /// The residue's displacements sum up by its map, summed over the steps `r -> r'`:
     /// `M sum u = eta L sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.
     pub(crate) fn account(&mut self, plan: &Plan, state: &mut SliderState, accounts: &Accounts) {
         let blocks = plan.blocks;

@@ -416,7 +416,7 @@ impl Jump {
         forced.write(into, u, state);
     }
 
-    /// Brings the ledger of a state up to `into` steps of the jump, where the state stands.
+    /// Brings the ledger of a state up to `into` steps of the jump, the step of the state.
     ///
     /// The sums over the steps of what drive and load do are geometric. The work of the scheme is a
     /// difference of [`Worth`], and the viscous loss what is missing in the balance.

@@ -53,13 +53,13 @@ pub(crate) struct SlowModes {
     velocities: Vec<Complex>,
     /// The value of the coordinate on the mode itself, inverted.
     own: Vec<Complex>,
-    /// How often the real part counts: 2 for a mode that stands for its conjugate too.
+    /// How often the real part counts: 2 for a mode that represents its conjugate too.
     pub(crate) weights: Vec<f64>,
     /// By how much its image is off, in the norm `sqrt(I)`, for a coordinate of size 1 and its
     /// conjugate.
     pub(crate) off: Vec<f64>,
     pub(crate) powers: Powers,
-    /// By which part the next modes fall in a step, as far as the iteration tells: what is not taken
+    /// By which part the next modes fall in a step, as the iteration estimates it: what is not taken
     /// falls about so fast.
     pub(crate) next_falls_by: f64,
 }

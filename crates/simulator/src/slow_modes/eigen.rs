@@ -83,7 +83,7 @@ impl Hessenberg {
         Some(values)
     }
 
-    /// Where the part that ends in row `n` begins: below it stands next to nothing.
+    /// Where the part that ends in row `n` begins: the entry below it is negligible.
     fn split(&self, n: usize, norm: f64) -> usize {
         let mut start = n;
         while start > 0 {

@@ -14,13 +14,13 @@ use crate::kernels::Simd;
 pub(crate) struct StuckLattice {
     pub(crate) simd: Simd,
     pub(crate) lattice: Lattice,
-    /// What holds each freedom besides the springs between nodes, for those that are held.
+    /// Stiffness on each freedom from other springs than those between nodes, where there are any.
     held_n_per_m: Vec<(usize, f64)>,
     pub(crate) step_s: f64,
     pub(crate) mass_kg: f64,
     band: Vec<f64>,
     width: usize,
-    /// Where each freedom stands in the band.
+    /// The index of each freedom in the band.
     place: Vec<usize>,
 }
 

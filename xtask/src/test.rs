@@ -31,15 +31,13 @@ pub(crate) struct TestArguments {
 
 /// Libraries whose unit tests are compiled without optimisation, which takes longer than those tests.
 /// Those of one call do not use each other; what they use is as ever.
-const LIGHT: [&[&str]; 3] = [
-    &["asperity-figures", "asperity-report", "asperity-tables"],
-    &["asperity-diff", "asperity-study"],
-    &["asperity-numbers"],
-];
+const LIGHT: [&[&str]; 2] =
+    [&["asperity-figures", "asperity-report", "asperity-tables"], &["asperity-diff", "asperity-study"]];
 
 /// What takes longest, so that no core is left alone with it at the end.
-const FIRST: [&str; 13] = [
+const FIRST: [&str; 17] = [
     EXAMPLES,
+    "root print",
     "root resume",
     "root salvage",
     "root bounds",
@@ -52,6 +50,9 @@ const FIRST: [&str; 13] = [
     "root reference",
     "root golden",
     "root staging",
+    "root first_day",
+    "root slurm",
+    "root page",
 ];
 
 /// Examples in comments, which cargo compiles and runs.

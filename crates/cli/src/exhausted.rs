@@ -12,7 +12,7 @@ use crate::exit::{Code, Failure, report};
 
 /// The panic messages of libraries without memory or threads: zstd contexts, rayon's threads, and
 /// the standard library's.
-const WANTS: [&str; 3] = [
+const REQUIRED_DATA: [&str; 3] = [
     "zstd returned null pointer when creating new context",
     "could not spawn threads",
     "failed to spawn thread",
@@ -26,7 +26,7 @@ pub(crate) fn fail() {
     flag::register_conditional_shutdown(SIGABRT, i32::from(Code::Failed as u8), always).ok();
     let usual = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
-        match info.payload_as_str().filter(|text| WANTS.iter().any(|want| text.contains(want))) {
+        match info.payload_as_str().filter(|text| REQUIRED_DATA.iter().any(|want| text.contains(want))) {
             None => usual(info),
             Some(text) => {
                 report(&Failure::Failed(format!("the system gives no more memory or threads: {text}")));

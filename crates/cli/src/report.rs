@@ -9,7 +9,7 @@ use asperity_model::text;
 use asperity_numbers::{Slider, Summarizer};
 use asperity_record::RunHeader;
 use asperity_report::{
-    Contents, Entry, Gather, Limits, Link, Recorded, Run, Study, encoded, files_of_picture, index,
+    Contents, Entry, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture, index,
 };
 use asperity_run::{Checked, at_once};
 
@@ -159,14 +159,14 @@ fn run(
             reading::scenario(log, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
         let summarizer = Summarizer::new(name, header, Slider::of(&scenario));
         shown = Some((header.clone(), scenario));
-        Ok((summarizer, Gather::new(header.steps, limits)))
+        Ok((summarizer, PageCollector::new(header.steps, limits)))
     };
     let Reading { checked, observer: (summarizer, page), ruptures_from } = reading::once(log, begin, accept)?;
     let (header, scenario) = shown.expect("what is observed has begun");
     let run = Run {
         name: name.to_owned(),
         summary: summarizer.finish(ruptures_from, checked.seen.end.as_ref()),
-        seen: page.finish(),
+        collected: page.finish(),
         header,
         scenario,
         lacks: (!checked.verdict.holds_all()).then(|| checked.to_string()),

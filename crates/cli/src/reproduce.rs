@@ -44,8 +44,8 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let files = FileSet::new(Existing::Refuse, Inputs::of([run]));
     files.folder(out).map_err(Failure::failed)?;
     let begin = |header: &RunHeader, toml: &str| {
-        let wants = figures::OVERVIEW_WANTS | rules.wants();
-        let collector = Collector::of_log(&name, header, toml, wants)?;
+        let required = figures::OVERVIEW_DATA | rules.required_data();
+        let collector = Collector::of_log(&name, header, toml, required)?;
         let loads = Loads(LoadTable::begin(&files, out, "load", collector.both_ways()));
         Ok((collector, loads))
     };

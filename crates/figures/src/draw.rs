@@ -35,6 +35,7 @@ mod plot;
 mod print;
 mod pulse;
 mod recurrence;
+mod rupture_selector;
 mod scale;
 mod sizes;
 mod slab_field;
@@ -46,7 +47,6 @@ mod stress_sequence;
 mod study;
 mod text;
 mod velocities;
-mod which;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -54,8 +54,8 @@ use std::sync::Mutex;
 
 use asperity_files::FileSet;
 use asperity_model::analytic::LengthLaw;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -201,9 +201,9 @@ impl Figures {
     }
 
     /// What they read of a run.
-    pub fn wants(&self, run: &str) -> Wants {
+    pub fn required_data(&self, run: &str) -> RequiredData {
         let of_run = self.all().into_iter().filter(|(_, figure)| figure.runs().contains(&run));
-        of_run.fold(Wants::NOTHING, |wants, (_, figure)| wants | figure.wants())
+        of_run.fold(RequiredData::NOTHING, |required, (_, figure)| required | figure.required_data())
     }
 }
 
@@ -340,7 +340,7 @@ pub fn draw_overview(
 }
 
 /// What [`draw_overview`] reads of a run.
-pub const OVERVIEW_WANTS: Wants = Wants::LOADS;
+pub const OVERVIEW_DATA: RequiredData = RequiredData::LOADS;
 
 #[cfg(test)]
 mod tests {
@@ -351,8 +351,8 @@ mod tests {
     use super::kind::AnyFigure;
     use super::plot::{Look, Panel, Sheet};
     use super::{Figures, sentence};
+    use asperity_numbers::required_data::RequiredData;
     use asperity_numbers::run_data::RunData;
-    use asperity_numbers::wants::Wants;
     use asperity_testkit::made_up;
     use asperity_testkit::made_up::EVENTS;
 
@@ -378,7 +378,7 @@ mod tests {
     }
 
     /// A run with a state whose load has fallen to a quarter.
-    fn runs(wants: Wants) -> BTreeMap<String, RunData> {
+    fn runs(required: RequiredData) -> BTreeMap<String, RunData> {
         let mut run = made_up::run("", &EVENTS);
         for record in &mut run.loads[3..] {
             record.normal_load_n = 100.0;
@@ -393,7 +393,7 @@ mod tests {
             stick_position_m: vec![0.0; 3],
             detached: vec![0; 3],
         };
-        run.kept |= wants;
+        run.kept |= required;
         made_up::with_states(&mut run, &[state]);
         BTreeMap::from([("a".to_owned(), run)])
     }
@@ -401,7 +401,7 @@ mod tests {
     /// A figure of runs that have kept what it wants.
     fn drawn(figure: &dyn AnyFigure, runs: BTreeMap<String, RunData>) -> Result<Sheet, String> {
         let part = |(name, run): (String, RunData)| {
-            let kept = RunData { kept: figure.wants(), ..run };
+            let kept = RunData { kept: figure.required_data(), ..run };
             Ok((name, figure.part(&kept)?))
         };
         figure.sheet(runs.into_iter().map(part).collect::<Result<_, String>>()?)
@@ -411,7 +411,7 @@ mod tests {
         let figures: Figures = toml::from_str(text).unwrap();
         let all: Vec<&dyn AnyFigure> = figures.all().into_iter().map(|(_, figure)| figure).collect();
         assert_eq!((all.len(), all[0].file(), all[0].runs()), (1, "f.png", vec!["a"]));
-        drawn(all[0], runs(all[0].wants()))
+        drawn(all[0], runs(all[0].required_data()))
     }
 
     fn single(text: &str) -> Panel {

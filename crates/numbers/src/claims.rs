@@ -20,8 +20,8 @@ pub use shown::markdown;
 
 use crate::estimate::{Estimate, median_of};
 use crate::number::Number;
+use crate::required_data::RequiredData;
 use crate::run_data::RunData;
-use crate::wants::Wants;
 
 /// Relative deviation up to which a number stated is taken to agree.
 const TOLERANCE: f64 = 0.02;
@@ -165,8 +165,8 @@ impl ClaimSpec {
     }
 
     /// What it reads of each of its runs.
-    pub fn wants(&self) -> Wants {
-        self.measure.wants()
+    pub fn required_data(&self) -> RequiredData {
+        self.measure.required_data()
     }
 
     /// The number stated.

@@ -192,8 +192,8 @@ mod tests {
 
     use super::*;
     use crate::made_up::{self, pulse};
+    use crate::required_data::RequiredData;
     use crate::run_data::Switched;
-    use crate::wants::Wants;
 
     #[test]
     fn speed_length_and_slip_are_those_of_the_steady_span() {
@@ -267,7 +267,7 @@ mod tests {
             stick_position_m: vec![0.0; 12],
             detached: vec![0; 12],
         };
-        run.kept |= Wants::fronts();
+        run.kept |= RequiredData::fronts();
         made_up::with_states(&mut run, &[state]);
         let passed = run.of_fronts().unwrap();
         let [precursors, global] = over_stress(&run, passed, 5, 4);

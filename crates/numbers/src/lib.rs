@@ -34,7 +34,7 @@
 //! ```
 //!
 //! A [`run_data::Collector`] keeps what else is made of a run, as far as somebody asks for it
-//! ([`wants`]), the summary included; each [`Number`] is read off that by its name, curves by [`curves`], fronts by
+//! ([`required_data`]), the summary included; each [`Number`] is read off that by its name, curves by [`curves`], fronts by
 //! [`fronts`], distributions and their fits by [`distributions`] and [`goodness`], and [`claims`] sets
 //! numbers beside what a text states.
 //!
@@ -57,8 +57,6 @@
 extern crate self as asperity_numbers;
 
 mod at_rest;
-mod beside_hold;
-mod beside_theory;
 pub mod claim;
 pub mod claims;
 mod creep;
@@ -68,6 +66,7 @@ pub mod estimate;
 pub mod fronts;
 pub mod goodness;
 mod growth;
+mod hold_phase;
 mod key;
 mod list;
 #[cfg(test)]
@@ -75,10 +74,11 @@ mod list;
 pub mod made_up;
 mod number;
 mod of;
-mod partial;
+mod partial_ruptures;
 pub mod plane_waves;
 pub mod precursors;
 mod raw;
+pub mod required_data;
 pub mod run_data;
 mod rupture_numbers;
 pub mod states;
@@ -86,10 +86,9 @@ mod statistics;
 mod summarizer;
 mod summary;
 pub mod text;
+mod theory_residuals;
 mod unloaded;
-pub mod wants;
 
-pub use beside_theory::AFFECTED_THRESHOLD;
 pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
 pub use number::Number;
@@ -97,3 +96,4 @@ pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s};
 pub use statistics::median;
 pub use summarizer::{RupturesFrom, Slider, Summarizer};
 pub use summary::Summary;
+pub use theory_residuals::AFFECTED_THRESHOLD;

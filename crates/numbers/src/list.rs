@@ -9,24 +9,24 @@ use asperity_model::front;
 use asperity_record::{SlipEvent, WindowRecord};
 
 use crate::at_rest;
-use crate::beside_hold::{
-    Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold, sag,
-};
-use crate::beside_theory::{
-    AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
-    decaying_drive_onset_error, initial_shear_error, intercept_error, intercept_error_of, largest,
-    load_curve_error, onset_profile_error, residual, ring_down_error, rms_over_mu_d, slope_error,
-    slope_error_of, time_to_reach,
-};
 use crate::curves::{
     event_in_window, mean_behind_front, median_over_crossing, nearest_precursor, over_crossing,
 };
 use crate::fronts;
+use crate::hold_phase::{
+    Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold, sag,
+};
 use crate::of::numbers;
 use crate::partial;
 use crate::plane_waves::speeds_along_rows_m_per_s;
 use crate::precursors;
 use crate::run_data::{Load, RunEvents};
+use crate::theory_residuals::{
+    AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
+    decaying_drive_onset_error, initial_shear_error, intercept_error, intercept_error_of, largest,
+    load_curve_error, onset_profile_error, residual, ring_down_error, rms_over_mu_d, slope_error,
+    slope_error_of, time_to_reach,
+};
 
 numbers! {
     "Load in time" {
@@ -337,17 +337,17 @@ numbers! {
     "Ruptures" {
         /// Number of ruptures of a tenth of the blocks or more before the first that reached all,
         /// wherever they began.
-        partial_rupture_count: u64 [was = "partial-ruptures"] = Events |run, _| partial::count(run);
+        partial_rupture_count: u64 [was = "partial-ruptures"] = Events |run, _| partial_ruptures::count(run);
         /// Share of the blocks that the largest of them has; 0 without any.
         largest_partial_rupture_ratio: f64 [was = "largest-partial-rupture"] =
-            Events |run, _| partial::largest_share(run);
+            Events |run, _| partial_ruptures::largest_share(run);
         /// How far from the driven end the first rupture of a tenth of the blocks or more began, mm.
         first_nucleation_mm: f64 [unit = "mm"] [was = "first-nucleation-mm"] =
-            Events |run, _| partial::nucleation_mm(run);
+            Events |run, _| partial_ruptures::nucleation_mm(run);
         /// Speed of the front of the first rupture that reached every block, towards higher-numbered
         /// blocks, over the wave speed.
         first_global_rupture_front_speed_over_wave_speed_ratio: f64 [was = "global-front-over-c"] =
-            Events |run, _| partial::global_front_over_c(run);
+            Events |run, _| partial_ruptures::global_front_over_c(run);
         /// How much faster fronts of precursors and of the first global rupture run where they find more
         /// stress: Spearman's rank correlation of speed and `tau_n / p_n`, -1 to 1.
         front_stress_correlation: f64 [unit = "1"] [was = "front-stress-correlation"] =

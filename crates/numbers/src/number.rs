@@ -11,9 +11,9 @@ use crate::estimate::Estimate;
 use crate::key::Key;
 use crate::list;
 use crate::of::Of;
+use crate::required_data::RequiredData;
 use crate::run_data::RunData;
 use crate::summary::Summary;
-use crate::wants::Wants;
 
 /// A number of a run: a key of the summary that is no word, or one that is taken when it is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -67,8 +67,8 @@ impl Number {
     }
 
     /// What must be kept of a run for it.
-    pub fn wants(self) -> Wants {
-        self.of.wants()
+    pub fn required_data(self) -> RequiredData {
+        self.of.required_data()
     }
 
     /// The number of a run; `None` where the run does not have it, or did not keep what it is taken of.
@@ -117,8 +117,8 @@ mod tests {
     use super::{Number, number};
     use crate::made_up;
     use crate::made_up::EVENTS;
+    use crate::required_data::RequiredData;
     use crate::run_data::{Load, RunData};
-    use crate::wants::Wants;
 
     /// Slips before and after a hold at 1 s, in steps of 1e-7 s; the load falls from 400 N at
     /// 1 s to 100 N at 4 s.
@@ -292,8 +292,8 @@ mod tests {
     /// Without what it is taken of a number is not there, and nothing panics.
     #[test]
     fn what_was_not_kept_gives_no_number() {
-        let run = RunData { kept: Wants::NOTHING, ..unloaded() };
-        for wanting in Number::all().filter(|number| number.wants() != Wants::NOTHING) {
+        let run = RunData { kept: RequiredData::NOTHING, ..unloaded() };
+        for wanting in Number::all().filter(|number| number.required_data() != RequiredData::NOTHING) {
             assert_eq!(wanting.of(&run, Some(2.0)), None, "{}", wanting.name());
         }
         assert_eq!(run.loads().unwrap_err().to_string(), "loads of run test are not kept");

@@ -4,9 +4,9 @@
 use asperity_record::WindowRecord;
 
 use crate::estimate::Estimate;
+use crate::required_data::RequiredData;
 use crate::run_data::{Load, NotKept, OfFronts, RunData, RunEvents};
 use crate::states::States;
-use crate::wants::Wants;
 
 /// A number of blocks, for numbers of the nearest precursor, or the load `F_T / F_N` at which one is
 /// taken.
@@ -33,14 +33,14 @@ pub(crate) enum Of {
 
 impl Of {
     /// What must be kept of a run for it.
-    pub(crate) fn wants(self) -> Wants {
+    pub(crate) fn required_data(self) -> RequiredData {
         match self {
-            Of::Summary(_) | Of::Events(_) => Wants::NOTHING,
-            Of::Loads(_) => Wants::LOADS,
-            Of::States(_) => Wants::STATES,
-            Of::LoadsAndStates(_) => Wants::LOADS | Wants::STATES,
-            Of::Windows(_) => Wants::WINDOWS,
-            Of::Fronts(_) => Wants::fronts(),
+            Of::Summary(_) | Of::Events(_) => RequiredData::NOTHING,
+            Of::Loads(_) => RequiredData::LOADS,
+            Of::States(_) => RequiredData::STATES,
+            Of::LoadsAndStates(_) => RequiredData::LOADS | RequiredData::STATES,
+            Of::Windows(_) => RequiredData::WINDOWS,
+            Of::Fronts(_) => RequiredData::fronts(),
         }
     }
 

@@ -17,8 +17,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::growth::{EventGrowth, RuptureGrowth};
+use crate::required_data::RequiredData;
 use crate::run_data::{NotKept, RunData, RunEvents};
-use crate::wants::Wants;
 
 /// What to do with slip events before they are taken for precursors.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
@@ -53,8 +53,8 @@ impl PrecursorRules {
     }
 
     /// The data that the rules need: blocks of merged events are counted again.
-    pub fn wants(&self) -> Wants {
-        if self.merge_gap_s > 0.0 { Wants::DETACHMENTS } else { Wants::NOTHING }
+    pub fn required_data(&self) -> RequiredData {
+        if self.merge_gap_s > 0.0 { RequiredData::DETACHMENTS } else { RequiredData::NOTHING }
     }
 }
 

@@ -2,7 +2,7 @@
 //! of its log.
 //!
 //! A run has far more records than anything is made of. [`Collector`] sees each once and keeps what
-//! [`Wants`] names, in a form that holds no more than is read.
+//! [`RequiredData`] names, in a form that holds no more than is read.
 
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
@@ -14,10 +14,10 @@ use asperity_record::{
 };
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
+use crate::required_data::RequiredData;
 use crate::states::States;
 use crate::summarizer::{RupturesFrom, Slider, Summarizer};
 use crate::summary::Summary;
-use crate::wants::Wants;
 
 /// A log of which nothing can be made.
 #[derive(Debug, thiserror::Error)]
@@ -117,13 +117,13 @@ pub struct RunEvents {
     pub switches: Vec<Option<[Switched; 2]>>,
 }
 
-/// What is kept of a run: [`RunEvents`], and of its records what is in [`Wants`].
+/// What is kept of a run: [`RunEvents`], and of its records what is in [`RequiredData`].
 #[derive(Debug, Clone)]
 pub struct RunData {
     /// What is kept of every run.
     pub run: RunEvents,
     /// What was wanted of the run, and so stays.
-    pub kept: Wants,
+    pub kept: RequiredData,
     /// See [`RunData::loads()`].
     pub loads: Vec<Load>,
     /// See [`RunData::states()`].
@@ -157,7 +157,7 @@ impl DerefMut for RunData {
 /// What the speeds of fronts are taken of: loads, states, and how ruptures passed their blocks.
 pub type OfFronts<'a> = (&'a [Load], &'a States, &'a [Arrival]);
 
-/// Something of a run that is read, and not in the [`Wants`] of whoever collected it.
+/// Something of a run that is read, and not in the [`RequiredData`] of whoever collected it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{what} of run {run} are not kept")]
 pub struct NotKept {
@@ -178,7 +178,7 @@ impl RunData {
     /// If the log is damaged, incomplete, or holds what cannot be understood.
     pub fn read(name: &str, path: &Path) -> Result<RunData, UnreadRun> {
         let mut reader = RunReader::open(path, Topics::ALL)?;
-        let collector = Collector::of_log(name, reader.header(), reader.scenario_toml(), Wants::all());
+        let collector = Collector::of_log(name, reader.header(), reader.scenario_toml(), RequiredData::all());
         let mut collector =
             collector.map_err(|problem| UnreadRun::Run { run: path.display().to_string(), problem })?;
         while let Some(item) = reader.next_item()? {
@@ -244,7 +244,7 @@ impl RunData {
         self.if_kept(self.kept.arrivals, "arrivals", self.arrivals.as_slice())
     }
 
-    /// What the speeds of fronts are taken of, see [`Wants::fronts`].
+    /// What the speeds of fronts are taken of, see [`RequiredData::fronts`].
     ///
     /// # Errors
     /// If any of it was not kept.
@@ -338,9 +338,9 @@ pub struct Collector {
 
 impl Collector {
     /// For a run that is about to go by.
-    pub fn new(name: &str, header: RunHeader, scenario: Scenario, wants: Wants) -> Collector {
+    pub fn new(name: &str, header: RunHeader, scenario: Scenario, required: RequiredData) -> Collector {
         let plan = Plan::new(&scenario);
-        let states = States::new(header.blocks, &wants);
+        let states = States::new(header.blocks, &required);
         let summarizer = Summarizer::new(name, &header, Slider::of(&scenario));
         let run = RunEvents {
             name: name.to_owned(),
@@ -355,7 +355,7 @@ impl Collector {
         let run = RunData {
             run,
             states,
-            kept: wants,
+            kept: required,
             loads: Vec::new(),
             windows: Vec::new(),
             rupture_fields: Vec::new(),
@@ -374,7 +374,7 @@ impl Collector {
         name: &str,
         header: &RunHeader,
         scenario_toml: &str,
-        wants: Wants,
+        required: RequiredData,
     ) -> Result<Collector, String> {
         // Of a log that breaks off so early, or was salvaged without it, no scenario says what it is of.
         if scenario_toml.is_empty() {
@@ -390,7 +390,7 @@ impl Collector {
                 header.scenario_hash
             ));
         }
-        Ok(Collector::new(name, header.clone(), scenario, wants))
+        Ok(Collector::new(name, header.clone(), scenario, required))
     }
 
     /// The run's name.
@@ -485,9 +485,9 @@ mod tests {
 
     use super::Collector;
     use crate::made_up;
+    use crate::required_data::RequiredData;
     use crate::states::States;
     use crate::summarizer::RupturesFrom;
-    use crate::wants::Wants;
 
     #[test]
     fn of_switches_there_stay_the_first_and_the_last_of_each_block() {
@@ -504,7 +504,8 @@ mod tests {
         let toml = "recording.window = [{from_s=0,to_s=1e-3,every_s=1e-5,first_block=2,last_block=3}]\n\
                     recording.rupture_fields_from_blocks = 2\nrecording.rupture_fields_s = 1e-6";
         let run = made_up::run(toml, &[]);
-        let mut collector = Collector::new("a", run.header.clone(), run.scenario.clone(), Wants::WINDOWS);
+        let mut collector =
+            Collector::new("a", run.header.clone(), run.scenario.clone(), RequiredData::WINDOWS);
         for (window, first_block) in [(0, 2), (1, 1), (1, 1)] {
             collector.record(&Record::Window(WindowRecord {
                 window,
@@ -540,8 +541,10 @@ mod tests {
     #[test]
     fn states_at_the_first_onset_and_at_ends_of_precursors_stay() {
         for event_first in [false, true] {
-            let mut states =
-                States::new(3, &(Wants { states_near_s: vec![24.6], ..Wants::STATES } | Wants::NOTHING));
+            let mut states = States::new(
+                3,
+                &(RequiredData { states_near_s: vec![24.6], ..RequiredData::STATES } | RequiredData::NOTHING),
+            );
             states.state(&state(0, -2.0));
             for event in 0..1000u64 {
                 let (onset, end) = (10 * event + 2, 10 * event + 5);

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use asperity_record::{FieldRecord, SlipEvent, StepRecord};
 
 use crate::growth::EventGrowth;
-use crate::wants::Wants;
+use crate::required_data::RequiredData;
 
 /// States and what was read off them.
 #[derive(Debug, Clone)]
@@ -36,17 +36,17 @@ pub struct States {
 
 impl States {
     /// Of nothing yet, for a slider of this many blocks.
-    pub fn new(blocks: u32, wants: &Wants) -> States {
+    pub fn new(blocks: u32, required: &RequiredData) -> States {
         States {
             first: None,
             at_first_onset: None,
             at_precursor_onsets: Vec::new(),
             at_precursor_ends: Vec::new(),
-            near_s: wants.states_near_s.iter().map(|at_s| (*at_s, None)).collect(),
-            displacements: wants.displacements_of.iter().map(|block| (*block, Vec::new())).collect(),
+            near_s: required.states_near_s.iter().map(|at_s| (*at_s, None)).collect(),
+            displacements: required.displacements_of.iter().map(|block| (*block, Vec::new())).collect(),
             largest_displacement_m: None,
-            keeps: wants.states,
-            keeps_onsets: wants.precursor_onsets,
+            keeps: required.states,
+            keeps_onsets: required.precursor_onsets,
             waiting: Vec::new(),
             awaited: Vec::new(),
             growth: EventGrowth::new(blocks),

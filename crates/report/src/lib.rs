@@ -1,56 +1,56 @@
 //! A run or a whole study as one page: what was asked, how the claims came out, the figures, and of
 //! every run its load curve beside the space-time map of its ruptures.
 //!
-//! It reads and writes no files. Whoever sees the runs go by tells [`Gather`] of them, which keeps
+//! It reads and writes no files. Whoever sees the runs go by tells [`PageCollector`] of them, which keeps
 //! no more than the page will hold; the page is made of the parts by [`Study::html`].
 //!
 //! ```
-//! use asperity_report::{Gather, Limits};
+//! use asperity_report::{PageCollector, Limits};
 //!
 //! // A load that drops in one step of a million is seen in the curve.
-//! let mut run = Gather::new(1_000_000, Limits::of_runs(1));
+//! let mut run = PageCollector::new(1_000_000, Limits::of_runs(1));
 //! for step in 0..1_000_000 {
 //!     let load = if step == 654_321 { 0.2 } else { 0.4 };
 //!     run.step(step, load);
 //! }
-//! let seen = run.finish();
-//! assert!(seen.curve.contains(&(654_321, 0.2)));
-//! assert!(seen.curve.len() < 5000);
+//! let collected = run.finish();
+//! assert!(collected.curve.contains(&(654_321, 0.2)));
+//! assert!(collected.curve.len() < 5000);
 //! ```
 //!
 //! In reading order:
 //!
-//! - `thin`: a load curve of few points that has lost no drop; the widest of many.
-//! - `seen`: what stays of a run that goes by.
+//! - `downsample`: a load curve of few points that has lost no drop; the widest of many.
+//! - `page_collector`: what stays of a run that goes by.
 //! - `study`: what a page is made of.
 //! - `symbols`: symbols and numbers as they are printed.
 //! - `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
-//! - `asked`: the parameters of scenarios.
+//! - `parameter_table`: the parameters of scenarios.
 //! - `claims`, `figures`, `runs`: parts of the page.
 //! - `contents`: what a folder says of its page.
 //! - `page`: the page of a study; `sweep`: that of a parameter study; `index`: that of several.
 
-mod asked;
 mod claims;
 mod contents;
+mod downsample;
 mod figures;
 pub mod html;
 mod index;
 mod page;
+mod page_collector;
+mod parameter_table;
 mod pen;
 mod runs;
-mod seen;
 mod sketch;
 mod slab_sketch;
 mod study;
 mod sweep;
 mod symbols;
-mod thin;
 
 pub use claims::Score;
 pub use contents::{Contents, Recorded, RecordedRun, Shown, encoded, files_of_picture, picture};
 pub use figures::{Figure, Picture, data_url};
 pub use index::{Entry, index};
-pub use seen::{Gather, Limits, Seen};
+pub use page_collector::{Collected, Limits, PageCollector};
 pub use study::{Link, Run, Study};
 pub use sweep::Sweep;

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use asperity_record::RunHeader;
 
-use crate::asked::{self, Asked, differing, parameters};
 use crate::claims;
 use crate::html::markup::{counted, section, text};
 use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
+use crate::parameter_table::{self, Parameters, differing, parameters};
 use crate::sketch::{kind, sketch};
 use crate::study::{Run, Study};
 use crate::{figures, runs};
@@ -19,13 +19,13 @@ const SCRIPT: Part = Part { style: "", script: include_str!("report.js") };
 impl Study {
     /// The page.
     pub fn html(&self) -> String {
-        let asked: Vec<Asked> = self.runs.iter().map(|run| Asked::of(&run.scenario)).collect();
+        let asked: Vec<Parameters> = self.runs.iter().map(|run| Parameters::of(&run.scenario)).collect();
         let differing = differing(&asked);
         let sketches: Vec<String> = self.runs.iter().map(|run| sketch(&run.scenario)).collect();
         let what = match (sketches.first(), asked.first()) {
             (Some(sketch), Some(first)) => format!(
                 "<div class=\"model\">{sketch}{}</div>\n{}<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
-                asked::main(first, &differing),
+                parameter_table::main(first, &differing),
                 self.other_models(&sketches),
                 if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" },
                 parameters(first, &differing)
@@ -87,7 +87,7 @@ impl Study {
         out += &format!(
             "<p class=\"soft\">{}, {}, {}.</p>\n</header>\n",
             counted(self.runs.len() as u64, "run"),
-            counted(count(|run| run.seen.rupture_count), "rupture"),
+            counted(count(|run| run.collected.rupture_count), "rupture"),
             counted(self.figures.len() as u64, "figure")
         );
         out

@@ -8,11 +8,11 @@ use asperity_numbers::{Summary, front_speed_m_per_s};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::asked::{self, Asked};
 use crate::claims::{beside, link};
 use crate::figures::{Figure, is_beside_one};
 use crate::html::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
-use crate::seen::SeenRupture;
+use crate::page_collector::CollectedRupture;
+use crate::parameter_table::{self, Parameters};
 use crate::study::{Link, Run};
 use crate::symbols::{number, plain, round, rounded, symbol};
 
@@ -61,7 +61,7 @@ type RuptureRow = (u64, u64, Option<u64>, u32, u32, u32, u8, u8, f64, Option<f64
 /// The script element of a run: attributes and content.
 pub(crate) fn data(run: &Run) -> (String, String) {
     let digits = |value: f64| round(value, 6);
-    let row = |seen: &SeenRupture| -> RuptureRow {
+    let row = |seen: &CollectedRupture| -> RuptureRow {
         let rupture = &seen.rupture;
         (
             rupture.rupture,
@@ -87,11 +87,11 @@ pub(crate) fn data(run: &Run) -> (String, String) {
         lacks: run.lacks.as_deref(),
         c: run.summary.wave_speed_m_per_s,
         lines: [("μ_s", friction.static_coefficient), ("μ_d", friction.dynamic_coefficient)],
-        at: run.seen.curve.iter().map(|point| point.0).collect(),
-        load: run.seen.curve.iter().map(|point| digits(point.1)).collect(),
-        ruptures: run.seen.ruptures.iter().map(row).collect(),
-        events: &run.seen.events,
-        total: [run.seen.rupture_count, run.seen.event_count],
+        at: run.collected.curve.iter().map(|point| point.0).collect(),
+        load: run.collected.curve.iter().map(|point| digits(point.1)).collect(),
+        ruptures: run.collected.ruptures.iter().map(row).collect(),
+        events: &run.collected.events,
+        total: [run.collected.rupture_count, run.collected.event_count],
     };
     (format!(" class=\"run\" data-run=\"{}\"", text(&run.name)), json(&known))
 }
@@ -99,16 +99,16 @@ pub(crate) fn data(run: &Run) -> (String, String) {
 /// The last step that went by.
 fn last_step(run: &Run) -> u64 {
     let simulated = (run.summary.simulated_s / run.header.time_step_s).round() as u64;
-    let curve = run.seen.curve.last().map_or(0, |point| point.0);
+    let curve = run.collected.curve.last().map_or(0, |point| point.0);
     // In a log that breaks off, events may come after the last record.
     let ruptures =
-        run.seen.ruptures.iter().map(|seen| seen.rupture.end_step.unwrap_or(seen.rupture.onset_step));
-    let events = run.seen.events.iter().map(|event| event.1.unwrap_or(event.0));
+        run.collected.ruptures.iter().map(|seen| seen.rupture.end_step.unwrap_or(seen.rupture.onset_step));
+    let events = run.collected.events.iter().map(|event| event.1.unwrap_or(event.0));
     ruptures.chain(events).fold(simulated.max(curve), u64::max)
 }
 
 /// What a rupture is: its number and its word.
-fn kind(seen: &SeenRupture) -> (u8, &'static str) {
+fn kind(seen: &CollectedRupture) -> (u8, &'static str) {
     if seen.rupture.reached_every_block {
         (2, "global slip")
     } else if seen.is_precursor {
@@ -119,14 +119,14 @@ fn kind(seen: &SeenRupture) -> (u8, &'static str) {
 }
 
 /// The table of runs: their numbers, and where they differ.
-pub(crate) fn table_of(runs: &[Run], asked: &[Asked], differing: &[&'static Key]) -> String {
+pub(crate) fn table_of(runs: &[Run], asked: &[Parameters], differing: &[&'static Key]) -> String {
     if runs.len() < 2 {
         return String::new();
     }
     let shown = &differing[..differing.len().min(KEYS_SHOWN)];
     let mut headings: Vec<String> = vec!["run".to_owned()];
     headings.extend(shown.iter().map(|key| {
-        let unit = asked::unit(key);
+        let unit = parameter_table::unit(key);
         let name = if key.symbol.is_empty() { key.path.to_owned() } else { plain(key.symbol) };
         let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
         format!("#{name}{unit}")
@@ -136,7 +136,7 @@ pub(crate) fn table_of(runs: &[Run], asked: &[Asked], differing: &[&'static Key]
         let mut cells = vec![Cell::Html(link(&run.name))];
         cells.extend(shown.iter().map(|key| match asked.get(key.path) {
             Some(toml::Value::Float(value)) => Cell::Value(*value, rounded(*value, 6)),
-            Some(other) => asked::cell(other),
+            Some(other) => parameter_table::cell(other),
             None => Cell::None,
         }));
         cells.extend(NUMBERS.iter().map(|(key, _)| number_of(&run.summary, key)));
@@ -222,7 +222,7 @@ pub(crate) fn pair(runs: &[Run]) -> String {
 /// What there is to say of each run.
 pub(crate) fn details(
     runs: &[Run],
-    asked: &[Asked],
+    asked: &[Parameters],
     differing: &[&'static Key],
     claims: &[Claim],
     figures: &[Figure],
@@ -246,7 +246,7 @@ pub(crate) fn details(
                     "" => format!("<code>{}</code>", text(key.path)),
                     written => symbol(written),
                 };
-                Some(format!("{name} = {value} {}", asked::unit(key)).trim_end().to_owned())
+                Some(format!("{name} = {value} {}", parameter_table::unit(key)).trim_end().to_owned())
             });
             body += &format!("<p>{}</p>\n", told.collect::<Vec<_>>().join("; "));
         }
@@ -293,7 +293,7 @@ fn in_short(summary: &Summary) -> String {
 
 /// The widest ruptures in words, for those without scripts and for print.
 fn widest(run: &Run) -> String {
-    let mut widest: Vec<&SeenRupture> = run.seen.ruptures.iter().collect();
+    let mut widest: Vec<&CollectedRupture> = run.collected.ruptures.iter().collect();
     widest.sort_by_key(|seen| std::cmp::Reverse(seen.rupture.reach().count()));
     widest.truncate(LISTED);
     if widest.is_empty() {
@@ -320,7 +320,7 @@ fn widest(run: &Run) -> String {
     });
     let headings =
         ["#rupture", "kind", "#onset (s)", "blocks", "#F_T/F_N", "#drop (10⁻³)", "#v/c", "#mean slip (µm)"];
-    let caption = match run.seen.rupture_count {
+    let caption = match run.collected.rupture_count {
         count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
         _ => "Its ruptures, the widest first".to_owned(),
     };

@@ -6,7 +6,7 @@ use asperity_numbers::claim::Claim;
 use asperity_record::RunHeader;
 
 use crate::figures::Figure;
-use crate::seen::Seen;
+use crate::page_collector::Collected;
 
 /// A run or several, with the figures and claims that are made of them.
 #[derive(Debug, Clone)]
@@ -37,7 +37,7 @@ pub struct Run {
     /// Its numbers.
     pub summary: Summary,
     /// What went by.
-    pub seen: Seen,
+    pub collected: Collected,
     /// What is missing of it, if its log does not hold all of it.
     pub lacks: Option<String>,
     /// Its log and its tables.

@@ -7,12 +7,12 @@ use asperity_model::keys::{KEYS, Key};
 use asperity_numbers::claim::Claim;
 use asperity_record::Cell as Stored;
 
-use crate::asked::{Asked, main as main_of, parameters};
 use crate::claims;
 use crate::figures::{Figure, figures};
 use crate::html::Document;
 use crate::html::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
 use crate::page::STYLE;
+use crate::parameter_table::{Parameters, main as main_of, parameters};
 use crate::runs::links;
 use crate::sketch::sketch;
 use crate::study::Link;
@@ -54,7 +54,7 @@ impl Sweep {
         let varied: Vec<&'static Key> =
             self.varied.iter().filter_map(|(path, _)| KEYS.iter().find(|key| key.path == path)).collect();
         let asked = self.scenario.as_ref().map_or(String::new(), |scenario| {
-            let asked = Asked::of(scenario);
+            let asked = Parameters::of(scenario);
             format!(
                 "<div class=\"model\">{}{}</div>\n<details><summary>Parameters that all runs share</summary>\n<div class=\"wide\">{}</div></details>\n",
                 sketch(scenario),

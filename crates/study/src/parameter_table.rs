@@ -2,8 +2,8 @@
 
 use asperity_numbers::Number;
 use asperity_numbers::claim::Cells;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 use asperity_tables::{Frame, tables};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -36,8 +36,10 @@ pub struct StudyRow {
 
 impl Study {
     /// What it reads of each of its runs.
-    pub fn wants(&self) -> Wants {
-        self.measures.iter().fold(Wants::NOTHING, |wants, measure| wants | measure.wants())
+    pub fn required_data(&self) -> RequiredData {
+        self.measures
+            .iter()
+            .fold(RequiredData::NOTHING, |required, measure| required | measure.required_data())
     }
 
     /// The row of a run.

@@ -7,7 +7,7 @@ use asperity_figures::draw::{Figures, files_of};
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
-use asperity_numbers::wants::Wants;
+use asperity_numbers::required_data::RequiredData;
 use asperity_report::{Contents, Shown};
 use asperity_tables::tables::FirstGlobalSlip;
 use asperity_tables::{summaries, table_file, tables};
@@ -218,21 +218,21 @@ impl Pipeline {
     }
 
     /// What tables, figures, studies and claims read of a run.
-    pub(crate) fn wants(&self, run: &str) -> Wants {
-        let mut wants = self.figure.wants(run);
+    pub(crate) fn required_data(&self, run: &str) -> RequiredData {
+        let mut required = self.figure.required_data(run);
         for spec in self.precursors.iter().filter(|spec| spec.run == run) {
-            wants |= spec.rules.wants();
+            required |= spec.rules.required_data();
         }
         if self.first_global_slips.iter().any(|name| name == run) {
-            wants |= FirstGlobalSlip::WANTS;
+            required |= FirstGlobalSlip::REQUIRED_DATA;
         }
         for study in self.study.iter().filter(|study| study.runs.iter().any(|name| name == run)) {
-            wants |= study.wants();
+            required |= study.required_data();
         }
         for claim in self.claim.iter().filter(|claim| claim.runs().any(|name| name == run)) {
-            wants |= claim.wants();
+            required |= claim.required_data();
         }
-        wants
+        required
     }
 }
 

@@ -15,11 +15,11 @@ use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::claims::{self, Measured};
 use asperity_numbers::precursors::PrecursorRules;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Collector, NodeField};
-use asperity_numbers::wants::Wants;
 use asperity_numbers::{RupturesFrom, Summary};
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
-use asperity_report::{Gather, Limits, Run, Seen, Shown, Study as Page};
+use asperity_report::{Collected, Limits, PageCollector, Run, Shown, Study as Page};
 use asperity_tables::load_table::LoadTable;
 use asperity_tables::tables::{FirstGlobalSlip, ResidualRow};
 use asperity_tables::{Frame, TableFileError, summaries, table_file, tables};
@@ -108,7 +108,7 @@ struct Passed {
     scenario: Scenario,
     summary: Summary,
     /// What the page shows of it.
-    seen: Seen,
+    collected: Collected,
     residuals: Vec<ResidualRow>,
     first_global_slip: Option<FirstGlobalSlip>,
     /// One for each study that the run is in, by the study's place in the pipeline.
@@ -120,7 +120,7 @@ struct Passed {
 pub struct Passing {
     collector: Collector,
     loads: LoadTable,
-    page: Gather,
+    page: PageCollector,
     /// The first failure to write the load table.
     written: Result<(), TableFileError>,
 }
@@ -177,8 +177,8 @@ impl<'a> Reduction<'a> {
     }
 
     /// What it reads of a run.
-    fn wants(&self, run: &str) -> Wants {
-        self.pipeline.wants(run)
+    fn required_data(&self, run: &str) -> RequiredData {
+        self.pipeline.required_data(run)
     }
 
     /// A run is about to go by, while it is made or out of its log.
@@ -186,10 +186,10 @@ impl<'a> Reduction<'a> {
     /// # Errors
     /// If a table cannot be written.
     pub fn passing(&self, run: &str, header: RunHeader, scenario: Scenario) -> Result<Passing, StudyError> {
-        let collector = Collector::new(run, header, scenario, self.wants(run));
+        let collector = Collector::new(run, header, scenario, self.required_data(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
-        let page = Gather::new(collector.steps(), Limits::of_runs(self.pipeline.runs.len()));
+        let page = PageCollector::new(collector.steps(), Limits::of_runs(self.pipeline.runs.len()));
         Ok(Passing { collector, loads, page, written: Ok(()) })
     }
 
@@ -240,7 +240,7 @@ impl<'a> Reduction<'a> {
             measured: Measured::of(&self.pipeline.claim, &run),
             header: run.header.clone(),
             scenario: run.scenario.clone(),
-            seen: page.finish(),
+            collected: page.finish(),
         };
         self.figures.run(&run, &self.files)?;
         self.passed.lock().expect("whoever adds a run does not panic").insert(run.name.clone(), stays);
@@ -319,7 +319,7 @@ impl<'a> Reduction<'a> {
             header: run.header,
             scenario: run.scenario,
             summary: run.summary,
-            seen: run.seen,
+            collected: run.collected,
             lacks: None,
             links: Vec::new(),
         });

@@ -4,8 +4,8 @@ use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claim::Cells;
 use asperity_numbers::curves::{PrecursorPoint, Residuals, precursor_points, residuals, rupture_points};
 use asperity_numbers::precursors::{self, PrecursorRules};
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent};
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
@@ -220,7 +220,7 @@ pub struct FirstGlobalSlip {
 
 impl FirstGlobalSlip {
     /// What it reads of a run.
-    pub const WANTS: Wants = Wants::LOADS;
+    pub const REQUIRED_DATA: RequiredData = RequiredData::LOADS;
 
     /// That of a run.
     ///

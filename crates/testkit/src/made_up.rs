@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_numbers::RupturesFrom;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Collector, RunData};
 use asperity_numbers::states::States;
-use asperity_numbers::wants::Wants;
 use asperity_record::{
     Arrival, Direction, Event, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent, StepRecord,
     Switch,
@@ -74,7 +74,7 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
         steps: plan.steps,
         scales: None,
     };
-    let mut collector = Collector::new("test", header, scenario.clone(), Wants::all());
+    let mut collector = Collector::new("test", header, scenario.clone(), RequiredData::all());
     steps.iter().for_each(|step| collector.record(&Record::Step(step.clone())));
     slips.into_iter().for_each(|slip| collector.event(&Event::new(slip)));
     collector.finish(RupturesFrom::None, None)

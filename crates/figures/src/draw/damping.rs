@@ -2,8 +2,8 @@
 //! over-damped, simulated and after (5.28) (Figure 5.5).
 
 use asperity_numbers::curves::ring_down;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
 use super::plot::{Axis, Corner, Panel, Sheet};
@@ -21,8 +21,8 @@ const MARKS: usize = 40;
 impl Figure for Damping {
     of_runs_in!(series, Vec<(f64, f64, f64)>);
 
-    fn wants(&self) -> Wants {
-        Wants::WINDOWS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::WINDOWS
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {

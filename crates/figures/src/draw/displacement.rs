@@ -1,7 +1,7 @@
 //! Displacement of chosen blocks against time (Figure 6.7).
 
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, keys, of_one_run};
 use super::plot::{Axis, Corner, Panel, Series, Sheet, nth};
@@ -16,8 +16,8 @@ keys! {
 impl Figure for Displacement {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants { displacements_of: self.blocks.iter().copied().collect(), ..Wants::NOTHING }
+    fn required_data(&self) -> RequiredData {
+        RequiredData { displacements_of: self.blocks.iter().copied().collect(), ..RequiredData::NOTHING }
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

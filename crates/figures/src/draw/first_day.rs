@@ -107,7 +107,7 @@ fn runs() -> Vec<RunData> {
 
 /// The page of a figure all of whose runs are this one.
 fn drawn(figure: &dyn AnyFigure, run: &RunData) -> Result<(), String> {
-    let run = RunData { kept: figure.wants(), ..run.clone() };
+    let run = RunData { kept: figure.required_data(), ..run.clone() };
     let part = |name: &str| Ok((name.to_owned(), figure.part(&run)?));
     let parts = figure.runs().into_iter().map(part).collect::<Result<_, String>>()?;
     figure.sheet(parts)?.page(Some("foot")).map(drop)

@@ -1,8 +1,8 @@
 //! `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
 
 use asperity_numbers::curves::pull_ratio;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, keys, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Panel, RED, Series, Sheet};
@@ -19,8 +19,8 @@ keys! {
 impl Figure for Forces {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants::LOADS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::LOADS
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

@@ -1,8 +1,8 @@
 //! `tau_n / p_n` along the slider after a precursor (Figure 5.6).
 
 use asperity_numbers::curves::front_profile;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, coefficient_lines, keys, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Panel, Series, Sheet};
@@ -17,8 +17,8 @@ keys! {
 impl Figure for Front {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants::LOADS | Wants::STATES
+    fn required_data(&self) -> RequiredData {
+        RequiredData::LOADS | RequiredData::STATES
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use asperity_model::front::{Front, relative_prestress};
 use asperity_numbers::fronts::crossing_s;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_numbers::states::States;
-use asperity_numbers::wants::Wants;
 use asperity_record::{Arrival, Rupture};
 
 use super::kind::{Figure, keys, of_one_run};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
+use super::rupture_selector::{RuptureSelector, picked};
 use super::scale::Scale;
-use super::which::{Which, picked};
 
 keys! {
     FrontProfile: file, run, title;
@@ -21,7 +21,7 @@ keys! {
     /// The number of the rupture, as in its table.
     rupture: Option<u64>,
     /// The rupture, where `rupture` gives no number; if absent the first global slip, or else the widest.
-    which: Option<Which>,
+    which: Option<RuptureSelector>,
     /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown. If absent, nineteen
     /// of twenty are.
     to_speed: Option<f64>,
@@ -30,8 +30,8 @@ keys! {
 impl Figure for FrontProfile {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants::fronts()
+    fn required_data(&self) -> RequiredData {
+        RequiredData::fronts()
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
@@ -42,7 +42,7 @@ impl Figure for FrontProfile {
 impl FrontProfile {
     fn paper(&self, run: &RunData) -> Result<Paper, String> {
         let has_global = run.ruptures.iter().flatten().any(|rupture| rupture.reached_every_block);
-        let natural = if has_global { Which::FirstGlobalSlip } else { Which::Widest };
+        let natural = if has_global { RuptureSelector::FirstGlobalSlip } else { RuptureSelector::Widest };
         let rupture = picked(run, self.rupture, Some(self.which.unwrap_or(natural)))?
             .ok_or_else(|| format!("run {} has no ruptures", run.name))?;
         let c_m_per_s = run.plan.spacing_m / crossing_s(run);

@@ -1,8 +1,8 @@
 //! How fast fronts ran, over the stress that they found on their way.
 
 use asperity_numbers::fronts::{ACROSS, over_stress};
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
 use super::of_study::paper::{Item, Paper, Sample};
@@ -45,8 +45,8 @@ pub(crate) struct Part {
 impl Figure for FrontStress {
     of_runs_in!(series, Part);
 
-    fn wants(&self) -> Wants {
-        Wants::fronts()
+    fn required_data(&self) -> RequiredData {
+        RequiredData::fronts()
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {

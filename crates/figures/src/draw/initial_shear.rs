@@ -1,7 +1,7 @@
 //! Initial shear profiles: as set up, and as (5.50) asks (Figure 5.7); of slabs what their load leaves.
 
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
 use super::plot::{Axis, Corner, Panel, Sheet};
@@ -27,8 +27,8 @@ pub(crate) struct Part {
 impl Figure for InitialShear {
     of_runs_in!(series, Part);
 
-    fn wants(&self) -> Wants {
-        Wants::STATES
+    fn required_data(&self) -> RequiredData {
+        RequiredData::STATES
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {

@@ -3,8 +3,8 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -28,8 +28,8 @@ pub(super) trait Figure: Sync {
     }
 
     /// What it reads of a run beside slip events, ruptures and switches.
-    fn wants(&self) -> Wants {
-        Wants::NOTHING
+    fn required_data(&self) -> RequiredData {
+        RequiredData::NOTHING
     }
 
     /// Its part of a run; in words, what the run lacks.
@@ -46,7 +46,7 @@ pub(super) type Parts<P> = BTreeMap<String, P>;
 pub(super) trait AnyFigure: Sync {
     fn file(&self) -> &str;
     fn runs(&self) -> Vec<&str>;
-    fn wants(&self) -> Wants;
+    fn required_data(&self) -> RequiredData;
     fn part(&self, run: &RunData) -> Result<AnyPart, String>;
     fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String>;
 }
@@ -63,8 +63,8 @@ impl<F: Figure> AnyFigure for F {
         Figure::runs(self)
     }
 
-    fn wants(&self) -> Wants {
-        Figure::wants(self)
+    fn required_data(&self) -> RequiredData {
+        Figure::required_data(self)
     }
 
     fn part(&self, run: &RunData) -> Result<AnyPart, String> {

@@ -6,8 +6,8 @@
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_numbers::precursors;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Labelled, Parts, of_runs_in, with_pens};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet};
@@ -35,8 +35,8 @@ impl Figure for Lengths {
         Lengths::is_of_runs(self)
     }
 
-    fn wants(&self) -> Wants {
-        Wants::LOADS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::LOADS
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {

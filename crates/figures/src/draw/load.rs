@@ -5,8 +5,8 @@
 use std::collections::BTreeSet;
 
 use asperity_model::analytic::LoadCurve;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, coefficient_lines, keys, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
@@ -32,8 +32,8 @@ impl Load {
 impl Figure for Load {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants::LOADS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::LOADS
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

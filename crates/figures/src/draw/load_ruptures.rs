@@ -1,13 +1,13 @@
 //! The load curve with its ruptures, which have their numbers.
 
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, keys, of_one_run};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{BLUE, Dash, INK, Marker, RED, Sheet};
+use super::rupture_selector::{Clock, Sort, sorted};
 use super::scale::Scale;
-use super::which::{Clock, Sort, sorted};
 
 keys! {
     LoadRuptures: file, run, title;
@@ -21,8 +21,8 @@ keys! {
 impl Figure for LoadRuptures {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants::LOADS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::LOADS
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

@@ -1,8 +1,8 @@
 //! Normal load and driving force against time, in one plot (Figures 6.3, 6.14, 6.16, 6.18,
 //! 6.20, 6.22).
 
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, keys, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, Panel, RED, Series, Sheet};
@@ -14,8 +14,8 @@ keys! {
 impl Figure for Loads {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants::LOADS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::LOADS
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

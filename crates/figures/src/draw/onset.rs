@@ -3,8 +3,8 @@
 
 use asperity_model::analytic;
 use asperity_numbers::AFFECTED_THRESHOLD;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Marker, Panel, RED, Series, Sheet};
@@ -32,8 +32,8 @@ const FLOOR: f64 = -4.0;
 impl Figure for Onset {
     of_runs_in!(panel, Panel);
 
-    fn wants(&self) -> Wants {
-        Wants::STATES
+    fn required_data(&self) -> RequiredData {
+        RequiredData::STATES
     }
 
     /// All but its title.

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use asperity_numbers::distributions::{SizeLaw, TimeLaw};
 use asperity_numbers::fronts::crossing_s;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::full_page::FullPage;
 use super::kind::{Figure, keys, of_one_run};
 use super::plot::Sheet;
+use super::rupture_selector::{Sort, sorted};
 use super::scale::number;
-use super::which::{Sort, sorted};
 use super::{load_ruptures, recurrence, sizes, space_time};
 
 keys! {
@@ -25,8 +25,8 @@ keys! {
 impl Figure for Overview {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants { arrivals: true, windows: true, ..Wants::LOADS }
+    fn required_data(&self) -> RequiredData {
+        RequiredData { arrivals: true, windows: true, ..RequiredData::LOADS }
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

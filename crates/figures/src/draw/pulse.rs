@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use asperity_numbers::fronts;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
 use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
@@ -31,8 +31,8 @@ pub(crate) struct Part {
 impl Figure for Pulse {
     of_runs_in!(series, Part);
 
-    fn wants(&self) -> Wants {
-        Wants::WINDOWS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::WINDOWS
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {

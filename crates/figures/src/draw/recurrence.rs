@@ -8,9 +8,9 @@ use asperity_numbers::run_data::RunData;
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{Dash, Sheet, nth};
+use super::rupture_selector::{Clock, before_first_global_slip, sorted};
 use super::scale::Scale;
 use super::sizes::{band, fit_words, steps, with_error};
-use super::which::{Clock, before_first_global_slip, sorted};
 
 keys! {
     Recurrence: file;

@@ -8,8 +8,8 @@ use asperity_numbers::run_data::RunData;
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{Sheet, nth};
+use super::rupture_selector::{Sort, before_first_global_slip, sorted};
 use super::scale::Scale;
-use super::which::{Sort, before_first_global_slip, sorted};
 
 keys! {
     Sizes: file;

@@ -4,8 +4,8 @@
 //! bilinear between the nodes, and the stress that of an isotropic sheet in plane stress with
 //! Poisson's ratio 1/3.
 
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NodeField, RunData, load_at};
-use asperity_numbers::wants::Wants;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -62,8 +62,8 @@ impl Shown {
 impl Figure for SlabField {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants { nodes_at_s: self.at_s.clone(), ..Wants::LOADS }
+    fn required_data(&self) -> RequiredData {
+        RequiredData { nodes_at_s: self.at_s.clone(), ..RequiredData::LOADS }
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
@@ -154,8 +154,8 @@ impl SlabField {
 #[cfg(test)]
 mod tests {
     use super::{Figure, SlabField};
+    use asperity_numbers::required_data::RequiredData;
     use asperity_numbers::run_data::{NodeField, RunData};
-    use asperity_numbers::wants::Wants;
     use asperity_testkit::made_up;
 
     fn figure(shows: &str) -> SlabField {
@@ -165,7 +165,7 @@ mod tests {
     /// A slab that is strained evenly.
     fn strained(xx: f64, zz: f64, shear: f64) -> RunData {
         let mut run = made_up::slab(&made_up::EVENTS);
-        run.kept = Wants { nodes_at_s: vec![0.0], ..Wants::LOADS };
+        run.kept = RequiredData { nodes_at_s: vec![0.0], ..RequiredData::LOADS };
         let place = |n: usize| n as f64 * run.plan.spacing_m;
         let (x, z): (Vec<f64>, Vec<f64>) = (0..9)
             .map(|node| (place(node % 3), place(node / 3)))

@@ -3,8 +3,8 @@
 //! where fronts need not start at block 1.
 
 use asperity_numbers::curves::growing_slips;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
 use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
@@ -26,8 +26,8 @@ pub(crate) struct Part {
 impl Figure for Slipped {
     of_runs_in!(series, Part);
 
-    fn wants(&self) -> Wants {
-        Wants::LOADS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::LOADS
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {

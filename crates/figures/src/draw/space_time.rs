@@ -7,8 +7,8 @@
 
 use std::collections::BTreeMap;
 
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
-use asperity_numbers::wants::Wants;
 use asperity_record::{Arrival, Rupture, WindowRecord};
 use plotters::prelude::RGBColor;
 
@@ -16,8 +16,8 @@ use super::kind::{Figure, keys, of_one_run};
 use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{Dash, GREEN, INK, Sheet};
+use super::rupture_selector::{Clock, RuptureSelector, Sort, end_s, picked, sorted};
 use super::scale::Scale;
-use super::which::{Clock, Sort, Which, end_s, picked, sorted};
 
 keys! {
     SpaceTime: file, run, title;
@@ -33,14 +33,14 @@ keys! {
     /// The number of a rupture to zoom to, as in its table.
     rupture: Option<u64>,
     /// The rupture to zoom to, where `rupture` gives no number.
-    which: Option<Which>,
+    which: Option<RuptureSelector>,
 }
 
 impl Figure for SpaceTime {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants { arrivals: true, ..Wants::WINDOWS }
+    fn required_data(&self) -> RequiredData {
+        RequiredData { arrivals: true, ..RequiredData::WINDOWS }
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
@@ -313,7 +313,7 @@ mod tests {
     use super::{Item, Paper, map};
     use crate::draw::of_study::paper::Sample;
     use crate::draw::plot::{BLUE, GREY, INK, RED};
-    use crate::draw::which::{Which, picked};
+    use crate::draw::rupture_selector::{RuptureSelector, picked};
     use asperity_numbers::run_data::RunData;
     use asperity_testkit::made_up;
 
@@ -400,7 +400,11 @@ mod tests {
     fn a_rupture_is_found_by_its_number_or_kind() {
         let run = run();
         let number = |which| picked(&run, None, Some(which)).unwrap().unwrap().rupture;
-        assert_eq!([Which::LongestPrecursor, Which::FirstGlobalSlip, Which::Widest].map(number), [0, 2, 2]);
+        assert_eq!(
+            [RuptureSelector::LongestPrecursor, RuptureSelector::FirstGlobalSlip, RuptureSelector::Widest]
+                .map(number),
+            [0, 2, 2]
+        );
         let zoom = picked(&run, Some(0), None).unwrap();
         let paper = map(&run, zoom, [None, None], [None, None]).unwrap();
         assert_eq!(cells(&paper).len(), 2);

@@ -2,8 +2,8 @@
 //! normal load of the instant.
 
 use asperity_numbers::curves::pull_ratio;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
-use asperity_numbers::wants::Wants;
 use asperity_record::FieldRecord;
 
 use super::kind::{Figure, keys, of_one_run};
@@ -19,8 +19,8 @@ keys! {
 impl Figure for Stress {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants { states_near_s: self.at_s.clone(), ..Wants::LOADS }
+    fn required_data(&self) -> RequiredData {
+        RequiredData { states_near_s: self.at_s.clone(), ..RequiredData::LOADS }
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
@@ -108,7 +108,7 @@ fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool)
 #[cfg(test)]
 mod tests {
     use super::{Figure, Sheet, Stress};
-    use asperity_numbers::wants::Wants;
+    use asperity_numbers::required_data::RequiredData;
     use asperity_testkit::made_up;
 
     /// The contacts of a slab bear what their state says, whatever they bore at rest.
@@ -117,7 +117,7 @@ mod tests {
         let figure: Stress = toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0]").unwrap();
         let mut run = made_up::slab(&made_up::EVENTS);
         let state = run.states.first().unwrap().clone();
-        run.kept = Wants { states_near_s: vec![0.0], ..Wants::LOADS };
+        run.kept = RequiredData { states_near_s: vec![0.0], ..RequiredData::LOADS };
         made_up::with_states(&mut run, &[state]);
         let Sheet::Single(panel) = figure.part(&run).unwrap() else { panic!("one panel") };
         let heights = |n: usize| panel.series[n].points.iter().map(|point| point.1).collect::<Vec<f64>>();

@@ -6,8 +6,8 @@
 //! drive has added meanwhile.
 
 use asperity_numbers::precursors::one_by_one;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 use asperity_record::FieldRecord;
 
 use super::kind::{Figure, keys, of_one_run};
@@ -34,8 +34,8 @@ fn one() -> u32 {
 impl Figure for StressSequence {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants { states: true, precursor_onsets: true, ..Wants::LOADS }
+    fn required_data(&self) -> RequiredData {
+        RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS }
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
@@ -111,7 +111,7 @@ mod tests {
     use asperity_record::FieldRecord;
 
     use super::{Item, StressSequence};
-    use asperity_numbers::wants::Wants;
+    use asperity_numbers::required_data::RequiredData;
     use asperity_testkit::made_up::{self, EVENTS};
 
     fn figure(toml: &str) -> StressSequence {
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn each_precursor_has_the_state_at_its_onset_and_at_its_end() {
         let mut run = made_up::run("", &EVENTS);
-        run.kept = Wants { states: true, precursor_onsets: true, ..Wants::LOADS };
+        run.kept = RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS };
         let state = |step: u64| FieldRecord {
             step,
             time_s: run.plan.grid.time_s(step),

@@ -1,8 +1,8 @@
 //! One number per run against a parameter that the runs differ in.
 
 use asperity_numbers::Number;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
 use super::plot::{Axis, Corner, Panel, Pen, Sheet};
@@ -35,8 +35,8 @@ fn one() -> f64 {
 impl Figure for StudyFigure {
     of_runs_in!(series, (f64, Option<f64>));
 
-    fn wants(&self) -> Wants {
-        self.measure.wants()
+    fn required_data(&self) -> RequiredData {
+        self.measure.required_data()
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {

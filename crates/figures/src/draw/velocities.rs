@@ -2,8 +2,8 @@
 //! sliding blocks beneath (Figures A.1, A.2).
 
 use asperity_numbers::curves::event_in_window;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_numbers::wants::Wants;
 
 use super::kind::{Figure, keys, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Panel, Series, Sheet, nth};
@@ -22,8 +22,8 @@ const AFTER: f64 = 0.12;
 impl Figure for Velocities {
     of_one_run!();
 
-    fn wants(&self) -> Wants {
-        Wants::WINDOWS
+    fn required_data(&self) -> RequiredData {
+        RequiredData::WINDOWS
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

@@ -9,7 +9,7 @@ use asperity_runlog::Topics;
 /// What tables, figures and numbers want of a run beside its summary, slip events, ruptures and what
 /// became of each block, which are always kept.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Wants {
+pub struct RequiredData {
     /// The loads at every step record.
     pub loads: bool,
     /// The states of all blocks that something is measured in: the first one, that at the first
@@ -32,20 +32,20 @@ pub struct Wants {
     pub precursor_onsets: bool,
 }
 
-impl Wants {
+impl RequiredData {
     /// Nothing more.
-    pub const NOTHING: Wants = Wants::these(false, false, false, false);
+    pub const NOTHING: RequiredData = RequiredData::these(false, false, false, false);
     /// The loads.
-    pub const LOADS: Wants = Wants::these(true, false, false, false);
+    pub const LOADS: RequiredData = RequiredData::these(true, false, false, false);
     /// The states.
-    pub const STATES: Wants = Wants::these(false, true, false, false);
+    pub const STATES: RequiredData = RequiredData::these(false, true, false, false);
     /// The dense windows.
-    pub const WINDOWS: Wants = Wants::these(false, false, true, false);
+    pub const WINDOWS: RequiredData = RequiredData::these(false, false, true, false);
     /// The detachments.
-    pub const DETACHMENTS: Wants = Wants::these(false, false, false, true);
+    pub const DETACHMENTS: RequiredData = RequiredData::these(false, false, false, true);
 
-    const fn these(loads: bool, states: bool, windows: bool, detachments: bool) -> Wants {
-        Wants {
+    const fn these(loads: bool, states: bool, windows: bool, detachments: bool) -> RequiredData {
+        RequiredData {
             loads,
             states,
             states_near_s: Vec::new(),
@@ -59,13 +59,13 @@ impl Wants {
     }
 
     /// How fronts passed, and the states that they found.
-    pub fn fronts() -> Wants {
-        Wants { arrivals: true, precursor_onsets: true, ..Wants::LOADS | Wants::STATES }
+    pub fn fronts() -> RequiredData {
+        RequiredData { arrivals: true, precursor_onsets: true, ..RequiredData::LOADS | RequiredData::STATES }
     }
 
     /// All that numbers can be taken of.
-    pub fn all() -> Wants {
-        Wants::fronts() | Wants::WINDOWS | Wants::DETACHMENTS
+    pub fn all() -> RequiredData {
+        RequiredData::fronts() | RequiredData::WINDOWS | RequiredData::DETACHMENTS
     }
 
     /// Whether it needs states of all blocks to be read.
@@ -79,8 +79,8 @@ impl Wants {
     }
 }
 
-impl BitOrAssign for Wants {
-    fn bitor_assign(&mut self, other: Wants) {
+impl BitOrAssign for RequiredData {
+    fn bitor_assign(&mut self, other: RequiredData) {
         self.loads |= other.loads;
         self.states |= other.states;
         self.windows |= other.windows;
@@ -93,10 +93,10 @@ impl BitOrAssign for Wants {
     }
 }
 
-impl BitOr for Wants {
-    type Output = Wants;
+impl BitOr for RequiredData {
+    type Output = RequiredData;
 
-    fn bitor(mut self, other: Wants) -> Wants {
+    fn bitor(mut self, other: RequiredData) -> RequiredData {
         self |= other;
         self
     }
@@ -104,15 +104,15 @@ impl BitOr for Wants {
 
 #[cfg(test)]
 mod tests {
-    use super::Wants;
+    use super::RequiredData;
 
     #[test]
     fn what_two_want_is_what_both_want() {
-        let near = Wants { states_near_s: vec![0.5], ..Wants::default() };
-        let both = Wants::LOADS | near;
+        let near = RequiredData { states_near_s: vec![0.5], ..RequiredData::default() };
+        let both = RequiredData::LOADS | near;
         assert!(both.loads && !both.states && both.states_near_s == [0.5]);
         // States are decoded for whatever is made of them, and windows only where they are shown.
         assert!(both.topics().fields && !both.topics().windows);
-        assert!(!Wants::LOADS.topics().fields && Wants::all().topics().windows);
+        assert!(!RequiredData::LOADS.topics().fields && RequiredData::all().topics().windows);
     }
 }

@@ -2,10 +2,10 @@
 
 use asperity_model::analytic::LengthLaw;
 
-use crate::beside_theory::largest;
 use crate::curves::{PrecursorPoint, precursor_points};
 use crate::precursors::{self, Precursor};
 use crate::run_data::{Load, RunEvents};
+use crate::theory_residuals::largest;
 
 /// One side of the step from which on the drive is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,14 +9,14 @@ use crate::html::markup::{Cell, Row, table, text};
 use crate::symbols::{number, rounded, symbol};
 
 /// The keys of a scenario with their values, in the order of the key table.
-pub(crate) struct Asked(Vec<(&'static Key, Value)>);
+pub(crate) struct Parameters(Vec<(&'static Key, Value)>);
 
 /// Keys of a name, which no parameter is.
 const NAMES: [&str; 2] = ["name", "summary"];
 
-impl Asked {
+impl Parameters {
     /// Of a scenario; what the friction law has no use for is not among them.
-    pub(crate) fn of(scenario: &Scenario) -> Asked {
+    pub(crate) fn of(scenario: &Scenario) -> Parameters {
         let toml: Table = toml::from_str(&scenario.to_commented_toml())
             .expect("a scenario is written as the TOML that it is read from");
         let value = |key: &Key| {
@@ -25,7 +25,7 @@ impl Asked {
             parts.try_fold(first, |value, part| value.get(part)).cloned()
         };
         let keys = KEYS.iter().filter(|key| !NAMES.contains(&key.path));
-        Asked(keys.filter_map(|key| Some((key, value(key)?))).collect())
+        Parameters(keys.filter_map(|key| Some((key, value(key)?))).collect())
     }
 
     /// Whether a key speaks of what another one leaves out.
@@ -50,14 +50,14 @@ impl Asked {
 }
 
 /// The keys in which scenarios differ.
-pub(crate) fn differing(all: &[Asked]) -> Vec<&'static Key> {
+pub(crate) fn differing(all: &[Parameters]) -> Vec<&'static Key> {
     let differs = |key: &&Key| all.windows(2).any(|pair| pair[0].get(key.path) != pair[1].get(key.path));
     KEYS.iter().filter(|key| !NAMES.contains(&key.path)).filter(differs).collect()
 }
 
 /// The parameters that are the same in all scenarios, as a table. Those that nobody asked for and that
 /// do nothing are left out.
-pub(crate) fn parameters(first: &Asked, differing: &[&'static Key]) -> String {
+pub(crate) fn parameters(first: &Parameters, differing: &[&'static Key]) -> String {
     let same = first.0.iter().filter(|(key, value)| {
         !differing.iter().any(|other| other.path == key.path) && !does_nothing(value) && !first.is_idle(key)
     });
@@ -95,7 +95,7 @@ const MAIN: [&str; 16] = [
 
 /// The parameters that describe the model, in short; those that do nothing are left out, and of those
 /// that runs differ in it says so.
-pub(crate) fn main(first: &Asked, differing: &[&'static Key]) -> String {
+pub(crate) fn main(first: &Parameters, differing: &[&'static Key]) -> String {
     let row = |path: &&str| {
         let key = KEYS.iter().find(|key| key.path == *path)?;
         let value = first.get(path)?;
@@ -149,11 +149,11 @@ fn does_nothing(value: &Value) -> bool {
 mod tests {
     use asperity_model::resolve;
 
-    use super::{Asked, differing, parameters};
+    use super::{Parameters, differing, parameters};
 
     #[test]
     fn what_differs_is_told_apart_from_what_is_the_same() {
-        let of = |set: &[&str]| Asked::of(&resolve("default", set).unwrap());
+        let of = |set: &[&str]| Parameters::of(&resolve("default", set).unwrap());
         let all = [of(&[]), of(&["friction.static_coefficient=0.9", "slider.blocks=50"])];
         let keys = differing(&all);
         assert_eq!(

@@ -2,7 +2,7 @@
 
 use asperity_record::{Event, Observer, Record, Rupture, SlipEvent};
 
-use crate::thin::{Curve, Widest};
+use crate::downsample::{Curve, Widest};
 
 /// How much of a run a page holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +36,7 @@ impl Limits {
 
 /// A rupture, as far as the page shows it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SeenRupture {
+pub struct CollectedRupture {
     /// The rupture.
     pub rupture: Rupture,
     /// Whether it is a precursor.
@@ -45,11 +45,11 @@ pub struct SeenRupture {
 
 /// What a page holds of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct Collected {
     /// Step and `F_T / F_N`.
     pub curve: Vec<(u64, f64)>,
     /// Its ruptures by their onsets.
-    pub ruptures: Vec<SeenRupture>,
+    pub ruptures: Vec<CollectedRupture>,
     /// How many there were.
     pub rupture_count: u64,
     /// Its slip events, in order: onset, end, first and last block.
@@ -60,13 +60,13 @@ pub struct Seen {
 
 /// Sees a run go by.
 #[derive(Debug, Clone)]
-pub struct Gather {
+pub struct PageCollector {
     curve: Curve,
-    ruptures: Widest<SeenRupture>,
+    ruptures: Widest<CollectedRupture>,
     events: Widest<(u64, Option<u64>, u32, u32)>,
 }
 
-impl Observer for Gather {
+impl Observer for PageCollector {
     fn record(&mut self, record: &Record) {
         if let Record::Step(record) = record {
             self.step(record.step, record.load_ratio());
@@ -75,7 +75,7 @@ impl Observer for Gather {
 
     fn event(&mut self, event: &Event) {
         if let Some(rupture) = event.get::<Rupture>() {
-            let seen = SeenRupture { rupture: rupture.clone(), is_precursor: false };
+            let seen = CollectedRupture { rupture: rupture.clone(), is_precursor: false };
             self.ruptures.push(rupture.reach().count(), seen, &precursors_stay);
         } else if let Some(slip) = event.get::<SlipEvent>() {
             let row = (slip.onset_step, slip.end_step, slip.first_block, slip.last_block);
@@ -84,10 +84,10 @@ impl Observer for Gather {
     }
 }
 
-impl Gather {
+impl PageCollector {
     /// Collects a run with that many steps.
-    pub fn new(steps: u64, limits: Limits) -> Gather {
-        Gather {
+    pub fn new(steps: u64, limits: Limits) -> PageCollector {
+        PageCollector {
             curve: Curve::new(steps, limits.columns),
             ruptures: Widest::new(limits.ruptures),
             events: Widest::new(limits.ruptures),
@@ -103,7 +103,7 @@ impl Gather {
     }
 
     /// It has gone by.
-    pub fn finish(self) -> Seen {
+    pub fn finish(self) -> Collected {
         let (mut ruptures, rupture_count) = self.ruptures.finish(&precursors_stay);
         ruptures.sort_by_key(|seen| (seen.rupture.onset_step, seen.rupture.rupture));
         let mut farthest = 0;
@@ -112,14 +112,14 @@ impl Gather {
         }
         let (mut events, event_count) = self.events.finish(&|_| {});
         events.sort_unstable();
-        Seen { curve: self.curve.points(), ruptures, rupture_count, events, event_count }
+        Collected { curve: self.curve.points(), ruptures, rupture_count, events, event_count }
     }
 }
 
 /// Whoever reaches farther than all before it is kept, however narrow. One that another began before
 /// and reached as far is none, whatever else there is.
-fn precursors_stay(kept: &mut [(u32, SeenRupture)]) {
-    let mut in_order: Vec<&mut (u32, SeenRupture)> = kept.iter_mut().collect();
+fn precursors_stay(kept: &mut [(u32, CollectedRupture)]) {
+    let mut in_order: Vec<&mut (u32, CollectedRupture)> = kept.iter_mut().collect();
     in_order.sort_by_key(|(_, seen)| (seen.rupture.onset_step, seen.rupture.rupture));
     let mut farthest = 0;
     for (blocks, seen) in in_order {

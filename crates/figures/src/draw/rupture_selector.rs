@@ -12,7 +12,7 @@ use super::plot::{BLUE, GREY, RED};
 /// Which rupture, where no number is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Which {
+pub(super) enum RuptureSelector {
     /// The first that reaches every block.
     FirstGlobalSlip,
     /// The precursor that reaches farthest.
@@ -79,7 +79,7 @@ fn is_among(ruptures: &[&Rupture], rupture: &Rupture) -> bool {
 pub(super) fn picked(
     run: &RunData,
     number: Option<u64>,
-    which: Option<Which>,
+    which: Option<RuptureSelector>,
 ) -> Result<Option<&Rupture>, String> {
     let all = sorted(run)?;
     if let Some(number) = number {
@@ -95,18 +95,18 @@ pub(super) fn picked(
     let of = |sort: Sort| all.iter().filter(move |(_, of)| *of == sort).map(|(rupture, _)| *rupture);
     match which {
         None => Ok(None),
-        Some(Which::FirstGlobalSlip) => match of(Sort::GlobalSlip).next() {
+        Some(RuptureSelector::FirstGlobalSlip) => match of(Sort::GlobalSlip).next() {
             Some(rupture) => Ok(Some(rupture)),
             None => Err(format!("run {} has no global slip", run.name)),
         },
-        Some(Which::Widest) => {
+        Some(RuptureSelector::Widest) => {
             // Of several `max_by_key` would take the last.
             let widest =
                 all.iter().rev().map(|(rupture, _)| *rupture).max_by_key(|rupture| rupture.reach().count());
             widest.map(Some).ok_or_else(|| format!("run {} has no ruptures", run.name))
         }
         // Each reaches farther than all before.
-        Some(Which::LongestPrecursor) => match of(Sort::Precursor).next_back() {
+        Some(RuptureSelector::LongestPrecursor) => match of(Sort::Precursor).next_back() {
             Some(rupture) => Ok(Some(rupture)),
             None => Err(format!("run {} has no precursor", run.name)),
         },

@@ -15,6 +15,7 @@ mod man;
 #[cfg(feature = "analysis")]
 mod named_runs;
 mod outputs;
+mod preview;
 mod progress;
 mod reading;
 mod relative_link;

@@ -12,6 +12,7 @@ use crate::args::RunArguments;
 use crate::exit::{Failure, folder_is_there};
 use crate::interrupt;
 use crate::outputs::refused;
+use crate::preview;
 use crate::progress::Board;
 use crate::summary;
 
@@ -44,6 +45,9 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
         )));
     }
     interrupt::install()?;
+    for (what, words) in preview::lines(&scenario, &scenario.preview()) {
+        board.aside(&format!("{}: {what}: {words}", scenario.name));
+    }
     let header = task.header();
     // Progress, and notes about the physics at the end.
     let mut observers = (

@@ -12,6 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 use asperity_files::{Inputs, is_new_folder};
+use asperity_model::Preview;
 use asperity_run::Notice;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, Word, arrays};
 use asperity_study::plan::FILE;
@@ -31,6 +32,7 @@ use crate::collect;
 use crate::exit::{Code, Failure};
 use crate::interrupt;
 use crate::outputs::{create_folder, refused};
+use crate::preview;
 use crate::progress::{Board, StudyProgress};
 use crate::study::{faults, in_words, outcome_of, read, runs, unreadable};
 use crate::terminal::{self, say};
@@ -65,13 +67,12 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
         PlanError::File(error) => refused("--out", &error, false),
         error => Failure::failed(error),
     })?;
-    let warned: Vec<_> = plan.rows.iter().filter(|row| !row.warnings.is_empty()).collect();
-    for row in warned.iter().take(MOST_WARNED) {
-        let label = plan.label(row.run);
-        row.warnings.iter().for_each(|warning| board.line(&format!("{label}: warning: {warning}")));
-    }
-    if warned.len() > MOST_WARNED {
-        board.line(&format!("and warnings of {} more", runs((warned.len() - MOST_WARNED) as u64)));
+    let warned = plan.rows.iter().filter(|row| !row.warnings.is_empty());
+    let warned = warned.map(|row| (plan.label(row.run), &row.warnings[..]));
+    preview::folded(warned).iter().for_each(|line| board.line(line));
+    let previews: Vec<&Preview> = plan.rows.iter().filter_map(|row| row.preview.as_ref()).collect();
+    if let Some(words) = preview::ranges(&previews) {
+        board.line(&words);
     }
     let refused = plan.rows.iter().filter(|row| row.refused.is_some()).count();
     let mut line = format!("{} planned", runs(plan.rows.len() as u64));
@@ -86,9 +87,6 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
 pub(crate) fn tell_notes(study: &StudyFile, file: &Path, board: &Board) {
     study.notes().iter().for_each(|note| board.line(&format!("note: {}: {note}", file.display())));
 }
-
-/// Most runs of a plan whose warnings are printed.
-const MOST_WARNED: usize = 3;
 
 fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     let SweepStatusArguments { folder, tasks, array_size } = arguments;

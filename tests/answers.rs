@@ -80,7 +80,10 @@ fn a_run_begins_with_its_verdict_its_curve_and_its_map() {
     let short = asperity_testkit::folder();
     let [_, page] = page_of_a_run(short.path(), 0.5);
     let html = fs::read_to_string(page).expect("the page is there");
-    assert!(html.contains("<dt>first global slip</dt><dd><b>none</b><span>in 0.5 s; F<sub>T</sub>"), "{html}");
+    assert!(
+        html.contains("<dt>first global slip</dt><dd><b>none</b><span>in 0.5 s; F<sub>T</sub>"),
+        "{html}"
+    );
 }
 
 #[test]
@@ -141,10 +144,16 @@ fn cells_and_rows_lead_to_runs_and_to_the_command_that_makes_their_log() {
     // Six cells, each with a run, in the order of the axes.
     let cells = "[...document.querySelectorAll('#part-maps-cell-by-cell td a')].map((a) => a.getAttribute('href')).join()";
     assert_eq!(tab.says(cells), "#run-2,#run-4,#run-6,#run-1,#run-3,#run-5");
-    let counts = "[...document.querySelectorAll('#part-maps-cell-by-cell td a')].map((a) => a.textContent).join()";
+    let counts =
+        "[...document.querySelectorAll('#part-maps-cell-by-cell td a')].map((a) => a.textContent).join()";
     let tables = fs::read_to_string(out.join("tables/runs.csv")).expect("the table is there");
     let mut rows = csv::Reader::from_reader(tables.as_bytes());
-    let at = rows.headers().expect("it has headings").iter().position(|name| name == "event_count").expect("a column");
+    let at = rows
+        .headers()
+        .expect("it has headings")
+        .iter()
+        .position(|name| name == "event_count")
+        .expect("a column");
     let of: Vec<String> = rows.records().map(|row| row.expect("a row")[at].to_owned()).collect();
     assert_eq!(tab.says(counts), [1, 3, 5, 0, 2, 4].map(|n| of[n].as_str()).join(","));
     // A cell leads to its row, where the command unfolds.
@@ -159,7 +168,10 @@ fn cells_and_rows_lead_to_runs_and_to_the_command_that_makes_their_log() {
     let lost = "[...document.querySelectorAll('nav a, a[href^=\"#\"]')].filter((a) => \
                 !document.getElementById(a.getAttribute('href').slice(1))).length";
     assert_eq!(tab.says(lost), "0");
-    assert_eq!(tab.says("document.querySelectorAll('nav a').length"), tab.says("document.querySelectorAll('main > section').length"));
+    assert_eq!(
+        tab.says("document.querySelectorAll('nav a').length"),
+        tab.says("document.querySelectorAll('main > section').length")
+    );
     tab.assert_quiet();
 }
 

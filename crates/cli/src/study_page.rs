@@ -44,7 +44,8 @@ pub(crate) struct Rows {
 impl Rows {
     /// For a study: what it varies, and what its phase maps show.
     pub(crate) fn of(plan: &Plan) -> Rows {
-        let keys = plan.common.keys.iter().cloned().chain(maps(&plan.common.figures).map(|[.., value]| value));
+        let keys =
+            plan.common.keys.iter().cloned().chain(maps(&plan.common.figures).map(|[.., value]| value));
         Rows { keys: keys.collect(), shown: Vec::new(), columns: Vec::new(), rows: Vec::new(), count: 0 }
     }
 }
@@ -76,7 +77,8 @@ impl Observer for Rows {
 
 /// The columns that phase maps show: across, upwards and in colour.
 fn maps(figures: &[asperity_figures::Figure]) -> impl Iterator<Item = [String; 3]> {
-    let is_map = |figure: &&asperity_figures::Figure| matches!(figure.kind, asperity_figures::Kind::PhaseMap { .. });
+    let is_map =
+        |figure: &&asperity_figures::Figure| matches!(figure.kind, asperity_figures::Kind::PhaseMap { .. });
     figures.iter().filter(is_map).filter_map(|figure| {
         let colour = figure.colour.as_ref()?;
         Some([&figure.x, &figure.y, colour].map(|quantity| quantity.column.clone()))
@@ -159,7 +161,12 @@ pub(crate) fn shown(figure: &asperity_figures::Figure) -> FigureShown {
     if let Some(facet) = &figure.facet {
         caption += &format!("; a panel for each {}", label(facet));
     }
-    FigureShown { file: format!("figures/{}", figure.file), title: figure.title.clone(), caption: caption + ".", runs: Vec::new() }
+    FigureShown {
+        file: format!("figures/{}", figure.file),
+        title: figure.title.clone(),
+        caption: caption + ".",
+        runs: Vec::new(),
+    }
 }
 
 /// The links to tables, by their paths.

@@ -128,7 +128,9 @@ fn number(path: &str) -> Option<(String, u32)> {
 pub(crate) fn name(path: &str, title: &str, caption: &str) -> String {
     match number(path) {
         Some((chapter, number)) => format!("Figure {chapter}.{number}"),
-        None if title.is_empty() => caption.split(". ").next().unwrap_or_default().trim_end_matches('.').to_owned(),
+        None if title.is_empty() => {
+            caption.split(". ").next().unwrap_or_default().trim_end_matches('.').to_owned()
+        }
         None => title.to_owned(),
     }
 }

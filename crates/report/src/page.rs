@@ -24,7 +24,8 @@ impl Study {
         let asked: Vec<Parameters> = self.runs.iter().map(|run| Parameters::of(&run.scenario)).collect();
         let differing = differing(&asked);
         let sketches: Vec<String> = self.runs.iter().map(|run| sketch(&run.scenario)).collect();
-        let shared = if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" };
+        let shared =
+            if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" };
         let what = match (sketches.first(), asked.first()) {
             (Some(sketch), Some(first)) => format!(
                 "<div class=\"model\">{sketch}{}</div>\n{}<details><summary>{shared}</summary>\n{}</details>\n",

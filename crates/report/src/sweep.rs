@@ -199,8 +199,10 @@ impl Sweep {
             if self.folder == UNNAMED { ", with the folder of the study for DIR" } else { "" }
         );
         if left_out > 0 {
-            said +=
-                &paragraph(&format!("The first {}; {left_out} more are in the table of runs.", self.rows.len()));
+            said += &paragraph(&format!(
+                "The first {}; {left_out} more are in the table of runs.",
+                self.rows.len()
+            ));
         }
         said + &sortable_table("runs", "", &headings, rows)
     }

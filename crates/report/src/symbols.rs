@@ -96,8 +96,7 @@ pub(crate) fn lettered(words: &str) -> String {
     let mut rest = words;
     while let Some(first) = rest.chars().next() {
         let before = &words[..words.len() - rest.len()];
-        let (html, length) = token(before, rest)
-            .unwrap_or_else(|| (text(first), first.len_utf8()));
+        let (html, length) = token(before, rest).unwrap_or_else(|| (text(first), first.len_utf8()));
         out += &html;
         rest = &rest[length..];
     }
@@ -140,10 +139,15 @@ fn token(before: &str, rest: &str) -> Option<(String, usize)> {
         // `mu_{k}`
         Some((base, "")) => {
             let (inside, _) = after.strip_prefix('{')?.split_once('}')?;
-            Some((format!("{}<sub>{}</sub>", text(known(base)?), text(inside.trim())), end + inside.len() + 2))
+            Some((
+                format!("{}<sub>{}</sub>", text(known(base)?), text(inside.trim())),
+                end + inside.len() + 2,
+            ))
         }
         Some((_, index)) if index.contains('_') => None,
-        Some((base, index)) => known(base).map(|letter| (format!("{}<sub>{}</sub>", text(letter), text(index)), end)),
+        Some((base, index)) => {
+            known(base).map(|letter| (format!("{}<sub>{}</sub>", text(letter), text(index)), end))
+        }
     };
     Some(symbol.unwrap_or_else(|| (text(name), end)))
 }
@@ -160,7 +164,8 @@ fn index(text: &str) -> Option<(&str, usize)> {
 
 /// The length of a number with an exponent, as `2.5e-9`, that a text begins with.
 fn scientific(text: &str) -> Option<usize> {
-    let digits = |from: usize| from + text[from..].find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len() - from);
+    let digits =
+        |from: usize| from + text[from..].find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len() - from);
     let mut end = digits(0);
     if text[end..].starts_with('.') {
         end = digits(end + 1);
@@ -243,8 +248,14 @@ mod tests {
             "L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>; over μ<sub>k</sub> &lt; α l<sub>0</sub>/L."
         );
         assert_eq!(lettered("tau_n / p_n, μ_s."), "τ<sub>n</sub> / p<sub>n</sub>, μ<sub>s</sub>.");
-        assert_eq!(lettered("dt = 2.5e-9 s, |tau_n| <= mu_{s} p_n"), "Δt = 2.5 × 10<sup>−9</sup> s, |τ<sub>n</sub>| ≤ μ<sub>s</sub> p<sub>n</sub>");
-        assert_eq!(lettered("10^−8 and s^{−α}, 10^-8, kg/m^3"), "10<sup>−8</sup> and s<sup>−α</sup>, 10<sup>−8</sup>, kg/m<sup>3</sup>");
+        assert_eq!(
+            lettered("dt = 2.5e-9 s, |tau_n| <= mu_{s} p_n"),
+            "Δt = 2.5 × 10<sup>−9</sup> s, |τ<sub>n</sub>| ≤ μ<sub>s</sub> p<sub>n</sub>"
+        );
+        assert_eq!(
+            lettered("10^−8 and s^{−α}, 10^-8, kg/m^3"),
+            "10<sup>−8</sup> and s<sup>−α</sup>, 10<sup>−8</sup>, kg/m<sup>3</sup>"
+        );
         assert_eq!(lettered("lambda sqrt(m/k); `a_b <c>` x^"), "λ √(m/k); <code>a_b &lt;c&gt;</code> x^");
         assert_eq!(lettered("mu_{ is 1e5x, 0.5 and 1.e"), "mu_{ is 1e5x, 0.5 and 1.e");
         for name in [

@@ -79,7 +79,8 @@ fn front_speed(run: &Run) -> [String; 2] {
 }
 
 fn slider(run: &Run) -> [String; 2] {
-    let c = run.summary.wave_speed_m_per_s.map_or_else(String::new, |c| format!(", c = {} m/s", rounded(c, 4)));
+    let c =
+        run.summary.wave_speed_m_per_s.map_or_else(String::new, |c| format!(", c = {} m/s", rounded(c, 4)));
     let mass = rounded(run.scenario.slider.mass_kg, 6);
     let blocks = counted(u64::from(run.summary.blocks), "block");
     [text(&run.header.parameter_set), format!("{mass} kg{c}; {blocks}")]

@@ -206,12 +206,7 @@ impl Pipeline {
             let Caption { title, caption } = captions.get(file).cloned().unwrap_or_default();
             // In the order of the pipeline.
             let runs = self.runs.iter().filter(|name| of.contains(&name.as_str()));
-            Shown {
-                file: format!("figures/{file}"),
-                title,
-                caption,
-                runs: runs.cloned().collect(),
-            }
+            Shown { file: format!("figures/{file}"), title, caption, runs: runs.cloned().collect() }
         };
         Contents {
             title: self.title.clone(),

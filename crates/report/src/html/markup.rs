@@ -51,9 +51,8 @@ pub fn section_id(title: &str) -> String {
 /// The sections that have something to say, and before them a list of links to them.
 pub fn sections_with_contents(sections: &[(&str, String)]) -> String {
     let there = || sections.iter().filter(|(_, body)| !body.is_empty());
-    let links: Vec<String> = there()
-        .map(|(title, _)| format!("<a href=\"#{}\">{}</a>", section_id(title), text(title)))
-        .collect();
+    let links: Vec<String> =
+        there().map(|(title, _)| format!("<a href=\"#{}\">{}</a>", section_id(title), text(title))).collect();
     let all: String = there().map(|(title, body)| section(title, body)).collect();
     format!("<nav aria-label=\"Contents\"><b>Contents:</b> {}</nav>\n{all}", links.join(" · "))
 }

@@ -1,10 +1,10 @@
-//! Converts verdicts on logs to exits: commands check a log before they write anything, and report
+//! Converts verdicts on logs to exits: commands check a log before they publish anything, and report
 //! its verdict.
 
 use std::fmt::Display;
 use std::path::Path;
 
-use asperity_run::{Checked, Verdict, check};
+use asperity_run::{Checked, Verdict};
 
 use crate::exit::Failure;
 use crate::progress::Board;
@@ -20,25 +20,6 @@ pub(crate) fn unreadable(run: &Path, verdict: Verdict, problem: impl Display) ->
         return Failure::Failed(format!("{}: {problem}", run.display()));
     }
     Failure::Log(verdict, format!("{}: {verdict}: {problem}", run.display()))
-}
-
-/// Checks a log that is read as far as it is sound.
-///
-/// # Errors
-/// If it is not a run log.
-pub(crate) fn readable(run: &Path) -> Result<Checked, Failure> {
-    let checked = check(run);
-    if checked.verdict == Verdict::NoRunLog { Err(failure(run, &checked)) } else { Ok(checked) }
-}
-
-/// Checks a log that must hold all of its run.
-///
-/// # Errors
-/// If it does not.
-pub(crate) fn holds_all(run: &Path) -> Result<Checked, Failure> {
-    let checked = check(run);
-    must_hold_all(run, &checked)?;
-    Ok(checked)
 }
 
 /// Refuses a log that does not hold all of its run.

@@ -27,6 +27,12 @@ pub trait Observer {
     /// The last step that the records have reached; for progress.
     fn reached(&mut self, _step: u64) {}
 
+    /// Whether nothing more is made of a log that is read, so that the reading can end; asked between
+    /// records.
+    fn is_done(&self) -> bool {
+        false
+    }
+
     /// A note for the user that is not an error.
     fn notice(&mut self, _notice: Notice<'_>) {}
 }
@@ -52,6 +58,10 @@ impl<O: Observer + ?Sized> Observer for &mut O {
 
     fn reached(&mut self, step: u64) {
         (**self).reached(step);
+    }
+
+    fn is_done(&self) -> bool {
+        (**self).is_done()
     }
 
     fn notice(&mut self, notice: Notice<'_>) {
@@ -83,6 +93,10 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     fn reached(&mut self, step: u64) {
         self.0.reached(step);
         self.1.reached(step);
+    }
+
+    fn is_done(&self) -> bool {
+        self.0.is_done() && self.1.is_done()
     }
 
     fn notice(&mut self, notice: Notice<'_>) {

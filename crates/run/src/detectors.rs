@@ -268,6 +268,7 @@ impl Settings {
         let run = OfRun { blocks, links };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
         Detectors::new(blocks, rules, chosen.filter_map(|(_, start)| start(run)).collect())
+            .with_ruptures(links.map(|links| links.tracker(blocks)))
     }
 }
 

@@ -232,6 +232,35 @@ fn a_wish_to_stop_is_not_forgotten() {
     assert!(matches!(stopped, Err(RunError::Stopped { log: None })), "{stopped:?}");
 }
 
+/// A replay checks the log that it reads, and goes by the verdict.
+#[test]
+fn a_replay_of_a_log_that_is_not_whole_fails_with_its_verdict() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    run(Task::new(&scenario()).log_to(LogTo::new(&path)), Begin::Anew, NEVER, &mut ()).expect("it runs");
+    let whole = std::fs::read(&path).expect("it was just written");
+    let mut flipped = whole.clone();
+    flipped[whole.len() * 9 / 10] ^= 4;
+    for (bytes, verdict) in [
+        (&whole[..whole.len() - 100], Verdict::Incomplete),
+        (&flipped, Verdict::Damaged),
+        (b"no log", Verdict::NoRunLog),
+    ] {
+        std::fs::write(&path, bytes).expect("the folder can be written");
+        let checked = match Replay::open(&path, &Settings::default()) {
+            Err(checked) => checked,
+            Ok(replay) => match replay.run(NEVER, &mut ()) {
+                Err(ReplayError::Log(checked)) => checked,
+                other => panic!("{other:?}"),
+            },
+        };
+        assert_eq!(checked.verdict, verdict, "{checked}");
+    }
+    std::fs::write(&path, whole).expect("the folder can be written");
+    let replay = Replay::open(&path, &Settings::default()).expect("it opens");
+    assert!(matches!(replay.run(&|| true, &mut ()), Err(ReplayError::Stopped)));
+}
+
 /// Observers of a stored run rely on its blocks: a log of other blocks is not shown.
 #[test]
 fn a_stored_log_of_another_run_is_shown_to_nobody() {

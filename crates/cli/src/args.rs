@@ -46,6 +46,7 @@ Examples:
   asperity export out/mine.mcap --to csv -o out/tables
   asperity diff out/before.mcap out/after.mcap
   asperity report out/mine.mcap --out out/mine.html
+  asperity draw out/mine.mcap --kind space-time -o out/map.png
   asperity reduce out/mine.mcap -o out/mine
 
 Exit codes:
@@ -92,6 +93,9 @@ pub(crate) enum Command {
     Replay(ReplayArguments),
     /// Write run logs as tables for data frames: Parquet, CSV or NDJSON.
     Export(ExportArguments),
+    /// Draw figures of one run.
+    #[cfg(feature = "analysis")]
+    Draw(DrawArguments),
     /// Make tables and figures of one run.
     #[cfg(feature = "analysis")]
     Reduce(ReduceArguments),

@@ -5,6 +5,8 @@ mod check;
 mod collect;
 mod completions;
 mod diff;
+#[cfg(feature = "analysis")]
+mod draw;
 mod event_table;
 mod events;
 mod exhausted;
@@ -96,6 +98,8 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
         Command::Report(arguments) => report::command(&arguments, &board),
+        #[cfg(feature = "analysis")]
+        Command::Draw(arguments) => draw::command(&arguments, &board),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         #[cfg(feature = "analysis")]

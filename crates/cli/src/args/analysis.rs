@@ -43,6 +43,53 @@ pub(crate) struct ReduceArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  asperity draw out/mine.mcap
+  asperity draw --list
+  asperity draw out/mine.mcap --kind lengths,stress -o out/pictures
+  asperity draw out/mine.mcap --kind space-time --set which=longest-precursor -o out/front.pdf
+
+Draws figures alone; asperity reduce makes tables as well, and asperity reproduce
+figures that compare runs. Of the usual kinds, those that the run has nothing for
+are left out, with a note; of kinds that are named, this is an error and nothing
+is written. docs/figures.md explains every key.
+
+Exit codes:
+  0  done
+  1  failure; or the run has not what a figure shows
+  2  bad input; a file is not a run log
+  3, 5, 7  the log is incomplete, salvaged with gaps or of a run that was
+           stopped, and the figures are of what there is
+  4  the log is damaged; nothing was written")]
+pub(crate) struct DrawArguments {
+    /// The run log.
+    #[arg(value_name = "RUN.mcap", required_unless_present = "list")]
+    pub(crate) run: Option<PathBuf>,
+    /// The kinds of figures [default: overview, lengths, space-time, front-profile,
+    /// stress-sequence].
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    pub(crate) kind: Vec<String>,
+    /// Set a key of the figure; needs a single --kind. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Folder for KIND.png, KIND.svg and KIND.pdf; or the file of one figure, ending in one of these
+    /// [default: RUN.figures, beside the log].
+    #[arg(short, long, value_name = "FOLDER|FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Replace existing figures.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Leave the version of the code, and the line that says where a figure comes
+    /// from, out of figures: for print, and for comparisons to the byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+    /// List the kinds: what each shows, and the keys for --set.
+    #[arg(long, conflicts_with_all = ["run", "kind", "set", "out", "force", "no_provenance"])]
+    pub(crate) list: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
   asperity reproduce pipelines/chapter5.toml -o out/chapter5
   asperity reproduce pipelines/chapter5.toml -o out/chapter5-as-stated \\
     --set parameter_set=as-stated

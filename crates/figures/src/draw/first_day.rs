@@ -61,7 +61,7 @@ fn with_records(mut run: RunData) -> RunData {
 
 /// Runs of one step and more, without an event and with some, of chains and slabs, at rest and
 /// unloaded.
-fn runs() -> Vec<RunData> {
+pub(super) fn runs() -> Vec<RunData> {
     let mut runs = Vec::new();
     for events in [&[][..], &[(1, 2, &[1][..])], &EVENTS[..1], &EVENTS] {
         for toml in ["", "drive.velocity_m_per_s = 0", "initial_shear.beta = 0.2", "friction.law = \"rigid\""]

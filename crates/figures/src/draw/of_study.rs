@@ -91,7 +91,7 @@ impl Drawer {
             let paper = paper.map_err(failed)?;
             let about = about(&gathered.figure, &paper, origins, provenance);
             let page = paper.page(about.foot().as_deref()).map_err(failed)?;
-            print::write(&page, &about, files, &path)?;
+            print::write(&page, &about, files, &print::files_of(&path))?;
             paths.extend(files_of(&path));
         }
         Ok(paths)

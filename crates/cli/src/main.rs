@@ -12,6 +12,7 @@ mod events;
 mod exhausted;
 mod exit;
 mod export;
+mod given;
 mod interrupt;
 mod man;
 #[cfg(feature = "analysis")]
@@ -31,6 +32,8 @@ mod study;
 mod study_page;
 mod summary;
 mod sweep;
+mod sweep_log;
+mod sweep_plan;
 mod terminal;
 mod validate;
 mod verdict_exit;

@@ -64,7 +64,7 @@ use crate::spec::{self, Family, Lengths, PhaseMap};
 use crate::spelling::spelled;
 pub use error::FigureError;
 use kind::{AnyFigure, AnyPart, Figure, Parts};
-use plot::{Sheet, Told};
+use plot::{Keys, Layout, Sheet, Told};
 use print::about::{About, Origins};
 pub use print::files_of;
 use print::page::Page;
@@ -258,7 +258,8 @@ impl<'a> Gathering<'a> {
             };
             if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts).map_err(failed)?;
-                let (page, about) = drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
+                let (page, about) =
+                    drawn(what, &sheet, Keys::Beside, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
                 captions.insert(figure.file().to_owned(), about.caption.clone());
                 drop(captions);
@@ -276,10 +277,17 @@ impl<'a> Gathering<'a> {
 }
 
 /// A sheet as a page, and what its files say of it.
-fn drawn(what: &str, sheet: &Sheet, origins: Origins, provenance: bool) -> Result<(Page, About), String> {
+fn drawn(
+    what: &str,
+    sheet: &Sheet,
+    keys: Keys,
+    origins: Origins,
+    provenance: bool,
+) -> Result<(Page, About), String> {
     let (title, caption) = words(what, sheet);
     let about = About { title, caption, origins, provenance };
-    Ok((sheet.page(about.foot().as_deref())?, about))
+    let foot = about.foot();
+    Ok((sheet.page(Layout { foot: foot.as_deref(), keys })?, about))
 }
 
 /// Title and caption of a sheet, given what figures of its kind show.

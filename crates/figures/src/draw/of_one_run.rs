@@ -14,42 +14,12 @@ use schemars::schema_for;
 use serde_json::{Map, Value, json};
 
 use super::kind::Parts;
-use super::plot::{Panel, Sheet};
+use super::plot::{Keys, Panel, Sheet};
 use super::print;
 use super::{FigureError, Figures, Origins, drawn};
 use crate::spelling::spelled;
 
-/// The kinds, those that most runs allow first. A kind of `kinds!` is either here or in `OF_SEVERAL`.
-const NAMES: [&str; 25] = [
-    "overview",
-    "load-ruptures",
-    "lengths",
-    "space-time",
-    "front-profile",
-    "front-stress",
-    "stress-sequence",
-    "stress",
-    "load",
-    "forces",
-    "loads",
-    "slipped",
-    "sizes",
-    "recurrence",
-    "displacement",
-    "front",
-    "onset",
-    "initial-shear",
-    "velocities",
-    "front-transient",
-    "pulse",
-    "arrest",
-    "slab-field",
-    "dispersion",
-    "damping",
-];
-
-/// Those that compare runs, and show next to nothing of one.
-#[cfg(test)]
+/// Kinds that compare runs, and show next to nothing of one.
 const OF_SEVERAL: [&str; 5] = ["family", "front-speed", "phase-map", "spread", "study"];
 
 /// The kinds that are drawn where none is named: what is asked first of a run.
@@ -72,9 +42,10 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// All kinds.
+    /// All kinds, by name.
     pub fn all() -> impl Iterator<Item = Kind> {
-        NAMES.into_iter().map(|name| Kind { name })
+        let names = SCHEMA["properties"].as_object().into_iter().flat_map(Map::keys).map(String::as_str);
+        names.filter(|name| !OF_SEVERAL.contains(name)).map(|name| Kind { name })
     }
 
     /// The kind of this name.
@@ -269,7 +240,9 @@ impl OneFigure {
     ) -> Result<(), FigureError> {
         let (page, about) = self
             .sheet(run)
-            .and_then(|(what, sheet)| drawn(what, &sheet, Origins::of_run(&run.header), provenance))
+            .and_then(|(what, sheet)| {
+                drawn(what, &sheet, Keys::Below, Origins::of_run(&run.header), provenance)
+            })
             .map_err(|problem| FigureError::Figure { file: self.kind.name.to_owned(), problem })?;
         print::write(&page, &about, files, &target.files(self.kind))
     }
@@ -314,16 +287,15 @@ fn in_words(text: &mut String) {
 mod tests {
     use std::collections::BTreeSet;
 
-    use super::{Kind, NAMES, OF_SEVERAL, SCHEMA, Target, USUAL};
+    use super::{Kind, OF_SEVERAL, SCHEMA, Target, USUAL};
     use crate::draw::first_day::runs;
     use crate::draw::words;
 
     #[test]
-    fn every_kind_is_of_one_run_or_of_several() {
-        let known: BTreeSet<&str> =
-            SCHEMA["properties"].as_object().unwrap().keys().map(String::as_str).collect();
-        assert_eq!(NAMES.into_iter().chain(OF_SEVERAL).collect::<BTreeSet<&str>>(), known);
+    fn every_kind_has_keys_that_draw_it() {
         assert!(USUAL.iter().all(|name| Kind::find(name).is_some()));
+        assert!(OF_SEVERAL.iter().all(|name| SCHEMA["properties"][name].is_object()));
+        assert!(Kind::all().count() > 20, "{:?}", Kind::all().collect::<Vec<_>>());
         for kind in Kind::all() {
             assert!(kind.shows().len() > 10, "{kind:?}");
             kind.check(&[]).unwrap_or_else(|problem| panic!("{kind:?}: {problem}"));

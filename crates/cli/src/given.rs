@@ -23,14 +23,15 @@ pub(crate) enum Taken {
 impl Taken {
     fn accepts(self, given: Given) -> bool {
         use Given::{Folder, Log, Other, Parquet, Pipeline, Reproduced, Scenario, Sweep, Toml};
-        match self {
-            Taken::Scenario => matches!(given, Scenario | Toml | Log),
-            Taken::Runs => matches!(given, Sweep | Pipeline | Toml),
-            Taken::Study => given == Given::Study,
-            Taken::Side => matches!(given, Log | Parquet | Reproduced | Given::Logs | Given::Study),
-            // Whoever opens it says what is wrong with it.
-        }
-        || matches!(given, Folder | Other)
+        // Whoever opens another thing says what is wrong with it.
+        let is_open = matches!(given, Folder | Other);
+        is_open
+            || match self {
+                Taken::Scenario => matches!(given, Scenario | Toml | Log),
+                Taken::Runs => matches!(given, Sweep | Pipeline | Toml),
+                Taken::Study => given == Given::Study,
+                Taken::Side => matches!(given, Log | Parquet | Reproduced | Given::Logs | Given::Study),
+            }
     }
 
     fn words(self) -> &'static str {

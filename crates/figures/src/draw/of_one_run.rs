@@ -173,7 +173,7 @@ impl About {
             }
             "front" => json!({ "blocks": blocks.div_ceil(2) }),
             "velocities" => json!({ "blocks": blocks }),
-            "onset" => json!({ "blocks": blocks, "logarithmic": true }),
+            "onset" => json!({ "blocks": blocks, "logarithmic": false }),
             "pulse" => json!({ "before": 0.5, "after": 6.0 }),
             // At rest: later times are found by taking the steps up to them.
             "slab-field" => json!({ "at_s": [0.0], "shows": "shear-stress" }),
@@ -258,6 +258,10 @@ impl OneFigure {
             Sheet::Grid(panels) => panels,
             Sheet::Other(_) => &mut [],
         };
+        let has_no_point = |panel: &Panel| panel.series.iter().all(|series| series.points.is_empty());
+        if !panels.is_empty() && panels.iter().all(has_no_point) {
+            return Err(format!("run {} has nothing that figures of this kind show", run.name));
+        }
         for panel in panels {
             in_words(&mut panel.note);
             panel.series.iter_mut().for_each(|series| in_words(&mut series.label));

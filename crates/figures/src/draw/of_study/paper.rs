@@ -445,12 +445,18 @@ fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point
 impl Sample {
     /// What it takes before its words, in a line of rows.
     fn width(self) -> i32 {
-        if self == Sample::Nothing { 0 } else { SAMPLE + PAD }
+        match self {
+            Sample::Nothing => 0,
+            Sample::Line(..) | Sample::LineAndMarks(..) => SAMPLE + PAD,
+            _ => SAMPLE / 2 + PAD,
+        }
     }
 
     /// Draws it with its words, in a line of rows.
     fn row(self, root: &Area<'_>, label: &str, (left, y): (i32, i32)) -> Result<(), String> {
-        self.draw(root, (left, y))?;
+        // A mark or a surface is in the middle of its sample.
+        let is_narrow = self.width() < SAMPLE;
+        self.draw(root, (if is_narrow { left - SAMPLE / 4 } else { left }, y))?;
         words(root, label, (left + self.width(), y))
     }
 
@@ -483,14 +489,17 @@ impl Picture for Paper {
         let is_below = layout.keys == Keys::Below && self.bar.is_none() && self.heading.is_empty();
         let key = if is_below { Key::InLines } else { beside };
         let (width, mut height) = self.size(key);
-        if is_below {
+        let mut free = 0;
+        if is_below && !self.rows.is_empty() {
             height += ROW * self.key_lines(width).len() as i32;
+            free = PAD;
         }
-        let mut page = Page::new(width as u32, height as u32 + layout.foot_height());
+        let mut page = Page::new(width as u32, (height + free) as u32 + layout.foot_height());
         {
             let root = Canvas(&mut page).into_drawing_area();
             self.draw(&root, (0, 0), (width, height), key)?;
-            layout.footer(&root, (f64::from(LEFT), f64::from(height)), f64::from(width - LEFT - RIGHT))?;
+            let at = (f64::from(LEFT), f64::from(height + free));
+            layout.footer(&root, at, f64::from(width - LEFT - RIGHT))?;
         }
         Ok(page)
     }

@@ -59,7 +59,7 @@ fn every_command_has_help() {
     let mut expected =
         vec!["", "scenario list", "scenario show", "scenario validate", "run", "completions", "man"];
     if cfg!(feature = "analysis") {
-        expected.extend(["reduce", "reproduce", "verify-solver"]);
+        expected.extend(["draw", "reduce", "reproduce", "verify-solver"]);
     }
     for command in expected {
         assert!(helps.iter().any(|(name, _)| name == command), "no help of {command:?}");
@@ -426,6 +426,7 @@ fn bad_logs_are_failures() {
         let log = folder.path().join(name);
         let mut commands = vec![vec!["replay", text(&log)]];
         if cfg!(feature = "analysis") {
+            commands.push(vec!["draw", text(&log), "--out", text(&out)]);
             commands.push(vec!["reduce", text(&log), "--out", text(&out)]);
         }
         for command in commands {

@@ -136,11 +136,13 @@ fn onsets(log: &Path) -> Vec<u64> {
 /// the name of an unfinished one, `PIPE` a pipeline of that one run, `NEW` a path at which nothing stands.
 type Call = (&'static [&'static str], &'static [i32]);
 
-const CALLS: [Call; 20] = [
+const CALLS: [Call; 22] = [
     (&["check", "LOG"], &[0]),
     (&["events", "LOG", "--format", "json"], &[0]),
     (&["summary", "LOG"], &[0]),
     (&["summary", "LOG", "--format", "json"], &[0]),
+    (&["draw", "LOG", "--out", "NEW"], &[0]),
+    (&["draw", "LOG", "--kind", "front-profile,stress", "--out", "NEW"], &[0, 1]),
     (&["reduce", "LOG", "--out", "NEW"], &[0]),
     // A figure of what the run has not ends it with a word.
     (&["reproduce", "PIPE", "--quiet", "--out", "NEW"], &[0, 1]),

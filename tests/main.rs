@@ -19,6 +19,8 @@ mod colours;
 mod diff;
 mod disk;
 #[cfg(feature = "analysis")]
+mod draw;
+#[cfg(feature = "analysis")]
 mod end_to_end;
 mod energies;
 mod export;
@@ -29,6 +31,8 @@ mod files;
 mod first_day;
 mod flips;
 mod foxglove;
+#[cfg(feature = "analysis")]
+mod given;
 #[cfg(feature = "analysis")]
 mod golden;
 mod hostile;
@@ -73,6 +77,7 @@ mod study_figures;
 mod summary;
 mod sweep;
 mod sweep_emit;
+mod sweep_go;
 #[cfg(feature = "analysis")]
 mod tables;
 mod terminal;

@@ -44,8 +44,10 @@ fn no_command_waits_for_a_pipe() {
         (vec!["scenario", "validate", "default", "--set", &profile], &csv),
         (vec!["run", text(&toml), "--out", "run.mcap"], &toml),
         (vec!["sweep", "plan", text(&toml), "--out", "planned"], &toml),
+        (vec!["sweep", "go", text(&toml), "--out", "gone"], &toml),
     ];
     if cfg!(feature = "analysis") {
+        commands.push((vec!["draw", text(&log), "--out", "drawn"], &log));
         commands.push((vec!["reduce", text(&log), "--out", "reduced"], &log));
         commands.push((vec!["reproduce", text(&toml), "--out", "made"], &toml));
         commands.push((vec!["events", text(&parquet)], &parquet));

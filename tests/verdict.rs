@@ -123,9 +123,10 @@ fn every_command_goes_by_the_verdict_of_check() {
                 "diff" => vec!["diff", text(&whole), text(log)],
                 "salvage" => vec!["salvage", text(log), "--out", text(&file)],
                 "reduce" if cfg!(feature = "analysis") => vec!["reduce", text(log), "--out", text(&out)],
+                "draw" if cfg!(feature = "analysis") => vec!["draw", text(log), "--out", text(&out)],
                 "report" => vec!["report", text(log), "--out", text(&page)],
                 // Tested below.
-                "reduce" | "reproduce" => continue,
+                "draw" | "reduce" | "reproduce" => continue,
                 other => panic!("the table speaks of {other}"),
             };
             commands += 1;
@@ -160,7 +161,7 @@ fn every_command_goes_by_the_verdict_of_check() {
             }
         }
     }
-    assert!(commands >= 49, "{commands} commands");
+    assert!(commands >= 56, "{commands} commands");
 }
 
 /// A log of which hardly anything can be read has its verdict and the exit codes of that like any
@@ -194,9 +195,9 @@ fn damaged_beginnings_are_judged_alike() {
         let verdict = table.keys().find(says).unwrap_or_else(|| panic!("no verdict: {said}")).clone();
         *verdicts.entry(verdict.clone()).or_default() += 1;
         for command in
-            ["check", "events", "summary", "export", "replay", "diff", "salvage", "reduce", "report"]
+            ["check", "events", "summary", "export", "replay", "diff", "salvage", "draw", "reduce", "report"]
         {
-            if command == "reduce" && !cfg!(feature = "analysis") {
+            if matches!(command, "draw" | "reduce") && !cfg!(feature = "analysis") {
                 continue;
             }
             let out = folder.path().join(format!("{command} {number}"));

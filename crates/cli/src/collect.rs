@@ -38,6 +38,8 @@ use crate::args::SweepDrawArguments;
 use crate::args::{SweepCollectArguments, SweepTable};
 use crate::exit::Failure;
 #[cfg(feature = "analysis")]
+use crate::given::{self, Taken};
+#[cfg(feature = "analysis")]
 use crate::named_runs::{self, not_written};
 use crate::outputs::create_folder;
 use crate::progress::{Board, Stages};
@@ -161,6 +163,7 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
 /// The figures in the present version of the sweep's file.
 #[cfg(feature = "analysis")]
 fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
+    given::check(path, Taken::Runs)?;
     let study = StudyFile::read(path).map_err(Failure::bad_input)?;
     let keys = &plan.common.keys;
     let varied = study.grid.as_ref().map(Grid::keys).unwrap_or_default();

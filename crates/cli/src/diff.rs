@@ -19,6 +19,7 @@ use asperity_run::Checked;
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
+use crate::given::{self, Taken};
 use crate::outputs::refused;
 use crate::reading::{self, Reading};
 use crate::{summary, terminal, verdict_exit};
@@ -58,6 +59,7 @@ const MOST_SLIP_EVENTS: usize = 1_000_000;
 fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
     let mut paths = Vec::new();
     for side in [&arguments.old, &arguments.new] {
+        given::check(side, Taken::Side)?;
         paths.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
     }
     let most_slip_events = MOST_SLIP_EVENTS / paths.len().max(1);

@@ -5,11 +5,14 @@ mod check;
 mod collect;
 mod completions;
 mod diff;
+#[cfg(feature = "analysis")]
+mod draw;
 mod event_table;
 mod events;
 mod exhausted;
 mod exit;
 mod export;
+mod given;
 mod interrupt;
 mod man;
 #[cfg(feature = "analysis")]
@@ -29,6 +32,8 @@ mod study;
 mod study_page;
 mod summary;
 mod sweep;
+mod sweep_log;
+mod sweep_plan;
 mod terminal;
 mod validate;
 mod verdict_exit;
@@ -96,6 +101,8 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
         Command::Report(arguments) => report::command(&arguments, &board),
+        #[cfg(feature = "analysis")]
+        Command::Draw(arguments) => draw::command(&arguments, &board),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         #[cfg(feature = "analysis")]

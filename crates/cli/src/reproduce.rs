@@ -24,7 +24,7 @@ use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal::say;
 use crate::verdict_exit;
-use crate::{collect, summary, sweep};
+use crate::{collect, summary, sweep, sweep_plan};
 
 /// The file beside tables and figures of an incomplete log.
 const MISSING: &str = "what-is-missing.txt";
@@ -107,8 +107,7 @@ impl Observer for Loads {
 
 /// Reads a study, and resolves its runs that have names with overrides.
 pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(Study, Vec<Job>), Failure> {
-    let mut study = Study::read(file).map_err(Failure::bad_input)?;
-    sweep::tell_notes(&study, file, board);
+    let mut study = sweep_plan::read_study(file, board)?;
     study.set(set);
     let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let jobs = study.jobs().map_err(refused)?;
@@ -129,7 +128,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
                 file.display()
             )));
         }
-        let plan = sweep::planned(&study, file, out, *at_once)?;
+        let plan = sweep_plan::planned(&study, file, out, *at_once)?;
         sweep::make_numbered(&plan, out, *at_once, board)?;
         beside = collect::of_grid(&plan, out, !no_provenance, board)?;
     }

@@ -9,6 +9,7 @@ use asperity_runlog::{RunReader, Topics};
 
 use crate::args::{ScenarioChoice, ScenarioCommand};
 use crate::exit::Failure;
+use crate::given::{self, Taken};
 use crate::progress::Board;
 use crate::{terminal, validate};
 
@@ -43,6 +44,9 @@ impl ScenarioChoice {
 /// Resolves a built-in scenario, a file, or the scenario of a run log, with overrides.
 pub(crate) fn resolve(name: impl AsRef<OsStr>, set: &[String]) -> Result<Scenario, Failure> {
     let path = Path::new(name.as_ref());
+    if path.to_str().and_then(builtin::find).is_none() {
+        given::check(path, Taken::Scenario)?;
+    }
     if path.is_file()
         && let Ok(log) = RunReader::open(path, Topics::NONE)
     {

@@ -3,14 +3,24 @@
 use std::io;
 use std::path::Path;
 
+use asperity_study::plan::FILE;
 use asperity_study::results::{Counts, WHAT_TO_DO};
 use asperity_study::{Plan, Results};
 
 use crate::exit::{Code, Failure};
+use crate::given::{self, Taken};
+
+/// Reads the plan in a folder.
+pub(crate) fn read_plan(folder: &Path) -> Result<Plan, Failure> {
+    Plan::read(folder).map_err(|error| match given::check(folder, Taken::Study) {
+        Err(other) if !folder.join(FILE).exists() => other,
+        _ => Failure::bad_input(error),
+    })
+}
 
 /// Reads the plan and the results in a folder.
 pub(crate) fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
-    let plan = Plan::read(folder).map_err(Failure::bad_input)?;
+    let plan = read_plan(folder)?;
     let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
     Ok((plan, results))
 }

@@ -7,11 +7,18 @@ use std::path::Path;
 use asperity_run::{Checked, Verdict};
 
 use crate::exit::Failure;
+use crate::given;
 use crate::progress::Board;
 
 /// The failure for a log whose verdict is worse than the command accepts.
 pub(crate) fn failure(run: &Path, checked: &Checked) -> Failure {
-    Failure::Log(checked.verdict, format!("{}: {checked}", run.display()))
+    Failure::Log(checked.verdict, format!("{}: {}", run.display(), words(run, checked)))
+}
+
+/// A verdict in words; of what is no run log, what it is instead.
+pub(crate) fn words(run: &Path, checked: &Checked) -> String {
+    let instead = if checked.verdict == Verdict::NoRunLog { given::instead_of_log(run) } else { None };
+    instead.map_or_else(|| checked.to_string(), |instead| format!("{}: {instead}", checked.verdict))
 }
 
 /// The failure for a log that cannot be read after the check: its verdict, or that it has changed.

@@ -38,6 +38,7 @@
 //!   [`Results`]: all results, run logs included, and contradictions among them or with the plan.
 //! - [`collect()`]: the tables of runs over axes.
 //! - [`emit`]: scripts for clusters.
+//! - [`given`]: what stands at a path: a run log, a scenario, a sweep, a folder of these.
 //!
 //! The tables depend on the plan alone: not on the order of the runs, the number of workers, or how
 //! often they were killed.
@@ -48,6 +49,7 @@ pub mod emit;
 #[cfg(feature = "analysis")]
 mod error;
 mod file;
+pub mod given;
 mod lines;
 #[cfg(feature = "analysis")]
 pub mod parameter_table;

@@ -85,6 +85,8 @@ impl Writer {
             writer("export csv --force", export("csv", &["--force"]), true),
             writer("export parquet", export("parquet", &[]), false),
             writer("export parquet --force", export("parquet", &["--force"]), true),
+            writer("draw", on(&["draw"], out), false),
+            writer("draw --force", on(&["draw"], &[out, &["--force"]].concat()), true),
             writer("reduce", on(&["reduce"], out), false),
             writer("report", on(&["report"], &["--out", "page.html"]), false),
             writer("report --force", on(&["report"], &["--out", "page.html", "--force"]), true),

@@ -39,7 +39,7 @@ use crate::args::{SweepCollectArguments, SweepTable};
 use crate::exit::Failure;
 #[cfg(feature = "analysis")]
 use crate::named_runs::{self, not_written};
-use crate::outputs::create_folder;
+use crate::outputs::{A_FOLDER, create_folder, fits};
 use crate::progress::{Board, Stages};
 use crate::report;
 use crate::study::{in_words, outcome, read_for_tables};
@@ -53,6 +53,7 @@ const TABLES: &str = "tables";
 
 pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
     let SweepCollectArguments { folder, to, out, no_provenance } = arguments;
+    out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
     let (plan, results) = read_for_tables(folder)?;
     let has_names = !plan.common.runs.is_empty();
     if has_names && out.is_some() {
@@ -129,6 +130,7 @@ fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Beside {
 #[cfg(feature = "analysis")]
 pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
     let SweepDrawArguments { folder, from, out, no_provenance } = arguments;
+    out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
     let (plan, results) = read_for_tables(folder)?;
     let mut inputs = vec![folder.join(FILE)];
     let all = match from {

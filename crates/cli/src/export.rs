@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, Inputs};
+use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, NodesError, Verdict};
 use asperity_tables::export::MOST_FOREIGN;
@@ -12,13 +13,14 @@ use asperity_tables::{Csv, Export, ExportError, Judged, Ndjson, NodeRows, Ran, R
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::{create_folder, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::progress::Board;
 use crate::summary::WITHOUT_ENERGIES;
 use crate::terminal;
 use crate::verdict_exit;
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
+    fits("--out", &arguments.out, "", A_FOLDER)?;
     let requests = requests(arguments)?;
     create_folder(&arguments.out)?;
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
@@ -100,7 +102,7 @@ fn export_one(
         outcome.map_err(|error| failure(run, &checked, error))?;
     for (path, rows) in files {
         match rows {
-            Some(rows) => terminal::say(format_args!("{}: {rows} rows", path.display()))?,
+            Some(rows) => terminal::say(format_args!("{}: {}", path.display(), counted(rows, "row")))?,
             None => terminal::say(format_args!("{}: what the others hold", path.display()))?,
         }
     }
@@ -120,8 +122,9 @@ fn export_one(
         Ran { problem: Some(problem), last_step, last_s, .. } => Err(Failure::Log(
             verdict,
             format!(
-                "{}: {verdict}: exported up to step {last_step} ({last_s} s), {}: {problem}",
+                "{}: {verdict}: exported up to step {last_step} ({} s), {}: {problem}",
                 run.display(),
+                short_time(last_s),
                 match verdict {
                     Verdict::Damaged => "where the log is damaged",
                     Verdict::Salvaged => "with gaps",

@@ -9,9 +9,9 @@ use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
 use asperity_runlog::{Unfinished, WriteError};
 
 use crate::args::RunArguments;
-use crate::exit::{Failure, folder_is_there};
+use crate::exit::Failure;
 use crate::interrupt;
-use crate::outputs::refused;
+use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::summary;
 
@@ -24,7 +24,6 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
             arguments.checkpoint_s
         ))
     })?;
-    folder_is_there("--out", out)?;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
     let task = Task { solver: arguments.solver.into(), ..Task::new(&scenario) }.log_to(log);
     if is_taken(out) {
@@ -34,6 +33,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
         board.line(&format!("{}: {} is whole already", scenario.name, out.display()));
         return Ok(());
     }
+    fits("--out", out, "mcap", "a run log, from which `asperity export` makes tables")?;
     let unfinished = Unfinished::of(out).map_err(|error| failure(error.into(), board, &scenario.name))?;
     if let (Some(unfinished), false) = (&unfinished, arguments.resume) {
         return Err(Failure::BadInput(format!(
@@ -64,11 +64,18 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     }
     if arguments.stats {
         board.answer(outcome.counters.to_string().trim_end());
+        let fallbacks = outcome.end.iter().flat_map(|end| &end.solver.fallbacks);
+        fallbacks.for_each(|fallback| board.answer(fallback));
     }
     Ok(())
 }
 
 fn taken(out: &Path) -> Failure {
+    if out.is_dir() {
+        let file = out.join("run.mcap");
+        let (out, file) = (out.display(), file.display());
+        return Failure::BadInput(format!("--out {out} is a folder (accepted: a file, as {file})"));
+    }
     Failure::BadInput(format!(
         "--out {} exists already (accepted: a path that does not exist)",
         out.display()

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 
+use asperity_record::counted;
 use asperity_study::results::{Counts, WHAT_TO_DO};
 use asperity_study::{Plan, Results};
 
@@ -53,7 +54,7 @@ pub(crate) fn outcome(counts: Counts) -> Result<(), Failure> {
 
 /// Formats a number of runs.
 pub(crate) fn runs(count: u64) -> String {
-    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
+    counted(count, "run")
 }
 
 /// Formats the number of runs in each state.

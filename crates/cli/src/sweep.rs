@@ -30,7 +30,7 @@ use crate::args::{
 use crate::collect;
 use crate::exit::{Code, Failure};
 use crate::interrupt;
-use crate::outputs::{create_folder, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::progress::{Board, StudyProgress};
 use crate::study::{faults, in_words, outcome_of, read, runs, unreadable};
 use crate::terminal::{self, say};
@@ -50,6 +50,7 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
 
 fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
     let SweepPlanArguments { sweep, out, skip_refused, jobs } = arguments;
+    fits("--out", out, "", A_FOLDER)?;
     if !is_new_folder(out).unwrap_or(false) {
         return Err(Failure::BadInput(format!(
             "--out {} exists already and is not empty (accepted: a new or empty folder)",

@@ -42,7 +42,7 @@ use crate::named_runs::{self, not_written};
 use crate::outputs::{A_FOLDER, create_folder, fits};
 use crate::progress::{Board, Stages};
 use crate::report;
-use crate::study::{in_words, outcome, read_for_tables};
+use crate::study::{in_words, outcome, read_for_tables, some_of};
 use crate::study_page::{self, Rows, Shown};
 use crate::terminal::say;
 
@@ -87,7 +87,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
             .map(|(_, named)| named.name.as_str())
             .collect();
         if !missing.is_empty() {
-            board.line(&format!("no tables, figures and claims without {}", missing.join(", ")));
+            board.line(&format!("no tables, figures and claims without {}", some_of(&missing)));
         } else {
             #[cfg(feature = "analysis")]
             named_runs::of_plan(&plan, folder, beside, provenance, board)?;

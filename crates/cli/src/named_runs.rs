@@ -21,6 +21,7 @@ use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::run;
+use crate::study::some_of;
 use crate::terminal::say;
 
 /// Why tables and figures were not written: invalid input, if another folder would do.
@@ -241,7 +242,7 @@ fn tell_misleading(summaries: &[Summary], board: &Board) {
         board.line(&format!(
             "{}: slip events join several ruptures there, or last far longer than fronts take; claims and figures count \
              them as the thesis does, tables/RUN.ruptures.csv has the ruptures one by one",
-            names.join(", ")
+            some_of(&names)
         ));
     }
 }

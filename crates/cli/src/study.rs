@@ -57,6 +57,17 @@ pub(crate) fn runs(count: u64) -> String {
     counted(count, "run")
 }
 
+/// Most names of runs in a line.
+const MOST_NAMED: usize = 5;
+
+/// Lists names, and how many more there are of a long list.
+pub(crate) fn some_of(names: &[&str]) -> String {
+    match names.len().saturating_sub(MOST_NAMED) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names[..MOST_NAMED].join(", ")),
+    }
+}
+
 /// Formats the number of runs in each state.
 pub(crate) fn in_words(plan: &Plan, counts: Counts) -> String {
     let Counts { done, failed, quarantined, refused, contradicted, missing } = counts;

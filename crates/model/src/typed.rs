@@ -16,7 +16,7 @@ pub struct TypedError {
 }
 
 /// Most numbers such as `100.0` that are read as whole ones, since each costs a pass over the text.
-const MOST_WHOLE: usize = 1000;
+const MOST_WHOLE: usize = 100;
 
 /// Reads a text. Where a whole number is meant, `100.0` and `1e2` are accepted as well. `listed_in` says
 /// where long lists of names are found in full.

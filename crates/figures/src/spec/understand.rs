@@ -194,8 +194,8 @@ impl Known<'_> {
             self.axes.iter().enumerate().flat_map(|(n, axis)| axis.keys.iter().map(move |key| (n, key)));
         keys.clone().find(|(_, key)| key.path == name).ok_or_else(|| {
             let names: Vec<&str> = keys.map(|(_, key)| key.path).collect();
-            let numbers = numbers_of_summary().filter(|_| what == "x").map(Number::name);
-            let meant = suggestion(name, names.iter().copied().chain(numbers));
+            let numbers: Vec<&str> = numbers_of_summary().filter(|_| what == "x").map(Number::name).collect();
+            let meant = suggestion(name, [&names[..], &numbers[..]].concat());
             let more =
                 if what == "x" { ", or with a family a number of `asperity summary --schema`" } else { "" };
             format!("{what} = {name:?} does not vary{meant} (accepted: {}{more})", names.join(", "))

@@ -38,6 +38,7 @@ mod golden;
 mod hostile;
 #[cfg(feature = "analysis")]
 mod look;
+mod mistakes;
 mod new_detector;
 #[cfg(unix)]
 mod not_files;

@@ -169,12 +169,12 @@ fn what_cannot_be_drawn_is_refused_when_it_is_planned() {
         (
             "'first_slip_s'",
             "'first_slip'",
-            "figure.phase-map \"map.png\": colour = \"first_slip\" is no number of the summary (accepted: ",
+            "figure.phase-map \"map.png\": colour = \"first_slip\" is no number of the summary; did you mean first_slip_s or first_slip_ft_fn? (accepted: ",
         ),
         (
             "x = 'normal_load.tilt'",
             "x = 'normal_load.tlit'",
-            "x = \"normal_load.tlit\" does not vary (accepted: normal_load.tilt, ",
+            "x = \"normal_load.tlit\" does not vary; did you mean normal_load.tilt? (accepted: normal_load.tilt, ",
         ),
         (
             "colour = 'first_slip_s'\nover",
@@ -192,7 +192,7 @@ fn what_cannot_be_drawn_is_refused_when_it_is_planned() {
             "friction.spread_seed varies, and the figure says nothing of it (accepted: ",
         ),
         ("file = 'family.png'", "file = '../family.png'", "is no name of a figure (accepted: "),
-        ("[[figure.lengths]]", "[[figure.length]]", "unknown field `length`"),
+        ("[[figure.lengths]]", "[[figure.length]]", "length: unknown key; did you mean lengths?"),
         (
             "colour = 'first_slip_s'",
             "colour = 'first_slip_s'\nx_scale = 'log'",

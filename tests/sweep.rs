@@ -644,7 +644,11 @@ stated = '0.5'
         ),
         ("run = '5'", "run = '7'", "there is no run 7"),
         ("tilt=0.5", "tilt=0.6", "at: no run has normal_load.tilt=0.6"),
-        ("load.tilt=0.5", "load.tint=0.5", "at: normal_load.tint does not vary (accepted: normal_load.tilt,"),
+        (
+            "load.tilt=0.5",
+            "load.tint=0.5",
+            "at: normal_load.tint does not vary; did you mean normal_load.tilt? (accepted: normal_load.tilt,",
+        ),
         ("run = '5'", "run = '5'\nat = ['normal_load.tilt=0.5']", "needs run, or at without run"),
     ] {
         let said = refused(old, new);

@@ -269,7 +269,7 @@ fn reproduce_uses_only_what_is_whole() {
         let cell = &table[*verdict]["reproduce"];
         let again = format!("small: made again: its log is {verdict}: ");
         match cell.as_str() {
-            "used" => assert!(code == 0 && said.contains("1 runs are there already"), "{said}"),
+            "used" => assert!(code == 0 && said.contains("1 run used again"), "{said}"),
             "made again" => {
                 assert!(code == 0 && said.contains(&again), "{verdict}: {said}");
                 assert!(succeed(&["check", text(&stored)]).contains(": whole: "));

@@ -41,10 +41,10 @@ use crate::exit::Failure;
 use crate::given::{self, Taken};
 #[cfg(feature = "analysis")]
 use crate::named_runs::{self, not_written};
-use crate::outputs::create_folder;
+use crate::outputs::{A_FOLDER, create_folder, fits};
 use crate::progress::{Board, Stages};
 use crate::report;
-use crate::study::{in_words, outcome, read_for_tables};
+use crate::study::{in_words, outcome, read_for_tables, some_of};
 use crate::study_page::{self, Rows, Shown};
 use crate::terminal::say;
 
@@ -55,6 +55,7 @@ const TABLES: &str = "tables";
 
 pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
     let SweepCollectArguments { folder, to, out, no_provenance } = arguments;
+    out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
     let (plan, results) = read_for_tables(folder)?;
     let has_names = !plan.common.runs.is_empty();
     if has_names && out.is_some() {
@@ -88,7 +89,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
             .map(|(_, named)| named.name.as_str())
             .collect();
         if !missing.is_empty() {
-            board.line(&format!("no tables, figures and claims without {}", missing.join(", ")));
+            board.line(&format!("no tables, figures and claims without {}", some_of(&missing)));
         } else {
             #[cfg(feature = "analysis")]
             named_runs::of_plan(&plan, folder, beside, provenance, board)?;
@@ -131,6 +132,7 @@ fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Beside {
 #[cfg(feature = "analysis")]
 pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
     let SweepDrawArguments { folder, from, out, no_provenance } = arguments;
+    out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
     let (plan, results) = read_for_tables(folder)?;
     let mut inputs = vec![folder.join(FILE)];
     let all = match from {

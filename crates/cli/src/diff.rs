@@ -20,11 +20,18 @@ use asperity_run::Checked;
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
 use crate::given::{self, Taken};
-use crate::outputs::refused;
+use crate::outputs::{fits, refused};
 use crate::reading::{self, Reading};
 use crate::{summary, terminal, verdict_exit};
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
+    for (option, path, ending, what) in [
+        ("--page", &arguments.page, "html", "a page"),
+        ("--draft-policy", &arguments.draft_policy, "toml", "a policy"),
+        ("--matches", &matches_file(arguments), "parquet", "a Parquet table"),
+    ] {
+        path.as_ref().map_or(Ok(()), |path| fits(option, path, ending, what))?;
+    }
     let mut settings = settings(arguments)?;
     let files = outputs(arguments)?;
     let told = |error: FileError| refused("", &error, true);

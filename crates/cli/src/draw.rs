@@ -11,7 +11,7 @@ use asperity_record::RunHeader;
 use asperity_run::{Checked, NodeState, Nodes};
 
 use crate::args::DrawArguments;
-use crate::exit::{Failure, folder_is_there};
+use crate::exit::Failure;
 use crate::outputs::refused;
 use crate::progress::Board;
 use crate::reading::{self, Reading};
@@ -115,8 +115,7 @@ fn target(run: &Path, out: Option<&Path>, kinds: &[Kind]) -> Result<Target, Fail
             out.display(),
             kinds.len()
         ))),
-        Target::File(file) => folder_is_there("--out", file).map(|()| target),
-        Target::Folder(_) => Ok(target),
+        _ => Ok(target),
     }
 }
 

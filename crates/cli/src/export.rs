@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, Inputs};
+use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, NodesError, Unchecked, Verdict};
 use asperity_tables::export::MOST_FOREIGN;
@@ -12,13 +13,14 @@ use asperity_tables::{Csv, Export, ExportError, Ndjson, NodeRows, Ran, Report, R
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::{create_folder, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::progress::Board;
 use crate::summary::WITHOUT_ENERGIES;
 use crate::terminal;
 use crate::verdict_exit;
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
+    fits("--out", &arguments.out, "", A_FOLDER)?;
     let requests = requests(arguments)?;
     create_folder(&arguments.out)?;
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
@@ -106,7 +108,7 @@ fn export_one(
         export.finish(state(checked.verdict), problem).map_err(failure)?;
     for (path, rows) in files {
         match rows {
-            Some(rows) => terminal::say(format_args!("{}: {rows} rows", path.display()))?,
+            Some(rows) => terminal::say(format_args!("{}: {}", path.display(), counted(rows, "row")))?,
             None => terminal::say(format_args!("{}: what the others hold", path.display()))?,
         }
     }
@@ -128,8 +130,9 @@ fn export_one(
             Err(Failure::Log(
                 verdict,
                 format!(
-                    "{}: {verdict}: exported up to step {last_step} ({last_s} s), {}: {problem}",
+                    "{}: {verdict}: exported up to step {last_step} ({} s), {}: {problem}",
                     run.display(),
+                    short_time(last_s),
                     match verdict {
                         Verdict::Damaged => "where the log is damaged",
                         Verdict::Salvaged => "with gaps",

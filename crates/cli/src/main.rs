@@ -3,6 +3,7 @@
 mod args;
 mod check;
 mod collect;
+mod commands;
 mod completions;
 mod diff;
 #[cfg(feature = "analysis")]
@@ -44,7 +45,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use asperity_record::printable;
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 use args::{Arguments, Command, SweepCommand};
 use exit::Failure;
@@ -79,7 +80,8 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
     }
     // The library quotes refused arguments; parsing the printable ones gives the same error.
     let plain = given.iter().map(|argument| printable(&argument.to_string_lossy()).into_owned());
-    Arguments::try_parse_from(plain).err().unwrap_or(error).print().ok();
+    let error = Arguments::try_parse_from(plain).err().unwrap_or(error);
+    commands::advised(error, &Arguments::command()).print().ok();
     Err(Failure::Said(exit::Code::BadInput))
 }
 

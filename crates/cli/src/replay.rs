@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
-use asperity_record::Event;
+use asperity_record::{Event, counted};
 use asperity_run::detectors::Settings;
 use asperity_run::{CODE_VERSION, Checked, Comparison, Observer, ReplayError, Replayed, check};
 use serde::Serialize;
@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::args::ReplayArguments;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::{create_folder, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::progress::{Board, RunProgress};
 use crate::terminal::{self, Data};
 use crate::verdict_exit;
@@ -38,6 +38,7 @@ pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), F
         None => Settings::default(),
     };
     if let Some(out) = &arguments.out {
+        fits("--out", out, "", A_FOLDER)?;
         none_is_taken(&arguments.runs, out)?;
         create_folder(out)?;
     }
@@ -239,8 +240,8 @@ impl Replay<'_> {
             None => "by the settings given".to_owned(),
         };
         if self.arguments.format.is_none() {
-            let slip_events = replayed.slip_events;
-            terminal::say(format_args!("{name}: {slip_events} slip events, {verdict}"))?;
+            let slip_events = counted(replayed.slip_events, "slip event");
+            terminal::say(format_args!("{name}: {slip_events}, {verdict}"))?;
         }
         Ok(())
     }

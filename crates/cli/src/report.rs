@@ -16,7 +16,7 @@ use asperity_study::given::{Given, RECORD};
 
 use crate::args::ReportArguments;
 use crate::exit::{self, Code, Failure};
-use crate::outputs::refused;
+use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::relative_link::relative_link;
@@ -31,7 +31,7 @@ const ACCEPTED: &str = "run logs; or folders of a pipeline, which have a reprodu
 
 pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), Failure> {
     let ReportArguments { of, out, .. } = arguments;
-    exit::folder_is_there("--out", out)?;
+    fits("--out", out, "html", "a page")?;
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
     let files = FileSet::new(existing, Inputs::of(of.iter().filter(|path| path.is_file())));
     let not_written = |error| refused("--out", &error, true);

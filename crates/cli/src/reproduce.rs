@@ -19,7 +19,7 @@ use asperity_tables::{TableFileError, summaries, table_file, tables};
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::named_runs::{Missing, Source, inputs, not_written};
-use crate::outputs::refused;
+use crate::outputs::{A_FOLDER, fits, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal::say;
@@ -33,6 +33,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let out = &arguments.out;
     let rules = PrecursorRules { min_blocks: arguments.min_blocks, merge_gap_s: arguments.merge_gap_s };
     rules.check().map_err(|error| Failure::BadInput(format!("--merge-gap-s: {error}")))?;
+    fits("--out", out, "", A_FOLDER)?;
     if !is_new_folder(out).unwrap_or(false) {
         return Err(Failure::BadInput(format!(
             "--out {} exists already and is not empty (accepted: a new or empty folder)",
@@ -117,6 +118,7 @@ pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(
 pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let ReproduceArguments { pipeline: file, out, set, solver, fresh, no_provenance, jobs: at_once, .. } =
         arguments;
+    fits("--out", out, "", A_FOLDER)?;
     let (study, jobs) = read_study(file, set, board)?;
     let mut beside = Beside::default();
     if study.grid.is_some() {

@@ -10,9 +10,9 @@ use asperity_run::{Begin, CHECKPOINT_INTERVAL, LeftError, LogTo, RunError, Solve
 use asperity_runlog::{Unfinished, WriteError};
 
 use crate::args::RunArguments;
-use crate::exit::{Failure, folder_is_there};
+use crate::exit::Failure;
 use crate::interrupt;
-use crate::outputs::refused;
+use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::summary;
 
@@ -51,7 +51,6 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
             arguments.checkpoint_s
         ))
     })?;
-    folder_is_there("--out", out)?;
     let &RunArguments { solver, resume, stats, .. } = arguments;
     make(
         &Making { scenario: &scenario, out, solver: solver.into(), checkpoint_interval, resume, stats },
@@ -59,7 +58,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     )
 }
 
-/// Makes a run and logs it. The folder of its log must exist.
+/// Makes a run and logs it.
 pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
     let &Making { scenario, out, solver, checkpoint_interval, resume, stats } = making;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
@@ -71,6 +70,7 @@ pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
         board.line(&format!("{}: {} is whole already", scenario.name, out.display()));
         return Ok(());
     }
+    fits("--out", out, "mcap", "a run log, from which `asperity export` makes tables")?;
     let unfinished = Unfinished::of(out).map_err(|error| failure(error.into(), board, &scenario.name))?;
     if let (Some(unfinished), false) = (&unfinished, resume) {
         return Err(Failure::BadInput(format!(
@@ -101,11 +101,18 @@ pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
     }
     if stats {
         board.answer(outcome.counters.to_string().trim_end());
+        let fallbacks = outcome.end.iter().flat_map(|end| &end.solver.fallbacks);
+        fallbacks.for_each(|fallback| board.answer(fallback));
     }
     Ok(())
 }
 
 fn taken(out: &Path) -> Failure {
+    if out.is_dir() {
+        let file = out.join("run.mcap");
+        let (out, file) = (out.display(), file.display());
+        return Failure::BadInput(format!("--out {out} is a folder (accepted: a file, as {file})"));
+    }
     Failure::BadInput(format!(
         "--out {} exists already (accepted: a path that does not exist)",
         out.display()

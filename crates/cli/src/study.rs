@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 
+use asperity_record::counted;
 use asperity_study::plan::FILE;
 use asperity_study::results::{Counts, WHAT_TO_DO};
 use asperity_study::{Plan, Results};
@@ -63,7 +64,18 @@ pub(crate) fn outcome(counts: Counts) -> Result<(), Failure> {
 
 /// Formats a number of runs.
 pub(crate) fn runs(count: u64) -> String {
-    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
+    counted(count, "run")
+}
+
+/// Most names of runs in a line.
+const MOST_NAMED: usize = 5;
+
+/// Lists names, and how many more there are of a long list.
+pub(crate) fn some_of(names: &[&str]) -> String {
+    match names.len().saturating_sub(MOST_NAMED) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names[..MOST_NAMED].join(", ")),
+    }
 }
 
 /// Formats the number of runs in each state.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use asperity_model::WRONG_FRONT;
 use asperity_numbers::{Slider, Summarizer, Summary, text};
-use asperity_record::RunHeader;
+use asperity_record::{RunHeader, counted};
 use asperity_run::{Checked, at_once};
 use asperity_tables::{CsvRows, Spelling};
 
@@ -75,10 +75,7 @@ pub(crate) fn tell(run: impl Display, summary: &Summary, board: &Board) {
 
 /// Formats the summary in one line.
 pub(crate) fn in_short(summary: &Summary) -> String {
-    let precursors = match summary.precursor_count.unwrap_or_default() {
-        1 => "1 precursor".to_owned(),
-        count => format!("{count} precursors"),
-    };
+    let precursors = counted(summary.precursor_count.unwrap_or_default(), "precursor");
     match (summary.first_global_rupture_onset_s, summary.first_global_rupture_ft_fn) {
         (None, _) => format!("{precursors}, no slip of the whole slider"),
         (Some(onset_s), None) => format!("{precursors}, the whole slider slips at {onset_s:.4} s"),
@@ -112,20 +109,22 @@ fn notes(summary: &Summary) -> Vec<String> {
         ));
     } else if summary.raw_events_mislead == Some(true) {
         notes.push(
-            "raw slip events mislead: they last far longer than fronts take, or join ruptures far apart"
+            "raw slip events mislead: they last far longer than fronts take, or join ruptures far apart; its ruptures \
+             are the events to count"
                 .to_owned(),
         );
     }
     if summary.unloaded_event_count > 0 || summary.contact_steps_in_air > Some(0) {
         let in_air = match summary.contact_steps_in_air {
             Some(steps) if steps > 0 => {
-                format!("; contacts were in the air for {steps} steps, summed over them")
+                format!("; contacts were in the air for {}, summed over them", counted(steps, "step"))
             }
             _ => String::new(),
         };
         notes.push(format!(
-            "{} of its {} slip events are of contacts without load alone, which rub on nothing{in_air} (docs/slab.md)",
-            summary.unloaded_event_count, summary.event_count
+            "{} of its {} are of contacts without load alone, which rub on nothing{in_air} (docs/slab.md)",
+            summary.unloaded_event_count,
+            counted(summary.event_count, "slip event")
         ));
     }
     match summary.ruptures_from.as_str() {

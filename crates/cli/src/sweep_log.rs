@@ -4,7 +4,7 @@ use asperity_study::Plan;
 use asperity_study::plan::Row;
 
 use crate::args::SweepLogArguments;
-use crate::exit::{Failure, folder_is_there};
+use crate::exit::Failure;
 use crate::progress::Board;
 use crate::run::{self, Making};
 use crate::study::read_plan;
@@ -12,7 +12,6 @@ use crate::study::read_plan;
 /// Makes the run as planned and logs it; its id is that in the plan.
 pub(crate) fn command(arguments: &SweepLogArguments, board: &Board) -> Result<(), Failure> {
     let SweepLogArguments { folder, run, out, resume } = arguments;
-    folder_is_there("--out", out)?;
     let plan = read_plan(folder)?;
     plan.check_code(folder).map_err(Failure::bad_input)?;
     let row = row(&plan, run)?;

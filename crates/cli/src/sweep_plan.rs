@@ -10,7 +10,7 @@ use asperity_study::{Plan, PlanError, Study};
 use crate::args::SweepPlanArguments;
 use crate::exit::Failure;
 use crate::given::{self, Taken};
-use crate::outputs::{create_folder, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::progress::Board;
 use crate::study::runs;
 use crate::terminal::say;
@@ -74,6 +74,7 @@ pub(crate) fn planned(
 }
 
 fn is_new(folder: &Path) -> Result<(), Failure> {
+    fits("--out", folder, "", A_FOLDER)?;
     if is_new_folder(folder).unwrap_or(false) {
         return Ok(());
     }

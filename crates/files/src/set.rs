@@ -10,7 +10,7 @@ use crate::error::FileError;
 use crate::identity::Identity;
 use crate::inputs::Inputs;
 use crate::lock::wait_for_folder;
-use crate::place::{Place, There, is_taken};
+use crate::place::{Place, There, folder_of, is_taken};
 use crate::rename::{Existing, rename, sync_folder_of};
 use crate::stage::Stage;
 
@@ -38,6 +38,16 @@ struct State {
 /// they are empty.
 #[derive(Debug, Default)]
 struct MadeFolders(Vec<PathBuf>);
+
+impl MadeFolders {
+    fn create(&mut self, folder: &Path) -> Result<(), FileError> {
+        let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !is_taken(folder);
+        let new: Vec<PathBuf> = folder.ancestors().take_while(is_new).map(Path::to_owned).collect();
+        create_folder(folder)?;
+        self.0.extend(new.into_iter().rev());
+        Ok(())
+    }
+}
 
 impl Drop for MadeFolders {
     fn drop(&mut self) {
@@ -102,7 +112,8 @@ impl FileSet {
         outputs.try_for_each(|output| state.inputs.check(&output.path))
     }
 
-    /// Checks that files can be written, before the work for them begins. Their folders must exist.
+    /// Checks that files can be written, before the work for them begins. Creates their folders as
+    /// [`FileSet::folder`] does.
     ///
     /// # Errors
     /// If a name is taken, or is that of an input or of another file of the set.
@@ -117,11 +128,7 @@ impl FileSet {
     /// # Errors
     /// If the system refuses.
     pub fn folder(&self, folder: &Path) -> Result<(), FileError> {
-        let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !is_taken(folder);
-        let new: Vec<PathBuf> = folder.ancestors().take_while(is_new).map(Path::to_owned).collect();
-        create_folder(folder)?;
-        self.state().made.0.extend(new.into_iter().rev());
-        Ok(())
+        self.state().made.create(folder)
     }
 
     /// Begins a file, whether or not it was reserved.
@@ -242,6 +249,9 @@ impl State {
     /// Returns the index of an output that is not begun; adds it if it is new.
     fn reserve(&mut self, path: &Path, existing: Existing) -> Result<usize, FileError> {
         let there = There::at(path)?;
+        if there == There::Nothing {
+            self.made.create(folder_of(path))?;
+        }
         let place = Place::of(path).map_err(FileError::io(path))?;
         let is_device = there == There::Device;
         if let Some(index) = self.outputs.iter().position(|output| output.place == place) {
@@ -396,7 +406,6 @@ mod tests {
         let begin = || {
             let files = set(Existing::Refuse);
             files.folder(&path("mine")).unwrap();
-            files.folder(&path("new/within")).unwrap();
             files.folder(&path("new/beside")).unwrap();
             files.write(&path("new/within/a"), "1").unwrap();
             files

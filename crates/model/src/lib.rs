@@ -28,6 +28,7 @@
 //! - `window_keys`: the keys of a dense window.
 //! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reads texts and names places in them.
+//! - [`typed`]: reads texts that are no scenarios into types.
 //! - [`source`]: scenario texts and `--set` overrides as layers; each value keeps its place for
 //!   error messages.
 //! - `defaults`: checks written values against their keys and fills in defaults.
@@ -83,6 +84,7 @@ pub mod source;
 mod splitmix;
 mod suggest;
 pub mod text;
+pub mod typed;
 mod warnings;
 mod window_keys;
 
@@ -99,5 +101,5 @@ pub use resolve::{ResolveError, find, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;
-pub use suggest::suggestion;
+pub use suggest::{among, key_suggestion, suggestion};
 pub use warnings::WRONG_FRONT;

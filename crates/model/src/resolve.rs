@@ -67,9 +67,8 @@ pub enum ResolveError {
     /// No built-in scenario or file has that name.
     #[error(
         "scenario {name}: neither a file that can be read ({source}) nor a built-in scenario{} \
-         (accepted: a path, or one of {})",
-        suggest::suggestion(name, builtin_names()),
-        builtin_names().collect::<Vec<_>>().join(", ")
+         (accepted: a path, or a name that `asperity scenario list` prints)",
+        suggest::suggestion(name, builtin_names())
     )]
     Unknown {
         /// The requested name.
@@ -302,7 +301,7 @@ mod tests {
         assert!(error.starts_with("scenario defualt: neither a file that can be read ("), "{error}");
         assert!(
             error.contains(
-                ") nor a built-in scenario; did you mean default? (accepted: a path, or one of default, "
+                ") nor a built-in scenario; did you mean default? (accepted: a path, or a name that `asperity "
             ),
             "{error}"
         );

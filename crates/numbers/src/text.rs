@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use asperity_record::printable;
+use asperity_record::{printable, short};
 use serde_json::Value;
 
 use crate::summary::Summary;
@@ -88,35 +88,7 @@ fn spelled(value: &Value) -> String {
         Value::Bool(flag) => if *flag { "yes" } else { "no" }.to_owned(),
         // Names come from users.
         Value::String(text) => printable(text).into_owned(),
-        Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
+        Value::Number(number) if number.is_f64() => short(number.as_f64().unwrap_or_default()),
         other => other.to_string(),
-    }
-}
-
-/// Significant digits of a number in text; JSON and CSV have all of them.
-const DIGITS: usize = 6;
-
-fn rounded(number: f64) -> String {
-    let short: f64 = format!("{number:.*e}", DIGITS - 1).parse().expect("what was printed is a number");
-    if short != 0.0 && !(1e-4..1e7).contains(&short.abs()) { format!("{short:e}") } else { short.to_string() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rounded;
-
-    #[test]
-    fn numbers_have_six_digits() {
-        for (number, text) in [
-            (2.634_697_6, "2.6347"),
-            (0.1, "0.1"),
-            (0.0, "0"),
-            (1e-7, "1e-7"),
-            (-8.012_345_67e-5, "-8.01235e-5"),
-            (123_456_789.0, "1.23457e8"),
-            (9_999_999.6, "1e7"),
-        ] {
-            assert_eq!(rounded(number), text);
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Event, Record, RunHeader};
+use crate::{Event, Record, RunHeader, short_time};
 
 /// Observes a run as it is made, replayed or read out of its log. All calls are made on one thread, in
 /// the order of the log. Summaries, tables, pages and progress bars are observers, and a pair of
@@ -131,7 +131,9 @@ pub enum Notice<'a> {
 impl fmt::Display for Notice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Notice::GoesOn { step, time_s } => write!(f, "goes on from {time_s} s, step {step}"),
+            Notice::GoesOn { step, time_s } => {
+                write!(f, "goes on from {} s, step {step}", short_time(*time_s))
+            }
             Notice::LackedItsName => f.write_str("it was whole, but for its name"),
             Notice::Warning(warning) => write!(f, "warning: {warning}"),
             Notice::LoadNotReached { ratio } => write!(

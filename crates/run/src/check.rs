@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-use asperity_record::{EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent};
+use asperity_record::{
+    EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent, counted, short_time,
+};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
 use crate::detectors;
@@ -207,7 +209,8 @@ impl fmt::Display for Seen {
         let Seen {
             messages, last_step, last_s, slips, other_code, other_events_from, other_detectors, ..
         } = self;
-        write!(f, "{messages} records and events, {slips} slip events, up to step {last_step} ({last_s} s)")?;
+        let (slips, last_s) = (counted(*slips, "slip event"), short_time(*last_s));
+        write!(f, "{messages} records and events, {slips}, up to step {last_step} ({last_s} s)")?;
         if let Some(version) = other_code {
             write!(f, ", by code version {}", shortened(version))?;
         }

@@ -220,7 +220,10 @@ impl<'a> SpellOut<'a> {
         for ensemble in ensembles {
             ensemble.check()?;
             if by_name.insert(ensemble.name.as_str(), ensemble).is_some() {
-                return Err(format!("two ensembles are called {}", ensemble.name));
+                return Err(format!(
+                    "two ensembles are called {} (accepted: a name of its own for each)",
+                    ensemble.name
+                ));
             }
         }
         Ok(SpellOut { ensembles: by_name, left: LONGEST_TOML_BYTES })

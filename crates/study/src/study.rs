@@ -274,8 +274,11 @@ mod tests {
             (format!("{TILTS}{TILTS}"), "normal_load.tilt varies on axes 1 and 2"),
             (format!("set = ['normal_load.tilt=0']\n{TILTS}"), "both set normal_load.tilt"),
             (many.to_owned(), "too many runs"),
-            (format!("keep = ['movies']\n{TILTS}"), "unknown variant"),
-            (format!("colour = 1\n{TILTS}"), "unknown field"),
+            (
+                format!("keep = ['movies']\n{TILTS}"),
+                "keep = 'movies' is not accepted (accepted: events, ruptures, ",
+            ),
+            (format!("colour = 1\n{TILTS}"), "line 3, column 1: colour: unknown key"),
             (
                 format!("{TILTS}[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'count'\n"),
                 "figure.family \"a.png\": y = \"count\" is no number",

@@ -19,6 +19,7 @@ mod man;
 #[cfg(feature = "analysis")]
 mod named_runs;
 mod outputs;
+mod preview;
 mod progress;
 mod reading;
 mod relative_link;

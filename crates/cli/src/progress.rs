@@ -55,6 +55,13 @@ impl Board {
         }
     }
 
+    /// Prints a note above the bars where somebody watches: on a terminal only, as the bars.
+    pub(crate) fn aside(&self, text: &str) {
+        if self.on_terminal {
+            self.line(text);
+        }
+    }
+
     /// Prints requested output above the bars, even if the board is quiet.
     pub(crate) fn answer(&self, text: &str) {
         for line in text.lines() {

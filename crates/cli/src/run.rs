@@ -13,6 +13,7 @@ use crate::args::RunArguments;
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::outputs::{fits, refused};
+use crate::preview;
 use crate::progress::Board;
 use crate::summary;
 
@@ -81,6 +82,9 @@ pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
         )));
     }
     interrupt::install()?;
+    for (what, words) in preview::lines(&scenario, &scenario.preview()) {
+        board.aside(&format!("{}: {what}: {words}", scenario.name));
+    }
     let header = task.header();
     // Progress, and notes about the physics at the end.
     let mut observers = (

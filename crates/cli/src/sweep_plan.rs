@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 use asperity_files::{Inputs, is_new_folder};
+use asperity_model::Preview;
 use asperity_study::plan::FILE;
 use asperity_study::{Plan, PlanError, Study};
 
@@ -11,6 +12,7 @@ use crate::args::SweepPlanArguments;
 use crate::exit::Failure;
 use crate::given::{self, Taken};
 use crate::outputs::{A_FOLDER, create_folder, fits, refused};
+use crate::preview;
 use crate::progress::Board;
 use crate::study::runs;
 use crate::terminal::say;
@@ -113,18 +115,14 @@ fn is_of(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     )))
 }
 
-/// Most runs of a plan whose warnings are printed.
-const MOST_WARNED: usize = 3;
-
 /// Says how many runs are planned, and what the first of them are warned of.
 fn tell(plan: &Plan, board: &Board) {
-    let warned: Vec<_> = plan.rows.iter().filter(|row| !row.warnings.is_empty()).collect();
-    for row in warned.iter().take(MOST_WARNED) {
-        let label = plan.label(row.run);
-        row.warnings.iter().for_each(|warning| board.line(&format!("{label}: warning: {warning}")));
-    }
-    if warned.len() > MOST_WARNED {
-        board.line(&format!("and warnings of {} more", runs((warned.len() - MOST_WARNED) as u64)));
+    let warned = plan.rows.iter().filter(|row| !row.warnings.is_empty());
+    let warned = warned.map(|row| (plan.label(row.run), &row.warnings[..]));
+    preview::folded(warned).iter().for_each(|line| board.line(line));
+    let previews: Vec<&Preview> = plan.rows.iter().filter_map(|row| row.preview.as_ref()).collect();
+    if let Some(words) = preview::ranges(&previews) {
+        board.line(&words);
     }
     let refused = plan.rows.iter().filter(|row| row.refused.is_some()).count();
     let mut line = format!("{} planned", runs(plan.rows.len() as u64));

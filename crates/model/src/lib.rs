@@ -44,9 +44,11 @@
 //! - [`slab`]: a body on a foundation in static equilibrium under its load.
 //! - `splitmix`: pseudo-random numbers.
 //! - `derive`: from a scenario to a plan.
+//! - [`preview`]: material and load of a run in advance.
 //! - `law_keys`: keys that only some friction laws use.
 //! - `random_offsets`: checks listed offsets of friction against the drawn ones.
 //! - `show`: formats a scenario as commented TOML.
+//! - `implausible`: values that no solid has, and the unit that was probably mistaken.
 //! - `warnings`: accepted values that may surprise.
 //! - [`analytic`]: predictions of the theory.
 //! - [`front`]: the theory of the speed of fronts.
@@ -65,6 +67,7 @@ mod defaults;
 mod derive;
 pub mod elastic;
 pub mod front;
+mod implausible;
 pub mod initial;
 pub mod keys;
 pub mod lattice;
@@ -73,6 +76,7 @@ mod law_keys;
 pub mod laws;
 pub mod load;
 pub mod plan;
+pub mod preview;
 mod profile;
 mod random_offsets;
 mod resolve;
@@ -97,9 +101,10 @@ pub use load::LoadCourse;
 pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
+pub use preview::Preview;
 pub use resolve::{ResolveError, find, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;
 pub use suggest::{among, key_suggestion, suggestion};
-pub use warnings::WRONG_FRONT;
+pub use warnings::{WRONG_FRONT, Warning};

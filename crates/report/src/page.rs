@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use asperity_record::RunHeader;
 
 use crate::claims;
+use crate::derived;
 use crate::html::markup::{counted, section, text};
 use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use crate::parameter_table::{self, Parameters, differing, parameters};
@@ -24,8 +25,9 @@ impl Study {
         let sketches: Vec<String> = self.runs.iter().map(|run| sketch(&run.scenario)).collect();
         let what = match (sketches.first(), asked.first()) {
             (Some(sketch), Some(first)) => format!(
-                "<div class=\"model\">{sketch}{}</div>\n{}<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
+                "<div class=\"model\">{sketch}{}{}</div>\n{}<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
                 parameter_table::main(first, &differing),
+                derived::list(self.runs.iter().map(|run| &run.scenario)),
                 self.other_models(&sketches),
                 if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" },
                 parameters(first, &differing)

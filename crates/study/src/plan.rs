@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use asperity_figures::Figure;
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::keys::Key;
-use asperity_model::{Scenario, ScenarioSource};
+use asperity_model::{Preview, Scenario, ScenarioSource, Warning};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once};
@@ -89,7 +89,10 @@ pub struct Row {
     pub refused: Option<String>,
     /// Warnings of the scenario when the plan is made; not stored.
     #[serde(skip)]
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
+    /// What is known of the run when the plan is made; not stored.
+    #[serde(skip)]
+    pub preview: Option<Preview>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -428,11 +431,19 @@ impl Reading {
 impl Row {
     /// A run with the scenario that was resolved for it, or the reason why it is refused.
     fn of(run: u64, values: Vec<Value>, resolved: Result<Scenario, String>) -> Row {
-        let (id, refused, warnings) = match resolved {
-            Ok(scenario) => (Some(Task::new(&scenario).header().run_id), None, scenario.warnings()),
-            Err(reason) => (None, Some(reason), Vec::new()),
-        };
-        Row { run, values, id, refused, warnings }
+        match resolved {
+            Ok(scenario) => Row {
+                run,
+                values,
+                id: Some(Task::new(&scenario).header().run_id),
+                refused: None,
+                warnings: scenario.warnings(),
+                preview: Some(scenario.preview()),
+            },
+            Err(reason) => {
+                Row { run, values, id: None, refused: Some(reason), warnings: Vec::new(), preview: None }
+            }
+        }
     }
 
     fn parse(line: &str, run: u64, keys: &[&'static Key], has_names: bool) -> Result<Row, String> {

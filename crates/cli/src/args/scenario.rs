@@ -27,6 +27,9 @@ place and what is accepted, and so are its warnings. The time step is compared
 with the longest one that is stable while no block switches; beyond 0.4 of that,
 the energy that switches feed into the slider shows in the results.
 
+Material, load and first slip follow from the parameters, as long as nothing
+slides: docs/scenarios.md derives them.
+
 The bound on the log holds whatever the numbers are; compressed, a log has a
 third of it or less. What depends on events is given for each of them. How long
 the plain solver takes is tried on this machine for a quarter of a second, and

@@ -110,6 +110,7 @@ pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(
     let mut study = Study::read(file).map_err(Failure::bad_input)?;
     sweep::tell_notes(&study, file, board);
     study.set(set);
+    sweep::tell_parameter_sets(&study, file, board);
     let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let jobs = study.jobs().map_err(refused)?;
     Ok((study, jobs))

@@ -58,6 +58,7 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
     }
     let read = StudyFile::read(sweep).map_err(Failure::bad_input)?;
     tell_notes(&read, sweep, board);
+    tell_parameter_sets(&read, sweep, board);
     let plan = Plan::of(&read, *skip_refused, *jobs)
         .map_err(|error| Failure::BadInput(format!("{}: {error}", sweep.display())))?;
     create_folder(out)?;
@@ -85,6 +86,11 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
 /// Says what the author of a study should change.
 pub(crate) fn tell_notes(study: &StudyFile, file: &Path, board: &Board) {
     study.notes().iter().for_each(|note| board.line(&format!("note: {}: {note}", file.display())));
+}
+
+/// Says which parameter sets the runs of a study have, and what chose them.
+pub(crate) fn tell_parameter_sets(study: &StudyFile, file: &Path, board: &Board) {
+    board.line(&format!("{}: {}", file.display(), study.parameter_sets()));
 }
 
 /// Most runs of a plan whose warnings are printed.

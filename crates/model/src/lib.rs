@@ -45,6 +45,7 @@
 //! - `derive`: from a scenario to a plan.
 //! - `law_keys`: keys that only some friction laws use.
 //! - `random_offsets`: checks listed offsets of friction against the drawn ones.
+//! - `as_coded`: says which slider a parameter set gives.
 //! - `show`: formats a scenario as commented TOML.
 //! - `warnings`: accepted values that may surprise.
 //! - [`analytic`]: predictions of the theory.
@@ -56,6 +57,7 @@
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
 
 pub mod analytic;
+mod as_coded;
 pub mod builtin;
 pub mod chain;
 mod choices;
@@ -95,7 +97,7 @@ pub use load::LoadCourse;
 pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
-pub use resolve::{ResolveError, find, resolve};
+pub use resolve::{ResolveError, find, resolve, source};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;

@@ -29,7 +29,10 @@ use crate::study::{Grid, Study};
 pub const FILE: &str = "plan.ndjson";
 
 /// The version of the plan format.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
+
+/// The version in which scenarios without `parameter_set` mean `as-coded`.
+const FORMAT_AS_CODED: u32 = 1;
 
 /// The longest first line: the texts of a scenario and of a sweep, in which JSON escapes line
 /// breaks and quotation marks as two bytes.
@@ -465,13 +468,15 @@ impl Row {
 
 impl Common {
     fn parse(line: &str) -> Result<(Common, Vec<&'static Key>), String> {
-        let common: Common = serde_json::from_str(line).map_err(|error| {
+        let mut common: Common = serde_json::from_str(line).map_err(|error| {
             let problem = problem_of(&error);
             format!("a plan of another form: {problem} (accepted: one by this version of the program)")
         })?;
-        if common.format != FORMAT {
-            return Err(format!("format = {} (accepted: {FORMAT})", common.format));
+        if ![FORMAT_AS_CODED, FORMAT].contains(&common.format) {
+            return Err(format!("format = {} (accepted: {FORMAT_AS_CODED} or {FORMAT})", common.format));
         }
+        let is_older = common.is_older();
+        common.runs.iter_mut().for_each(|run| run.is_older = is_older);
         let keys = common.keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>();
         let keys = keys.map_err(|problem| format!("keys: {problem}"))?;
         let mut seen = BTreeSet::new();
@@ -489,6 +494,10 @@ impl Common {
         Ok((common, keys))
     }
 
+    fn is_older(&self) -> bool {
+        self.format == FORMAT_AS_CODED
+    }
+
     /// The overrides of a run, as `key=value`.
     pub fn assignments(&self, values: &[Value]) -> Vec<String> {
         self.keys.iter().zip(values).map(|(key, value)| format!("{key}={value}")).collect()
@@ -500,6 +509,7 @@ impl Common {
     /// If it refuses them.
     pub fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
         let source = ScenarioSource::new(&self.scenario, &self.scenario_toml);
+        let source = if self.is_older() { source.stored_by_older_program() } else { source };
         let assignments = self.set.iter().cloned().chain(self.assignments(values));
         let source = assignments.fold(source, |source, assignment| source.with_override(&assignment));
         Scenario::resolve(&source).map_err(|errors| errors.to_string())

@@ -17,7 +17,7 @@ use crate::hold_phase::{
     Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold, sag,
 };
 use crate::of::numbers;
-use crate::partial;
+use crate::partial_ruptures;
 use crate::plane_waves::speeds_along_rows_m_per_s;
 use crate::precursors;
 use crate::run_data::{Load, RunEvents};

@@ -20,8 +20,8 @@ impl Scenario {
             let key = KEYS.iter().find(|key| key.path == path);
             key.and_then(|key| key.default_in(true)) == Some(keys::Value::Number(number))
         };
-        let is_coded = has("slider.mass_kg", slider.mass_kg)
-            || has("slider.relative_damping", slider.relative_damping);
+        let is_coded =
+            has("slider.mass_kg", slider.mass_kg) || has("slider.relative_damping", slider.relative_damping);
         (is_coded && *parameter_set == ParameterSet::AsCoded)
             .then(|| format!("as coded: {}", self.mass_and_wave_speed()))
     }

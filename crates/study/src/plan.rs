@@ -527,3 +527,32 @@ fn json(value: &impl Serialize) -> String {
     line.push('\n');
     line
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use asperity_model::ParameterSet;
+
+    use super::Plan;
+
+    /// Its scenario names no parameter set, which meant `as-coded` when it was planned.
+    #[test]
+    fn a_plan_of_the_former_default_means_the_scenarios_that_it_was_made_of() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1");
+        let plan = Plan::read(&folder).unwrap();
+        assert!(!plan.common.scenario_toml.contains("parameter_set"));
+        for row in &plan.rows {
+            let scenario = plan.resolve(row).unwrap();
+            assert_eq!(scenario.parameter_set, ParameterSet::AsCoded);
+            // As run ids are computed.
+            let id = blake3::Hasher::new()
+                .update(scenario.hash().as_bytes())
+                .update(&plan.common.record_schema_version.to_le_bytes())
+                .update(plan.common.code_version.as_bytes())
+                .finalize();
+            assert_eq!(row.id, Some(id.to_hex().to_string()), "run {}", row.run);
+        }
+        assert!(plan.check_code(&folder).unwrap_err().to_string().contains("by code version"));
+    }
+}

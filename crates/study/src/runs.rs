@@ -238,7 +238,9 @@ impl<'a> SpellOut<'a> {
     fn take(&mut self, bytes: usize) -> Result<(), String> {
         let left = self.left.checked_sub(bytes);
         self.left = left.ok_or_else(|| {
-            format!("ensembles and set: more than {LONGEST_TOML_BYTES} bytes when written out (accepted: fewer)")
+            format!(
+                "ensembles and set: more than {LONGEST_TOML_BYTES} bytes when written out (accepted: fewer)"
+            )
         })?;
         Ok(())
     }

@@ -77,7 +77,7 @@ impl Study {
         Study::parse(&text, path.parent().unwrap_or(Path::new("."))).map_err(refused)
     }
 
-    fn parse(text: &str, folder: &Path) -> Result<Study, String> {
+    pub(crate) fn parse(text: &str, folder: &Path) -> Result<Study, String> {
         let file = File::parse(text)?;
         if file.axis.is_empty() && file.run.is_empty() {
             return Err(

@@ -212,7 +212,7 @@ fn outputs_of_a_pipeline_are_compared_with_their_claims() {
     let pipeline = |stated: &str| {
         format!(
             "title = \"One run\"\n[[run]]\nname = \"small\"\nscenario = \"ten-blocks\"\n\
-             set = [\"time.step_s=1e-7\", \"time.duration_s=0.9\"]\n[[claim]]\nabout = \"a\"\nquote = \"q\"\n\
+             set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.9\"]\n[[claim]]\nabout = \"a\"\nquote = \"q\"\n\
              run = \"small\"\nmeasure = \"first_slip_ft_fn\"\nstated = \"{stated}\"\n"
         )
     };

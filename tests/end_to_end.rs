@@ -148,12 +148,12 @@ title = "Two short runs"
 [[run]]
 name = "plain"
 scenario = "ten-blocks"
-set = ["time.step_s=1e-7", "time.duration_s=0.9"]
+set = ["parameter_set=as-coded", "time.step_s=1e-7", "time.duration_s=0.9"]
 
 [[run]]
 name = "tilted"
 scenario = "ten-blocks"
-set = ["time.step_s=1e-7", "time.duration_s=0.6", "normal_load.tilt=-0.5"]
+set = ["parameter_set=as-coded", "time.step_s=1e-7", "time.duration_s=0.6", "normal_load.tilt=-0.5"]
 
 [[precursors]]
 run = "plain"
@@ -256,6 +256,7 @@ first_global_slips = ["coded", "stated"]
 name = "coded"
 scenario = "ten-blocks"
 set = [
+  "parameter_set=as-coded",
   "time.step_s=2e-7", "time.duration_s=1.6", "normal_load.total_n=400",
   "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
   "recording.window=[{ from_s = 0.0, to_s = 1.6, every_s = 1e-4, first_block = 1, last_block = 5 }]",
@@ -274,6 +275,7 @@ set = [
 name = "kicked"
 scenario = "ten-blocks"
 set = [
+  "parameter_set=as-coded",
   "time.step_s=2e-7", "time.duration_s=1.6", "normal_load.total_n=400", "initial_velocity.mode=0",
   "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
 ]
@@ -406,7 +408,7 @@ fn a_killed_pipeline_goes_on_with_its_run() {
     let pipeline = folder.path().join("pipeline.toml");
     // Some seconds of the plain solver, with a checkpoint once a second.
     let text_of = "title = \"one\"\n[[run]]\nname = \"one\"\nscenario = \"default\"\n\
-                   set = [\"time.duration_s=0.2\"]\n";
+                   set = [\"parameter_set=as-coded\", \"time.duration_s=0.2\"]\n";
     fs::write(&pipeline, text_of).expect("the folder can be written");
     let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
     let arguments = |out| ["reproduce", text(&pipeline), "--solver", "plain", "--out", out];

@@ -473,7 +473,7 @@ title = "Small"
 [[run]]
 name = "one"
 scenario = "ten-blocks"
-set = ["time.step_s=1e-7", "time.duration_s=0.3"]
+set = ["parameter_set=as-coded", "time.step_s=1e-7", "time.duration_s=0.3"]
 "#;
 
 #[cfg(feature = "analysis")]

@@ -44,6 +44,7 @@ mod new_detector;
 mod not_files;
 #[cfg(feature = "analysis")]
 mod page;
+mod parameter_sets;
 mod prestress;
 #[cfg(feature = "analysis")]
 mod print;

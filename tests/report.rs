@@ -60,7 +60,7 @@ fn study(folder: &Path) -> PathBuf {
     let of_run = |name: &str, tilt: &str| {
         format!(
             "[[run]]\nname = \"{name}\"\nscenario = \"default\"\n\
-             set = [\"slider.blocks=20\", \"time.step_s=1e-7\", \"time.duration_s=1.5\", \"normal_load.tilt={tilt}\"]\n\
+             set = [\"parameter_set=as-coded\", \"slider.blocks=20\", \"time.step_s=1e-7\", \"time.duration_s=1.5\", \"normal_load.tilt={tilt}\"]\n\
              [[figure.load]]\nfile = \"figure-1.0{}.png\"\nrun = \"{name}\"\nsliding = true\ntitle = \"tilt {tilt}\"\n",
             name.len()
         )
@@ -402,7 +402,7 @@ fn named_as_parts(folder: &Path) -> PathBuf {
     let mut toml = "title = \"Parts\"\n".to_owned();
     for name in ["a", "b"] {
         toml += &format!(
-            "[[run]]\nname = \"{name}\"\nscenario = \"ten-blocks\"\nset = [\"time.step_s=1e-7\", \"time.duration_s=1\"]\n"
+            "[[run]]\nname = \"{name}\"\nscenario = \"ten-blocks\"\nset = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=1\"]\n"
         );
     }
     for file in
@@ -603,7 +603,7 @@ fn a_sweep_has_a_page_with_its_runs() {
     fs::write(
         &sweep,
         "title = \"Tilts\"\nscenario = \"default\"\n\
-         set = [\"slider.blocks=10\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]\n\
+         set = [\"parameter_set=as-coded\", \"slider.blocks=10\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]\n\
          [[axis]]\nkey = \"normal_load.tilt\"\nvalues = [-0.5, 0, 0.5]\n\
          [[figure.family]]\nfile = \"counts.png\"\nx = \"normal_load.tilt\"\ny = \"precursor_count\"\n",
     )

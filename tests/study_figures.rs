@@ -10,7 +10,7 @@ use crate::support::binary::{asperity, succeed, text};
 const SWEEP: &str = "
 title = 'Short runs'
 scenario = 'default'
-set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1.5', 'friction.static_spread=0.05']
+set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1.5', 'friction.static_spread=0.05']
 [[axis]]
 key = 'normal_load.tilt'
 values = [-0.5, 0, 0.5]

@@ -249,7 +249,7 @@ fn a_pipeline_has_the_summary_of_each_of_its_runs() {
     let run = |name: &str, tilt: f64| {
         format!(
             "[[run]]\nname = \"{name}\"\nscenario = \"ten-blocks\"\n\
-             set = [\"time.step_s=1e-7\", \"time.duration_s=1.2\", \"normal_load.tilt={tilt}\"]\n"
+             set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=1.2\", \"normal_load.tilt={tilt}\"]\n"
         )
     };
     let toml = format!("title = \"Two\"\n{}{}", run("even", 0.0), run("tilted", 0.5));

@@ -109,7 +109,7 @@ fn stderr_that_cannot_be_written_changes_nothing_but_the_words() {
     fs::write(
         folder.path().join("two.toml"),
         "title = \"t\"\n[[run]]\nname = \"a\"\nscenario = \"ten-blocks\"\n\
-        set = [\"time.step_s=1e-7\", \"time.duration_s=0.2\"]\n",
+        set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.2\"]\n",
     )
     .expect("the folder can be written");
     let mut commands = vec![

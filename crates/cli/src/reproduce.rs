@@ -108,8 +108,7 @@ impl Observer for Loads {
 
 /// Reads a study, and resolves its runs that have names with overrides.
 pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(Study, Vec<Job>), Failure> {
-    let mut study = sweep_plan::read_study(file, board)?;
-    study.set(set);
+    let study = sweep_plan::read_study(file, set, board)?;
     let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let jobs = study.jobs().map_err(refused)?;
     Ok((study, jobs))

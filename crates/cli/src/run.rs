@@ -44,7 +44,7 @@ impl<'a> Making<'a> {
 }
 
 pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
-    let scenario = arguments.choice.resolve()?;
+    let scenario = arguments.choice.resolve_and_tell(board)?;
     let out = arguments.out.as_path();
     let checkpoint_interval = Duration::try_from_secs_f64(arguments.checkpoint_s).map_err(|_| {
         Failure::BadInput(format!(
@@ -100,7 +100,8 @@ pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
     progress.end(outcome.has_run);
     if outcome.has_run {
         let found = summarizer.finish(RupturesFrom::Log, outcome.end.as_ref());
-        board.line(&format!("{}: {}", scenario.name, summary::in_short(&found)));
+        let as_coded = scenario.as_coded_in_words().map(|words| format!("; {words}")).unwrap_or_default();
+        board.line(&format!("{}: {}{as_coded}", scenario.name, summary::in_short(&found)));
         summary::tell(&scenario.name, &found, board);
     }
     if stats {

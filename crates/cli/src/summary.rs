@@ -23,13 +23,17 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
         return print_json(&Summary::schema());
     }
     let found = at_once(&arguments.runs, None, |run| Ok::<_, Failure>(of_log(run)))?;
-    let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, _)| summary).collect();
+    let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, ..)| summary).collect();
+    let as_coded = found.iter().flatten().find_map(|(.., as_coded)| as_coded.as_deref());
     if !summaries.is_empty() {
-        print(arguments, &summaries)?;
+        print(arguments, &summaries, as_coded)?;
     }
     let mut codes = Vec::new();
     for (run, found) in arguments.runs.iter().zip(found) {
-        let told = found.and_then(|(summary, checked)| {
+        let told = found.and_then(|(summary, checked, as_coded)| {
+            if let Some(as_coded) = as_coded.filter(|_| arguments.runs.len() > 1) {
+                board.line(&format!("{}: {as_coded}", run.display()));
+            }
             tell(run.display(), &summary, board);
             wrong_fronts(&summary).iter().for_each(|note| board.line(&format!("{}: {note}", run.display())));
             verdict_exit::finish(run, &checked, board)
@@ -42,7 +46,12 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
     Code::worst(codes).said()
 }
 
-fn print(arguments: &SummaryArguments, summaries: &[&Summary]) -> Result<(), Failure> {
+/// Prints the summaries; `as_coded` says of a single run that it is one of the thesis' program.
+fn print(
+    arguments: &SummaryArguments,
+    summaries: &[&Summary],
+    as_coded: Option<&str>,
+) -> Result<(), Failure> {
     match (arguments.format, summaries, arguments.runs.as_slice()) {
         (SummaryFormat::Json, [summary], [_]) => print_json(summary),
         (SummaryFormat::Json, ..) => print_json(&summaries),
@@ -52,7 +61,7 @@ fn print(arguments: &SummaryArguments, summaries: &[&Summary]) -> Result<(), Fai
             summaries.iter().try_for_each(|summary| rows.push_texts(summary.row()))?;
             Ok(rows.finish()?.flush()?)
         }
-        (SummaryFormat::Text, [summary], [_]) => Ok(words(&text::of_one(summary))?),
+        (SummaryFormat::Text, [summary], [_]) => Ok(words(&text::of_one(summary, as_coded))?),
         (SummaryFormat::Text, ..) => Ok(words(&text::of_several(summaries.iter().copied()))?),
     }
 }
@@ -146,14 +155,18 @@ fn name(run: &Path) -> String {
     run.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The summary of the sound part of a log, and its verdict.
+/// The summary of the sound part of a log, its verdict, and, if the run is as coded, words for that.
 ///
 /// # Errors
 /// If it is not a run log, or its scenario is invalid.
-fn of_log(run: &Path) -> Result<(Summary, Checked), Failure> {
-    let begin = |header: &RunHeader, toml: &str| begin(run, header, toml);
+fn of_log(run: &Path) -> Result<(Summary, Checked, Option<String>), Failure> {
+    let mut as_coded = None;
+    let begin = |header: &RunHeader, toml: &str| {
+        as_coded = reading::scenario(run, toml)?.and_then(|scenario| scenario.as_coded_in_words());
+        begin(run, header, toml)
+    };
     let Reading { checked, observer, ruptures_from } = reading::once(run, begin, |_| Ok(()))?;
-    Ok((observer.finish(ruptures_from, checked.seen.end.as_ref()), checked))
+    Ok((observer.finish(ruptures_from, checked.seen.end.as_ref()), checked, as_coded))
 }
 
 /// Begins the summary of a log with this header and scenario.

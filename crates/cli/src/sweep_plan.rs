@@ -20,18 +20,20 @@ use crate::terminal::say;
 pub(crate) fn command(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
     let SweepPlanArguments { sweep, out, skip_refused, jobs } = arguments;
     is_new(out)?;
-    let study = read_study(sweep, board)?;
+    let study = read_study(sweep, &[], board)?;
     let plan = resolved(&study, sweep, *skip_refused, *jobs)?;
     write(&plan, sweep, out)?;
     tell(&plan, board);
     Ok(say(out.join(FILE).display())?)
 }
 
-/// Reads a study, and says what its author should change.
-pub(crate) fn read_study(file: &Path, board: &Board) -> Result<Study, Failure> {
+/// Reads a study with overrides for its runs that have names, and says what its author should change and which parameter sets its runs have.
+pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<Study, Failure> {
     given::check(file, Taken::Runs)?;
-    let study = Study::read(file).map_err(Failure::bad_input)?;
+    let mut study = Study::read(file).map_err(Failure::bad_input)?;
+    study.set(set);
     study.notes().iter().for_each(|note| board.line(&format!("note: {}: {note}", file.display())));
+    board.line(&format!("{}: {}", file.display(), study.parameter_sets()));
     Ok(study)
 }
 
@@ -47,7 +49,7 @@ pub(crate) fn begun(
     if !is_there {
         is_new(folder)?;
     }
-    let study = read_study(sweep, board)?;
+    let study = read_study(sweep, &[], board)?;
     let plan = resolved(&study, sweep, skip_refused, jobs)?;
     if is_there {
         is_of(&plan, folder)?;

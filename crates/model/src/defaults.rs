@@ -16,15 +16,16 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
     for (key, entry) in DRAWN_KEYS.iter().filter_map(|key| Some((key, entries.values.get(key.path)?))) {
         checked(key, key.path, entry, errors);
     }
-    let as_coded = match entries.values.get("parameter_set").map(|entry| &entry.value) {
-        Some(Written::Text(word)) => word == keys::PARAMETER_SETS[0],
-        _ => true,
+    let set = match entries.values.get("parameter_set").map(|entry| &entry.value) {
+        Some(Written::Text(word)) => word,
+        _ => entries.unnamed_set,
     };
     let mut table = toml::Table::new();
     for key in KEYS {
         let value = match entries.values.get(key.path) {
             Some(entry) => checked(key, key.path, entry, errors),
-            None => key.default_in(as_coded).map(keys::Value::to_toml),
+            None if key.path == "parameter_set" => Some(toml::Value::String(set.to_owned())),
+            None => key.default_in(set == keys::AS_CODED).map(keys::Value::to_toml),
         };
         if let Some(value) = value {
             insert(&mut table, key.path, value);

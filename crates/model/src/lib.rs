@@ -47,6 +47,7 @@
 //! - [`preview`]: material and load of a run in advance.
 //! - `law_keys`: keys that only some friction laws use.
 //! - `random_offsets`: checks listed offsets of friction against the drawn ones.
+//! - `as_coded`: says which slider a parameter set gives.
 //! - `show`: formats a scenario as commented TOML.
 //! - `implausible`: values that no solid has, and the unit that was probably mistaken.
 //! - `warnings`: accepted values that may surprise.
@@ -59,6 +60,7 @@
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
 
 pub mod analytic;
+mod as_coded;
 pub mod builtin;
 pub mod chain;
 mod choices;
@@ -102,7 +104,7 @@ pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 pub use preview::Preview;
-pub use resolve::{ResolveError, find, resolve};
+pub use resolve::{ResolveError, find, resolve, source};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;

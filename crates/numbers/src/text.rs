@@ -10,13 +10,16 @@ use crate::summary::Summary;
 /// Replaces a missing value.
 const NOTHING: &str = "-";
 
-/// Formats one summary: a line per key, under headings.
-pub fn of_one(summary: &Summary) -> String {
+/// Formats one summary: a line per key, under headings; with other words for its parameter set, if given.
+pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
     let values = summary.values();
     let lines: Vec<(String, String)> = Summary::KEYS
         .iter()
         .zip(&values)
-        .map(|(key, value)| (key.label(), with_unit(value, key.column.unit)))
+        .map(|(key, value)| match parameter_set.filter(|_| key.column.name == "parameter_set") {
+            Some(words) => (key.label(), words.to_owned()),
+            None => (key.label(), with_unit(value, key.column.unit)),
+        })
         .collect();
     let label_width = lines.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
     let mut text = String::new();

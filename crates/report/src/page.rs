@@ -87,12 +87,26 @@ impl Study {
         let mut out = format!("<header>\n<h1>{}</h1>\n", text(&self.title));
         out += &claims::heading(&self.claims);
         out += &format!(
-            "<p class=\"soft\">{}, {}, {}.</p>\n</header>\n",
+            "<p class=\"soft\">{}, {}, {}.</p>\n{}</header>\n",
             counted(self.runs.len() as u64, "run"),
             counted(count(|run| run.collected.rupture_count), "rupture"),
-            counted(self.figures.len() as u64, "figure")
+            counted(self.figures.len() as u64, "figure"),
+            self.as_coded()
         );
         out
+    }
+
+    /// Says that runs are of the thesis' program, with its slider.
+    fn as_coded(&self) -> String {
+        let coded = self.runs.iter().filter_map(|run| run.scenario.as_coded_in_words());
+        let coded: Vec<String> = coded.collect();
+        let Some(first) = coded.first() else { return String::new() };
+        let others = if coded.iter().all(|words| words == first) { "" } else { " and others" };
+        let share = match self.runs.len() {
+            all if all == coded.len() => String::new(),
+            all => format!(", in {} of {all} runs", coded.len()),
+        };
+        format!("<p>{}{others}{share}.</p>\n", text(first))
     }
 
     fn footer(&self) -> String {

@@ -89,7 +89,11 @@ impl Observer for Seen<'_> {
 }
 
 fn scenario() -> Scenario {
-    resolve("default", &["slider.blocks=10", "time.step_s=1e-6", "time.duration_s=3"]).expect("it resolves")
+    resolve(
+        "default",
+        &["parameter_set=as-coded", "slider.blocks=10", "time.step_s=1e-6", "time.duration_s=3"],
+    )
+    .expect("it resolves")
 }
 
 const NEVER: &(dyn Fn() -> bool + Sync) = &|| false;
@@ -271,8 +275,11 @@ fn a_stored_log_of_another_run_is_shown_to_nobody() {
     job.make(folder.path(), solver, false, Threads::One, NEVER, &mut ()).expect("it runs");
     assert!(matches!(job.stored(folder.path(), solver, &mut seen), Stored::Whole(_)));
     assert!(!seen.records.is_empty() && !seen.events.is_empty());
-    let fewer = resolve("default", &["slider.blocks=5", "time.step_s=1e-6", "time.duration_s=3"])
-        .expect("it resolves");
+    let fewer = resolve(
+        "default",
+        &["parameter_set=as-coded", "slider.blocks=5", "time.step_s=1e-6", "time.duration_s=3"],
+    )
+    .expect("it resolves");
     let other = Job { scenario: fewer, ..job };
     let mut seen = Seen::ALL;
     let stored = other.stored(folder.path(), solver, &mut seen);

@@ -61,7 +61,7 @@ pub(crate) struct File {
     pub(crate) title: String,
     /// The scenario that its axes vary.
     pub(crate) scenario: Option<String>,
-    /// Overrides of that scenario, `key=value`.
+    /// Overrides of all its runs, `key=value`; those of a run or an ensemble come after them.
     #[serde(default)]
     pub(crate) set: Vec<String>,
     /// What is stored of each run over the axes.
@@ -158,10 +158,12 @@ impl File {
         Ok(file)
     }
 
-    /// Puts the runs of ensembles beside the others, and wherever an ensemble is named.
+    /// Puts the runs of ensembles beside the others and wherever an ensemble is named, and the overrides
+    /// of all runs before those of each.
     fn spell_out_ensembles(&mut self) -> Result<(), String> {
         let mut spell_out = SpellOut::new(&self.ensemble)?;
         spell_out.add_runs(&mut self.run)?;
+        spell_out.set_in_all(&self.set, &mut self.run)?;
         #[cfg(feature = "analysis")]
         {
             let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))

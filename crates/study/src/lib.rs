@@ -31,7 +31,8 @@
 //!
 //! In reading order:
 //!
-//! - [`axis`]: what varies; [`runs`]: the runs that have names; [`Study`]: the file that has both.
+//! - [`axis`]: what varies; [`runs`]: the runs that have names; [`Study`]: the file that has both;
+//!   `parameter_sets`: which parameter sets they have, and why.
 //! - [`Plan`]: every run with its values and its id; never changed once made.
 //! - [`work`]: makes one run; [`staging`]: unfinished logs of long runs.
 //! - [`stored`]: the packed result of a run; [`segment`]: the file of a worker's results;
@@ -51,6 +52,7 @@ mod error;
 mod file;
 pub mod given;
 mod lines;
+mod parameter_sets;
 #[cfg(feature = "analysis")]
 pub mod parameter_table;
 #[cfg(feature = "analysis")]

@@ -44,8 +44,10 @@ const ON_LOGS: [&[&str]; 12] = [
     &["diff", "FILE", "FILE"],
     &["scenario", "show", "FILE"],
 ];
-const ON_UNFINISHED: [&[&str]; 2] =
-    [&["check", "FILE"], &["run", "default", "--quiet", "--resume", "--out", "run.mcap"]];
+const ON_UNFINISHED: [&[&str]; 2] = [
+    &["check", "FILE"],
+    &["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--resume", "--out", "run.mcap"],
+];
 const ON_PARQUET: [&[&str]; 2] = [&["events", "FILE"], &["diff", "FILE", "FILE"]];
 const ON_CSV: [&[&str]; 1] = [&["diff", "FILE", "FILE"]];
 const ON_SCENARIOS: [&[&str]; 3] =

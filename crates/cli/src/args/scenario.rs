@@ -12,7 +12,7 @@ pub(crate) enum ScenarioCommand {
     #[command(after_help = "\
 Examples:
   asperity scenario show default
-  asperity scenario show default --set parameter_set=as-stated
+  asperity scenario show default --set parameter_set=as-coded
   asperity scenario show out/mine.toml")]
     Show(ScenarioChoice),
     /// Say what a run would be, without making it: time step, steps, time, length of its log.

@@ -443,6 +443,9 @@ values = [2e-7, 2.5e-6]
         code == 0 && err.contains("run 2, time.step_s=2.5e-6: warning: time.step_s = 2.5e-6 is"),
         "{err}"
     );
+    let ranges =
+        "F_T/F_N is at most 1, if nothing slides; the first slip comes at 0.1458 s; the time step is ";
+    assert!(err.contains(ranges) && err.contains(" of the longest stable one\n2 runs planned\n"), "{err}");
     let (code, _, err) = sweep(&["run", text(&out)]);
     assert!(code == 1 && err.contains("run 2, time.step_s=2.5e-6: in step "), "{code} {err}");
     let (code, status, _) = sweep(&["status", text(&out)]);

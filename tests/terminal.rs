@@ -263,3 +263,32 @@ fn limits_of_the_process_are_named() {
     let (code, err) = run("ulimit -v 30000; exec $ASPERITY run ten-blocks --out memory.mcap");
     assert!(code != Some(0) && !err.contains("panicked"), "{code:?} {err}");
 }
+
+/// Lines that say what is known in advance stand where somebody watches, and not in what a script reads.
+#[test]
+#[cfg(unix)]
+fn a_run_on_a_terminal_begins_with_what_is_known_of_it() {
+    let folder = asperity_testkit::folder();
+    let run = |out: &str, before: &[&str]| {
+        let out = folder.path().join(out);
+        let short =
+            ["run", "ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.01", "--out"];
+        let all = [before, &[env!("CARGO_BIN_EXE_asperity")], &short, &[text(&out)]].concat();
+        let output = Command::new(all[0])
+            .args(&all[1..])
+            .env("TERM", "xterm")
+            .stdin(Stdio::null())
+            .output()
+            .expect("it starts");
+        let (out, err) = said(&output);
+        assert!(output.status.success(), "{out} {err}");
+        out + &err
+    };
+    let spawn = ["python3", "-c", "import pty, sys; sys.exit(pty.spawn(sys.argv[1:]) >> 8)"];
+    let watched = run("watched.mcap", &spawn);
+    for line in ["material: density ", "load: F_T/F_N reaches mu_d = 0.45 at ", "first slip: at "] {
+        assert!(watched.contains(&format!("ten-blocks: {line}")), "{watched}");
+    }
+    let read = run("read.mcap", &[]);
+    assert!(!read.contains("first slip: at ") && read.contains("ten-blocks: warning: "), "{read}");
+}

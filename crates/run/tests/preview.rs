@@ -4,9 +4,13 @@ use asperity_model::{Preview, resolve};
 use asperity_record::Record;
 use asperity_run::{Begin, Observer, Task, run};
 
-/// Largest relative difference in time. Samples are interpolated, so inertia is what remains: a drive that
-/// starts at once leaves a vibration.
-const TOLERANCE: f64 = 1e-4;
+/// Largest relative difference of loads, and of the times at which they are reached. Samples are interpolated,
+/// so what remains is inertia: a drive that starts at once leaves a vibration.
+const OF_LOADS: f64 = 1e-4;
+
+/// Largest relative difference of the time of the first slip: as coded, viscosity delays the shear on a
+/// block by some `eta / k`, 0.4 ms of the 0.29 s here.
+const OF_FIRST_SLIP: f64 = 1e-3;
 
 /// When `F_T / F_N` first reaches a ratio, by interpolation between step records; its largest value; and
 /// when a block first detaches.
@@ -48,9 +52,9 @@ fn made(name: &str, sets: &[&str]) -> (Preview, Loads) {
 }
 
 #[track_caller]
-fn agree(what: &str, run: Option<f64>, preview: Option<f64>) {
+fn agree(what: &str, tolerance: f64, run: Option<f64>, preview: Option<f64>) {
     let (run, preview) = (run.expect("the run gets there"), preview.expect("the preview says so"));
-    assert!((run / preview - 1.0).abs() < TOLERANCE, "{what}: {run} in the run, {preview} before");
+    assert!((run / preview - 1.0).abs() < tolerance, "{what}: {run} in the run, {preview} before");
 }
 
 /// Nothing slides before the load has reached `mu_d`, so high is `mu_s`.
@@ -90,8 +94,8 @@ fn loads_of_stuck_sliders_are_those_of_the_preview() {
         let (preview, loads) = made(name, &sets);
         let what = format!("{name} {more:?}");
         assert_eq!(loads.detached_s, None, "{what}: nothing slides");
-        agree(&what, loads.reached_s, preview.dynamic_load_s);
-        agree(&what, Some(loads.largest), preview.largest_load_ratio);
+        agree(&what, OF_LOADS, loads.reached_s, preview.dynamic_load_s);
+        agree(&what, OF_LOADS, Some(loads.largest), preview.largest_load_ratio);
     }
 }
 
@@ -115,7 +119,7 @@ fn the_first_block_slips_when_the_preview_says_so() {
     ];
     for (name, first, more) in cases {
         let (preview, loads) = made(name, &[first, more].concat());
-        agree(&format!("{name} {more:?}"), loads.detached_s, preview.first_slip_s);
+        agree(&format!("{name} {more:?}"), OF_FIRST_SLIP, loads.detached_s, preview.first_slip_s);
     }
 }
 
@@ -124,5 +128,5 @@ fn a_drive_that_stops_at_a_load_stops_there() {
     let sets = ["slider.blocks=20", "time.step_s=2e-7", "time.duration_s=3", STUCK];
     let (preview, loads) = made("default", &[&sets[..], &["drive.until_load_ratio=0.2"]].concat());
     assert_eq!((loads.reached_s, preview.dynamic_load_s), (None, None));
-    agree("the load that stops it", Some(loads.largest), preview.largest_load_ratio);
+    agree("the load that stops it", OF_LOADS, Some(loads.largest), preview.largest_load_ratio);
 }

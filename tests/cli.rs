@@ -405,7 +405,10 @@ fn a_missing_folder_is_created_for_what_is_written_into_it() {
     succeed(&["report", text(&log), "--out", text(&page)]);
     assert!(log.is_file() && page.is_file());
     let stderr = fail(&["run", "ten-blocks", "--out", text(&page.join("run.mcap"))], 2);
-    assert!(stderr.contains("run.mcap is in a folder that is a file (accepted: another file)"), "{stderr}");
+    assert!(
+        stderr.contains("run.mcap.partial is in a folder that is a file (accepted: another file)"),
+        "{stderr}"
+    );
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn mistaken_commands_and_options_lead_to_the_right_ones() {
         ("run mine.toml -o x.h5", &["--out x.h5", "a run log", "(accepted: x.mcap)"]),
         ("run mine.toml -o mine.toml", &["mine.toml exists already"]),
         ("run mine.toml -o .", &["is a folder (accepted: a file, as ./run.mcap)"]),
-        ("run mine.toml -o mine.toml/x.mcap", &["mine.toml/x.mcap is in a folder that is a file"]),
+        ("run mine.toml -o mine.toml/x.mcap", &["mine.toml/x.mcap.partial is in a folder that is a file"]),
         ("sweep plan sweep.toml -o plan.csv", &["--out plan.csv", "(accepted: a folder, as plan)"]),
         ("summary none.mcap", &["none.mcap: there is no such file"]),
         ("check", &["<RUN.mcap>"]),

@@ -169,7 +169,7 @@ fn what_cannot_be_drawn_is_refused_when_it_is_planned() {
         (
             "'first_slip_s'",
             "'first_slip'",
-            "figure.phase-map \"map.png\": colour = \"first_slip\" is no number of the summary; did you mean first_slip_s or first_slip_ft_fn? (accepted: ",
+            "figure.phase-map \"map.png\": colour = \"first_slip\" is no number of the summary; did you mean first_slip_s? (accepted: ",
         ),
         (
             "x = 'normal_load.tilt'",

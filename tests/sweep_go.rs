@@ -104,8 +104,10 @@ fn the_log_of_a_run_is_that_of_its_scenario() {
 /// A run with a name is asked for by it, and a run that is refused cannot be made.
 #[test]
 fn runs_have_names_and_reasons() {
-    let toml = SHORT.replace("values = [-0.5, 0, 0.5]", "values = [0, 2]")
-        + "[[run]]\nname = 'own'\nscenario = 'ten-blocks'\nset = ['time.step_s=1e-7', 'time.duration_s=0.01']\n";
+    let toml = SHORT.replace(
+        "key = 'normal_load.tilt'\nvalues = [-0.5, 0, 0.5]",
+        "key = 'friction.reattach'\nvalues = ['two-way', 'one-way']",
+    ) + "[[run]]\nname = 'own'\nscenario = 'ten-blocks'\nset = ['time.step_s=1e-7', 'time.duration_s=0.01']\n";
     let study = Study::of(&toml);
     let out = study.path("out");
     let planned = sweep(&["plan", text(&study.path("sweep.toml")), "-o", text(&out), "--skip-refused"]);

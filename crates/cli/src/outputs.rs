@@ -13,8 +13,12 @@ const ENDINGS: [&str; 26] = [
 ];
 
 /// Refuses the name of an output whose ending says that it is something else than what is written: `what`,
-/// whose names end in `ending`, or which is a folder if that is empty.
+/// whose names end in `ending`, or which is a folder if that is empty. A file that exists is left to the
+/// checks of what may be replaced.
 pub(crate) fn fits(option: &str, path: &Path, ending: &str, what: &str) -> Result<(), Failure> {
+    if path.exists() {
+        return Ok(());
+    }
     let written =
         path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).unwrap_or_default();
     if written == ending || !ENDINGS.contains(&written.as_str()) {

@@ -111,6 +111,7 @@ pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(
     let study = sweep_plan::read_study(file, set, board)?;
     let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let jobs = study.jobs().map_err(refused)?;
+    sweep_plan::tell_parameter_sets(&study, file, board);
     Ok((study, jobs))
 }
 

@@ -26,7 +26,8 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
             Err(Failure::BadInput(format!("--out: {error} (accepted: a path that does not exist)")))
         }
         Err(SalvageProblem::Failed { error: SalvageError::Hopeless { problem, .. }, checked }) => {
-            Err(Failure::Log(checked.verdict, format!("{}: {checked}; {problem}", input.display())))
+            let words = verdict_exit::words(input, &checked);
+            Err(Failure::Log(checked.verdict, format!("{}: {words}; {problem}", input.display())))
         }
         Err(SalvageProblem::Failed { error: SalvageError::Read { .. }, checked })
             if checked.verdict == Verdict::NoRunLog =>

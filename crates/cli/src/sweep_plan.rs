@@ -22,19 +22,24 @@ pub(crate) fn command(arguments: &SweepPlanArguments, board: &Board) -> Result<(
     is_new(out)?;
     let study = read_study(sweep, &[], board)?;
     let plan = resolved(&study, sweep, *skip_refused, *jobs)?;
+    tell_parameter_sets(&study, sweep, board);
     write(&plan, sweep, out)?;
     tell(&plan, board);
     Ok(say(out.join(FILE).display())?)
 }
 
-/// Reads a study with overrides for its runs that have names, and says what its author should change and which parameter sets its runs have.
+/// Reads a study with overrides for its runs that have names, and says what its author should change.
 pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<Study, Failure> {
     given::check(file, Taken::Runs)?;
     let mut study = Study::read(file).map_err(Failure::bad_input)?;
     study.set(set);
     study.notes().iter().for_each(|note| board.line(&format!("note: {}: {note}", file.display())));
-    board.line(&format!("{}: {}", file.display(), study.parameter_sets()));
     Ok(study)
+}
+
+/// Says which parameter sets the runs of a study have, and what chose them.
+pub(crate) fn tell_parameter_sets(study: &Study, file: &Path, board: &Board) {
+    board.line(&format!("{}: {}", file.display(), study.parameter_sets()));
 }
 
 /// The plan of a sweep in a folder: that which is there, if it is of this sweep, or a new one.
@@ -51,6 +56,7 @@ pub(crate) fn begun(
     }
     let study = read_study(sweep, &[], board)?;
     let plan = resolved(&study, sweep, skip_refused, jobs)?;
+    tell_parameter_sets(&study, sweep, board);
     if is_there {
         is_of(&plan, folder)?;
     } else {

@@ -252,9 +252,9 @@ mod tests {
                  (accepted: a number above 0 and below 3.085e-21)",
             ),
             (
-                "time.step_s = 1.7e-13\nslider.relative_damping = 7.5e7\ntime.duration_s = 1.7e-12\n\
+                "parameter_set = 'as-coded'\ntime.step_s = 1.7e-13\nslider.relative_damping = 7.5e7\ntime.duration_s = 1.7e-12\n\
                  recording.sample_s = 0\nrecording.fields_s = 0",
-                "test.toml:1:15: time.step_s: 1.7e-13 is above the stability limit of the scheme for this chain \
+                "test.toml:2:15: time.step_s: 1.7e-13 is above the stability limit of the scheme for this chain \
                  (accepted: a number above 0 and below 1.468e-13)",
             ),
             (

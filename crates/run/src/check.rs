@@ -64,8 +64,8 @@ pub fn check_again(log: &Path) -> Checked {
     Unchecked::open(log).map_or_else(|checked| *checked, |log| log.judge(true, &mut ()))
 }
 
-/// A log that has been opened: what it says of itself before its first record is known, and nothing
-/// else has been read. For observers that depend on it.
+/// A log that has been opened: its header and scenario are known, and no record has been read. For
+/// observers that depend on them.
 pub struct Unchecked(RunReader);
 
 impl Unchecked {

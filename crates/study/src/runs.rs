@@ -382,7 +382,10 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
             refused("values = [1e-9, 2e-9]", "values = []"),
             "ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)"
         );
-        assert_eq!(refused("name = \"base\"", "name = \"kicked-2\""), "two runs are called kicked-2");
+        assert_eq!(
+            refused("name = \"base\"", "name = \"kicked-2\""),
+            "two runs are called kicked-2 (accepted: a name of its own for each)"
+        );
         assert_eq!(
             refused("name = \"base\"\nscenario", "name = \"kicked\"\nscenario"),
             "an ensemble and a run are both called kicked (accepted: different names)"

@@ -40,7 +40,8 @@ Examples:
 
 Does what sweep plan, sweep run and sweep collect do, one after the other.
 Called again, it makes what is missing, and the tables of all. A sweep that was
-edited since needs another folder; its figures alone, asperity sweep draw --from.
+edited since needs another folder; its figures alone, asperity sweep draw
+--from.
 
 Exit codes:
   0    the tables hold all runs

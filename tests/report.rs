@@ -189,6 +189,8 @@ fn fronts_have_the_speed_of_the_side_where_they_ran_farther() {
     let (_, data) = data.split_once('>').expect("a tag ends");
     let (data, _) = data.split_once("</script>").expect("so does the data");
     let data: serde_json::Value = serde_json::from_str(data).expect("it is JSON");
+    // Across the load curve, static friction above sliding friction.
+    assert_eq!(data["lines"], serde_json::json!([["μ_s", 0.7], ["μ_d", 0.45]]));
     let mut speeds = std::collections::BTreeMap::new();
     for row in data["ruptures"].as_array().expect("a list") {
         speeds.insert(row[0].to_string(), row[10].as_f64());

@@ -164,6 +164,27 @@ fn every_command_goes_by_the_verdict_of_check() {
     assert!(commands >= 56, "{commands} commands");
 }
 
+/// A log by other code may have other events, which a replay that finds its own does not confirm.
+#[test]
+fn a_replay_that_finds_other_events_than_the_log_fails() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("small.mcap");
+    small::run(&log);
+    let mut parts = take_apart(&fs::read(&log).expect("it was just written"));
+    let at = messages(&parts, "/events/slip")[3];
+    let mut event: serde_json::Value =
+        serde_json::from_slice(parts[at].payload().expect("it is a message")).expect("messages are JSON");
+    event["ft_fn_max"] = (event["ft_fn_max"].as_f64().expect("it is a number") + 1e-9).into();
+    parts[at] = parts[at].with_payload(event.to_string().as_bytes());
+    correct_end(&mut parts);
+    let run = parts.iter_mut().find(|part| part.name() == Some("run")).expect("there is a header");
+    *run = by_other_code(run);
+    fs::write(&log, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+    let (code, said) = outcome(&["replay", text(&log)]);
+    assert!(code == 1 && said.contains("the replay gives "), "{code}: {said}");
+    assert!(!said.contains("the same as logged"), "{said}");
+}
+
 /// A log of which hardly anything can be read has its verdict and the exit codes of that like any
 /// other: `summary` and `report` used to end with 1.
 #[test]

@@ -209,19 +209,9 @@ impl FileSet {
         for record in records.iter().filter(|record| is_taken(&record.path)) {
             fs::remove_file(&record.path).map_err(FileError::io(&record.path))?;
         }
-        let mut given = Vec::new();
-        let mut outcome = give_names(&others, &stages, existing, &mut given);
-        if outcome.is_ok() {
-            outcome = give_names(&records, &stages, existing, &mut given);
-        }
-        if outcome.is_err() && existing == Existing::Refuse {
-            // The set was never complete.
-            given.into_iter().for_each(Output::take_back);
-        }
-        if outcome.is_ok() {
-            made.0.clear();
-        }
-        outcome
+        give_all_names(&others, &records, &stages, existing)?;
+        made.0.clear();
+        Ok(())
     }
 
     fn begin(&self, path: &Path, is_record: bool) -> Result<(File, PathBuf), FileError> {
@@ -324,6 +314,25 @@ impl Output {
             fs::remove_file(place).ok();
         }
     }
+}
+
+/// Renames files to their names, the records last; on a failure takes back those that were free.
+fn give_all_names(
+    others: &[Output],
+    records: &[Output],
+    stages: &[Stage],
+    existing: Existing,
+) -> Result<(), FileError> {
+    let mut given = Vec::new();
+    let mut outcome = give_names(others, stages, existing, &mut given);
+    if outcome.is_ok() {
+        outcome = give_names(records, stages, existing, &mut given);
+    }
+    if outcome.is_err() && existing == Existing::Refuse {
+        // The set was never complete.
+        given.into_iter().for_each(Output::take_back);
+    }
+    outcome
 }
 
 /// Renames files to their names, and pushes the renamed ones to a list.
@@ -459,11 +468,8 @@ mod tests {
         files.write(&path("b"), "2").unwrap();
         let state = files.state.into_inner().unwrap();
         fs::write(path("b"), "mine").unwrap();
-        let mut given = Vec::new();
-        let outcome = super::give_names(&state.outputs, &state.stages, Existing::Refuse, &mut given);
+        let outcome = super::give_all_names(&state.outputs, &[], &state.stages, Existing::Refuse);
         assert!(matches!(outcome, Err(FileError::Exists(there)) if there == path("b")));
-        assert_eq!(given.len(), 1);
-        given.into_iter().for_each(super::Output::take_back);
         drop(state);
         assert_eq!(content(folder.path()), of([("b", "mine")]));
     }

@@ -31,9 +31,12 @@ Examples:
   asperity diff out/before.mcap out/after.mcap --page out/diff.html
   asperity diff out/before out/after --format json | python3 -m json.tool
 
-Of run logs, the numbers of both summaries and what became of the ruptures come
-first, then the slip events. Between runs of different time steps a counterpart
-is looked for as far as events lie apart, else within 1 ms.
+Of run logs, what was set differently, the numbers of both summaries and what
+became of the ruptures come first, then the slip events. Between runs of
+different time steps a counterpart is looked for as far as events lie apart,
+else within 1 ms. Where the times of two parameter sets do not match, ruptures
+and events pair by cycles between slips of the whole slider, and by their place
+in the cycle.
 
 Events are matched by when and where they slid, never by row: an extra or
 missing event does not make later rows look different. Each event is identical,
@@ -80,7 +83,7 @@ pub(crate) struct DiffArguments {
     /// How the runs of two folders are paired.
     #[arg(long, value_enum, default_value = "hash")]
     pub(crate) pair: PairBy,
-    /// Write a page with the numbers, and timelines of ruptures and events; what differs is marked.
+    /// Write a page with settings and numbers, and timelines of ruptures and events; what differs is marked.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) page: Option<PathBuf>,
     /// Write one row per match, including identical events.

@@ -7,6 +7,8 @@
 //! environment or the current folder, which is done to the commands that are
 //! started.
 
+#[cfg(feature = "analysis")]
+mod answers;
 mod bounds;
 mod claims;
 mod cli;

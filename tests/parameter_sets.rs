@@ -73,7 +73,7 @@ fn a_run_as_coded_says_so_in_its_line_its_summary_and_its_page() {
         for (log, count) in [(&coded, 1), (&stated, 0)] {
             assert_eq!(outcome(&["report", text(log), "--out", text(&page), "--force"]).0, Some(0));
             let html = fs::read_to_string(&page).expect("the page is there");
-            assert_eq!(html.matches(&format!("<p>{CODED}.</p>")).count(), count);
+            assert_eq!(html.matches(&format!("<b>{CODED}</b>")).count(), count);
         }
     }
 }

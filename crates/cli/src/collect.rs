@@ -244,7 +244,7 @@ impl Study<'_> {
             stages: self.board.stages("tables"),
             done: 0,
             of: self.plan.numbered() as usize,
-            rows: Rows::of(&self.plan.common.keys),
+            rows: Rows::of(self.plan),
             #[cfg(feature = "analysis")]
             claims: Claims::of(self.plan)?,
             #[cfg(feature = "analysis")]

@@ -157,7 +157,7 @@ fn run(
             reading::scenario(log, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
         let summarizer = Summarizer::new(name, header, Slider::of(&scenario));
         shown = Some((header.clone(), scenario));
-        Ok((summarizer, PageCollector::new(header.steps, limits)))
+        Ok((summarizer, PageCollector::new(header.steps, header.blocks, limits)))
     };
     let Reading { checked, observer: (summarizer, page), ruptures_from } = reading::once(log, begin, accept)?;
     let (header, scenario) = shown.expect("what is observed has begun");
@@ -249,7 +249,7 @@ fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry
         runs: recorded.runs.len() as u64,
         claims,
         figures: there
-            .map(|figure| (format!("{way}{}", encoded(figure.file.as_bytes())), figure.caption))
+            .map(|figure| [format!("{way}{}", encoded(figure.file.as_bytes())), figure.title, figure.caption])
             .collect(),
     })
 }

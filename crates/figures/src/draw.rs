@@ -214,7 +214,16 @@ pub struct Gathering<'a> {
     figures: Vec<Begun<'a>>,
     folder: PathBuf,
     provenance: bool,
-    captions: Mutex<BTreeMap<String, String>>,
+    captions: Mutex<BTreeMap<String, Caption>>,
+}
+
+/// What a page says of a figure.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Caption {
+    /// A short name: what figures of its kind show, and what it is titled.
+    pub title: String,
+    /// What it shows.
+    pub caption: String,
 }
 
 /// A figure, and its parts of the runs that have gone by.
@@ -261,7 +270,8 @@ impl<'a> Gathering<'a> {
                 let (page, about) =
                     drawn(what, &sheet, Keys::Beside, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
-                captions.insert(figure.file().to_owned(), about.caption.clone());
+                let shown = Caption { title: words(what, &sheet).0, caption: about.caption.clone() };
+                captions.insert(figure.file().to_owned(), shown);
                 drop(captions);
                 print::write(&page, &about, files, &files_of(&self.folder.join(figure.file())))?;
                 count += 1;
@@ -271,7 +281,7 @@ impl<'a> Gathering<'a> {
     }
 
     /// The captions of what was drawn, by file.
-    pub fn captions(self) -> BTreeMap<String, String> {
+    pub fn captions(self) -> BTreeMap<String, Caption> {
         self.captions.into_inner().expect("whoever adds a caption does not panic")
     }
 }
@@ -284,14 +294,14 @@ fn drawn(
     origins: Origins,
     provenance: bool,
 ) -> Result<(Page, About), String> {
-    let (title, caption) = words(what, sheet);
+    let (_, title, caption) = words(what, sheet);
     let about = About { title, caption, origins, provenance };
     let foot = about.foot();
     Ok((sheet.page(Layout { foot: foot.as_deref(), keys })?, about))
 }
 
-/// Title and caption of a sheet, given what figures of its kind show.
-fn words(what: &str, sheet: &Sheet) -> (String, String) {
+/// Short name, title and caption of a sheet, given what figures of its kind show.
+fn words(what: &str, sheet: &Sheet) -> (String, String, String) {
     let what = spelled(what).trim_end_matches('.').to_owned();
     let Told { titles, upwards, across, labels, notes } = sheet.told();
     let some = |texts: Vec<String>| {
@@ -311,8 +321,18 @@ fn words(what: &str, sheet: &Sheet) -> (String, String) {
     caption.extend((!labels.is_empty()).then(|| format!("Shown: {}", labels.join(", "))));
     caption.extend(notes);
     let caption: Vec<String> = caption.iter().map(|text| sentence(text)).collect();
-    let title = if let [title] = &titles[..] { format!("{what}: {title}") } else { what };
-    (title, caption.join(". ") + ".")
+    let titled = |what: &str| match &titles[..] {
+        [title] => format!("{what}: {title}"),
+        _ => what.to_owned(),
+    };
+    (titled(first_clause(&what)), titled(&what), caption.join(". ") + ".")
+}
+
+/// What words say before they go into detail.
+fn first_clause(words: &str) -> &str {
+    let cuts = [": ", "; ", ". ", ", and ", ", with ", ", where"];
+    let end = cuts.iter().filter_map(|cut| words.find(cut)).min().unwrap_or(words.len());
+    &words[..end]
 }
 
 /// Text as it begins a sentence: a word with a capital, a symbol as it is.

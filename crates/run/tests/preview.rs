@@ -53,7 +53,9 @@ fn made(name: &str, sets: &[&str]) -> (Preview, Loads) {
 
 #[track_caller]
 fn agree(what: &str, tolerance: f64, run: Option<f64>, preview: Option<f64>) {
-    let (run, preview) = (run.expect("the run gets there"), preview.expect("the preview says so"));
+    let (Some(run), Some(preview)) = (run, preview) else {
+        panic!("{what}: {run:?} in the run, {preview:?} before")
+    };
     assert!((run / preview - 1.0).abs() < tolerance, "{what}: {run} in the run, {preview} before");
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use asperity_figures::draw::{Figures, files_of};
+use asperity_figures::draw::{Caption, Figures, files_of};
 use asperity_model::among;
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
@@ -205,15 +205,12 @@ impl Pipeline {
     }
 
     /// What its page shows beside its runs, given the figures' captions by file.
-    pub(crate) fn contents(&self, captions: &BTreeMap<String, String>) -> Contents {
+    pub(crate) fn contents(&self, captions: &BTreeMap<String, Caption>) -> Contents {
         let shown = |(file, of): (&str, Vec<&str>)| {
+            let Caption { title, caption } = captions.get(file).cloned().unwrap_or_default();
             // In the order of the pipeline.
             let runs = self.runs.iter().filter(|name| of.contains(&name.as_str()));
-            Shown {
-                file: format!("figures/{file}"),
-                caption: captions.get(file).cloned().unwrap_or_default(),
-                runs: runs.cloned().collect(),
-            }
+            Shown { file: format!("figures/{file}"), title, caption, runs: runs.cloned().collect() }
         };
         Contents {
             title: self.title.clone(),

@@ -342,7 +342,7 @@ mod tests {
                 };
                 let run = asperity_numbers::run_data::RunData { kept: figure.required_data(), ..run.clone() };
                 if let Ok((what, sheet)) = figure.sheet(&run) {
-                    let (title, caption) = words(what, &sheet);
+                    let (_, title, caption) = words(what, &sheet);
                     captions.insert((kind.name, format!("{title}: {caption}")));
                 }
             }

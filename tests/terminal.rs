@@ -109,7 +109,7 @@ fn stderr_that_cannot_be_written_changes_nothing_but_the_words() {
     fs::write(
         folder.path().join("two.toml"),
         "title = \"t\"\n[[run]]\nname = \"a\"\nscenario = \"ten-blocks\"\n\
-        set = [\"time.step_s=1e-7\", \"time.duration_s=0.2\"]\n",
+        set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.2\"]\n",
     )
     .expect("the folder can be written");
     let mut commands = vec![
@@ -190,7 +190,8 @@ fn a_name_that_is_no_utf_8_is_a_name_for_every_command() {
         folder.path().join(OsStr::from_bytes(&name)).into_os_string()
     };
     let (log, other, scenario) = (named(".mcap"), named("-2.mcap"), named(".toml"));
-    let small = "[slider]\nblocks = 10\n[time]\nstep_s = 1e-7\nduration_s = 1.2\n";
+    let small =
+        "parameter_set = \"as-coded\"\n[slider]\nblocks = 10\n[time]\nstep_s = 1e-7\nduration_s = 1.2\n";
     fs::write(&scenario, small).expect("the folder can be written");
     let run = |arguments: &[&OsStr]| {
         let output =
@@ -262,4 +263,33 @@ fn limits_of_the_process_are_named() {
     // Threads cannot be had, or not the memory for their stacks.
     let (code, err) = run("ulimit -v 30000; exec $ASPERITY run ten-blocks --out memory.mcap");
     assert!(code != Some(0) && !err.contains("panicked"), "{code:?} {err}");
+}
+
+/// Lines that say what is known in advance stand where somebody watches, and not in what a script reads.
+#[test]
+#[cfg(unix)]
+fn a_run_on_a_terminal_begins_with_what_is_known_of_it() {
+    let folder = asperity_testkit::folder();
+    let run = |out: &str, before: &[&str]| {
+        let out = folder.path().join(out);
+        let short =
+            ["run", "ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.01", "--out"];
+        let all = [before, &[env!("CARGO_BIN_EXE_asperity")], &short, &[text(&out)]].concat();
+        let output = Command::new(all[0])
+            .args(&all[1..])
+            .env("TERM", "xterm")
+            .stdin(Stdio::null())
+            .output()
+            .expect("it starts");
+        let (out, err) = said(&output);
+        assert!(output.status.success(), "{out} {err}");
+        out + &err
+    };
+    let spawn = ["python3", "-c", "import pty, sys; sys.exit(pty.spawn(sys.argv[1:]) >> 8)"];
+    let watched = run("watched.mcap", &spawn);
+    for line in ["material: density ", "load: F_T/F_N reaches mu_d = 0.45 at ", "first slip: at "] {
+        assert!(watched.contains(&format!("ten-blocks: {line}")), "{watched}");
+    }
+    let read = run("read.mcap", &[]);
+    assert!(!read.contains("first slip: at ") && read.contains("ten-blocks: warning: "), "{read}");
 }

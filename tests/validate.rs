@@ -28,17 +28,21 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
     assert_eq!(succeed(&quiet), words);
     let lines: Vec<&str> = words.lines().collect();
     assert_eq!(lines[0], "default: valid");
+    let load = "  load         F_T/F_N reaches mu_d = 0.45 at 2.254 s, reaches mu_s = 0.7 at 3.507 s, and is at most 0.998 in \
+                this run, if nothing slides";
+    assert_eq!(lines[2..4], [load, "  first slip   at 0.05674 s, of block 1"]);
     assert_eq!(
-        lines[1],
+        lines[4],
         "  time step    1e-8 s, 2.96e-3 of the longest stable one, 3.379e-6 s (warned of above 0.4)"
     );
-    assert_eq!(lines[2], "  steps        500000000");
-    assert!(lines[3].ends_with(" for what is scheduled: 5001 samples, 251 states"), "{words}");
+    assert_eq!(lines[5], "  steps        500000000");
+    assert!(lines[6].ends_with(" for what is scheduled: 5001 samples, 251 states"), "{words}");
     assert_eq!(said(&quiet).1, "", "nothing is tried, and nothing noted");
 
     let (code, noted) = said(&["scenario", "validate", "default"]);
     assert_eq!(code, Some(0));
-    assert!(noted.starts_with("default: the plain solver would take about "), "{noted}");
+    let expected = "default: as coded: 12 kg, c = 46 m/s\ndefault: the plain solver would take about ";
+    assert!(noted.starts_with(expected), "{noted}");
     assert!(noted.ends_with(" here, an estimate from its first 0.25 s\n"), "{noted}");
 
     let folder = asperity_testkit::folder();
@@ -59,7 +63,7 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
 }
 
 /// Everything that is warned of, each by one scenario.
-const WARNED: [(&str, &[&str]); 6] = [
+const WARNED: [(&str, &[&str]); 10] = [
     ("warning: time.step_s = 2e-6 is 0.59 of the longest stable step, 3.379e-6 s", &["time.step_s=2e-6"]),
     ("F_T/F_N = 0.0122 at the start, most on block 100", &["drive.kind=top", "initial_shear.beta=0.45"]),
     ("F_T/F_N = 0.0076 at the start", &["drive.kind=top", "initial_shear.poisson_ratio=0.35"]),
@@ -72,36 +76,74 @@ const WARNED: [(&str, &[&str]); 6] = [
         &["initial_shear.beta=0.77"],
     ),
     ("warning: normal_load.tilt = -1 leaves block 1 without load", &["normal_load.tilt=-1"]),
+    ("warning: time.duration_s = 2e-4: nothing slips within 2e-4 s: block 1 reaches its", &[]),
+    (
+        "waves is 45870 m/s, and solids have 1 to 20000; was 0.1 meant, that is 100 mm?",
+        &["slider.length_m=100", IN_TIME[0], IN_TIME[1]],
+    ),
+    (
+        "warning: slider.youngs_modulus_pa = 2.5: Young's modulus is 2.5 Pa, and solids have 10000 to 1.3e12",
+        &["slider.youngs_modulus_pa=2.5", IN_TIME[0], IN_TIME[1]],
+    ),
+    (
+        "warning: drive.stiffness_n_per_m = 0.8: nothing slips within 0.1 s: block 1 reaches its static friction at \
+         56630 s; was 8e5 meant, that is 0.8 N/um?",
+        &["drive.stiffness_n_per_m=0.8", IN_TIME[0], IN_TIME[1]],
+    ),
 ];
+
+/// A run in which something would slip if its values were in the units of their keys.
+const IN_TIME: [&str; 2] = ["time.step_s=5e-8", "time.duration_s=0.1"];
 
 #[test]
 fn what_may_surprise_is_said_before_and_by_the_run() {
     let folder = asperity_testkit::folder();
     for (number, (expected, sets)) in WARNED.iter().enumerate() {
-        let sets = sets.iter().copied().chain([
-            "time.duration_s=2e-4",
-            "recording.sample_s=0",
-            "recording.fields_s=0",
-        ]);
-        let sets: Vec<&str> = sets.flat_map(|set| ["--set", set]).collect();
+        let short = ["time.duration_s=2e-4", "recording.sample_s=0", "recording.fields_s=0"];
+        let short =
+            short.into_iter().filter(|set| !set.starts_with("time") || !sets.concat().contains("duration"));
+        let sets: Vec<&str> = sets.iter().copied().chain(short).flat_map(|set| ["--set", set]).collect();
         let before = succeed(&[&["-q", "scenario", "validate", "default"], &sets[..]].concat());
-        assert!(
-            before.starts_with("default: valid, with a warning\n") && before.contains(expected),
-            "{before}"
-        );
-        let warning = before.lines().find_map(|line| line.strip_prefix("  warning: ")).expect("it warns");
+        let warnings: Vec<&str> =
+            before.lines().filter_map(|line| line.strip_prefix("  warning: ")).collect();
+        let head = match warnings.len() {
+            1 => "default: valid, with a warning\n".to_owned(),
+            more => format!("default: valid, with {more} warnings\n"),
+        };
+        assert!(before.starts_with(&head) && before.contains(expected), "{before}");
         let log = folder.path().join(format!("{number}.mcap"));
         let run = [&["run", "default", "--out", text(&log)], &sets[..]].concat();
         let (code, by_the_run) = said(&run);
         assert_eq!(code, Some(0), "{by_the_run}");
-        assert!(by_the_run.starts_with(&format!("default: warning: {warning}\n")), "{by_the_run}");
+        let printed: String =
+            warnings.iter().map(|warning| format!("default: warning: {warning}\n")).collect();
+        assert!(by_the_run.starts_with(&printed), "{by_the_run}");
         let again = folder.path().join(format!("{number}-quiet.mcap"));
         let quiet = [&["--quiet", "run", "default", "--out", text(&again)], &sets[..]].concat();
         assert_eq!(said(&quiet), (Some(0), String::new()));
         assert_eq!(
             forecast(&[&["default", "--quiet"], &sets[..]].concat())["warnings"],
-            serde_json::json!([warning])
+            serde_json::json!(warnings)
         );
+    }
+}
+
+#[test]
+fn the_numbers_of_a_preview_are_in_the_json_with_their_units() {
+    let found = forecast(&["default", "--quiet", "--set", "parameter_set=as-stated"]);
+    let preview = &found["preview"];
+    for (key, expected) in [
+        ("density_kg_per_m3", 1200.0),
+        ("wave_speed_m_per_s", 1451.0),
+        ("decay_length_m", 1.01e-3),
+        ("first_slip_s", 0.05674),
+        ("first_slip_block", 1.0),
+        ("dynamic_load_s", 2.254),
+        ("static_load_s", 3.507),
+        ("largest_load_ratio", 0.998),
+    ] {
+        let number = preview[key].as_f64().unwrap_or_else(|| panic!("{key} in {found}"));
+        assert!((number / expected - 1.0).abs() < 1e-3, "{key}: {number}");
     }
 }
 

@@ -4,10 +4,12 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use asperity_model::{ADVISED_SHARE, Scenario};
+use asperity_record::counted;
 use asperity_run::{Forecast, MostLogBytes};
 
 use crate::args::ForecastFormat;
 use crate::exit::Failure;
+use crate::preview;
 use crate::progress::Board;
 use crate::terminal;
 
@@ -27,7 +29,7 @@ pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board
             out.flush()?;
         }
         ForecastFormat::Text => {
-            say(&forecast)?;
+            say(scenario, &forecast)?;
             if let Some(time_s) = forecast.plain_solver_s {
                 board.line(&format!(
                     "{}: the plain solver would take about {} here, an estimate from its first {} s",
@@ -41,22 +43,25 @@ pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board
     Ok(())
 }
 
-fn say(forecast: &Forecast) -> io::Result<()> {
-    let Forecast { scenario, time_step_s, longest_stable_step_s, step_ratio, steps, log, warnings, .. } =
-        forecast;
+fn say(scenario: &Scenario, forecast: &Forecast) -> io::Result<()> {
+    let Forecast {
+        scenario: name, time_step_s, longest_stable_step_s, step_ratio, steps, log, warnings, ..
+    } = forecast;
     let valid = match warnings.len() {
         0 => "valid".to_owned(),
         1 => "valid, with a warning".to_owned(),
         more => format!("valid, with {more} warnings"),
     };
-    terminal::say(format_args!("{scenario}: {valid}"))?;
+    terminal::say(format_args!("{name}: {valid}"))?;
+    for (what, words) in preview::lines(scenario, &forecast.preview) {
+        terminal::say(format_args!("  {what:12} {words}"))?;
+    }
     terminal::say(format_args!(
         "  time step    {time_step_s:e} s, {step_ratio:.2e} of the longest stable one, {longest_stable_step_s:.3e} s \
          (warned of above {ADVISED_SHARE})"
     ))?;
     terminal::say(format_args!("  steps        {steps}"))?;
     let MostLogBytes { samples, states, window_records, .. } = log;
-    let counted = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let windows = match *window_records {
         0 => String::new(),
         count => format!(", {} of windows", counted(count, "record")),

@@ -28,6 +28,7 @@
 //! - `window_keys`: the keys of a dense window.
 //! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reads texts and names places in them.
+//! - [`typed`]: reads texts that are no scenarios into types.
 //! - [`source`]: scenario texts and `--set` overrides as layers; each value keeps its place for
 //!   error messages.
 //! - `defaults`: checks written values against their keys and fills in defaults.
@@ -43,9 +44,12 @@
 //! - [`slab`]: a body on a foundation in static equilibrium under its load.
 //! - `splitmix`: pseudo-random numbers.
 //! - `derive`: from a scenario to a plan.
+//! - [`preview`]: material and load of a run in advance.
 //! - `law_keys`: keys that only some friction laws use.
 //! - `random_offsets`: checks listed offsets of friction against the drawn ones.
+//! - `as_coded`: says which slider a parameter set gives.
 //! - `show`: formats a scenario as commented TOML.
+//! - `implausible`: values that no solid has, and the unit that was probably mistaken.
 //! - `warnings`: accepted values that may surprise.
 //! - [`analytic`]: predictions of the theory.
 //! - [`front`]: the theory of the speed of fronts.
@@ -56,6 +60,7 @@
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
 
 pub mod analytic;
+mod as_coded;
 pub mod builtin;
 pub mod chain;
 mod choices;
@@ -64,6 +69,7 @@ mod defaults;
 mod derive;
 pub mod elastic;
 pub mod front;
+mod implausible;
 pub mod initial;
 pub mod keys;
 pub mod lattice;
@@ -72,6 +78,7 @@ mod law_keys;
 pub mod laws;
 pub mod load;
 pub mod plan;
+pub mod preview;
 mod profile;
 mod random_offsets;
 mod resolve;
@@ -83,6 +90,7 @@ pub mod source;
 mod splitmix;
 mod suggest;
 pub mod text;
+pub mod typed;
 mod warnings;
 mod window_keys;
 
@@ -95,9 +103,10 @@ pub use load::LoadCourse;
 pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
-pub use resolve::{ResolveError, find, resolve};
+pub use preview::Preview;
+pub use resolve::{ResolveError, find, resolve, source};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;
-pub use suggest::suggestion;
-pub use warnings::WRONG_FRONT;
+pub use suggest::{among, key_suggestion, suggestion};
+pub use warnings::{WRONG_FRONT, Warning};

@@ -1,7 +1,7 @@
 //! A body on a foundation before its first step: pressed down and at rest.
 
 use crate::lattice::Lattice;
-use crate::plan::{Drive, InitialState, Plan};
+use crate::plan::{Drive, DriveSpring, InitialState, Plan};
 
 /// Relative residual, over the load, at rounding level.
 const RESIDUAL: f64 = 1e-15;
@@ -26,13 +26,31 @@ pub(crate) fn displacements_at_rest_m(
     interfacial_n_per_m: f64,
     top_load_n: &[f64],
 ) -> Vec<f64> {
-    let (nodes, freedoms) = (lattice.nodes(), lattice.freedoms());
-    let still = vec![0.0; freedoms];
-    let mut residual = still.clone();
-    let Some(upward) = lattice.table.upward() else { return still };
-    for (node, load_n) in lattice.top_row().zip(top_load_n) {
-        residual[upward * nodes + node] = -load_n;
+    stuck_m(lattice, interfacial_n_per_m, &[], pressed_n(lattice, top_load_n))
+}
+
+/// The forces of a load on every node of the top row, on all freedoms; none without a foundation.
+pub(crate) fn pressed_n(lattice: &Lattice, top_load_n: &[f64]) -> Vec<f64> {
+    let mut force_n = vec![0.0; lattice.freedoms()];
+    if let Some(upward) = lattice.table.upward() {
+        for (node, load_n) in lattice.top_row().zip(top_load_n) {
+            force_n[upward * lattice.nodes() + node] = -load_n;
+        }
     }
+    force_n
+}
+
+/// The displacements at which a lattice balances forces on its freedoms while every contact is stuck to
+/// the grid by a friction spring and supported by the foundation, with a drive that stands still.
+pub(crate) fn stuck_m(
+    lattice: &Lattice,
+    interfacial_n_per_m: f64,
+    drive: &[DriveSpring],
+    force_n: Vec<f64>,
+) -> Vec<f64> {
+    let (nodes, freedoms, upward) = (lattice.nodes(), lattice.freedoms(), lattice.table.upward());
+    let still = vec![0.0; freedoms];
+    let mut residual = force_n;
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b);
     let (mut at, mut direction, mut bent) = (still.clone(), residual.clone(), still.clone());
     let (mut square, mut dashpots_n) = (product(&residual, &residual), still.clone());
@@ -47,10 +65,13 @@ pub(crate) fn displacements_at_rest_m(
         }
         for freedom in 0..lattice.table.axes.len() {
             let held_n_per_m =
-                if freedom == upward { lattice.foundation_n_per_m } else { interfacial_n_per_m };
+                if Some(freedom) == upward { lattice.foundation_n_per_m } else { interfacial_n_per_m };
             for n in lattice.row(0) {
                 bent[freedom * nodes + n] += held_n_per_m * direction[freedom * nodes + n];
             }
+        }
+        for spring in drive {
+            bent[spring.block] += spring.stiffness_n_per_m * direction[spring.block];
         }
         let far = square / product(&direction, &bent);
         for n in 0..freedoms {
@@ -108,6 +129,21 @@ pub(crate) fn problem_at_rest(plan: &Plan) -> Option<String> {
 /// drive.
 pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
     plan.elastic.tangential_force_n(&plan.initial.displacement_m)
+}
+
+/// The shear of each contact at the start: the pull of springs, drive and prestress.
+pub(crate) fn shear_at_start_n(plan: &Plan) -> Vec<f64> {
+    let mut shear_n = tangential_force_n(plan);
+    for spring in &plan.drive.springs {
+        // What pulls nodes that do not rub is relaxed at the start.
+        if let Some(shear_n) = shear_n.get_mut(spring.block) {
+            *shear_n += spring.force_n(0.0, plan.initial.displacement_m[spring.block]);
+        }
+    }
+    for (shear, prestress) in shear_n.iter_mut().zip(&plan.prestress_n) {
+        *shear += prestress;
+    }
+    shear_n
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Reads texts written by users and names places in them as line and column.
+//! Reads texts written by users, names places in them as line and column, and writes numbers for readers.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -48,9 +48,30 @@ impl Lines {
     }
 }
 
+/// A number with at most four significant digits, without trailing zeros.
+pub fn short(value: f64) -> String {
+    let value: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Lines;
+    use super::{Lines, short};
+
+    #[test]
+    fn numbers_for_readers_have_four_digits() {
+        for (value, written) in [
+            (0.0, "0"),
+            (1200.000_000_1, "1200"),
+            (-0.451_294_2, "-0.4513"),
+            (25_000.0, "25000"),
+            (99_999.0, "1e5"),
+            (1.3e12, "1.3e12"),
+            (5.664_9e-4, "5.665e-4"),
+        ] {
+            assert_eq!(short(value), written);
+        }
+    }
 
     #[test]
     fn places_count_lines_and_characters_from_1() {

@@ -25,13 +25,14 @@
 //! - `study`: what a page is made of.
 //! - `symbols`: symbols and numbers as they are printed.
 //! - `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
-//! - `parameter_table`: the parameters of scenarios.
+//! - `parameter_table`: the parameters of scenarios; `derived`: what follows from them.
 //! - `verdict`, `claims`, `figures`, `runs`: parts of the page.
 //! - `contents`: what a folder says of its page.
 //! - `page`: the page of a study; `sweep`: that of a parameter study; `index`: that of several.
 
 mod claims;
 mod contents;
+mod derived;
 mod downsample;
 mod figures;
 pub mod html;

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use asperity_record::RunHeader;
 
 use crate::claims;
+use crate::derived;
 use crate::html::markup::{counted, sections_with_contents, text};
 use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use crate::parameter_table::{self, Parameters, differing, parameters};
@@ -28,8 +29,9 @@ impl Study {
             if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" };
         let what = match (sketches.first(), asked.first()) {
             (Some(sketch), Some(first)) => format!(
-                "<div class=\"model\">{sketch}{}</div>\n{}<details><summary>{shared}</summary>\n{}</details>\n",
+                "<div class=\"model\">{sketch}{}{}</div>\n{}<details><summary>{shared}</summary>\n{}</details>\n",
                 parameter_table::main(first, &differing),
+                derived::list(self.runs.iter().map(|run| &run.scenario)),
                 self.other_models(&sketches),
                 parameters(first, &differing)
             ),
@@ -101,12 +103,26 @@ impl Study {
             return out + verdict + "</header>\n";
         }
         out += &format!(
-            "<p class=\"soft\">{}, {}, {}.</p>\n</header>\n",
+            "<p class=\"soft\">{}, {}, {}.</p>\n{}</header>\n",
             counted(self.runs.len() as u64, "run"),
             counted(count(|run| run.collected.rupture_count), "rupture"),
-            counted(self.figures.len() as u64, "figure")
+            counted(self.figures.len() as u64, "figure"),
+            self.as_coded()
         );
         out
+    }
+
+    /// Says that runs are of the thesis' program, with its slider.
+    fn as_coded(&self) -> String {
+        let coded = self.runs.iter().filter_map(|run| run.scenario.as_coded_in_words());
+        let coded: Vec<String> = coded.collect();
+        let Some(first) = coded.first() else { return String::new() };
+        let others = if coded.iter().all(|words| words == first) { "" } else { " and others" };
+        let share = match self.runs.len() {
+            all if all == coded.len() => String::new(),
+            all => format!(", in {} of {all} runs", coded.len()),
+        };
+        format!("<p>{}{others}{share}.</p>\n", text(first))
     }
 
     fn footer(&self) -> String {

@@ -3,7 +3,7 @@
 use crate::html::markup::text;
 
 /// Names of Greek letters in symbols, and the letters. A name that holds another stands before it.
-const GREEK: [(&str, &str); 10] = [
+const GREEK: [(&str, &str); 11] = [
     ("alpha", "α"),
     ("gamma", "γ"),
     ("lambda", "λ"),
@@ -11,6 +11,7 @@ const GREEK: [(&str, &str); 10] = [
     ("beta", "β"),
     ("eta", "η"),
     ("tau", "τ"),
+    ("rho", "ρ"),
     ("mu", "μ"),
     ("nu", "ν"),
     ("dt", "Δt"),

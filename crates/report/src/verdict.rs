@@ -83,6 +83,9 @@ fn slider(run: &Run) -> [String; 2] {
         run.summary.wave_speed_m_per_s.map_or_else(String::new, |c| format!(", c = {} m/s", rounded(c, 4)));
     let mass = rounded(run.scenario.slider.mass_kg, 6);
     let blocks = counted(u64::from(run.summary.blocks), "block");
+    if let Some(as_coded) = run.scenario.as_coded_in_words() {
+        return [text(&as_coded), blocks];
+    }
     [text(&run.header.parameter_set), format!("{mass} kg{c}; {blocks}")]
 }
 

@@ -1,9 +1,10 @@
-//! What is known of a run without making it: the ratio of its time step to the limit of stability,
-//! an upper bound on its log, and an estimate of the plain solver's time.
+//! What is known of a run without making it: its material and its load while nothing slides, the ratio of
+//! its time step to the limit of stability, an upper bound on its log, and an estimate of the plain solver's
+//! time.
 
 use std::time::{Duration, Instant};
 
-use asperity_model::{Plan, RecordingPlan, Scenario};
+use asperity_model::{Plan, Preview, RecordingPlan, Scenario};
 use asperity_record::{EventPayload, GlobalSlip, Onset, SlipEvent};
 use asperity_runlog::MostBytes;
 use asperity_simulator::SolverKind;
@@ -32,6 +33,8 @@ pub struct Forecast {
     pub plain_solver_s: Option<f64>,
     /// Upper bound on the size of the log.
     pub log: MostLogBytes,
+    /// Material, and load while nothing slides.
+    pub preview: Preview,
     /// Warnings, see [`Scenario::warnings`].
     pub warnings: Vec<String>,
 }
@@ -73,7 +76,8 @@ impl Forecast {
             steps: plan.steps - plan.initial.step,
             plain_solver_s: None,
             log: MostLogBytes::of(scenario, &plan),
-            warnings: scenario.warnings(),
+            preview: scenario.preview(),
+            warnings: scenario.warnings().into_iter().map(|warning| warning.text).collect(),
         }
     }
 

@@ -196,7 +196,7 @@ pub fn run(
     let plan = Plan::new(task.scenario);
     let header = header(task.scenario, &plan, task.solver.name());
     for warning in task.scenario.warnings() {
-        observer.notice(Notice::Warning(&warning));
+        observer.notice(Notice::Warning(&warning.text));
     }
     let Task { scenario, solver, log, detectors: own, threads } = task;
     let mut detectors = detectors::all(&header, "");

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::{Caption, Figures, files_of};
+use asperity_model::among;
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
@@ -113,7 +114,10 @@ impl Pipeline {
         for run in spoken_of {
             if !names.contains(run) {
                 let known: Vec<&str> = names.into_iter().collect();
-                return Err(format!("there is no run {run} (accepted: {})", known.join(", ")));
+                return Err(format!(
+                    "there is no run {run}{}",
+                    among(run, &known, "the [[run]] of this file")
+                ));
             }
         }
         self.figure.check()?;

@@ -309,7 +309,7 @@ mod tests {
         let mut writer = Writer::create(folder.path(), "plan").unwrap();
         let rows = [1, 2, 3, 4].map(|run| {
             let id = Some("id".to_owned());
-            Row { run, values: Vec::new(), id, refused: None, warnings: Vec::new() }
+            Row { run, values: Vec::new(), id, refused: None, warnings: Vec::new(), preview: None }
         });
         for row in &rows {
             writer.add(Kind::Done, row, format!("result {}", row.run).as_bytes()).unwrap();

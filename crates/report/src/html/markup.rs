@@ -3,6 +3,7 @@
 
 use std::fmt::Display;
 
+pub use asperity_record::counted;
 use asperity_record::printable;
 
 /// A value as text in HTML, in content and in quoted attributes. Marks that turn the direction of
@@ -65,11 +66,6 @@ pub fn name(name: &str) -> String {
 /// A paragraph of plain text.
 pub fn paragraph(words: &str) -> String {
     format!("<p>{}</p>\n", text(words))
-}
-
-/// A number and its thing, in the singular where there is one.
-pub fn counted(count: u64, thing: &str) -> String {
-    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A number by three decimals or, if it is large or small, three digits.

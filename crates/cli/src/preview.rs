@@ -1,0 +1,147 @@
+//! Words for what is known of runs in advance.
+
+use std::collections::BTreeMap;
+
+use asperity_model::text::short;
+use asperity_model::{Preview, Scenario, Warning};
+
+/// Material, load and first slip of a run, each in a line, with what the line is about.
+pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, String); 3] {
+    let Preview { density_kg_per_m3, wave_speed_m_per_s, decay_length_m, .. } = preview;
+    let decay = decay_length_m.map(|length_m| format!(", decay length l_0 = {} m", short(length_m)));
+    let material = format!(
+        "density {} kg/m^3, waves at c = {} m/s{}",
+        short(*density_kg_per_m3),
+        short(*wave_speed_m_per_s),
+        decay.unwrap_or_default()
+    );
+    let reaches = |name: &str, ratio: f64, time_s: Option<f64>| match time_s {
+        Some(time_s) => format!("reaches {name} = {ratio} at {} s", short(time_s)),
+        None => format!("never reaches {name} = {ratio}"),
+    };
+    let (mu_d, mu_s) = (scenario.friction.dynamic_coefficient, scenario.friction.static_coefficient);
+    let load = match preview.largest_load_ratio {
+        Some(largest) => format!(
+            "F_T/F_N {}, {}, and is at most {} in this run, if nothing slides",
+            reaches("mu_d", mu_d, preview.dynamic_load_s),
+            reaches("mu_s", mu_s, preview.static_load_s),
+            short(largest)
+        ),
+        None => "F_T/F_N stays about 0, since the two ends are pulled apart".to_owned(),
+    };
+    let first_slip = match (preview.first_slip_s, preview.first_slip_block) {
+        (Some(time_s), Some(block)) => format!("at {} s, of block {block}", short(time_s)),
+        (Some(time_s), None) => format!("at {} s, of several blocks at once", short(time_s)),
+        (None, _) => "never".to_owned(),
+    };
+    [("material", material), ("load", load), ("first slip", first_slip)]
+}
+
+/// Load, first slip and time step of several runs, from the least to the greatest; nothing of none.
+pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
+    let range = |value: fn(&Preview) -> Option<f64>| {
+        let values = || previews.iter().filter_map(|preview| value(preview));
+        let (least, most) =
+            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        (least <= most).then(|| match (short(least), short(most)) {
+            (least, most) if least == most => least,
+            (least, most) => format!("{least} to {most}"),
+        })
+    };
+    let never = previews.iter().filter(|preview| preview.first_slip_s.is_none()).count();
+    let slip = match (range(|preview| preview.first_slip_s), never) {
+        (Some(range), 0) => Some(format!("the first slip comes at {range} s")),
+        (Some(range), never) => Some(format!("the first slip comes at {range} s, in {never} never")),
+        (None, 0) => None,
+        (None, _) => Some("nothing ever slips".to_owned()),
+    };
+    let parts = [
+        range(|preview| preview.largest_load_ratio)
+            .map(|range| format!("F_T/F_N is at most {range}, if nothing slides")),
+        slip,
+        range(|preview| Some(preview.step_ratio))
+            .map(|range| format!("the time step is {range} of the longest stable one")),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// The warnings of several runs, each run with its label: one of each kind, with the number of runs that
+/// it concerns.
+pub(crate) fn folded<'a>(runs: impl IntoIterator<Item = (String, &'a [Warning])>) -> Vec<String> {
+    let mut order: Vec<(&str, String)> = Vec::new();
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for (label, warnings) in runs {
+        for Warning { kind, text } in warnings {
+            let count = counts.entry(*kind).or_default();
+            *count += 1;
+            if *count == 1 {
+                order.push((*kind, format!("{label}: warning: {text}")));
+            }
+        }
+    }
+    order
+        .into_iter()
+        .map(|(kind, text)| match counts[kind] - 1 {
+            0 => text,
+            1 => format!("{text} (1 other run likewise)"),
+            more => format!("{text} ({more} other runs likewise)"),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Preview, Warning, resolve};
+
+    use super::{folded, lines, ranges};
+
+    fn said(sets: &[&str]) -> Vec<String> {
+        let scenario = resolve("default", sets).expect("it is accepted");
+        lines(&scenario, &scenario.preview()).map(|(what, words)| format!("{what}: {words}")).to_vec()
+    }
+
+    #[test]
+    fn a_run_is_described_in_three_lines() {
+        let stated = said(&["parameter_set=as-stated"]);
+        assert_eq!(
+            stated,
+            [
+                "material: density 1200 kg/m^3, waves at c = 1451 m/s, decay length l_0 = 0.00101 m",
+                "load: F_T/F_N reaches mu_d = 0.45 at 2.254 s, reaches mu_s = 0.7 at 3.507 s, and is at most 0.998 in \
+                 this run, if nothing slides",
+                "first slip: at 0.05674 s, of block 1",
+            ]
+        );
+        let held = said(&["drive.hold_from_s=0.01", "friction.law=rigid", "parameter_set=as-stated"]);
+        assert_eq!(held[0], "material: density 1200 kg/m^3, waves at c = 1451 m/s");
+        assert!(
+            held[1].starts_with("load: F_T/F_N never reaches mu_d = 0.45, never reaches mu_s = 0.7, and")
+        );
+        assert_eq!(held[2], "first slip: never");
+        let apart = said(&["drive.kind=left-right", "friction.reattach=two-way"]);
+        assert_eq!(apart[1], "load: F_T/F_N stays about 0, since the two ends are pulled apart");
+        assert!(apart[2].ends_with(" s, of several blocks at once"), "{apart:?}");
+    }
+
+    #[test]
+    fn many_runs_are_described_by_ranges() {
+        let of = |set: &str| resolve("default", &[set]).expect("it is accepted").preview();
+        let (long, held) = (of("time.duration_s=4"), of("drive.hold_from_s=0.01"));
+        let all: [&Preview; 2] = [&long, &held];
+        let words = ranges(&all).expect("there are runs");
+        assert!(words.starts_with("F_T/F_N is at most 0.001996 to 0.7984, if nothing slides; "), "{words}");
+        assert!(words.contains("; the first slip comes at 0.05674 s, in 1 never; "), "{words}");
+        assert!(words.ends_with("; the time step is 0.01756 of the longest stable one"), "{words}");
+        assert_eq!(ranges(&[]), None);
+    }
+
+    #[test]
+    fn warnings_of_a_kind_are_one() {
+        let of = |kind, text: &str| Warning { kind, text: text.to_owned() };
+        let (two, one) = ([of("a", "x = 1"), of("b", "y")], [of("a", "x = 2")]);
+        let runs = [("run 1".to_owned(), &two[..]), ("run 2".to_owned(), &one), ("run 3".to_owned(), &[])];
+        let expected = ["run 1: warning: x = 1 (1 other run likewise)", "run 1: warning: y"];
+        assert_eq!(folded(runs), expected);
+    }
+}

@@ -59,7 +59,7 @@ fn every_command_has_help() {
     let mut expected =
         vec!["", "scenario list", "scenario show", "scenario validate", "run", "completions", "man"];
     if cfg!(feature = "analysis") {
-        expected.extend(["reduce", "reproduce", "verify-solver"]);
+        expected.extend(["draw", "reduce", "reproduce", "verify-solver"]);
     }
     for command in expected {
         assert!(helps.iter().any(|(name, _)| name == command), "no help of {command:?}");
@@ -344,7 +344,10 @@ fn bad_scenarios_are_refused_and_nothing_is_written() {
     };
     let unknown = refused(&["defualt"]);
     assert!(unknown.contains("scenario defualt: neither a file"), "{unknown}");
-    assert!(unknown.contains("load-on-driven-end"), "it names those that there are: {unknown}");
+    assert!(
+        unknown.contains("did you mean default?") && unknown.contains("`asperity scenario list`"),
+        "{unknown}"
+    );
 
     for (set, told) in [
         ("nonsense", "--set nonsense: not TOML"),
@@ -390,14 +393,22 @@ fn an_existing_log_is_not_touched() {
 }
 
 #[test]
-fn a_missing_folder_is_named() {
+fn a_missing_folder_is_created_for_what_is_written_into_it() {
     let folder = folder();
-    let out = folder.path().join("no").join("such").join("run.mcap");
-    for command in [["run", "ten-blocks"], ["salvage", "damaged.mcap"]] {
-        let stderr = fail(&[&command[..], &["--out", text(&out)]].concat(), 1);
-        assert!(stderr.contains("there is no folder") && stderr.contains("no/such (accepted"), "{stderr}");
+    let path = |name: &str| folder.path().join(name);
+    let (log, page) = (path("no/such/run.mcap"), path("nor/this/page.html"));
+    for refused in [["salvage", "damaged.mcap"], ["report", "none.mcap"], ["run", "defualt"]] {
+        fail(&[&refused[..], &["--out", text(&log.with_extension(""))]].concat(), 2);
     }
-    assert!(is_empty(folder.path()), "nothing was written");
+    assert!(is_empty(folder.path()), "where nothing is written, no folder is left");
+    small::run(&log);
+    succeed(&["report", text(&log), "--out", text(&page)]);
+    assert!(log.is_file() && page.is_file());
+    let stderr = fail(&["run", "ten-blocks", "--out", text(&page.join("run.mcap"))], 2);
+    assert!(
+        stderr.contains("run.mcap.partial is in a folder that is a file (accepted: another file)"),
+        "{stderr}"
+    );
 }
 
 #[test]
@@ -426,6 +437,7 @@ fn bad_logs_are_failures() {
         let log = folder.path().join(name);
         let mut commands = vec![vec!["replay", text(&log)]];
         if cfg!(feature = "analysis") {
+            commands.push(vec!["draw", text(&log), "--out", text(&out)]);
             commands.push(vec!["reduce", text(&log), "--out", text(&out)]);
         }
         for command in commands {

@@ -63,7 +63,7 @@ fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
     binary::run(&["default", "--set", "time.duration_s=2"], &whole);
     let script = r#"
         echo precious > kept
-        run="$ASPERITY run default --set time.duration_s=2 --out run.mcap --checkpoint-s 0.01"
+        run="$ASPERITY run default --set parameter_set=as-coded --set time.duration_s=2 --out run.mcap --checkpoint-s 0.01"
         $run; echo "full: $?"
         test ! -e run.mcap && test -e run.mcap.partial && echo "not published"
         $ASPERITY check run.mcap.partial; echo "check: $?"
@@ -134,12 +134,14 @@ fn folders_that_cannot_be_written_are_named() {
     fs::write(&file, "mine").expect("the folder can be written");
     let nowhere = folder.path().join("nowhere").join("run.mcap");
     let below = file.join("run.mcap");
-    for out in [&nowhere, &below] {
+    let run = |out: &Path| {
         let output = asperity(&["run", "default", "--set", "time.duration_s=0.01", "--out", text(out)]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "{said}");
-        assert!(said.contains(text(out)) && said.lines().count() == 1, "{said}");
-    }
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = run(&below);
+    assert!(code == Some(2) && said.contains(text(&below)) && said.lines().count() == 1, "{code:?}: {said}");
+    // One that is missing is created.
+    assert!(run(&nowhere).0 == Some(0) && nowhere.is_file());
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
     // Nobody writes to the system's own folders, not even root.
     if cfg!(target_os = "linux") {

@@ -148,12 +148,12 @@ title = "Two short runs"
 [[run]]
 name = "plain"
 scenario = "ten-blocks"
-set = ["time.step_s=1e-7", "time.duration_s=0.9"]
+set = ["parameter_set=as-coded", "time.step_s=1e-7", "time.duration_s=0.9"]
 
 [[run]]
 name = "tilted"
 scenario = "ten-blocks"
-set = ["time.step_s=1e-7", "time.duration_s=0.6", "normal_load.tilt=-0.5"]
+set = ["parameter_set=as-coded", "time.step_s=1e-7", "time.duration_s=0.6", "normal_load.tilt=-0.5"]
 
 [[precursors]]
 run = "plain"
@@ -209,7 +209,7 @@ fn pipelines_repeat_reuse_and_repair() {
     assert!(made.figures["lengths.png"].starts_with(b"\x89PNG"));
 
     let second = reproduce(&pipeline, &one, "1");
-    assert!(second.contains("2 runs are there already"), "{second}");
+    assert!(second.contains("2 runs used again"), "{second}");
     assert!(Made::in_folder(&one) == made, "a second call made different things");
 
     let log = one.join("runs").join("tilted.mcap");
@@ -219,7 +219,7 @@ fn pipelines_repeat_reuse_and_repair() {
     for damaged in [&good[..good.len() / 2], &altered] {
         fs::write(&log, damaged).expect("the log can be damaged");
         let again = reproduce(&pipeline, &one, "1");
-        assert!(again.contains("1 runs are there already"), "{again}");
+        assert!(again.contains("1 run used again"), "{again}");
         assert!(Made::in_folder(&one) == made, "a damaged log was not made again");
     }
 }
@@ -256,6 +256,7 @@ first_global_slips = ["coded", "stated"]
 name = "coded"
 scenario = "ten-blocks"
 set = [
+  "parameter_set=as-coded",
   "time.step_s=2e-7", "time.duration_s=1.6", "normal_load.total_n=400",
   "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
   "recording.window=[{ from_s = 0.0, to_s = 1.6, every_s = 1e-4, first_block = 1, last_block = 5 }]",
@@ -274,6 +275,7 @@ set = [
 name = "kicked"
 scenario = "ten-blocks"
 set = [
+  "parameter_set=as-coded",
   "time.step_s=2e-7", "time.duration_s=1.6", "normal_load.total_n=400", "initial_velocity.mode=0",
   "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
 ]
@@ -382,14 +384,14 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
     let error = refused("at_least = 1.0\n", "at_least = 1.0\nminus = \"stated\"\n");
     assert!(
         error.contains(
-            "claim about first global slip: minus_spread: 0 runs are not accepted (accepted: 2, one for each of spread)"
+            "claim about first global slip: minus_spread: 0 runs (accepted: 2, one for each of spread)"
         ),
         "{error}"
     );
     let error = refused("values = [1e-8, 2e-8]", "values = []");
     assert!(error.contains("ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)"), "{error}");
     let error = refused("of = \"this project\"", "of = \"us\"");
-    assert!(error.contains("unknown variant `us`, expected `the source` or `this project`"), "{error}");
+    assert!(error.contains("of = \"us\" is not accepted (accepted: the source, this project)"), "{error}");
     let error = refused("blocks = [1, 5, 10]", "blocks = [1, 11]");
     assert!(
         error.contains("figure displacement.png: blocks: 11 is not in run coded (accepted: 1 to 10)"),
@@ -406,7 +408,7 @@ fn a_killed_pipeline_goes_on_with_its_run() {
     let pipeline = folder.path().join("pipeline.toml");
     // Some seconds of the plain solver, with a checkpoint once a second.
     let text_of = "title = \"one\"\n[[run]]\nname = \"one\"\nscenario = \"default\"\n\
-                   set = [\"time.duration_s=0.2\"]\n";
+                   set = [\"parameter_set=as-coded\", \"time.duration_s=0.2\"]\n";
     fs::write(&pipeline, text_of).expect("the folder can be written");
     let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
     let arguments = |out| ["reproduce", text(&pipeline), "--solver", "plain", "--out", out];

@@ -29,7 +29,8 @@ fn run_with_window(folder: &Path) -> PathBuf {
     let scenario = folder.join("windowed.toml");
     let window = "\n[[recording.window]]\nfrom_s = 0.578\nto_s = 0.58\nevery_s = 1e-5\nfirst_block = 2\nlast_block = 4\n";
     let base = include_str!("../crates/model/scenarios/ten-blocks.toml");
-    fs::write(&scenario, format!("{base}{window}")).expect("the folder can be written");
+    fs::write(&scenario, format!("parameter_set = \"as-coded\"\n{base}{window}"))
+        .expect("the folder can be written");
     let log = folder.join("run.mcap");
     let set = ["--set", "time.step_s=1e-7", "--set", "time.duration_s=1.2"];
     binary::run(&[&[text(&scenario)], &set[..]].concat(), &log);

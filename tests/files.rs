@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use asperity_runlog::{RunReader, Topics, partial_path};
 use asperity_testkit::{Random, folder, run_end};
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{as_coded, asperity, run, succeed, text};
 
 /// What a folder holds, folders in it too, by path.
 fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -37,7 +37,7 @@ fn is_staged(name: &str) -> bool {
 
 fn start(arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_asperity"))
-        .args(arguments)
+        .args(as_coded(arguments))
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
@@ -473,7 +473,7 @@ title = "Small"
 [[run]]
 name = "one"
 scenario = "ten-blocks"
-set = ["time.step_s=1e-7", "time.duration_s=0.3"]
+set = ["parameter_set=as-coded", "time.step_s=1e-7", "time.duration_s=0.3"]
 "#;
 
 #[cfg(feature = "analysis")]

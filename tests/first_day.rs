@@ -16,7 +16,7 @@ use asperity_model::keys::{KEYS, Kind};
 use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
 use asperity_runlog::{RunReader, Topics};
 
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{AS_CODED, asperity, succeed, text};
 use crate::support::browser::{Tab, browser};
 
 /// A scenario, and what is set of it on every day.
@@ -73,6 +73,10 @@ impl Case {
     /// What it is with this in addition; none if that is refused.
     fn resolve(&self, set: &[String]) -> Option<Scenario> {
         let source = ScenarioSource::new(self.scenario, builtin::find(self.scenario)?);
+        let source = match source.named_set() {
+            None => source.with_override(AS_CODED),
+            Some(_) => source,
+        };
         let set = self.set.iter().chain(set);
         Scenario::resolve(&set.fold(source, |source, set| source.with_override(set))).ok()
     }
@@ -136,11 +140,13 @@ fn onsets(log: &Path) -> Vec<u64> {
 /// the name of an unfinished one, `PIPE` a pipeline of that one run, `NEW` a path at which nothing stands.
 type Call = (&'static [&'static str], &'static [i32]);
 
-const CALLS: [Call; 20] = [
+const CALLS: [Call; 22] = [
     (&["check", "LOG"], &[0]),
     (&["events", "LOG", "--format", "json"], &[0]),
     (&["summary", "LOG"], &[0]),
     (&["summary", "LOG", "--format", "json"], &[0]),
+    (&["draw", "LOG", "--out", "NEW"], &[0]),
+    (&["draw", "LOG", "--kind", "front-profile,stress", "--out", "NEW"], &[0, 1]),
     (&["reduce", "LOG", "--out", "NEW"], &[0]),
     // A figure of what the run has not ends it with a word.
     (&["reproduce", "PIPE", "--quiet", "--out", "NEW"], &[0, 1]),

@@ -19,8 +19,8 @@ fn runs_alone() -> String {
     let path = root().join("pipelines/chapter5.toml");
     let text = fs::read_to_string(path).expect("the pipeline is there");
     let mut pipeline: toml::Table = text.parse().expect("it is TOML");
-    pipeline.retain(|key, _| matches!(key, "title" | "run"));
-    assert_eq!(pipeline.len(), 2, "a pipeline has a title and runs");
+    pipeline.retain(|key, _| matches!(key, "title" | "set" | "run"));
+    assert_eq!(pipeline.len(), 3, "the pipeline has a title, overrides of all runs, and runs");
     pipeline.to_string()
 }
 

@@ -7,6 +7,8 @@
 //! environment or the current folder, which is done to the commands that are
 //! started.
 
+#[cfg(feature = "analysis")]
+mod answers;
 mod bounds;
 mod claims;
 mod cli;
@@ -19,6 +21,8 @@ mod colours;
 mod diff;
 mod disk;
 #[cfg(feature = "analysis")]
+mod draw;
+#[cfg(feature = "analysis")]
 mod end_to_end;
 mod energies;
 mod export;
@@ -30,15 +34,19 @@ mod first_day;
 mod flips;
 mod foxglove;
 #[cfg(feature = "analysis")]
+mod given;
+#[cfg(feature = "analysis")]
 mod golden;
 mod hostile;
 #[cfg(feature = "analysis")]
 mod look;
+mod mistakes;
 mod new_detector;
 #[cfg(unix)]
 mod not_files;
 #[cfg(feature = "analysis")]
 mod page;
+mod parameter_sets;
 mod prestress;
 #[cfg(feature = "analysis")]
 mod print;
@@ -73,6 +81,7 @@ mod study_figures;
 mod summary;
 mod sweep;
 mod sweep_emit;
+mod sweep_go;
 #[cfg(feature = "analysis")]
 mod tables;
 mod terminal;

@@ -182,6 +182,8 @@ fn blocks_approach_the_terminal_velocity(asperity: &Path, folder: &Path) {
     let scenario = [
         "ten-blocks",
         "--set",
+        "parameter_set=as-coded",
+        "--set",
         "friction.law=viscous",
         "--set",
         "friction.radiation_kg_per_s=70",
@@ -241,6 +243,8 @@ fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
     let chain = [
         "ten-blocks",
         "--set",
+        "parameter_set=as-coded",
+        "--set",
         "drive.velocity_m_per_s=1e-2",
         "--set",
         "time.step_s=1e-6",
@@ -283,6 +287,8 @@ fn contacts_heal_for_a_known_time(asperity: &Path, folder: &Path) {
     const LAW: &str = "friction.law=healing";
     let chain = [
         "ten-blocks",
+        "--set",
+        "parameter_set=as-coded",
         "--set",
         "drive.velocity_m_per_s=3e-3",
         "--set",

@@ -44,8 +44,10 @@ fn no_command_waits_for_a_pipe() {
         (vec!["scenario", "validate", "default", "--set", &profile], &csv),
         (vec!["run", text(&toml), "--out", "run.mcap"], &toml),
         (vec!["sweep", "plan", text(&toml), "--out", "planned"], &toml),
+        (vec!["sweep", "go", text(&toml), "--out", "gone"], &toml),
     ];
     if cfg!(feature = "analysis") {
+        commands.push((vec!["draw", text(&log), "--out", "drawn"], &log));
         commands.push((vec!["reduce", text(&log), "--out", "reduced"], &log));
         commands.push((vec!["reproduce", text(&toml), "--out", "made"], &toml));
         commands.push((vec!["events", text(&parquet)], &parquet));
@@ -65,7 +67,7 @@ fn no_command_waits_for_a_pipe() {
 #[test]
 fn a_study_does_not_wait_for_a_pipe() {
     let study = Study::of(
-        "title = 'Tilts'\nscenario = 'default'\nset = ['slider.blocks=5', 'time.duration_s=0.001']\n\
+        "title = 'Tilts'\nscenario = 'default'\nset = ['parameter_set=as-coded', 'slider.blocks=5', 'time.duration_s=0.001']\n\
          [[axis]]\nkey = 'normal_load.tilt'\nvalues = [-0.4, 0.3]\n",
     );
     let out = study.plan("out");

@@ -10,7 +10,7 @@ use crate::support::binary::{asperity, run, succeed, text};
 /// A pipeline with a figure and a claim, and a sweep with a figure, each in a folder with its page.
 fn studies(folder: &Path) -> [PathBuf; 2] {
     let path = |name: &str| folder.join(name);
-    let set = "scenario = \"ten-blocks\"\nset = [\"time.step_s=1e-6\", \"time.duration_s=0.5\"]\n";
+    let set = "scenario = \"ten-blocks\"\nset = [\"parameter_set=as-coded\", \"time.step_s=1e-6\", \"time.duration_s=0.5\"]\n";
     let pipeline = format!(
         "title = \"One\"\n[[run]]\nname = \"a\"\n{set}\
          [[figure.load]]\nfile = \"load.png\"\nrun = \"a\"\nsliding = true\n\

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::support::binary;
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{as_coded, asperity, succeed, text};
 use asperity_record::{RunEnd, RunStatus};
 use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
@@ -90,7 +90,8 @@ impl Run {
         for topic in ["/events/slip", "/events/rupture", "/events/arrival"] {
             assert!(end.message_counts[topic] > 0, "no {topic}");
         }
-        let arguments = [&["run"], scenario, &["--resume", "--checkpoint-s", "0.004", "--out"]].concat();
+        let arguments =
+            as_coded(&[&["run"], scenario, &["--resume", "--checkpoint-s", "0.004", "--out"]].concat());
         let mut arguments: Vec<String> = arguments.into_iter().map(str::to_owned).collect();
         arguments.push(text(&folder.path().join("run.mcap")).to_owned());
         Run { folder, arguments, items, end, takes }

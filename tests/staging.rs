@@ -19,7 +19,7 @@ use crate::sweep::{Study, rows, sweep, tables};
 const LONG: &str = "
 title = 'A run that is interrupted'
 scenario = 'default'
-set = ['slider.blocks=30', 'time.duration_s=1']
+set = ['parameter_set=as-coded', 'slider.blocks=30', 'time.duration_s=1']
 [[axis]]
 key = 'normal_load.tilt'
 values = [-0.4, 0.3]
@@ -133,7 +133,7 @@ fn terminate(child: &mut Child) -> Option<i32> {
 const ENDLESS: &str = "
 title = 'A run that does not end'
 scenario = 'default'
-set = ['time.duration_s=500']
+set = ['parameter_set=as-coded', 'time.duration_s=500']
 [[axis]]
 key = 'slider.blocks'
 values = [400]
@@ -250,7 +250,7 @@ fn what_is_missing_is_named_as_arrays_of_a_batch_system() {
 const LONGER: &str = "
 title = 'Two processes at one run'
 scenario = 'default'
-set = ['slider.blocks=60', 'time.duration_s=8']
+set = ['parameter_set=as-coded', 'slider.blocks=60', 'time.duration_s=8']
 [[axis]]
 key = 'normal_load.tilt'
 values = [-0.4, 0.3]

@@ -16,7 +16,12 @@ const SLACK_MB: f64 = 10.0;
 /// A run of so long with four thousand states of a hundred blocks per half second, 13 MB if all are
 /// held.
 fn scenario(duration_s: &str) -> Vec<String> {
-    let keys = ["time.step_s=1e-7", "recording.fields_s=1.25e-4", "recording.sample_s=1.25e-4"];
+    let keys = [
+        "parameter_set=as-coded",
+        "time.step_s=1e-7",
+        "recording.fields_s=1.25e-4",
+        "recording.sample_s=1.25e-4",
+    ];
     keys.into_iter().map(str::to_owned).chain([format!("time.duration_s={duration_s}")]).collect()
 }
 
@@ -90,7 +95,7 @@ fn a_run_by_itself_has_the_tables_that_it_has_in_a_pipeline() {
     let folder = folder();
     let pipeline = folder.path().join("one.toml");
     let run = "[[run]]\nname = \"one\"\nscenario = \"ten-blocks\"\n\
-               set = [\"time.step_s=1e-7\", \"time.duration_s=1.2\"]\n";
+               set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=1.2\"]\n";
     fs::write(&pipeline, format!("title = \"one\"\n{run}")).expect("the pipeline can be written");
     let (out, alone) = (folder.path().join("out"), folder.path().join("alone"));
     succeed(&["reproduce", text(&pipeline), "--out", text(&out)]);

@@ -293,7 +293,7 @@ fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
         (third(values, "[]"), "line 4: values: 0 of them (accepted: 3"),
         (third("\"id\":\"", "\"id\":\"x"), "line 4: id = \"x"),
         (third("\"id\"", "\"refused\":\"\",\"id\""), "line 4: it has both id and refused"),
-        (first("\"format\":1", "\"format\":2"), "line 1: format = 2 (accepted: 1)"),
+        (first("\"format\":2", "\"format\":3"), "line 1: format = 3 (accepted: 1 or 2)"),
         (first("normal_load.tilt", "normal_load.tolt"), "line 1: keys: normal_load.tolt: unknown key"),
         (first("\"friction.static_coefficient\"", "\"normal_load.tilt\""), "line 1: keys = ["),
         (

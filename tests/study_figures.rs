@@ -10,7 +10,7 @@ use crate::support::binary::{asperity, succeed, text};
 const SWEEP: &str = "
 title = 'Short runs'
 scenario = 'default'
-set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1.5', 'friction.static_spread=0.05']
+set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1.5', 'friction.static_spread=0.05']
 [[axis]]
 key = 'normal_load.tilt'
 values = [-0.5, 0, 0.5]
@@ -169,12 +169,12 @@ fn what_cannot_be_drawn_is_refused_when_it_is_planned() {
         (
             "'first_slip_s'",
             "'first_slip'",
-            "figure.phase-map \"map.png\": colour = \"first_slip\" is no number of the summary (accepted: ",
+            "figure.phase-map \"map.png\": colour = \"first_slip\" is no number of the summary; did you mean first_slip_s? (accepted: ",
         ),
         (
             "x = 'normal_load.tilt'",
             "x = 'normal_load.tlit'",
-            "x = \"normal_load.tlit\" does not vary (accepted: normal_load.tilt, ",
+            "x = \"normal_load.tlit\" does not vary; did you mean normal_load.tilt? (accepted: normal_load.tilt, ",
         ),
         (
             "colour = 'first_slip_s'\nover",
@@ -192,7 +192,7 @@ fn what_cannot_be_drawn_is_refused_when_it_is_planned() {
             "friction.spread_seed varies, and the figure says nothing of it (accepted: ",
         ),
         ("file = 'family.png'", "file = '../family.png'", "is no name of a figure (accepted: "),
-        ("[[figure.lengths]]", "[[figure.length]]", "unknown field `length`"),
+        ("[[figure.lengths]]", "[[figure.length]]", "length: unknown key; did you mean lengths?"),
         (
             "colour = 'first_slip_s'",
             "colour = 'first_slip_s'\nx_scale = 'log'",

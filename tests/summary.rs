@@ -38,7 +38,7 @@ fn the_default_slider() {
     let log = folder.path().join("run.mcap");
     let said = run("default", &["time.duration_s=2.9"], &log);
     let line = "default: 55 precursors, the whole slider slips at 2.6347 s, F_T/F_N = 0.4549";
-    assert!(said.lines().any(|found| found == line), "{said}");
+    assert!(said.lines().any(|found| found == format!("{line}; as coded: 12 kg, c = 46 m/s")), "{said}");
     assert!(!said.contains("creeps") && !said.contains("mislead"), "{said}");
     let found = summary(&log);
     assert_eq!((found.status.as_str(), found.ruptures_from.as_str()), ("complete", "log"));
@@ -144,7 +144,8 @@ fn drives_from_above_and_from_both_ends() {
     let log = folder.path().join("both.mcap");
     let said = run("left-right-driven", &["time.duration_s=2"], &log);
     assert!(
-        said.contains("raw slip events mislead") && said.contains("the whole slider slips at 1.3238 s\n"),
+        said.contains("raw slip events mislead")
+            && said.contains("the whole slider slips at 1.3238 s; as coded: "),
         "{said}"
     );
     let found = summary(&log);
@@ -227,7 +228,8 @@ fn several_runs_are_a_table_and_what_is_no_log_is_said() {
         let output = asperity(&arguments);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.lines().count() == 1 && said.contains("text.mcap"), "{said}");
+        let of_runs = said.lines().filter(|line| line.ends_with("as coded: 12 kg, c = 48 m/s")).count();
+        assert!(of_runs == 2 && said.lines().count() == 3 && said.contains("text.mcap"), "{said}");
         String::from_utf8(output.stdout).expect("the binary writes UTF-8")
     };
     let rows = of("text");
@@ -249,7 +251,7 @@ fn a_pipeline_has_the_summary_of_each_of_its_runs() {
     let run = |name: &str, tilt: f64| {
         format!(
             "[[run]]\nname = \"{name}\"\nscenario = \"ten-blocks\"\n\
-             set = [\"time.step_s=1e-7\", \"time.duration_s=1.2\", \"normal_load.tilt={tilt}\"]\n"
+             set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=1.2\", \"normal_load.tilt={tilt}\"]\n"
         )
     };
     let toml = format!("title = \"Two\"\n{}{}", run("even", 0.0), run("tilted", 0.5));

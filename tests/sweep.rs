@@ -20,7 +20,7 @@ pub(crate) struct Study {
 pub(crate) const SHORT: &str = "
 title = 'Short runs'
 scenario = 'default'
-set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
+set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
 [[axis]]
 key = 'normal_load.tilt'
 values = [-0.5, 0, 0.5]
@@ -401,7 +401,7 @@ fn combinations_that_a_scenario_refuses_are_named_or_recorded() {
         "
 title = 'Friction'
 scenario = 'ten-blocks'
-set = ['time.duration_s=0.1']
+set = ['parameter_set=as-coded', 'time.duration_s=0.1']
 [[axis]]
 key = 'friction.static_coefficient'
 values = [0.4, 0.7]
@@ -522,11 +522,11 @@ first_global_slips = ['base', 'kicked']
 [[run]]
 name = 'base'
 scenario = 'default'
-set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
+set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
 [[ensemble]]
 name = 'kicked'
 scenario = 'default'
-set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
+set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
 key = 'initial_velocity.amplitude_m_per_s'
 values = [1e-9, 2e-9]
 [[figure.load]]
@@ -647,7 +647,11 @@ stated = '0.5'
         ),
         ("run = '5'", "run = '7'", "there is no run 7"),
         ("tilt=0.5", "tilt=0.6", "at: no run has normal_load.tilt=0.6"),
-        ("load.tilt=0.5", "load.tint=0.5", "at: normal_load.tint does not vary (accepted: normal_load.tilt,"),
+        (
+            "load.tilt=0.5",
+            "load.tint=0.5",
+            "at: normal_load.tint does not vary; did you mean normal_load.tilt? (accepted: normal_load.tilt,",
+        ),
         ("run = '5'", "run = '5'\nat = ['normal_load.tilt=0.5']", "needs run, or at without run"),
     ] {
         let said = refused(old, new);

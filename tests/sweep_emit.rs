@@ -13,7 +13,7 @@ use crate::sweep::Study;
 const ONE_RUN: &str = "
 title = 'One run'
 scenario = 'default'
-set = ['slider.blocks=10', 'time.step_s=1e-7', 'time.duration_s=0.01']
+set = ['parameter_set=as-coded', 'slider.blocks=10', 'time.step_s=1e-7', 'time.duration_s=0.01']
 [[axis]]
 key = 'normal_load.tilt'
 values = [0.5]

@@ -213,9 +213,9 @@ fn a_pipeline_writes_the_precursors_of_a_run_below_one_law_after_the_other() {
     let pipeline = folder.path().join("pipeline.toml");
     let toml = "title = \"one run, two laws\"\n\
                 [[run]]\nname = \"plain\"\nscenario = \"ten-blocks\"\n\
-                set = [\"time.step_s=1e-7\", \"time.duration_s=0.9\"]\n\
+                set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.9\"]\n\
                 [[run]]\nname = \"other\"\nscenario = \"ten-blocks\"\n\
-                set = [\"time.step_s=1e-7\", \"time.duration_s=0.7\"]\n\
+                set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.7\"]\n\
                 [[precursors]]\nrun = \"plain\"\nlaw = \"eq-5.57\"\n\
                 [[precursors]]\nrun = \"plain\"\nlaw = \"eq-5.22\"\nrules = { min_blocks = 2 }\n";
     fs::write(&pipeline, toml).expect("the folder can be written");

@@ -109,7 +109,7 @@ fn stderr_that_cannot_be_written_changes_nothing_but_the_words() {
     fs::write(
         folder.path().join("two.toml"),
         "title = \"t\"\n[[run]]\nname = \"a\"\nscenario = \"ten-blocks\"\n\
-        set = [\"time.step_s=1e-7\", \"time.duration_s=0.2\"]\n",
+        set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.2\"]\n",
     )
     .expect("the folder can be written");
     let mut commands = vec![
@@ -190,7 +190,8 @@ fn a_name_that_is_no_utf_8_is_a_name_for_every_command() {
         folder.path().join(OsStr::from_bytes(&name)).into_os_string()
     };
     let (log, other, scenario) = (named(".mcap"), named("-2.mcap"), named(".toml"));
-    let small = "[slider]\nblocks = 10\n[time]\nstep_s = 1e-7\nduration_s = 1.2\n";
+    let small =
+        "parameter_set = \"as-coded\"\n[slider]\nblocks = 10\n[time]\nstep_s = 1e-7\nduration_s = 1.2\n";
     fs::write(&scenario, small).expect("the folder can be written");
     let run = |arguments: &[&OsStr]| {
         let output =

@@ -437,6 +437,8 @@ fn every_pipeline_resolves_in_both_parameter_sets() {
     for path in studies {
         for set in ["as-coded", "as-stated"] {
             let mut study = asperity_study::Study::read(&path).unwrap_or_else(|error| panic!("{error}"));
+            let own = study.parameter_sets();
+            assert!(!own.contains("the default"), "{}: {own}", short(&path));
             study.set(&[format!("parameter_set={set}")]);
             assert!(!study.runs.is_empty() || study.count() > 0, "{}", short(&path));
             study.jobs().unwrap_or_else(|problem| panic!("{}: {problem}", short(&path)));

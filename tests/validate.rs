@@ -41,7 +41,8 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
 
     let (code, noted) = said(&["scenario", "validate", "default"]);
     assert_eq!(code, Some(0));
-    assert!(noted.starts_with("default: the plain solver would take about "), "{noted}");
+    let expected = "default: as coded: 12 kg, c = 46 m/s\ndefault: the plain solver would take about ";
+    assert!(noted.starts_with(expected), "{noted}");
     assert!(noted.ends_with(" here, an estimate from its first 0.25 s\n"), "{noted}");
 
     let folder = asperity_testkit::folder();

@@ -123,9 +123,10 @@ fn every_command_goes_by_the_verdict_of_check() {
                 "diff" => vec!["diff", text(&whole), text(log)],
                 "salvage" => vec!["salvage", text(log), "--out", text(&file)],
                 "reduce" if cfg!(feature = "analysis") => vec!["reduce", text(log), "--out", text(&out)],
+                "draw" if cfg!(feature = "analysis") => vec!["draw", text(log), "--out", text(&out)],
                 "report" => vec!["report", text(log), "--out", text(&page)],
                 // Tested below.
-                "reduce" | "reproduce" => continue,
+                "draw" | "reduce" | "reproduce" => continue,
                 other => panic!("the table speaks of {other}"),
             };
             commands += 1;
@@ -160,7 +161,28 @@ fn every_command_goes_by_the_verdict_of_check() {
             }
         }
     }
-    assert!(commands >= 49, "{commands} commands");
+    assert!(commands >= 56, "{commands} commands");
+}
+
+/// A log by other code may have other events, which a replay that finds its own does not confirm.
+#[test]
+fn a_replay_that_finds_other_events_than_the_log_fails() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("small.mcap");
+    small::run(&log);
+    let mut parts = take_apart(&fs::read(&log).expect("it was just written"));
+    let at = messages(&parts, "/events/slip")[3];
+    let mut event: serde_json::Value =
+        serde_json::from_slice(parts[at].payload().expect("it is a message")).expect("messages are JSON");
+    event["ft_fn_max"] = (event["ft_fn_max"].as_f64().expect("it is a number") + 1e-9).into();
+    parts[at] = parts[at].with_payload(event.to_string().as_bytes());
+    correct_end(&mut parts);
+    let run = parts.iter_mut().find(|part| part.name() == Some("run")).expect("there is a header");
+    *run = by_other_code(run);
+    fs::write(&log, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+    let (code, said) = outcome(&["replay", text(&log)]);
+    assert!(code == 1 && said.contains("the replay gives "), "{code}: {said}");
+    assert!(!said.contains("the same as logged"), "{said}");
 }
 
 /// A log of which hardly anything can be read has its verdict and the exit codes of that like any
@@ -194,9 +216,9 @@ fn damaged_beginnings_are_judged_alike() {
         let verdict = table.keys().find(says).unwrap_or_else(|| panic!("no verdict: {said}")).clone();
         *verdicts.entry(verdict.clone()).or_default() += 1;
         for command in
-            ["check", "events", "summary", "export", "replay", "diff", "salvage", "reduce", "report"]
+            ["check", "events", "summary", "export", "replay", "diff", "salvage", "draw", "reduce", "report"]
         {
-            if command == "reduce" && !cfg!(feature = "analysis") {
+            if matches!(command, "draw" | "reduce") && !cfg!(feature = "analysis") {
                 continue;
             }
             let out = folder.path().join(format!("{command} {number}"));
@@ -268,7 +290,7 @@ fn reproduce_uses_only_what_is_whole() {
         let cell = &table[*verdict]["reproduce"];
         let again = format!("small: made again: its log is {verdict}: ");
         match cell.as_str() {
-            "used" => assert!(code == 0 && said.contains("1 runs are there already"), "{said}"),
+            "used" => assert!(code == 0 && said.contains("1 run used again"), "{said}"),
             "made again" => {
                 assert!(code == 0 && said.contains(&again), "{verdict}: {said}");
                 assert!(succeed(&["check", text(&stored)]).contains(": whole: "));

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::laws::parts::Part;
-use crate::support::small;
+use crate::support::{binary, small};
 use asperity_runlog::{RunReader, Topics};
 use mcap::records::op;
 
@@ -165,6 +165,31 @@ fn message_indexes_and_chunks_say_what_is_in_them() {
         let says = changed(what, &|parts| parts.insert(behind, part.clone()));
         assert!(says.contains("no run log"), "{what}: {says}");
     }
+}
+
+/// A run goes on from a checkpoint that a record `chunk` vouches for, and from no other.
+#[test]
+fn a_checkpoint_counts_once_it_is_vouched_for() {
+    let folder = asperity_testkit::folder();
+    let path = folder.path().join("often.mcap");
+    let often = ["--set", "time.duration_s=0.05", "--checkpoint-s", "0"];
+    binary::run(&[&small::SCENARIO[..3], &often].concat(), &path);
+    let parts = records(&fs::read(&path).expect("the log can be read"));
+    let is_checkpoint = |part: &Part| part.opcode == op::ATTACHMENT && part.name() == Some("checkpoint");
+    let mut places = (0..parts.len()).rev().filter(|&at| is_checkpoint(&parts[at]));
+    let [last, before] = std::array::from_fn(|_| places.next().expect("there are some"));
+    let state = |at: usize| parts[at].attached().map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    let found_in_first = |count: usize| {
+        let mut bytes = mcap::MAGIC.to_vec();
+        parts[..count].iter().for_each(|part| part.put(&mut bytes));
+        fs::write(&path, bytes).expect("the folder can be written");
+        let mut reader = RunReader::open(&path, Topics::NONE).expect("it has a header");
+        while let Ok(Some(_)) = reader.next_item() {}
+        reader.checkpoint().map(str::to_owned)
+    };
+    assert_ne!(state(last), state(before));
+    assert!(found_in_first(last + 1) == state(before), "its record `chunk` is still missing");
+    assert!(found_in_first(last + 2) == state(last), "it is vouched for");
 }
 
 #[test]

@@ -4,13 +4,35 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use asperity_model::builtin;
 use asperity_runlog::partial_path;
 use asperity_testkit::read_log;
 
-/// Runs the binary to its end.
+/// Runs the binary to its end, with arguments [as coded](as_coded).
 pub(crate) fn asperity(arguments: &[&str]) -> Output {
+    as_given(&as_coded(arguments))
+}
+
+/// Lets a command that runs or validates a built-in scenario do so as coded, unless the scenario or a later
+/// override names another parameter set: what tests know of events is of the thesis' program.
+pub(crate) fn as_coded<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    let mut arguments = arguments.to_vec();
+    let names_no_set = |name: &&str| builtin::find(name).is_some_and(|text| !text.contains("parameter_set"));
+    let begins = arguments.iter().position(|word| matches!(*word, "run" | "validate"));
+    let scenario = arguments.iter().position(names_no_set);
+    if let (Some(place), Some(_)) = (scenario, begins.filter(|begins| Some(*begins) < scenario)) {
+        arguments.splice(place + 1..=place, ["--set", AS_CODED]);
+    }
+    arguments
+}
+
+/// Runs the binary to its end, with no other arguments than these.
+pub(crate) fn as_given(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_asperity")).args(arguments).output().expect("the binary starts")
 }
+
+/// The override by which runs are as coded.
+pub(crate) const AS_CODED: &str = "parameter_set=as-coded";
 
 /// Runs the binary to its end, which must be a good one, and gives its standard output.
 pub(crate) fn succeed(arguments: &[&str]) -> String {

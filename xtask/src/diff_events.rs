@@ -210,11 +210,20 @@ fn run_side(
     }
 }
 
-/// A pipeline with its runs and without what is read off them.
+/// A pipeline with its runs and without what is read off them. What is set in all of them is set in each,
+/// as older versions want it.
 fn runs_alone(text: &str) -> Result<String, Failure> {
     let mut pipeline: toml::Table =
         text.parse().map_err(|error| Failure::Check(format!("this checkout's pipeline: {error}")))?;
+    let in_all = pipeline.get("set").and_then(toml::Value::as_array).cloned().unwrap_or_default();
     pipeline.retain(|key, _| matches!(key, "title" | "run"));
+    let runs = pipeline.get_mut("run").and_then(toml::Value::as_array_mut).into_iter().flatten();
+    for run in runs.filter_map(toml::Value::as_table_mut) {
+        let own = run.entry("set").or_insert_with(|| toml::Value::Array(Vec::new()));
+        if let Some(own) = own.as_array_mut() {
+            own.splice(..0, in_all.iter().cloned());
+        }
+    }
     Ok(pipeline.to_string())
 }
 
@@ -388,7 +397,12 @@ mod tests {
         let alone: toml::Table = runs_alone(&text).expect("it is TOML").parse().expect("so is this");
         let whole: toml::Table = text.parse().expect("it is TOML");
         assert_eq!(alone.keys().collect::<Vec<_>>(), ["run", "title"]);
-        assert_eq!(alone["run"], whole["run"]);
+        let runs = |pipeline: &toml::Table| pipeline["run"].as_array().expect("it has runs").clone();
+        for (alone, whole) in runs(&alone).iter().zip(runs(&whole)) {
+            let mut set = whole.get("set").and_then(toml::Value::as_array).cloned().unwrap_or_default();
+            set.insert(0, "parameter_set=as-coded".into());
+            assert_eq!((&alone["name"], alone["set"].as_array()), (&whole["name"], Some(&set)));
+        }
     }
 
     #[test]

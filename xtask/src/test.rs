@@ -29,10 +29,9 @@ pub(crate) struct TestArguments {
     further: Vec<String>,
 }
 
-/// Libraries whose unit tests are compiled without optimisation, which takes longer than those tests.
-/// Those of one call do not use each other; what they use is as ever.
-const LIGHT: [&[&str]; 2] =
-    [&["asperity-figures", "asperity-report", "asperity-tables"], &["asperity-diff", "asperity-study"]];
+/// Libraries that are optimised but whose unit tests are not: optimising takes longer than those tests.
+/// Each is compiled by a call of its own, so that the libraries that it uses are optimised as ever.
+const LIGHT: [&str; 2] = ["asperity-tables", "asperity-diff"];
 
 /// What takes longest, so that no core is left alone with it at the end.
 const FIRST: [&str; 17] = [
@@ -79,15 +78,14 @@ pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
             })
         };
         hand_over(root_tests()?)?;
-        for packages in LIGHT {
-            let opt_level = |package: &&str| format!("--config=profile.dev.package.{package}.opt-level=0");
-            let light: Vec<String> = packages.iter().map(opt_level).chain(["--lib".to_owned()]).collect();
-            hand_over(of_packages(packages, &light)?)?;
+        for package in LIGHT {
+            let opt_level = format!("--config=profile.dev.package.{package}.opt-level=0");
+            hand_over(of_packages(&[package], &[opt_level, "--lib".to_owned()])?)?;
         }
         // The command is among all packages, see `of_packages`, but not the tests `root`.
         let mut units = cargo(&["test", "--no-run", "--locked", MESSAGES, "--workspace"]);
         units.args(["--lib", "--bins", "--examples"]);
-        units.args(LIGHT.concat().iter().flat_map(|package| ["--exclude", package]));
+        units.args(LIGHT.iter().flat_map(|package| ["--exclude", package]));
         hand_over(programs(&output(&mut units)?))?;
         let mut others = cargo(&["test", "--no-run", "--locked", MESSAGES, "--workspace"]);
         others.args(tests_of_crates()?.iter().flat_map(|name| ["--test", name]));
@@ -124,11 +122,9 @@ const MESSAGES: &str = "--message-format=json-render-diagnostics";
 /// The package of the command and of the tests that call it.
 const COMMAND: &str = "asperity-cli";
 
-/// Compiles the tests that call the command, without optimising them; what they use is as ever.
+/// Compiles the tests that call the command.
 fn root_tests() -> Result<Vec<Program>, Failure> {
-    let mut build = cargo(&["rustc", "--profile", "test", "--locked", MESSAGES]);
-    build.args(["--package", COMMAND, "--test", "root", "--", "-C", "opt-level=0"]);
-    Ok(programs(&output(&mut build)?))
+    of_packages(&[], &["--test=root".to_owned()])
 }
 
 /// The names of all tests in folders `tests` of crates.

@@ -38,11 +38,13 @@ use crate::args::SweepDrawArguments;
 use crate::args::{SweepCollectArguments, SweepTable};
 use crate::exit::Failure;
 #[cfg(feature = "analysis")]
+use crate::given::{self, Taken};
+#[cfg(feature = "analysis")]
 use crate::named_runs::{self, not_written};
-use crate::outputs::create_folder;
+use crate::outputs::{A_FOLDER, create_folder, fits};
 use crate::progress::{Board, Stages};
 use crate::report;
-use crate::study::{in_words, outcome, read_for_tables};
+use crate::study::{in_words, outcome, read_for_tables, some_of};
 use crate::study_page::{self, Rows, Shown};
 use crate::terminal::say;
 
@@ -53,6 +55,7 @@ const TABLES: &str = "tables";
 
 pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
     let SweepCollectArguments { folder, to, out, no_provenance } = arguments;
+    out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
     let (plan, results) = read_for_tables(folder)?;
     let has_names = !plan.common.runs.is_empty();
     if has_names && out.is_some() {
@@ -86,7 +89,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
             .map(|(_, named)| named.name.as_str())
             .collect();
         if !missing.is_empty() {
-            board.line(&format!("no tables, figures and claims without {}", missing.join(", ")));
+            board.line(&format!("no tables, figures and claims without {}", some_of(&missing)));
         } else {
             #[cfg(feature = "analysis")]
             named_runs::of_plan(&plan, folder, beside, provenance, board)?;
@@ -129,6 +132,7 @@ fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Beside {
 #[cfg(feature = "analysis")]
 pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
     let SweepDrawArguments { folder, from, out, no_provenance } = arguments;
+    out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
     let (plan, results) = read_for_tables(folder)?;
     let mut inputs = vec![folder.join(FILE)];
     let all = match from {
@@ -161,6 +165,7 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
 /// The figures in the present version of the sweep's file.
 #[cfg(feature = "analysis")]
 fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
+    given::check(path, Taken::Runs)?;
     let study = StudyFile::read(path).map_err(Failure::bad_input)?;
     let keys = &plan.common.keys;
     let varied = study.grid.as_ref().map(Grid::keys).unwrap_or_default();
@@ -239,7 +244,7 @@ impl Study<'_> {
             stages: self.board.stages("tables"),
             done: 0,
             of: self.plan.numbered() as usize,
-            rows: Rows::of(&self.plan.common.keys),
+            rows: Rows::of(self.plan),
             #[cfg(feature = "analysis")]
             claims: Claims::of(self.plan)?,
             #[cfg(feature = "analysis")]

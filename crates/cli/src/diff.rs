@@ -19,11 +19,19 @@ use asperity_run::Checked;
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::refused;
+use crate::given::{self, Taken};
+use crate::outputs::{fits, refused};
 use crate::reading::{self, Reading};
 use crate::{summary, terminal, verdict_exit};
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
+    for (option, path, ending, what) in [
+        ("--page", &arguments.page, "html", "a page"),
+        ("--draft-policy", &arguments.draft_policy, "toml", "a policy"),
+        ("--matches", &matches_file(arguments), "parquet", "a Parquet table"),
+    ] {
+        path.as_ref().map_or(Ok(()), |path| fits(option, path, ending, what))?;
+    }
     let mut settings = settings(arguments)?;
     let files = outputs(arguments)?;
     let told = |error: FileError| refused("", &error, true);
@@ -58,6 +66,7 @@ const MOST_SLIP_EVENTS: usize = 1_000_000;
 fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
     let mut paths = Vec::new();
     for side in [&arguments.old, &arguments.new] {
+        given::check(side, Taken::Side)?;
         paths.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
     }
     let most_slip_events = MOST_SLIP_EVENTS / paths.len().max(1);

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::io;
 use std::num::NonZeroUsize;
-use std::path::Path;
 use std::process::ExitCode;
 
 use asperity_run::{Verdict, at_once};
@@ -143,18 +142,6 @@ pub(crate) fn report(failure: &Failure) {
     match lines.count() {
         0 => {}
         more => terminal::note(&format!("error: and {more} lines more")),
-    }
-}
-
-/// Checks that the folder of an output exists.
-pub(crate) fn folder_is_there(option: &str, file: &Path) -> Result<(), Failure> {
-    match file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        None => Ok(()),
-        Some(folder) => Err(Failure::Failed(format!(
-            "{option} {}: there is no folder {} (accepted: a file in a folder that exists)",
-            file.display(),
-            folder.display()
-        ))),
     }
 }
 

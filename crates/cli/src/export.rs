@@ -4,21 +4,23 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, Inputs};
+use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
-use asperity_run::{Checked, NodeState, Nodes, NodesError, Verdict};
+use asperity_run::{Checked, NodeState, Nodes, NodesError, Unchecked, Verdict};
 use asperity_tables::export::MOST_FOREIGN;
 use asperity_tables::format::{Format, State};
-use asperity_tables::{Csv, Export, ExportError, Judged, Ndjson, NodeRows, Ran, Report, Request, name_of};
+use asperity_tables::{Csv, Export, ExportError, Ndjson, NodeRows, Ran, Report, Request, name_of};
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::{create_folder, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::progress::Board;
 use crate::summary::WITHOUT_ENERGIES;
 use crate::terminal;
 use crate::verdict_exit;
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
+    fits("--out", &arguments.out, "", A_FOLDER)?;
     let requests = requests(arguments)?;
     create_folder(&arguments.out)?;
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
@@ -75,32 +77,46 @@ fn export_one(
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };
-    let checked = verdict_exit::readable(run)?;
+    let log = Unchecked::open(run).map_err(|checked| match checked.verdict {
+        verdict if verdict == Verdict::NoRunLog || arguments.nodes_at_s.is_empty() => {
+            verdict_exit::failure(run, &checked)
+        }
+        verdict => Failure::Log(
+            verdict,
+            format!("--nodes-at-s: {}: no state can be read; the log is {checked}", run.display()),
+        ),
+    })?;
+    let (header, scenario_toml, schemas) = (log.header(), log.scenario_toml(), log.event_schemas());
+    let export = Export::begin(header, scenario_toml, &schemas, request.clone(), &event_kinds(), format)
+        .map_err(failure)?;
+    let duration_s = header.time_grid().time_s(header.steps);
+    let mut exporting = (export, board.steps(&request.name, header.steps, duration_s));
+    let checked = log.check(&mut exporting);
+    let (mut export, progress) = exporting;
+    progress.clear();
+    if checked.verdict == Verdict::NoRunLog {
+        return Err(verdict_exit::failure(run, &checked));
+    }
+    // Nodes are computed from checkpoints, which only a reading of its own finds, up to the last sound
+    // step, which only the check knows.
     let mut nodes = match &arguments.nodes_at_s[..] {
         [] => None,
         at_s => Some(Nodes::of_log(run, checked.seen.last_step, at_s).map_err(without_nodes(run, &checked))?),
     };
-    let mut export = Export::open(run, request.clone(), &event_kinds(), format)
-        .map_err(|error| failure(run, &checked, error))?
-        .judged(judged(&checked));
     while let Some(state) =
         nodes.as_mut().map(Nodes::next_state).transpose().map_err(without_nodes(run, &checked))?.flatten()
     {
         let NodeState { step, time_s, columns, displacement_m, velocity_m_per_s } = &state;
         let rows =
             NodeRows { step: *step, time_s: *time_s, columns: *columns, displacement_m, velocity_m_per_s };
-        export.nodes(&rows).map_err(|error| failure(run, &checked, error))?;
+        export.nodes(&rows).map_err(failure)?;
     }
-    let header = export.header();
-    let duration_s = header.time_grid().time_s(header.steps);
-    let mut progress = board.steps(&request.name, header.steps, duration_s);
-    let outcome = export.run(|step| progress.advance(step));
-    progress.clear();
+    let problem = checked.problem.as_ref().map(ToString::to_string);
     let Report { files, ran, left_out, without_energies } =
-        outcome.map_err(|error| failure(run, &checked, error))?;
+        export.finish(state(checked.verdict), problem).map_err(failure)?;
     for (path, rows) in files {
         match rows {
-            Some(rows) => terminal::say(format_args!("{}: {rows} rows", path.display()))?,
+            Some(rows) => terminal::say(format_args!("{}: {}", path.display(), counted(rows, "row")))?,
             None => terminal::say(format_args!("{}: what the others hold", path.display()))?,
         }
     }
@@ -115,21 +131,25 @@ fn export_one(
             run.display()
         ));
     }
-    let verdict = checked.verdict;
     match ran {
-        Ran { problem: Some(problem), last_step, last_s, .. } => Err(Failure::Log(
-            verdict,
-            format!(
-                "{}: {verdict}: exported up to step {last_step} ({last_s} s), {}: {problem}",
-                run.display(),
-                match verdict {
-                    Verdict::Damaged => "where the log is damaged",
-                    Verdict::Salvaged => "with gaps",
-                    Verdict::Stopped => "where its run was stopped",
-                    _ => "where the log ends",
-                }
-            ),
-        )),
+        Ran { problem: Some(problem), last_step, last_s, state } => {
+            // The export finds damage in what the check lets pass, such as a column that comes and goes.
+            let verdict = if state == State::Damaged { Verdict::Damaged } else { checked.verdict };
+            Err(Failure::Log(
+                verdict,
+                format!(
+                    "{}: {verdict}: exported up to step {last_step} ({} s), {}: {problem}",
+                    run.display(),
+                    short_time(last_s),
+                    match verdict {
+                        Verdict::Damaged => "where the log is damaged",
+                        Verdict::Salvaged => "with gaps",
+                        Verdict::Stopped => "where its run was stopped",
+                        _ => "where the log ends",
+                    }
+                ),
+            ))
+        }
         Ran { problem: None, .. } => verdict_exit::finish(run, &checked, board),
     }
 }
@@ -149,32 +169,23 @@ fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(NodesError)
 }
 
 /// The verdict on the log, for the record beside its tables.
-fn judged(checked: &Checked) -> Judged {
-    Judged {
-        state: match checked.verdict {
-            Verdict::Whole => State::Whole,
-            Verdict::OtherCode => State::OtherCode,
-            Verdict::Incomplete => State::Incomplete,
-            Verdict::Stopped => State::Stopped,
-            Verdict::Salvaged => State::Salvaged,
-            Verdict::NoRunLog | Verdict::Damaged => State::Damaged,
-        },
-        problem: checked.problem.as_ref().map(ToString::to_string),
-        until_step: match checked.verdict {
-            Verdict::Damaged => checked.seen.last_step,
-            _ => u64::MAX,
-        },
+fn state(verdict: Verdict) -> State {
+    match verdict {
+        Verdict::Whole => State::Whole,
+        Verdict::OtherCode => State::OtherCode,
+        Verdict::Incomplete => State::Incomplete,
+        Verdict::Stopped => State::Stopped,
+        Verdict::Salvaged => State::Salvaged,
+        Verdict::NoRunLog | Verdict::Damaged => State::Damaged,
     }
 }
 
-fn failure(run: &Path, checked: &Checked, error: ExportError) -> Failure {
+fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::UnknownTopic { .. }
         | ExportError::NotFoundThen { .. }
         | ExportError::EmptyRange { .. } => Failure::bad_input(error),
-        // The log ends before there is anything to export.
-        ExportError::Log(_) if !checked.verdict.holds_all() => verdict_exit::failure(run, checked),
         ExportError::File(error) => refused("--out", &error, true),
-        ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
+        ExportError::Write { .. } => Failure::failed(error),
     }
 }

@@ -3,13 +3,17 @@
 mod args;
 mod check;
 mod collect;
+mod commands;
 mod completions;
 mod diff;
+#[cfg(feature = "analysis")]
+mod draw;
 mod event_table;
 mod events;
 mod exhausted;
 mod exit;
 mod export;
+mod given;
 mod interrupt;
 mod man;
 #[cfg(feature = "analysis")]
@@ -30,6 +34,8 @@ mod study;
 mod study_page;
 mod summary;
 mod sweep;
+mod sweep_log;
+mod sweep_plan;
 mod terminal;
 mod validate;
 mod verdict_exit;
@@ -40,7 +46,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use asperity_record::printable;
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 use args::{Arguments, Command, SweepCommand};
 use exit::Failure;
@@ -75,7 +81,8 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
     }
     // The library quotes refused arguments; parsing the printable ones gives the same error.
     let plain = given.iter().map(|argument| printable(&argument.to_string_lossy()).into_owned());
-    Arguments::try_parse_from(plain).err().unwrap_or(error).print().ok();
+    let error = Arguments::try_parse_from(plain).err().unwrap_or(error);
+    commands::advised(error, &Arguments::command()).print().ok();
     Err(Failure::Said(exit::Code::BadInput))
 }
 
@@ -97,6 +104,8 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
         Command::Report(arguments) => report::command(&arguments, &board),
+        #[cfg(feature = "analysis")]
+        Command::Draw(arguments) => draw::command(&arguments, &board),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         #[cfg(feature = "analysis")]

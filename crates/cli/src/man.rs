@@ -9,11 +9,12 @@ use clap_mangen::roff::{Roff, roman};
 
 use crate::args::{Arguments, ManArguments};
 use crate::exit::Failure;
-use crate::outputs::{create_folder, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::terminal;
 
 pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
+    fits("--out", folder, "", A_FOLDER)?;
     let mut all = Arguments::command().disable_help_subcommand(true);
     all.build();
     let mut pages = Vec::new();

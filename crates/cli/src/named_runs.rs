@@ -8,7 +8,7 @@ use std::thread;
 use asperity_files::{FolderLock, Inputs};
 use asperity_numbers::Summary;
 use asperity_numbers::run_data::NodeField;
-use asperity_record::RunEnd;
+use asperity_record::{RunEnd, counted};
 use asperity_run::study::{Job, Stored};
 use asperity_run::{NodeState, Nodes, SolverKind, Threads, at_once};
 use asperity_study::pipeline::Pipeline;
@@ -21,6 +21,7 @@ use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::run;
+use crate::study::some_of;
 use crate::terminal::say;
 
 /// Why tables and figures were not written: invalid input, if another folder would do.
@@ -129,7 +130,7 @@ impl Source<'_> {
         }
         let done = stored.len() - to_make.len();
         if done > 0 {
-            board.line(&format!("{done} runs are there already"));
+            board.line(&format!("{} used again", counted(done as u64, "run")));
         }
         // The longest first, so that no core waits for one at the end.
         to_make.sort_by_key(|job| std::cmp::Reverse(job.cost()));
@@ -239,8 +240,9 @@ fn tell_misleading(summaries: &[Summary], board: &Board) {
     let names: Vec<&str> = misled.map(|summary| summary.run.as_str()).collect();
     if !names.is_empty() {
         board.line(&format!(
-            "raw slip events, which claims and figures are made of, mislead in {}: see tables/summary.csv",
-            names.join(", ")
+            "{}: slip events join several ruptures there, or last far longer than fronts take; claims and figures count \
+             them as the thesis does, tables/RUN.ruptures.csv has the ruptures one by one",
+            some_of(&names)
         ));
     }
 }

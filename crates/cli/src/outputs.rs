@@ -1,10 +1,40 @@
-//! Failures of writing output files.
+//! Names of output files, and failures of writing them.
 
 use std::path::Path;
 
 use asperity_files::{FileError, create_folder as create};
 
 use crate::exit::Failure;
+
+/// Endings of names that say what a file is.
+const ENDINGS: [&str; 26] = [
+    "arrow", "csv", "db", "gz", "h5", "hdf5", "htm", "html", "jpg", "json", "log", "mat", "mcap", "md", "nc",
+    "ndjson", "npy", "npz", "parquet", "pdf", "png", "svg", "toml", "tsv", "txt", "zip",
+];
+
+/// Refuses the name of an output whose ending says that it is something else than what is written: `what`,
+/// whose names end in `ending`, or which is a folder if that is empty. A file that exists is left to the
+/// checks of what may be replaced.
+pub(crate) fn fits(option: &str, path: &Path, ending: &str, what: &str) -> Result<(), Failure> {
+    if path.exists() {
+        return Ok(());
+    }
+    let written =
+        path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).unwrap_or_default();
+    if written == ending || !ENDINGS.contains(&written.as_str()) {
+        return Ok(());
+    }
+    let better = path.with_extension(ending);
+    let folder = if ending.is_empty() { "a folder, as " } else { "" };
+    Err(Failure::BadInput(format!(
+        "{option} {}: what is written is {what} (accepted: {folder}{})",
+        path.display(),
+        better.display()
+    )))
+}
+
+/// What [`fits`] says of folders.
+pub(crate) const A_FOLDER: &str = "a folder of files";
 
 /// Why a file is not written: invalid input, if another name would do.
 pub(crate) fn refused(option: &str, error: &FileError, can_force: bool) -> Failure {
@@ -23,5 +53,24 @@ pub(crate) fn refused(option: &str, error: &FileError, can_force: bool) -> Failu
 
 /// Creates the folder of an output.
 pub(crate) fn create_folder(folder: &Path) -> Result<(), Failure> {
-    create(folder).map_err(Failure::failed)
+    create(folder).map_err(|error| refused("--out", &error, false))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::fits;
+
+    #[test]
+    fn names_that_say_another_format_are_refused_and_others_are_not() {
+        let of = |name: &str, ending: &str| fits("--out", Path::new(name), ending, "a run log");
+        for name in ["x.mcap", "x.MCAP", "x", "tilt-0.5", "mine.v2", "x.mcap.partial", ".csv"] {
+            assert!(of(name, "mcap").is_ok(), "{name}");
+        }
+        let refused = of("out/x.h5", "mcap").unwrap_err().to_string();
+        assert_eq!(refused, "--out out/x.h5: what is written is a run log (accepted: out/x.mcap)");
+        let refused = of("out/x.csv", "").unwrap_err().to_string();
+        assert!(refused.ends_with("(accepted: a folder, as out/x)"), "{refused}");
+    }
 }

@@ -126,15 +126,13 @@ mod tests {
 
     #[test]
     fn many_runs_are_described_by_ranges() {
-        let of = |set: &str| {
-            resolve("default", &["parameter_set=as-coded", set]).expect("it is accepted").preview()
-        };
+        let of = |set: &str| resolve("default", &[set]).expect("it is accepted").preview();
         let (long, held) = (of("time.duration_s=4"), of("drive.hold_from_s=0.01"));
         let all: [&Preview; 2] = [&long, &held];
         let words = ranges(&all).expect("there are runs");
         assert!(words.starts_with("F_T/F_N is at most 0.001996 to 0.7984, if nothing slides; "), "{words}");
         assert!(words.contains("; the first slip comes at 0.05674 s, in 1 never; "), "{words}");
-        assert!(words.ends_with("; the time step is 0.002959 of the longest stable one"), "{words}");
+        assert!(words.ends_with("; the time step is 0.01756 of the longest stable one"), "{words}");
         assert_eq!(ranges(&[]), None);
     }
 

@@ -10,7 +10,7 @@ use std::io::{IsTerminal, stderr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use asperity_record::{Event, EventPayload, SlipEvent, printable};
+use asperity_record::{Event, EventPayload, SlipEvent, counted, printable};
 use asperity_run::{Notice, Observer};
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
@@ -208,7 +208,7 @@ impl StudyProgress {
         if self.failed > 0 {
             status.push_str(&format!(", {} failed", self.failed));
         }
-        status.push_str(&format!(", {} slip events", self.events));
+        status.push_str(&format!(", {}", counted(self.events, "slip event")));
         let left_s = elapsed * (self.runs - over) as f64 / over as f64;
         match Duration::try_from_secs_f64(left_s) {
             Ok(left) if over < self.runs => format!("{status}, {:#} left", HumanDuration(left)),
@@ -259,7 +259,9 @@ impl Observer for RunProgress {
                 self.board.line(&note);
             }
             Notice::LackedItsName | Notice::Warning(_) => self.board.line(&note),
-            Notice::LoadNotReached { .. } | Notice::Fallback(_) => self.notes.push(note),
+            Notice::LoadNotReached { .. } => self.notes.push(note),
+            // The log has it, and `--stats` prints it.
+            Notice::Fallback(_) => {}
         }
     }
 }
@@ -292,7 +294,7 @@ impl RunProgress {
         let time_s = self.duration_s * step as f64 / self.steps as f64;
         let time = format!("{time_s:.3} of {} s", self.duration_s);
         match self.events {
-            Some(events) => format!("{time}, {events} slip events"),
+            Some(events) => format!("{time}, {}", counted(events, "slip event")),
             None => time,
         }
     }
@@ -304,10 +306,10 @@ impl RunProgress {
             return;
         }
         self.board.line(&format!(
-            "{}: {} s simulated, {} slip events, in {:.1} s",
+            "{}: {} s simulated, {}, in {:.1} s",
             self.name,
             self.duration_s,
-            self.events.unwrap_or(0),
+            counted(self.events.unwrap_or(0), "slip event"),
             self.started.elapsed().as_secs_f64()
         ));
         for note in &self.notes {

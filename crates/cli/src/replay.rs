@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
-use asperity_record::Event;
+use asperity_record::{Event, counted};
 use asperity_run::detectors::Settings;
-use asperity_run::{CODE_VERSION, Comparison, Observer};
+use asperity_run::{CODE_VERSION, Checked, Comparison, Observer, ReplayError, Replayed, check};
 use serde::Serialize;
 
 use crate::args::ReplayArguments;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::{create_folder, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::progress::{Board, RunProgress};
 use crate::terminal::{self, Data};
 use crate::verdict_exit;
@@ -21,7 +21,7 @@ use crate::verdict_exit;
 /// The record beside the tables: their settings and sources.
 const RECORD: &str = "replay.json";
 
-/// The layout of [`Replayed`].
+/// The layout of [`ReplayFile`].
 const RECORD_VERSION: u32 = 1;
 
 pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), Failure> {
@@ -38,6 +38,7 @@ pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), F
         None => Settings::default(),
     };
     if let Some(out) = &arguments.out {
+        fits("--out", out, "", A_FOLDER)?;
         none_is_taken(&arguments.runs, out)?;
         create_folder(out)?;
     }
@@ -91,7 +92,7 @@ fn none_is_taken(runs: &[PathBuf], out: &Path) -> Result<(), Failure> {
 
 /// The record of a replay.
 #[derive(Debug, Serialize)]
-struct Replayed<'a> {
+struct ReplayFile<'a> {
     format: &'static str,
     version: u32,
     /// Of the program whose detectors found the events.
@@ -172,9 +173,14 @@ impl Observer for Output<'_, '_> {
 
 impl Replay<'_> {
     fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
-        let checked = verdict_exit::holds_all(run)?;
-        let replay = asperity_run::Replay::open(run, &self.settings).map_err(Failure::failed)?;
-        let header = replay.header();
+        // Printed rows cannot be withdrawn, unlike tables, which are published once the log that is
+        // replayed while it is checked proves whole. So a log to print is checked beforehand as well.
+        if self.arguments.format.is_some() {
+            verdict_exit::must_hold_all(run, &check(run))?;
+        }
+        let refused = |checked: Box<Checked>| verdict_exit::failure(run, &checked);
+        let replay = asperity_run::Replay::open(run, &self.settings).map_err(refused)?;
+        let header = replay.header().clone();
         let duration_s = header.time_grid().time_s(header.steps);
         let failed = OnceLock::new();
         let mut output = Output {
@@ -198,6 +204,7 @@ impl Replay<'_> {
                 // A failed write precedes any other error.
                 return Err(match (failed.into_inner(), outcome) {
                     (Some(failure), _) => failure,
+                    (None, Err(ReplayError::Log(checked))) => refused(checked),
                     (None, Err(error)) => Failure::failed(error),
                     (None, Ok(_)) => unreachable!("only what could not be written is left"),
                 });
@@ -205,20 +212,21 @@ impl Replay<'_> {
         };
         output.finish()?;
         self.tell(run, &replayed)?;
+        let Replayed { checked, slip_events, comparison } = replayed;
         verdict_exit::finish(run, &checked, &self.board)?;
-        let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
+        let end = checked.seen.end.expect("a log that holds all of its run has an end");
         Ok(ReplayedRun {
             log: run.to_string_lossy().into_owned(),
-            run_id: replayed.header.run_id,
-            scenario_hash: replayed.header.scenario_hash,
-            code_version: replayed.header.code_version,
-            digest: replayed.digest,
-            slip_events: replayed.slip_events,
-            same_as_logged: same,
+            run_id: header.run_id,
+            scenario_hash: header.scenario_hash,
+            code_version: header.code_version,
+            digest: end.digest,
+            slip_events,
+            same_as_logged: comparison.map(|comparison| comparison.difference.is_none()),
         })
     }
 
-    fn tell(&self, run: &Path, replayed: &asperity_run::Replayed) -> Result<(), Failure> {
+    fn tell(&self, run: &Path, replayed: &Replayed) -> Result<(), Failure> {
         let name = run.display();
         let verdict = match &replayed.comparison {
             Some(Comparison { difference: Some(difference), .. }) => {
@@ -232,15 +240,15 @@ impl Replay<'_> {
             None => "by the settings given".to_owned(),
         };
         if self.arguments.format.is_none() {
-            let slip_events = replayed.slip_events;
-            terminal::say(format_args!("{name}: {slip_events} slip events, {verdict}"))?;
+            let slip_events = counted(replayed.slip_events, "slip event");
+            terminal::say(format_args!("{name}: {slip_events}, {verdict}"))?;
         }
         Ok(())
     }
 
     /// Publishes the tables together with their record.
     fn publish(self, out: &Path, runs: &[ReplayedRun]) -> Result<(), Failure> {
-        let record = Replayed {
+        let record = ReplayFile {
             format: "asperity-replay",
             version: RECORD_VERSION,
             code_version: CODE_VERSION,

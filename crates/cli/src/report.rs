@@ -12,10 +12,11 @@ use asperity_report::{
     Contents, Entry, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture, index,
 };
 use asperity_run::{Checked, at_once};
+use asperity_study::given::{Given, RECORD};
 
 use crate::args::ReportArguments;
 use crate::exit::{self, Code, Failure};
-use crate::outputs::refused;
+use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::relative_link::relative_link;
@@ -25,15 +26,12 @@ use crate::{study_page, verdict_exit};
 
 /// The file name of a study's own page.
 pub(crate) const PAGE: &str = "report.html";
-/// The record of a pipeline.
-const RECORD: &str = "reproduce.json";
-
 const ACCEPTED: &str = "run logs; or folders of a pipeline, which have a reproduce.json, or of a sweep, which have a \
                         plan.ndjson";
 
 pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), Failure> {
     let ReportArguments { of, out, .. } = arguments;
-    exit::folder_is_there("--out", out)?;
+    fits("--out", out, "html", "a page")?;
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
     let files = FileSet::new(existing, Inputs::of(of.iter().filter(|path| path.is_file())));
     let not_written = |error| refused("--out", &error, true);
@@ -79,22 +77,22 @@ enum Kind {
 
 impl Kind {
     fn of(path: &Path) -> Result<Kind, Failure> {
-        let there = fs::metadata(path).map_err(|error| {
+        fs::metadata(path).map_err(|error| {
             Failure::BadInput(format!("{}: {error} (accepted: {ACCEPTED})", path.display()))
         })?;
-        if !there.is_dir() {
-            // Reading it shows whether it is a run log.
-            return Ok(Kind::Log);
-        }
-        if path.join(RECORD).is_file() {
-            Ok(Kind::Pipeline)
-        } else if path.join(asperity_study::plan::FILE).is_file() {
-            Ok(Kind::Sweep)
-        } else {
-            Err(Failure::BadInput(format!(
+        match Given::of(path) {
+            Given::Reproduced => Ok(Kind::Pipeline),
+            Given::Study => Ok(Kind::Sweep),
+            Given::Logs => Err(Failure::BadInput(format!(
+                "{0}: a folder of run logs, and of neither a pipeline nor a sweep (accepted: {0}/*.mcap; {ACCEPTED})",
+                path.display()
+            ))),
+            Given::Folder => Err(Failure::BadInput(format!(
                 "{}: a folder of neither a pipeline nor a sweep (accepted: {ACCEPTED})",
                 path.display()
-            )))
+            ))),
+            // Reading it shows whether it is a run log.
+            _ => Ok(Kind::Log),
         }
     }
 }
@@ -159,7 +157,7 @@ fn run(
             reading::scenario(log, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
         let summarizer = Summarizer::new(name, header, Slider::of(&scenario));
         shown = Some((header.clone(), scenario));
-        Ok((summarizer, PageCollector::new(header.steps, limits)))
+        Ok((summarizer, PageCollector::new(header.steps, header.blocks, limits)))
     };
     let Reading { checked, observer: (summarizer, page), ruptures_from } = reading::once(log, begin, accept)?;
     let (header, scenario) = shown.expect("what is observed has begun");
@@ -251,7 +249,7 @@ fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry
         runs: recorded.runs.len() as u64,
         claims,
         figures: there
-            .map(|figure| (format!("{way}{}", encoded(figure.file.as_bytes())), figure.caption))
+            .map(|figure| [format!("{way}{}", encoded(figure.file.as_bytes())), figure.title, figure.caption])
             .collect(),
     })
 }

@@ -19,12 +19,12 @@ use asperity_tables::{TableFileError, summaries, table_file, tables};
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::named_runs::{Missing, Source, inputs, not_written};
-use crate::outputs::refused;
+use crate::outputs::{A_FOLDER, fits, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal::say;
 use crate::verdict_exit;
-use crate::{collect, summary, sweep};
+use crate::{collect, summary, sweep, sweep_plan};
 
 /// The file beside tables and figures of an incomplete log.
 const MISSING: &str = "what-is-missing.txt";
@@ -33,6 +33,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let out = &arguments.out;
     let rules = PrecursorRules { min_blocks: arguments.min_blocks, merge_gap_s: arguments.merge_gap_s };
     rules.check().map_err(|error| Failure::BadInput(format!("--merge-gap-s: {error}")))?;
+    fits("--out", out, "", A_FOLDER)?;
     if !is_new_folder(out).unwrap_or(false) {
         return Err(Failure::BadInput(format!(
             "--out {} exists already and is not empty (accepted: a new or empty folder)",
@@ -107,17 +108,17 @@ impl Observer for Loads {
 
 /// Reads a study, and resolves its runs that have names with overrides.
 pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(Study, Vec<Job>), Failure> {
-    let mut study = Study::read(file).map_err(Failure::bad_input)?;
-    sweep::tell_notes(&study, file, board);
-    study.set(set);
+    let study = sweep_plan::read_study(file, set, board)?;
     let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let jobs = study.jobs().map_err(refused)?;
+    sweep_plan::tell_parameter_sets(&study, file, board);
     Ok((study, jobs))
 }
 
 pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let ReproduceArguments { pipeline: file, out, set, solver, fresh, no_provenance, jobs: at_once, .. } =
         arguments;
+    fits("--out", out, "", A_FOLDER)?;
     let (study, jobs) = read_study(file, set, board)?;
     let mut beside = Beside::default();
     if study.grid.is_some() {
@@ -129,7 +130,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
                 file.display()
             )));
         }
-        let plan = sweep::planned(&study, file, out, *at_once)?;
+        let plan = sweep_plan::planned(&study, file, out, *at_once)?;
         sweep::make_numbered(&plan, out, *at_once, board)?;
         beside = collect::of_grid(&plan, out, !no_provenance, board)?;
     }

@@ -4,20 +4,47 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_files::is_taken;
+use asperity_model::Scenario;
 use asperity_numbers::{RupturesFrom, Slider, Summarizer};
-use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
+use asperity_run::{Begin, CHECKPOINT_INTERVAL, LeftError, LogTo, RunError, SolverKind, Task};
 use asperity_runlog::{Unfinished, WriteError};
 
 use crate::args::RunArguments;
-use crate::exit::{Failure, folder_is_there};
+use crate::exit::Failure;
 use crate::interrupt;
-use crate::outputs::refused;
+use crate::outputs::{fits, refused};
 use crate::preview;
 use crate::progress::Board;
 use crate::summary;
 
+/// A run to be made and logged.
+pub(crate) struct Making<'a> {
+    pub(crate) scenario: &'a Scenario,
+    pub(crate) out: &'a Path,
+    pub(crate) solver: SolverKind,
+    pub(crate) checkpoint_interval: Duration,
+    /// Whether to continue the run in an unfinished log, and to leave a whole one as it is.
+    pub(crate) resume: bool,
+    /// Whether to print statistics of the solver.
+    pub(crate) stats: bool,
+}
+
+impl<'a> Making<'a> {
+    /// With the default solver, checkpoints as often as usual, from the beginning.
+    pub(crate) fn new(scenario: &'a Scenario, out: &'a Path) -> Making<'a> {
+        Making {
+            scenario,
+            out,
+            solver: SolverKind::default(),
+            checkpoint_interval: CHECKPOINT_INTERVAL,
+            resume: false,
+            stats: false,
+        }
+    }
+}
+
 pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
-    let scenario = arguments.choice.resolve()?;
+    let scenario = arguments.choice.resolve_and_tell(board)?;
     let out = arguments.out.as_path();
     let checkpoint_interval = Duration::try_from_secs_f64(arguments.checkpoint_s).map_err(|_| {
         Failure::BadInput(format!(
@@ -25,18 +52,28 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
             arguments.checkpoint_s
         ))
     })?;
-    folder_is_there("--out", out)?;
+    let &RunArguments { solver, resume, stats, .. } = arguments;
+    make(
+        &Making { scenario: &scenario, out, solver: solver.into(), checkpoint_interval, resume, stats },
+        board,
+    )
+}
+
+/// Makes a run and logs it.
+pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
+    let &Making { scenario, out, solver, checkpoint_interval, resume, stats } = making;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
-    let task = Task { solver: arguments.solver.into(), ..Task::new(&scenario) }.log_to(log);
+    let task = Task { solver, ..Task::new(scenario) }.log_to(log);
     if is_taken(out) {
-        if !(arguments.resume && task.is_whole(out).map_err(Failure::failed)?) {
+        if !(resume && task.is_whole(out).map_err(Failure::failed)?) {
             return Err(taken(out));
         }
         board.line(&format!("{}: {} is whole already", scenario.name, out.display()));
         return Ok(());
     }
+    fits("--out", out, "mcap", "a run log, from which `asperity export` makes tables")?;
     let unfinished = Unfinished::of(out).map_err(|error| failure(error.into(), board, &scenario.name))?;
-    if let (Some(unfinished), false) = (&unfinished, arguments.resume) {
+    if let (Some(unfinished), false) = (&unfinished, resume) {
         return Err(Failure::BadInput(format!(
             "--out {}: {} holds a run that did not come to its end (accepted: --resume to go on with it, or another \
              --out; without that file the run starts from the beginning)",
@@ -52,27 +89,35 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     // Progress, and notes about the physics at the end.
     let mut observers = (
         board.run(&scenario.name, header.steps, scenario.time.duration_s),
-        Summarizer::new(&scenario.name, &header, Slider::of(&scenario)),
+        Summarizer::new(&scenario.name, &header, Slider::of(scenario)),
     );
     // Released, because the run locks it itself.
     drop(unfinished);
-    let begin = if arguments.resume { Begin::GoOn } else { Begin::Anew };
+    let begin = if resume { Begin::GoOn } else { Begin::Anew };
     let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut observers);
     let outcome = outcome.map_err(|error| failure(error, board, &scenario.name))?;
     let (progress, summarizer) = observers;
     progress.end(outcome.has_run);
     if outcome.has_run {
         let found = summarizer.finish(RupturesFrom::Log, outcome.end.as_ref());
-        board.line(&format!("{}: {}", scenario.name, summary::in_short(&found)));
+        let as_coded = scenario.as_coded_in_words().map(|words| format!("; {words}")).unwrap_or_default();
+        board.line(&format!("{}: {}{as_coded}", scenario.name, summary::in_short(&found)));
         summary::tell(&scenario.name, &found, board);
     }
-    if arguments.stats {
+    if stats {
         board.answer(outcome.counters.to_string().trim_end());
+        let fallbacks = outcome.end.iter().flat_map(|end| &end.solver.fallbacks);
+        fallbacks.for_each(|fallback| board.answer(fallback));
     }
     Ok(())
 }
 
 fn taken(out: &Path) -> Failure {
+    if out.is_dir() {
+        let file = out.join("run.mcap");
+        let (out, file) = (out.display(), file.display());
+        return Failure::BadInput(format!("--out {out} is a folder (accepted: a file, as {file})"));
+    }
     Failure::BadInput(format!(
         "--out {} exists already (accepted: a path that does not exist)",
         out.display()

@@ -3,18 +3,19 @@
 use std::path::Path;
 
 use asperity_files::FileError;
+use asperity_record::counted;
 use asperity_run::{SalvageProblem, Verdict};
 use asperity_runlog::{SalvageError, Salvaged, WriteError};
 
 use crate::args::SalvageArguments;
-use crate::exit::{Failure, folder_is_there};
-use crate::outputs::refused;
+use crate::exit::Failure;
+use crate::outputs::{fits, refused};
 use crate::terminal::say;
 use crate::verdict_exit;
 
 pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     let (input, out) = (&arguments.run, &arguments.out);
-    folder_is_there("--out", out)?;
+    fits("--out", out, "mcap", "a run log")?;
     match asperity_run::salvage(input, out) {
         Ok(salvaged) => tell(input, out, &salvaged),
         Err(problem @ SalvageProblem::Whole(_)) => {
@@ -25,7 +26,8 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
             Err(Failure::BadInput(format!("--out: {error} (accepted: a path that does not exist)")))
         }
         Err(SalvageProblem::Failed { error: SalvageError::Hopeless { problem, .. }, checked }) => {
-            Err(Failure::Log(checked.verdict, format!("{}: {checked}; {problem}", input.display())))
+            let words = verdict_exit::words(input, &checked);
+            Err(Failure::Log(checked.verdict, format!("{}: {words}; {problem}", input.display())))
         }
         Err(SalvageProblem::Failed { error: SalvageError::Read { .. }, checked })
             if checked.verdict == Verdict::NoRunLog =>
@@ -36,7 +38,10 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
             Err(Failure::Log(Verdict::Damaged, format!("{}: {problem}", input.display())))
         }
         Err(SalvageProblem::Failed {
-            error: SalvageError::Write(WriteError::File(error @ FileError::Input { .. })),
+            error:
+                SalvageError::Write(WriteError::File(
+                    error @ (FileError::Input { .. } | FileError::NoFile { .. }),
+                )),
             ..
         }) => Err(refused("--out", &error, false)),
         Err(problem) => Err(Failure::failed(problem)),
@@ -45,7 +50,8 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
 
 fn tell(input: &Path, out: &Path, salvaged: &Salvaged) -> Result<(), Failure> {
     let sum = |counts: &std::collections::BTreeMap<String, u64>| counts.values().sum::<u64>();
-    say(format_args!("{}: {} messages salvaged to {}", input.display(), sum(&salvaged.kept), out.display()))?;
+    let kept = counted(sum(&salvaged.kept), "message");
+    say(format_args!("{}: {kept} salvaged to {}", input.display(), out.display()))?;
     for damage in &salvaged.damage {
         say(format_args!("  bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what))?;
     }

@@ -4,11 +4,13 @@ use std::ffi::OsStr;
 use std::io::Write;
 use std::path::Path;
 
+use asperity_model::keys::{AS_CODED, AS_STATED};
 use asperity_model::{Scenario, ScenarioSource, builtin};
 use asperity_runlog::{RunReader, Topics};
 
 use crate::args::{ScenarioChoice, ScenarioCommand};
 use crate::exit::Failure;
+use crate::given::{self, Taken};
 use crate::progress::Board;
 use crate::{terminal, validate};
 
@@ -28,7 +30,11 @@ pub(crate) fn command(command: ScenarioCommand, board: &Board) -> Result<(), Fai
             out.flush()?;
         }
         ScenarioCommand::Validate(arguments) => {
-            validate::command(&arguments.choice.resolve()?, arguments.format, board)?;
+            let scenario = arguments.choice.resolve_and_tell(board)?;
+            if let Some(as_coded) = scenario.as_coded_in_words() {
+                board.line(&format!("{}: {as_coded}", scenario.name));
+            }
+            validate::command(&scenario, arguments.format, board)?;
         }
     }
     Ok(())
@@ -38,18 +44,43 @@ impl ScenarioChoice {
     pub(crate) fn resolve(&self) -> Result<Scenario, Failure> {
         resolve(&self.scenario, &self.set)
     }
+
+    /// Resolves it, and says which parameter set a file gets that names none.
+    pub(crate) fn resolve_and_tell(&self, board: &Board) -> Result<Scenario, Failure> {
+        let path = Path::new(&self.scenario);
+        let (source, is_log) = source_of(path)?;
+        let is_built_in = path.to_str().and_then(builtin::find).is_some();
+        let with_overrides = self.set.iter().fold(source.clone(), |source, set| source.with_override(set));
+        let scenario = source.resolve(&path.to_string_lossy(), &self.set).map_err(Failure::bad_input)?;
+        if !is_log && !is_built_in && with_overrides.relies_on_default_set() {
+            board.line(&format!(
+                "{} names no parameter_set: {AS_STATED} ({}) is used; parameter_set = \"{AS_CODED}\" gives the slider \
+                 of the thesis' program",
+                path.display(),
+                scenario.mass_and_wave_speed()
+            ));
+        }
+        Ok(scenario)
+    }
 }
 
 /// Resolves a built-in scenario, a file, or the scenario of a run log, with overrides.
 pub(crate) fn resolve(name: impl AsRef<OsStr>, set: &[String]) -> Result<Scenario, Failure> {
     let path = Path::new(name.as_ref());
+    let (source, _) = source_of(path)?;
+    source.resolve(&path.to_string_lossy(), set).map_err(Failure::bad_input)
+}
+
+/// A scenario as written, and whether it is from a run log.
+fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
+    if path.to_str().and_then(builtin::find).is_none() {
+        given::check(path, Taken::Scenario)?;
+    }
     if path.is_file()
         && let Ok(log) = RunReader::open(path, Topics::NONE)
     {
-        let source =
-            ScenarioSource::logged(format!("{}: scenario.toml", path.display()), log.scenario_toml());
-        let source = set.iter().fold(source, |source, assignment| source.with_override(assignment));
-        return Scenario::resolve(&source).map_err(Failure::bad_input);
+        let origin = format!("{}: scenario.toml", path.display());
+        return Ok((ScenarioSource::logged(origin, log.scenario_toml()), true));
     }
-    asperity_model::resolve(path, set).map_err(Failure::bad_input)
+    Ok((asperity_model::source(path).map_err(Failure::bad_input)?, false))
 }

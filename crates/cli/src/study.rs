@@ -3,14 +3,25 @@
 use std::io;
 use std::path::Path;
 
+use asperity_record::counted;
+use asperity_study::plan::FILE;
 use asperity_study::results::{Counts, WHAT_TO_DO};
 use asperity_study::{Plan, Results};
 
 use crate::exit::{Code, Failure};
+use crate::given::{self, Taken};
+
+/// Reads the plan in a folder.
+pub(crate) fn read_plan(folder: &Path) -> Result<Plan, Failure> {
+    Plan::read(folder).map_err(|error| match given::check(folder, Taken::Study) {
+        Err(other) if !folder.join(FILE).exists() => other,
+        _ => Failure::bad_input(error),
+    })
+}
 
 /// Reads the plan and the results in a folder.
 pub(crate) fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
-    let plan = Plan::read(folder).map_err(Failure::bad_input)?;
+    let plan = read_plan(folder)?;
     let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
     Ok((plan, results))
 }
@@ -53,7 +64,18 @@ pub(crate) fn outcome(counts: Counts) -> Result<(), Failure> {
 
 /// Formats a number of runs.
 pub(crate) fn runs(count: u64) -> String {
-    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
+    counted(count, "run")
+}
+
+/// Most names of runs in a line.
+const MOST_NAMED: usize = 5;
+
+/// Lists names, and how many more there are of a long list.
+pub(crate) fn some_of(names: &[&str]) -> String {
+    match names.len().saturating_sub(MOST_NAMED) {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names[..MOST_NAMED].join(", ")),
+    }
 }
 
 /// Formats the number of runs in each state.

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 use asperity_files::{FileSet, ShortLines};
 use asperity_numbers::claim::{self, Claim};
 use asperity_record::{Cell, Column};
-use asperity_report::{Entry, Figure, Link, Shown as FigureShown, Sweep, encoded, files_of_picture, picture};
+use asperity_report::{
+    Entry, Figure, Link, Shown as FigureShown, Sweep, UNNAMED, encoded, files_of_picture, picture,
+};
 use asperity_study::results::Counts;
-use asperity_study::{Observer, Plan, RUNS, collect, segment};
+use asperity_study::{Keep, Observer, Plan, RUNS, collect, segment};
 
 use crate::args::ReportArguments;
 use crate::exit::Failure;
@@ -40,9 +42,11 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// For a study that varies these keys.
-    pub(crate) fn of(keys: &[String]) -> Rows {
-        Rows { keys: keys.to_vec(), shown: Vec::new(), columns: Vec::new(), rows: Vec::new(), count: 0 }
+    /// For a study: what it varies, and what its phase maps show.
+    pub(crate) fn of(plan: &Plan) -> Rows {
+        let keys =
+            plan.common.keys.iter().cloned().chain(maps(&plan.common.figures).map(|[.., value]| value));
+        Rows { keys: keys.collect(), shown: Vec::new(), columns: Vec::new(), rows: Vec::new(), count: 0 }
     }
 }
 
@@ -69,6 +73,16 @@ impl Observer for Rows {
             self.rows.push(self.shown.iter().map(|&n| cells[n]).collect());
         }
     }
+}
+
+/// The columns that phase maps show: across, upwards and in colour.
+fn maps(figures: &[asperity_figures::Figure]) -> impl Iterator<Item = [String; 3]> {
+    let is_map =
+        |figure: &&asperity_figures::Figure| matches!(figure.kind, asperity_figures::Kind::PhaseMap { .. });
+    figures.iter().filter(is_map).filter_map(|figure| {
+        let colour = figure.colour.as_ref()?;
+        Some([&figure.x, &figure.y, colour].map(|quantity| quantity.column.clone()))
+    })
 }
 
 /// What the page of a study shows besides its runs.
@@ -110,8 +124,8 @@ pub(crate) fn page(
         (key.clone(), words)
     });
     let figures = shown.figures.iter().map(|figure| {
-        let FigureShown { file, caption, runs } = self::shown(figure);
-        Figure { picture: picture(&file, read), path: format!("{}{file}", shown.way), caption, runs }
+        let FigureShown { file, title, caption, runs } = self::shown(figure);
+        Figure { picture: picture(&file, read), path: format!("{}{file}", shown.way), title, caption, runs }
     });
     let accepted = plan.rows.iter().find(|row| row.refused.is_none());
     Sweep {
@@ -123,6 +137,14 @@ pub(crate) fn page(
         rows: rows.rows,
         row_count: rows.count,
         figures: figures.collect(),
+        maps: maps(shown.figures).collect(),
+        folder: match shown.way.trim_end_matches('/') {
+            "" => ".".to_owned(),
+            // An encoded way has characters that mean something else to a shell.
+            way if way.contains('%') => UNNAMED.to_owned(),
+            way => way.to_owned(),
+        },
+        logs: plan.common.keep.contains(&Keep::Log).then(|| format!("{}logs/", shown.way)),
         claims: shown.claims,
         links: shown.links,
         code_version: shown.provenance.then(|| plan.common.code_version.clone()),
@@ -139,10 +161,12 @@ pub(crate) fn shown(figure: &asperity_figures::Figure) -> FigureShown {
     if let Some(facet) = &figure.facet {
         caption += &format!("; a panel for each {}", label(facet));
     }
-    if !figure.title.is_empty() {
-        caption = format!("{}: {caption}", figure.title);
+    FigureShown {
+        file: format!("figures/{}", figure.file),
+        title: figure.title.clone(),
+        caption: caption + ".",
+        runs: Vec::new(),
     }
-    FigureShown { file: format!("figures/{}", figure.file), caption: caption + ".", runs: Vec::new() }
 }
 
 /// The links to tables, by their paths.
@@ -167,7 +191,7 @@ pub(crate) fn of_folder(
     let (plan, results) = study::read_for_tables(folder)?;
     let tables = tables_in(folder);
     files.add_inputs(inputs(folder, &plan)?).map_err(|error| refused("--out", &error, true))?;
-    let mut rows = Rows::of(&plan.common.keys);
+    let mut rows = Rows::of(&plan);
     let (counts, _) = collect(&plan, &results, files, folder, &[], &mut rows).map_err(Failure::failed)?;
     board.line(&study::in_words(&plan, counts));
     let read = |file: &str| asperity_files::read(&folder.join(file)).ok();
@@ -203,8 +227,8 @@ pub(crate) fn entry(
     let there =
         plan.common.figures.iter().filter(|figure| folder.join("figures").join(&figure.file).is_file());
     let figures = there.map(|figure| {
-        let words = format!("{} against {}", figure.y.label, figure.x.label);
-        (format!("{way}figures/{}", figure.file), words)
+        let FigureShown { file, title, caption, .. } = shown(figure);
+        [format!("{way}{file}"), title, caption]
     });
     Ok(Entry {
         title: plan.common.title.clone(),

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use asperity_model::WRONG_FRONT;
 use asperity_numbers::{Slider, Summarizer, Summary, text};
-use asperity_record::RunHeader;
+use asperity_record::{RunHeader, counted};
 use asperity_run::{Checked, at_once};
 use asperity_tables::{CsvRows, Spelling};
 
@@ -23,13 +23,17 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
         return print_json(&Summary::schema());
     }
     let found = at_once(&arguments.runs, None, |run| Ok::<_, Failure>(of_log(run)))?;
-    let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, _)| summary).collect();
+    let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, ..)| summary).collect();
+    let as_coded = found.iter().flatten().find_map(|(.., as_coded)| as_coded.as_deref());
     if !summaries.is_empty() {
-        print(arguments, &summaries)?;
+        print(arguments, &summaries, as_coded)?;
     }
     let mut codes = Vec::new();
     for (run, found) in arguments.runs.iter().zip(found) {
-        let told = found.and_then(|(summary, checked)| {
+        let told = found.and_then(|(summary, checked, as_coded)| {
+            if let Some(as_coded) = as_coded.filter(|_| arguments.runs.len() > 1) {
+                board.line(&format!("{}: {as_coded}", run.display()));
+            }
             tell(run.display(), &summary, board);
             wrong_fronts(&summary).iter().for_each(|note| board.line(&format!("{}: {note}", run.display())));
             verdict_exit::finish(run, &checked, board)
@@ -42,7 +46,12 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
     Code::worst(codes).said()
 }
 
-fn print(arguments: &SummaryArguments, summaries: &[&Summary]) -> Result<(), Failure> {
+/// Prints the summaries; `as_coded` says of a single run that it is one of the thesis' program.
+fn print(
+    arguments: &SummaryArguments,
+    summaries: &[&Summary],
+    as_coded: Option<&str>,
+) -> Result<(), Failure> {
     match (arguments.format, summaries, arguments.runs.as_slice()) {
         (SummaryFormat::Json, [summary], [_]) => print_json(summary),
         (SummaryFormat::Json, ..) => print_json(&summaries),
@@ -52,7 +61,7 @@ fn print(arguments: &SummaryArguments, summaries: &[&Summary]) -> Result<(), Fai
             summaries.iter().try_for_each(|summary| rows.push_texts(summary.row()))?;
             Ok(rows.finish()?.flush()?)
         }
-        (SummaryFormat::Text, [summary], [_]) => Ok(words(&text::of_one(summary))?),
+        (SummaryFormat::Text, [summary], [_]) => Ok(words(&text::of_one(summary, as_coded))?),
         (SummaryFormat::Text, ..) => Ok(words(&text::of_several(summaries.iter().copied()))?),
     }
 }
@@ -75,10 +84,7 @@ pub(crate) fn tell(run: impl Display, summary: &Summary, board: &Board) {
 
 /// Formats the summary in one line.
 pub(crate) fn in_short(summary: &Summary) -> String {
-    let precursors = match summary.precursor_count.unwrap_or_default() {
-        1 => "1 precursor".to_owned(),
-        count => format!("{count} precursors"),
-    };
+    let precursors = counted(summary.precursor_count.unwrap_or_default(), "precursor");
     match (summary.first_global_rupture_onset_s, summary.first_global_rupture_ft_fn) {
         (None, _) => format!("{precursors}, no slip of the whole slider"),
         (Some(onset_s), None) => format!("{precursors}, the whole slider slips at {onset_s:.4} s"),
@@ -112,20 +118,22 @@ fn notes(summary: &Summary) -> Vec<String> {
         ));
     } else if summary.raw_events_mislead == Some(true) {
         notes.push(
-            "raw slip events mislead: they last far longer than fronts take, or join ruptures far apart"
+            "raw slip events mislead: they last far longer than fronts take, or join ruptures far apart; its ruptures \
+             are the events to count"
                 .to_owned(),
         );
     }
     if summary.unloaded_event_count > 0 || summary.contact_steps_in_air > Some(0) {
         let in_air = match summary.contact_steps_in_air {
             Some(steps) if steps > 0 => {
-                format!("; contacts were in the air for {steps} steps, summed over them")
+                format!("; contacts were in the air for {}, summed over them", counted(steps, "step"))
             }
             _ => String::new(),
         };
         notes.push(format!(
-            "{} of its {} slip events are of contacts without load alone, which rub on nothing{in_air} (docs/slab.md)",
-            summary.unloaded_event_count, summary.event_count
+            "{} of its {} are of contacts without load alone, which rub on nothing{in_air} (docs/slab.md)",
+            summary.unloaded_event_count,
+            counted(summary.event_count, "slip event")
         ));
     }
     match summary.ruptures_from.as_str() {
@@ -147,14 +155,18 @@ fn name(run: &Path) -> String {
     run.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The summary of the sound part of a log, and its verdict.
+/// The summary of the sound part of a log, its verdict, and, if the run is as coded, words for that.
 ///
 /// # Errors
 /// If it is not a run log, or its scenario is invalid.
-fn of_log(run: &Path) -> Result<(Summary, Checked), Failure> {
-    let begin = |header: &RunHeader, toml: &str| begin(run, header, toml);
+fn of_log(run: &Path) -> Result<(Summary, Checked, Option<String>), Failure> {
+    let mut as_coded = None;
+    let begin = |header: &RunHeader, toml: &str| {
+        as_coded = reading::scenario(run, toml)?.and_then(|scenario| scenario.as_coded_in_words());
+        begin(run, header, toml)
+    };
     let Reading { checked, observer, ruptures_from } = reading::once(run, begin, |_| Ok(()))?;
-    Ok((observer.finish(ruptures_from, checked.seen.end.as_ref()), checked))
+    Ok((observer.finish(ruptures_from, checked.seen.end.as_ref()), checked, as_coded))
 }
 
 /// Begins the summary of a log with this header and scenario.

@@ -11,35 +11,32 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread;
 use std::time::Duration;
 
-use asperity_files::{Inputs, is_new_folder};
-use asperity_model::Preview;
 use asperity_run::Notice;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, Word, arrays};
-use asperity_study::plan::FILE;
 use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
 use asperity_study::segment::{Kind, Writer};
 use asperity_study::stored::reason_kept;
-#[cfg(feature = "analysis")]
-use asperity_study::work::PATIENCE;
-use asperity_study::work::{Made, Ways, make};
-use asperity_study::{Plan, PlanError, Study as StudyFile, staging};
+use asperity_study::work::{Made, PATIENCE, Ways, make};
+use asperity_study::{Plan, staging};
 
 use crate::args::{
-    SweepChunk, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments, SweepRunArguments,
-    SweepStatusArguments,
+    SweepChunk, SweepCollectArguments, SweepCommand, SweepEmitArguments, SweepEngine, SweepGoArguments,
+    SweepRunArguments, SweepStatusArguments,
 };
 use crate::collect;
 use crate::exit::{Code, Failure};
 use crate::interrupt;
-use crate::outputs::{create_folder, refused};
-use crate::preview;
+use crate::outputs::create_folder;
 use crate::progress::{Board, StudyProgress};
-use crate::study::{faults, in_words, outcome_of, read, runs, unreadable};
+use crate::study::{faults, in_words, outcome_of, read, read_plan, unreadable};
 use crate::terminal::{self, say};
+use crate::{sweep_log, sweep_plan};
 
 pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failure> {
     match command {
-        SweepCommand::Plan(arguments) => plan(arguments, board),
+        SweepCommand::Go(arguments) => go(arguments, board),
+        SweepCommand::Log(arguments) => sweep_log::command(arguments, board),
+        SweepCommand::Plan(arguments) => sweep_plan::command(arguments, board),
         SweepCommand::Run(arguments) if arguments.worker => work(arguments),
         SweepCommand::Run(arguments) => run(arguments, board),
         SweepCommand::Status(arguments) => status(arguments),
@@ -48,44 +45,6 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
         SweepCommand::Draw(arguments) => collect::figures(arguments, board),
         SweepCommand::Emit(arguments) => emit(arguments),
     }
-}
-
-fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
-    let SweepPlanArguments { sweep, out, skip_refused, jobs } = arguments;
-    if !is_new_folder(out).unwrap_or(false) {
-        return Err(Failure::BadInput(format!(
-            "--out {} exists already and is not empty (accepted: a new or empty folder)",
-            out.display()
-        )));
-    }
-    let read = StudyFile::read(sweep).map_err(Failure::bad_input)?;
-    tell_notes(&read, sweep, board);
-    let plan = Plan::of(&read, *skip_refused, *jobs)
-        .map_err(|error| Failure::BadInput(format!("{}: {error}", sweep.display())))?;
-    create_folder(out)?;
-    plan.write(out, Inputs::of([sweep])).map_err(|error| match error {
-        PlanError::File(error) => refused("--out", &error, false),
-        error => Failure::failed(error),
-    })?;
-    let warned = plan.rows.iter().filter(|row| !row.warnings.is_empty());
-    let warned = warned.map(|row| (plan.label(row.run), &row.warnings[..]));
-    preview::folded(warned).iter().for_each(|line| board.line(line));
-    let previews: Vec<&Preview> = plan.rows.iter().filter_map(|row| row.preview.as_ref()).collect();
-    if let Some(words) = preview::ranges(&previews) {
-        board.line(&words);
-    }
-    let refused = plan.rows.iter().filter(|row| row.refused.is_some()).count();
-    let mut line = format!("{} planned", runs(plan.rows.len() as u64));
-    if refused > 0 {
-        line.push_str(&format!(", of which {refused} are refused"));
-    }
-    board.line(&line);
-    Ok(say(out.join(FILE).display())?)
-}
-
-/// Says what the author of a study should change.
-pub(crate) fn tell_notes(study: &StudyFile, file: &Path, board: &Board) {
-    study.notes().iter().for_each(|note| board.line(&format!("note: {}: {note}", file.display())));
 }
 
 fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
@@ -126,27 +85,15 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     outcome_of(&results, counts)
 }
 
-/// The plan of a study in a folder, which is made if there is none.
-#[cfg(feature = "analysis")]
-pub(crate) fn planned(
-    study: &StudyFile,
-    file: &Path,
-    folder: &Path,
-    jobs: Option<NonZeroUsize>,
-) -> Result<Plan, Failure> {
-    let refused_by =
-        |error: &dyn std::fmt::Display| Failure::BadInput(format!("{}: {error}", file.display()));
-    let plan = Plan::of(study, false, jobs).map_err(|error| refused_by(&error))?;
-    if !folder.join(FILE).exists() {
-        create_folder(folder)?;
-        plan.write(folder, Inputs::of([file])).map_err(Failure::failed)?;
-    } else if Plan::read(folder).map_err(Failure::bad_input)?.hash != plan.hash {
-        return Err(Failure::BadInput(format!(
-            "--out {}: it has the plan of another study, or by other code (accepted: another folder)",
-            folder.display()
-        )));
-    }
-    Ok(plan)
+/// Plans a study, makes what is missing of it, and its tables and figures.
+fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
+    let SweepGoArguments { sweep, out, skip_refused, jobs, max_fails, to, no_provenance } = arguments;
+    let plan = sweep_plan::begun(sweep, out, *skip_refused, *jobs, board)?;
+    let results = Results::read(out, &plan).map_err(|error| unreadable(out, &error))?;
+    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: PATIENCE.as_secs_f64() };
+    make_chosen(&plan, out, results, &|_| true, &wanted, board)?;
+    let (folder, no_provenance) = (out.clone(), *no_provenance);
+    collect::tables(&SweepCollectArguments { folder, to: to.clone(), out: None, no_provenance }, board)
 }
 
 /// Makes the runs over axes of a plan that are not made yet; `collect` says which have failed.
@@ -248,7 +195,7 @@ fn make_chosen(
     let shared = study.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     drop(shared.progress);
     if let Some(code) = interrupt::code() {
-        board.line("interrupted; `asperity sweep run` goes on from here");
+        board.line("interrupted; called again, the command continues from here");
         return Err(Failure::Said(code));
     }
     if let Some(problem) = shared.problem {
@@ -551,7 +498,7 @@ fn listen(is_over: Arc<AtomicBool>) -> io::Result<mpsc::Receiver<io::Result<Stri
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
     let SweepEmitArguments { engine, folder, tasks, cores, time } = arguments;
-    let plan = Plan::read(folder).map_err(Failure::bad_input)?;
+    let plan = read_plan(folder)?;
     let most = plan.rows.len() as u64;
     let tasks = tasks.unwrap_or(most.min(USUAL_TASKS));
     if !(1..=most).contains(&tasks) {

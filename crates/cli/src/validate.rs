@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use asperity_model::{ADVISED_SHARE, Scenario};
+use asperity_record::counted;
 use asperity_run::{Forecast, MostLogBytes};
 
 use crate::args::ForecastFormat;
@@ -61,7 +62,6 @@ fn say(scenario: &Scenario, forecast: &Forecast) -> io::Result<()> {
     ))?;
     terminal::say(format_args!("  steps        {steps}"))?;
     let MostLogBytes { samples, states, window_records, .. } = log;
-    let counted = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let windows = match *window_records {
         0 => String::new(),
         count => format!(", {} of windows", counted(count, "record")),

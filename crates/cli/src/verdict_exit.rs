@@ -1,17 +1,24 @@
-//! Converts verdicts on logs to exits: commands check a log before they write anything, and report
+//! Converts verdicts on logs to exits: commands check a log before they publish anything, and report
 //! its verdict.
 
 use std::fmt::Display;
 use std::path::Path;
 
-use asperity_run::{Checked, Verdict, check};
+use asperity_run::{Checked, Verdict};
 
 use crate::exit::Failure;
+use crate::given;
 use crate::progress::Board;
 
 /// The failure for a log whose verdict is worse than the command accepts.
 pub(crate) fn failure(run: &Path, checked: &Checked) -> Failure {
-    Failure::Log(checked.verdict, format!("{}: {checked}", run.display()))
+    Failure::Log(checked.verdict, format!("{}: {}", run.display(), words(run, checked)))
+}
+
+/// A verdict in words; of what is no run log, what it is instead.
+pub(crate) fn words(run: &Path, checked: &Checked) -> String {
+    let instead = if checked.verdict == Verdict::NoRunLog { given::instead_of_log(run) } else { None };
+    instead.map_or_else(|| checked.to_string(), |instead| format!("{}: {instead}", checked.verdict))
 }
 
 /// The failure for a log that cannot be read after the check: its verdict, or that it has changed.
@@ -20,25 +27,6 @@ pub(crate) fn unreadable(run: &Path, verdict: Verdict, problem: impl Display) ->
         return Failure::Failed(format!("{}: {problem}", run.display()));
     }
     Failure::Log(verdict, format!("{}: {verdict}: {problem}", run.display()))
-}
-
-/// Checks a log that is read as far as it is sound.
-///
-/// # Errors
-/// If it is not a run log.
-pub(crate) fn readable(run: &Path) -> Result<Checked, Failure> {
-    let checked = check(run);
-    if checked.verdict == Verdict::NoRunLog { Err(failure(run, &checked)) } else { Ok(checked) }
-}
-
-/// Checks a log that must hold all of its run.
-///
-/// # Errors
-/// If it does not.
-pub(crate) fn holds_all(run: &Path) -> Result<Checked, Failure> {
-    let checked = check(run);
-    must_hold_all(run, &checked)?;
-    Ok(checked)
 }
 
 /// Refuses a log that does not hold all of its run.

@@ -5,7 +5,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
-use asperity_model::{Plan, text};
+use asperity_model::{Plan, among, text};
+use asperity_record::counted;
 use asperity_run::at_once;
 use asperity_run::study::Job;
 use asperity_run::verify::{Proof, Verified, verify};
@@ -31,8 +32,8 @@ pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Resul
     if let Some(unknown) = arguments.only.iter().find(|only| jobs.iter().all(|job| job.name != **only)) {
         let known: Vec<&str> = jobs.iter().map(|job| job.name.as_str()).collect();
         return Err(Failure::BadInput(format!(
-            "--only {unknown}: no such run (accepted: {})",
-            known.join(", ")
+            "--only {unknown}: no such run{}",
+            among(unknown, &known, "the [[run]] of the pipeline")
         )));
     }
     if !arguments.only.is_empty() {
@@ -44,7 +45,7 @@ pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Resul
         None if Path::new(NEAR_TIES).is_dir() => known_ties(Path::new(NEAR_TIES))?,
         None => Vec::new(),
     };
-    board.line(&format!("{} runs, {:e} plain steps", jobs.len(), steps as f64));
+    board.line(&format!("{}, {:e} plain steps", counted(jobs.len() as u64, "run"), steps as f64));
     jobs.sort_by_key(|job| std::cmp::Reverse(job.cost()));
     let mut outcomes = at_once(&jobs, arguments.jobs, |job| compare(job, arguments.for_s, board))?;
     outcomes.sort_by(|a, b| a.run.cmp(&b.run));

@@ -85,6 +85,12 @@ fn events_a_step_apart_are_two_and_without_a_gap_one() {
 }
 
 #[test]
+fn blocks_between_those_that_slid_do_not_count() {
+    let apart = slips(&[record(10, 0, 0.3, &[1, 4]), record(11, 2, 0.3, &[-1, -4]), record(12, 0, 0.3, &[])]);
+    assert_eq!((apart[0].first_block, apart[0].last_block, apart[0].blocks_slipped), (1, 4, 2));
+}
+
+#[test]
 fn an_event_that_the_run_cuts_off_is_kept_and_flagged() {
     let events = slips(&[record(10, 0, 0.3, &[1]), record(11, 1, 0.3, &[]), record(20, 1, 0.3, &[2])]);
     assert_eq!(events.len(), 1);

@@ -31,7 +31,8 @@
 //!     interfacial_stiffness_n_per_m: None,
 //! };
 //! let detector = RuptureDetector::new(10, links);
-//! let mut detectors = Detectors::new(10, SlipRules::EVERY_SLIP, vec![Box::new(detector)]);
+//! let detectors = Detectors::new(10, SlipRules::EVERY_SLIP, vec![Box::new(detector)]);
+//! let mut detectors = detectors.with_ruptures(Some(links.tracker(10)));
 //! let events = detectors.all_events(&records);
 //! let ruptures: Vec<&Rupture> = events.iter().filter_map(|event| event.get()).collect();
 //! assert_eq!(ruptures.len(), 2);
@@ -43,12 +44,9 @@
 //! ```
 
 mod front;
-mod tracker;
 
-pub use tracker::{Passage, RuptureTracker, Slipped, Stop};
-
-use asperity_detect::Detector;
-use asperity_record::{Arrival, Contacts, Energy, Event, EventKind, Reach, Rupture, StepRecord, TimeGrid};
+use asperity_detect::{Detector, Passage, RuptureTracker, Slipped};
+use asperity_record::{Arrival, Contacts, Energy, Event, EventKind, Reach, Rupture, TimeGrid};
 
 /// The link time, and the scales that convert blocks and steps to lengths and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +64,8 @@ pub struct Links {
 }
 
 impl Links {
-    fn tracker(&self, contacts: Contacts) -> RuptureTracker {
+    /// The tracker of the ruptures that they link, from which both detectors read.
+    pub fn tracker(&self, contacts: impl Into<Contacts>) -> RuptureTracker {
         RuptureTracker::new(contacts, self.time_grid.step_s(), self.t_link_s)
     }
 }
@@ -74,7 +73,6 @@ impl Links {
 /// Emits a [`Rupture`] once nothing can join it any more.
 #[derive(Debug, Clone)]
 pub struct RuptureDetector {
-    tracker: RuptureTracker,
     links: Links,
     contacts: Contacts,
 }
@@ -82,8 +80,7 @@ pub struct RuptureDetector {
 impl RuptureDetector {
     /// A detector for these contacts.
     pub fn new(blocks: impl Into<Contacts>, links: Links) -> RuptureDetector {
-        let contacts = blocks.into();
-        RuptureDetector { tracker: links.tracker(contacts), links, contacts }
+        RuptureDetector { links, contacts: blocks.into() }
     }
 }
 
@@ -92,21 +89,14 @@ impl Detector for RuptureDetector {
         EventKind::of::<Rupture>()
     }
 
-    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        let RuptureDetector { tracker, links, contacts } = self;
-        tracker.observe(record, &mut |slipped| emit(Event::new(rupture(slipped, links, *contacts))));
-    }
-
-    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        let RuptureDetector { tracker, links, contacts } = self;
-        tracker.finish(&mut |slipped| emit(Event::new(rupture(slipped, links, *contacts))));
+    fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
+        emit(Event::new(rupture(slipped, &self.links, self.contacts)));
     }
 }
 
 /// Emits an [`Arrival`] for every block of a rupture, once nothing can join the rupture any more.
 #[derive(Debug, Clone)]
 pub struct ArrivalDetector {
-    tracker: RuptureTracker,
     links: Links,
     contacts: Contacts,
 }
@@ -114,8 +104,7 @@ pub struct ArrivalDetector {
 impl ArrivalDetector {
     /// A detector for these contacts.
     pub fn new(blocks: impl Into<Contacts>, links: Links) -> ArrivalDetector {
-        let contacts = blocks.into();
-        ArrivalDetector { tracker: links.tracker(contacts), links, contacts }
+        ArrivalDetector { links, contacts: blocks.into() }
     }
 }
 
@@ -124,14 +113,8 @@ impl Detector for ArrivalDetector {
         EventKind::of::<Arrival>()
     }
 
-    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        let ArrivalDetector { tracker, links, contacts } = self;
-        tracker.observe(record, &mut |slipped| arrivals(slipped, links, *contacts, emit));
-    }
-
-    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        let ArrivalDetector { tracker, links, contacts } = self;
-        tracker.finish(&mut |slipped| arrivals(slipped, links, *contacts, emit));
+    fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
+        arrivals(slipped, &self.links, self.contacts, emit);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_detect::{Detectors, SlipRules};
+use asperity_detect::{Detector, Detectors, SlipRules};
 use asperity_detect_rupture::{ArrivalDetector, Links, RuptureDetector};
 use asperity_record::{
     Arrival, Direction, Energy, Event, EventPayload, Rupture, StepRecord, Switch, TimeGrid,
@@ -141,16 +141,18 @@ fn decode<P: EventPayload>(events: &[Event]) -> Vec<P> {
     events.iter().map(|event| event.get().cloned().expect("it is of that kind")).collect()
 }
 
+fn events(records: &[StepRecord], blocks: u32, detector: impl Detector + 'static) -> Vec<Event> {
+    Detectors::new(blocks, SlipRules::EVERY_SLIP, vec![Box::new(detector)])
+        .with_ruptures(Some(links().tracker(blocks)))
+        .all_events(records)
+}
+
 fn ruptures(records: &[StepRecord], blocks: u32) -> Vec<Rupture> {
-    let mut detectors =
-        Detectors::new(blocks, SlipRules::EVERY_SLIP, vec![Box::new(RuptureDetector::new(blocks, links()))]);
-    decode(&detectors.all_events(records))
+    decode(&events(records, blocks, RuptureDetector::new(blocks, links())))
 }
 
 fn arrivals(records: &[StepRecord], blocks: u32) -> Vec<Arrival> {
-    let mut detectors =
-        Detectors::new(blocks, SlipRules::EVERY_SLIP, vec![Box::new(ArrivalDetector::new(blocks, links()))]);
-    decode(&detectors.all_events(records))
+    decode(&events(records, blocks, ArrivalDetector::new(blocks, links())))
 }
 
 /// The numbers of a rupture that identify its component.

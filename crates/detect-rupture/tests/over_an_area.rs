@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use asperity_detect::{Detector, Detectors, SlipRules};
-use asperity_detect_rupture::{ArrivalDetector, Links, RuptureDetector, RuptureTracker, Slipped};
+use asperity_detect::{Detector, Detectors, RuptureTracker, SlipRules, Slipped};
+use asperity_detect_rupture::{ArrivalDetector, Links, RuptureDetector};
 use asperity_record::{Arrival, Contacts, Direction, Reach, Rupture, StepRecord, TimeGrid};
 use asperity_testkit::{Random, quiet_step, switch};
 
@@ -31,9 +31,8 @@ fn records(detachments: &[(u64, u32)]) -> Vec<StepRecord> {
 fn slipped(detachments: &[(u64, u32)]) -> Vec<Slipped> {
     let mut tracker = RuptureTracker::new(area(), 1.0, LINK_STEPS as f64);
     let mut found = Vec::new();
-    let mut keep = |slipped: &Slipped| found.push(slipped.clone());
-    records(detachments).iter().for_each(|record| tracker.observe(record, &mut keep));
-    tracker.finish(&mut keep);
+    records(detachments).iter().for_each(|record| tracker.observe(record, &mut found));
+    tracker.finish(&mut found);
     found
 }
 
@@ -131,7 +130,9 @@ fn an_event_reaches_from_column_to_column_and_has_no_front_along_its_numbers() {
     let all: Vec<(u64, u32)> = first.into_iter().chain((1..=24).map(|contact| (20, contact))).collect();
     let list: Vec<Box<dyn Detector>> =
         vec![Box::new(RuptureDetector::new(area(), links)), Box::new(ArrivalDetector::new(area(), links))];
-    let events = Detectors::new(area(), SlipRules::EVERY_SLIP, list).all_events(&records(&all));
+    let mut detectors =
+        Detectors::new(area(), SlipRules::EVERY_SLIP, list).with_ruptures(Some(links.tracker(area())));
+    let events = detectors.all_events(&records(&all));
     let ruptures: Vec<&Rupture> = events.iter().filter_map(|event| event.get()).collect();
     let seen: Vec<_> = ruptures
         .iter()

@@ -1,5 +1,5 @@
-//! The interface between a stream of step records and event detectors, and the slip events that
-//! detectors read from.
+//! The interface between a stream of step records and event detectors, and the slip events and ruptures
+//! that detectors read from.
 //!
 //! A detector depends on step records alone, so a live run and a replayed log use the same code and give
 //! the same events.
@@ -63,8 +63,10 @@
 //! assert_eq!(Peak::COLUMNS[1].unit, Some("N"));
 //! ```
 
+mod rupture;
 mod slip;
 
+pub use rupture::{Passage, RuptureTracker, Slipped, Stop};
 pub use slip::{Change, Slip, SlipEnd, SlipOnset, SlipRules, SlipTracker};
 
 use asperity_record::{Contacts, Event, EventKind, StepRecord};
@@ -83,19 +85,28 @@ pub trait Detector: Send {
     /// passes events that are now certain to `emit`.
     fn slip(&mut self, _change: &Change, _emit: &mut dyn FnMut(Event)) {}
 
+    /// Takes a rupture that the next record makes certain, before that record is observed, and passes
+    /// events that are now certain to `emit`.
+    fn rupture(&mut self, _rupture: &Slipped, _emit: &mut dyn FnMut(Event)) {}
+
     /// Processes the next record, and passes events that are now certain to `emit`.
     fn observe(&mut self, _record: &StepRecord, _emit: &mut dyn FnMut(Event)) {}
 
-    /// Ends the run, after the slip event that is still open was passed to [`Detector::slip`]: passes
-    /// events that are still open to `emit`, flagged as such.
+    /// Ends the run, after the slip event and ruptures that are still open were passed to
+    /// [`Detector::slip`] and [`Detector::rupture`]: passes events that are still open to `emit`, flagged
+    /// as such.
     fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
 
-/// The detectors of a run, and the one tracker of slip events that they read from.
+/// The detectors of a run, and the trackers of slip events and ruptures that they read from.
 pub struct Detectors {
     slips: SlipTracker,
     /// What the current record changed; a reused buffer.
     changes: Vec<Change>,
+    /// None where nothing says what links detachments, so that no rupture is found.
+    ruptures: Option<RuptureTracker>,
+    /// What the current record makes certain; a reused buffer.
+    slipped: Vec<Slipped>,
     list: Vec<Box<dyn Detector>>,
 }
 
@@ -103,7 +114,19 @@ impl Detectors {
     /// Detectors for a run with these contacts, all stuck at the start. They emit in the order of the
     /// list.
     pub fn new(contacts: impl Into<Contacts>, rules: SlipRules, list: Vec<Box<dyn Detector>>) -> Detectors {
-        Detectors { slips: SlipTracker::new(contacts, rules), changes: Vec::new(), list }
+        Detectors {
+            slips: SlipTracker::new(contacts, rules),
+            changes: Vec::new(),
+            ruptures: None,
+            slipped: Vec::new(),
+            list,
+        }
+    }
+
+    /// Tracks ruptures for the detectors.
+    #[must_use]
+    pub fn with_ruptures(self, ruptures: Option<RuptureTracker>) -> Detectors {
+        Detectors { ruptures, ..self }
     }
 
     /// Adds a detector behind the others.
@@ -122,21 +145,34 @@ impl Detectors {
             return;
         }
         self.slips.observe(record, &mut self.changes);
-        for detector in &mut self.list {
-            self.changes.iter().for_each(|change| detector.slip(change, emit));
-            detector.observe(record, emit);
+        if let Some(ruptures) = &mut self.ruptures {
+            ruptures.observe(record, &mut self.slipped);
         }
-        self.changes.clear();
+        self.pass_on(emit, |detector, emit| detector.observe(record, emit));
     }
 
     /// Ends the run: passes events that are still open to `emit`, flagged as such.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         self.slips.finish(&mut self.changes);
+        if let Some(ruptures) = &mut self.ruptures {
+            ruptures.finish(&mut self.slipped);
+        }
+        self.pass_on(emit, |detector, emit| detector.finish(emit));
+    }
+
+    /// Passes slip events and ruptures to each detector, and then what follows them.
+    fn pass_on(
+        &mut self,
+        emit: &mut dyn FnMut(Event),
+        then: impl Fn(&mut dyn Detector, &mut dyn FnMut(Event)),
+    ) {
         for detector in &mut self.list {
             self.changes.iter().for_each(|change| detector.slip(change, emit));
-            detector.finish(emit);
+            self.slipped.iter().for_each(|slipped| detector.rupture(slipped, emit));
+            then(&mut **detector, emit);
         }
         self.changes.clear();
+        self.slipped.clear();
     }
 
     /// Runs over records in memory, to the end of the run: for tests and analyses.

@@ -15,12 +15,28 @@ use asperity_record::Reach;
 use crate::column::{Column, Columns, Kind};
 use crate::matching::Group;
 use crate::policy::{Allowed, Policy};
+use crate::progress::Cycles;
 use crate::report::{CellChange, Class, Conservation};
 use crate::row::Row;
 
 /// How much farther than its onset the end of a shifted event may move: beyond, its
 /// duration changed rather than its place.
 pub const END_MOVES_ALONG: f64 = 3.0;
+
+/// Why an event stands alone: it starts after the end of the new run or of the old one, or nothing
+/// there fits.
+const ALONE_IN_TIME: [&str; 4] = [
+    "starts after the end of the new run",
+    "starts after the end of the old run",
+    "no new event overlaps it in blocks and overlaps it in time or starts within the window, or another fits better",
+    "no old event overlaps it in blocks and overlaps it in time or starts within the window, or another fits better",
+];
+const ALONE_IN_CYCLES: [&str; 4] = [
+    "the new run ends before this cycle, or before this place in it",
+    "the old run ends before this cycle, or before this place in it",
+    "no new event overlaps it in blocks and starts within the window of its place in the cycle, or another fits better",
+    "no old event overlaps it in blocks and starts within the window of its place in the cycle, or another fits better",
+];
 
 /// What became of a group.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,33 +55,35 @@ pub(crate) struct Outcome {
 pub(crate) struct Rules<'a> {
     pub(crate) columns: Columns,
     pub(crate) policy: &'a Policy,
-    /// When the old run ended, s, if that is known.
-    pub(crate) old_until_s: Option<f64>,
-    /// When the new run ended, s, if known.
-    pub(crate) new_until_s: Option<f64>,
+    /// By what events are paired, if not by times.
+    pub(crate) cycles: Option<&'a Cycles>,
+    /// When the old run and the new one ended, s, if that is known.
+    pub(crate) until_s: [Option<f64>; 2],
 }
 
 impl Rules<'_> {
     pub(crate) fn classify<R: Row>(&self, group: &Group<R>) -> Outcome {
         let unpaired =
             |class, rule| Outcome { class, rule, cells: Vec::new(), shift_s: None, conservation: None };
-        let is_after = |event: &R, until_s: Option<f64>| until_s.is_some_and(|end_s| event.onset_s() > end_s);
+        let place = |side: usize, time_s: f64| match self.cycles {
+            Some(cycles) => cycles.progress[side].place(time_s),
+            None => time_s,
+        };
+        // Whether an event of a side starts where the other one has ended.
+        let is_after = |event: &R, side: usize| {
+            let other = 1 - side;
+            self.until_s[other].is_some_and(|end_s| place(side, event.onset_s()) > place(other, end_s))
+        };
+        let [after_new, after_old, no_new, no_old] = match self.cycles {
+            None => ALONE_IN_TIME,
+            Some(_) => ALONE_IN_CYCLES,
+        };
         match (&group.old[..], &group.new[..]) {
             ([old], [new]) => self.pair(old, new, group.identical),
-            ([old], []) if is_after(old, self.new_until_s) => {
-                unpaired(Class::Open, "starts after the end of the new run")
-            }
-            ([], [new]) if is_after(new, self.old_until_s) => {
-                unpaired(Class::Open, "starts after the end of the old run")
-            }
-            (_, []) => unpaired(
-                Class::Missing,
-                "no new event overlaps it in blocks and overlaps it in time or starts within the window, or another fits better",
-            ),
-            ([], _) => unpaired(
-                Class::Extra,
-                "no old event overlaps it in blocks and overlaps it in time or starts within the window, or another fits better",
-            ),
+            ([old], []) if is_after(old, 0) => unpaired(Class::Open, after_new),
+            ([], [new]) if is_after(new, 1) => unpaired(Class::Open, after_old),
+            (_, []) => unpaired(Class::Missing, no_new),
+            ([], _) => unpaired(Class::Extra, no_old),
             ([_], _) => Outcome {
                 conservation: Some(self.conservation(group)),
                 ..unpaired(Class::Split, "several new events lie in its time and blocks")

@@ -1,12 +1,12 @@
 //! Compares two sides: finds and pairs their runs, reads them, and puts what became of the events
 //! of each pair into one report.
 
-use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
 use asperity_numbers::RupturesFrom;
 use asperity_record::{Rupture, SlipEvent};
+use serde_json::Value;
 
 use crate::column::{Column, Columns};
 use crate::error::CompareError;
@@ -16,17 +16,19 @@ use crate::matching::{self, MatchError};
 use crate::policy::{Policy, Spread, WINDOW_S, between_events_s};
 #[cfg(feature = "analysis")]
 use crate::precursors::Precursors;
+use crate::progress::Cycles;
 use crate::report::{
     Counts, FORMAT, NumberChange, Report, RunDiff, RunSide, RuptureDiff, VERSION, Verdict, pair_name,
 };
 use crate::row::Row;
 use crate::run_log::RunLog;
+use crate::ruptures::{self, Sorted};
 use crate::sides::{self, Logs, PairBy, Paired, Run, Side};
 use crate::table::{self, Events, Table, TableError};
 use crate::tally::{self, Comparison, Draft};
 #[cfg(not(feature = "analysis"))]
 use crate::without_analysis::{Matches, Precursors};
-use crate::{claims, provenance};
+use crate::{claims, progress, provenance};
 
 /// How two sides are compared, and what is kept of it.
 #[derive(Debug, Clone, Default)]
@@ -131,13 +133,38 @@ fn compare_runs(
             Some((old, new)) if !same_step => between_events_s(spread(old), spread(new)),
             _ => WINDOW_S,
         }),
+        cycles: None,
         policy,
         old_until_s: old.side().duration_s,
         new_until_s: new.side().duration_s,
         keep_findings: settings.keep_findings,
         keep_matches: settings.keep_matches,
     };
+    let scenario = |error| CompareError::Scenario {
+        old: old.path.clone(),
+        new: new.path.clone(),
+        error: Box::new(error),
+    };
+    let mut set_differently = Vec::new();
+    let mut ruptures = None;
+    let mut cycles = None;
+    if let Some((of_old, of_new)) = logs {
+        set_differently = provenance::settings(&of_old.provenance, &of_new.provenance).map_err(scenario)?;
+        let other_motion = set_differently.iter().any(|setting| setting.shapes_motion);
+        let compared = compare_ruptures(
+            [(old, of_old), (new, of_new)],
+            comparison([Rupture::COLUMNS; 2], RunLog::spread_of_ruptures),
+            other_motion && policy.window_s.is_none(),
+        );
+        ruptures = Some(compared.map(|(ruptures, found)| {
+            cycles = found.map(|found| {
+                found.with_window_of([of_old.spread_of_slip_events(), of_new.spread_of_slip_events()])
+            });
+            ruptures
+        }));
+    }
     let of_events = comparison([old_table.columns, new_table.columns], RunLog::spread_of_slip_events);
+    let of_events = Comparison { cycles: cycles.as_ref(), ..of_events };
     let name = pair_name(&old.name, &new.name);
     let mut precursors = Precursors::of(old, new);
     let [old_events, new_events] = [old_events, new_events].map(|events| events.map(|event| Ok(event?)));
@@ -152,38 +179,57 @@ fn compare_runs(
             CompareError::Order { path: path.clone(), problem: error.to_string() }
         }
     })?;
-    let mut run = RunDiff {
+    let (ruptures, no_ruptures) = match ruptures.transpose() {
+        Ok(ruptures) => (ruptures, None),
+        Err(why) => (None, Some(why)),
+    };
+    let run = RunDiff {
+        set_differently,
         old: RunSide { events: events.old_rows, ..old.side() },
         new: RunSide { events: events.new_rows, ..new.side() },
-        summary: Vec::new(),
-        ruptures: None,
-        no_ruptures: None,
-        provenance: Vec::new(),
+        summary: logs.map_or_else(Vec::new, |(old, new)| summaries(old, new)),
+        ruptures,
+        no_ruptures,
+        provenance: match logs {
+            Some((old, new)) => provenance::changes(&old.provenance, &new.provenance).map_err(scenario)?,
+            None => Vec::new(),
+        },
         events,
         precursors: precursors.changes(),
     };
-    let Some((of_old, of_new)) = logs else { return Ok(run) };
-    run.summary = summaries(of_old, of_new);
-    let of_ruptures = comparison([Rupture::COLUMNS; 2], RunLog::spread_of_ruptures);
-    let ruptures = of_old.ruptures(&old.path).and_then(|old| Ok((old, of_new.ruptures(&new.path)?)));
-    match ruptures.and_then(|(old, new)| compare_ruptures(of_ruptures, old, new)) {
-        Ok(ruptures) => {
-            let is_anew = |log: &RunLog| log.ruptures_from == RupturesFrom::Steps;
-            let found_anew = is_anew(of_old) || is_anew(of_new);
-            run.ruptures = Some(RuptureDiff { found_anew, ..ruptures });
-        }
-        Err(why) => run.no_ruptures = Some(why),
-    }
     if run.ruptures_alone_differ() {
         draft.allow_ruptures();
     }
-    let changes = provenance::changes(&of_old.provenance, &of_new.provenance);
-    run.provenance = changes.map_err(|error| CompareError::Scenario {
-        old: old.path.clone(),
-        new: new.path.clone(),
-        error: Box::new(error),
-    })?;
     Ok(run)
+}
+
+/// The ruptures of two logs, paired in time or, if that is allowed, by the cycles that are returned; or
+/// why they are not compared.
+fn compare_ruptures(
+    sides: [(&Run, &RunLog); 2],
+    comparison: Comparison<'_>,
+    may_use_cycles: bool,
+) -> Result<(RuptureDiff, Option<Cycles>), String> {
+    let [old, new] = sides.map(|(run, log)| log.ruptures(&run.path));
+    let sorted = [Sorted::new(old?), Sorted::new(new?)];
+    let mut ruptures = ruptures::compare(comparison, &sorted)?;
+    let durations_s = sides.map(|(_, log)| log.provenance.duration_s());
+    let cycles = may_use_cycles
+        .then(|| progress::between(&ruptures, [&sorted[0].0, &sorted[1].0], durations_s))
+        .flatten();
+    if let Some(cycles) = &cycles {
+        let matches_in_time = ruptures.matches_in_time;
+        let comparison = Comparison { cycles: Some(cycles), ..comparison };
+        ruptures = RuptureDiff { matches_in_time, ..ruptures::compare(comparison, &sorted)? };
+    }
+    ruptures.found_anew = sides.iter().any(|(_, log)| log.ruptures_from == RupturesFrom::Steps);
+    let blocks = sides.map(|(run, _)| run.header().map_or(1, |header| header.blocks));
+    // Where the drive pulls both ways, F_T is a difference and the ratio says nothing.
+    let has_ratio = |log: &RunLog| !log.summary.contains(&("largest_ft_fn".to_owned(), Value::Null));
+    if sides.iter().all(|(_, log)| has_ratio(log)) {
+        ruptures.reached = ruptures::reached(&sorted, blocks);
+    }
+    Ok((ruptures, cycles))
 }
 
 /// The slip events of a run: those that its log has kept, else read one at a time.
@@ -203,27 +249,6 @@ fn summaries(old: &RunLog, new: &RunLog) -> Vec<NumberChange> {
     numbers.collect()
 }
 
-/// Compares ruptures in the order of their onsets, or returns why that is impossible. A log has them
-/// in the order in which they became certain.
-fn compare_ruptures(
-    comparison: Comparison<'_>,
-    old: &[Rupture],
-    new: &[Rupture],
-) -> Result<RuptureDiff, String> {
-    let [old, new] = [old, new].map(|ruptures| {
-        let mut ruptures = ruptures.to_vec();
-        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.first_block));
-        ruptures.into_iter().map(Ok::<_, Infallible>)
-    });
-    // There are few ruptures, so all findings are kept, to list the largest first. Drafted
-    // tolerances are of slip events only.
-    let comparison = Comparison { keep_findings: usize::MAX, ..comparison };
-    let mut table = tally::compare(comparison, old, new, &mut Draft::default(), |_| Ok(()))
-        .map_err(|error| format!("they cannot be told apart: {error}"))?;
-    (table.columns_left_out, table.not_allowed) = (None, None);
-    Ok(RuptureDiff { found_anew: false, old: table.old_rows, new: table.new_rows, table })
-}
-
 /// The time step that a table counts in, s: from the run's header, else from its first event.
 fn step_s<'a>(run: &Run, columns: Columns, events: Events<'a>) -> (Events<'a>, Option<f64>) {
     if let Some(header) = run.header() {
@@ -236,79 +261,4 @@ fn step_s<'a>(run: &Run, columns: Columns, events: Events<'a>) -> (Events<'a>, O
     let of = |event: &SlipEvent| (event.onset_step > 0).then(|| event.onset_s / event.onset_step as f64);
     let step_s = events.peek().and_then(|event| event.as_ref().ok().and_then(of));
     (Box::new(events), step_s)
-}
-
-#[cfg(test)]
-mod tests {
-    use asperity_record::Rupture;
-
-    use super::compare_ruptures;
-    use crate::column::Column;
-    use crate::policy::Policy;
-    use crate::report::{Class, Extent};
-    use crate::row::Row;
-    use crate::tally::Comparison;
-
-    /// With nothing but when and where; the rest is null.
-    fn rupture(number: u64, onset_step: u64, blocks: [u32; 2], end_step: Option<u64>) -> Rupture {
-        let time_s = |step: u64| step as f64 / 1e7;
-        let rupture = serde_json::json!({
-            "rupture": number,
-            "onset_s": time_s(onset_step),
-            "end_s": end_step.map(time_s),
-            "first_block": blocks[0],
-            "last_block": blocks[1],
-            "nucleation_block": blocks[0],
-            "reached_every_block": false,
-            "ft_fn_onset": 0.25,
-            "ft_fn_arrival": 0.25,
-            "ft_fn_end": end_step.map(|_| 0.125),
-            "onset_step": onset_step,
-            "arrival_s": time_s(onset_step),
-            "end_step": end_step,
-            "detachments": 1,
-            "overlapping": false,
-            "open": end_step.is_none(),
-        });
-        serde_json::from_value(rupture).unwrap()
-    }
-
-    #[test]
-    fn ruptures_are_matched_by_onset_and_extent_whatever_order_they_became_certain_in() {
-        // A long one that began first became certain last.
-        let old = [
-            rupture(0, 3_000_000, [1, 7], Some(3_010_000)),
-            rupture(1, 5_000_000, [40, 60], Some(5_010_000)),
-            rupture(2, 1_000_000, [1, 30], Some(6_000_000)),
-        ];
-        let new = [
-            rupture(0, 1_000_000, [1, 30], Some(6_000_000)),
-            rupture(1, 3_000_400, [1, 7], Some(3_010_400)),
-            rupture(2, 7_000_000, [1, 2], None),
-        ];
-        let comparison = Comparison {
-            columns: Rupture::COLUMNS,
-            window_s: 1e-3,
-            policy: &Policy::default(),
-            old_until_s: None,
-            new_until_s: None,
-            keep_findings: 9,
-            keep_matches: 9,
-        };
-        let found = compare_ruptures(comparison, &old, &new).unwrap();
-        let number = |events: &[Extent]| events.first().map(|event| event.event);
-        let matches = found.table.matches.iter();
-        let matches: Vec<_> = matches.map(|one| (one.class, number(&one.old), number(&one.new))).collect();
-        assert_eq!(
-            matches,
-            [
-                (Class::Identical, Some(2), Some(0)),
-                (Class::Shifted, Some(0), Some(1)),
-                (Class::Missing, Some(1), None),
-                (Class::Extra, None, Some(2)),
-            ]
-        );
-        let columns = &found.table.columns;
-        assert!(!columns.contains(&Column::MaxSliding) && columns.contains(&Column::FtFnOnset));
-    }
 }

@@ -22,6 +22,9 @@
 //! is the same, to the bit, with the sides swapped; it is an integer, in units
 //! of 2⁻³², so that the sum is the same in any order.
 //!
+//! Where events are paired by cycles (`progress.rs`), onsets are places in the cycle, and events have no
+//! duration: J_t is 0, or 1 at one place, and nothing is split or merged.
+//!
 //! Of matchings that cost the same, that is taken whose groups end earlier
 //! (the sum of the ranks of their events among all onsets of both sides), and of
 //! those that of the lower checksum. Both are symmetric too.
@@ -30,6 +33,7 @@ use std::ops::Add;
 
 use asperity_record::Reach;
 
+use crate::progress::Progress;
 use crate::row::Row;
 
 /// The cost of an event without a counterpart.
@@ -73,7 +77,8 @@ impl Add for Cost {
     }
 }
 
-/// What the matching compares of an event, and what breaks ties.
+/// What the matching compares of an event, and what breaks ties. Times and the window are in
+/// seconds, or places in cycles (`progress.rs`).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
     pub(crate) onset_s: f64,
@@ -90,8 +95,10 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    pub(crate) fn new(event: &impl Row, rank: u64, window_s: f64) -> Span {
-        let (onset_s, end_s, blocks) = (event.onset_s(), event.end_s(), event.reach());
+    /// Of an event, whose times the run's clock turns into places. Paired by cycles, it has no duration.
+    pub(crate) fn new(event: &impl Row, progress: &Progress, rank: u64, window_s: f64) -> Span {
+        let (onset_s, blocks) = (progress.place(event.onset_s()), event.reach());
+        let end_s = if progress.is_time() { event.end_s() } else { Some(onset_s) };
         let mut checksum = onset_s.to_bits();
         let end = end_s.map_or(0, f64::to_bits);
         // With its number, which distinguishes two equal rows.

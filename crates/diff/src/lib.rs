@@ -66,6 +66,7 @@
 //! In reading order, first the matching of two tables, which reads no files:
 //!
 //! - [`mod@column`], [`row`]: the columns of the event table, and the rows that have them.
+//! - [`progress`]: cycles between global slips, by which runs of two parameter sets are paired.
 //! - `cost`: what it costs to say that events belong together.
 //! - `grid`: one step of looking for the matching that costs least.
 //! - `pending`: one table as it is read.
@@ -80,12 +81,13 @@
 //! - [`run_log`], [`table`]: what is read of a run log; slip events of a table, one at a time.
 //! - [`sides`]: the runs of each side, and which of them belong together.
 //! - [`provenance`]: what differs between two runs beside their events.
+//! - `ruptures`: the ruptures of two runs, and how those that pair differ.
 //! - `precursors`: what a change of events does to the precursor table.
 //! - `claims`: which claims changed between two outputs of a pipeline.
 //! - `matches`: every match as a row of a Parquet file.
 //! - [`compare()`]: all of this, for two sides.
 //!
-//! And what is found: [`report`] as data, [`summary`] on a terminal, [`page`] as one HTML page.
+//! And what is found: [`report`] as data, rounded by `reading`: [`summary`] on a terminal, [`page`] as one HTML page.
 //!
 //! Parquet and the precursor table need the feature `analysis`.
 
@@ -104,10 +106,13 @@ mod pending;
 pub mod policy;
 #[cfg(feature = "analysis")]
 mod precursors;
+pub mod progress;
 pub mod provenance;
+mod reading;
 pub mod report;
 pub mod row;
 pub mod run_log;
+mod ruptures;
 pub mod sides;
 pub mod statistics;
 pub mod summary;

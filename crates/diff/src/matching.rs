@@ -29,6 +29,7 @@ use crate::cost::Cost;
 use crate::grid::{CostRow, MODES, Mode, Move, Moves, State, bit};
 use crate::pending::Pending;
 pub use crate::pending::{MOST_AT_ONCE, MatchError, NEAREST};
+use crate::progress::Cycles;
 use crate::row::Row;
 
 /// Rows after which it is looked for a state that all paths go through.
@@ -53,7 +54,7 @@ impl<R: Row> Group<R> {
     }
 }
 
-/// Matches two tables and hands out the groups in order of their onsets.
+/// Matches two tables in time and hands out the groups in order of their onsets.
 ///
 /// # Errors
 /// If a table cannot be read or is not in order, or `emit` fails.
@@ -64,10 +65,24 @@ pub fn match_tables<R: Row, E>(
     window_s: f64,
     emit: impl FnMut(Group<R>) -> Result<(), E>,
 ) -> Result<(), MatchError<E>> {
+    match_by(old, new, columns, window_s, None, emit)
+}
+
+/// Matches two tables in time, or by cycles, and hands out the groups in that order.
+pub(crate) fn match_by<R: Row, E>(
+    old: impl Iterator<Item = Result<R, E>>,
+    new: impl Iterator<Item = Result<R, E>>,
+    columns: Columns,
+    window_s: f64,
+    cycles: Option<&Cycles>,
+    emit: impl FnMut(Group<R>) -> Result<(), E>,
+) -> Result<(), MatchError<E>> {
+    let window_s = cycles.map_or(window_s, |cycles| cycles.window);
+    let [old_progress, new_progress] = cycles.map_or_else(Default::default, |cycles| cycles.progress.clone());
     let compared = columns.iter().filter(|column| column.kind() != Kind::Number).collect::<Columns>();
     let mut matcher = Matcher {
-        old: Pending::new("old", old),
-        new: Pending::new("new", new),
+        old: Pending::new("old", old, old_progress),
+        new: Pending::new("new", new, new_progress),
         twins: VecDeque::new(),
         columns: compared,
         window_s,
@@ -384,7 +399,12 @@ where
         let old_s = front(self.old.onset_s(self.old.first), self.old.next_onset_s()?);
         let new_s = front(self.new.onset_s(self.new.first), self.new.next_onset_s()?);
         let until_s = old_s.min(new_s);
-        // Those of one onset in an order that does not depend on the side.
+        let place = |group: &Group<R>| {
+            let first = |side: Option<f64>| side.unwrap_or(f64::INFINITY);
+            let old = first(group.old.first().map(|event| self.old.place(event)));
+            old.min(first(group.new.first().map(|event| self.new.place(event))))
+        };
+        // Those of one place in an order that does not depend on the side.
         let key = |group: &Group<R>| {
             let all = || group.old.iter().chain(&group.new);
             let end_s = all().map(|event| event.end_s().unwrap_or(event.onset_s())).fold(0.0, f64::max);
@@ -394,10 +414,10 @@ where
             self.held.sort_by(|a, b| {
                 let ((a_end_s, a_reach), (b_end_s, b_reach)) = (key(a), key(b));
                 let ends = a_end_s.total_cmp(&b_end_s);
-                a.onset_s().total_cmp(&b.onset_s()).then(ends).then(a_reach.cmp(&b_reach))
+                place(a).total_cmp(&place(b)).then(ends).then(a_reach.cmp(&b_reach))
             });
         }
-        let ready = self.held.partition_point(|group| group.onset_s() < until_s);
+        let ready = self.held.partition_point(|group| place(group) < until_s);
         for group in self.held.drain(..ready) {
             (self.emit)(group).map_err(MatchError::Source)?;
         }
@@ -422,6 +442,7 @@ mod tests {
     use super::{Group, match_tables};
     use crate::column::Columns;
     use crate::cost::{self, ALONE, BEGUN, Overlap, Span};
+    use crate::progress::Progress;
 
     const WINDOW_S: f64 = 4.0;
 
@@ -459,7 +480,10 @@ mod tests {
     type Ranked = (SlipEvent, Span);
 
     fn ranked(events: &[SlipEvent]) -> Vec<Ranked> {
-        events.iter().map(|event| (event.clone(), Span::new(event, 0, WINDOW_S))).collect()
+        events
+            .iter()
+            .map(|event| (event.clone(), Span::new(event, &Progress::default(), 0, WINDOW_S)))
+            .collect()
     }
 
     /// What a group costs by the table at the head of `cost.rs`.

@@ -17,7 +17,8 @@ use asperity_report::html::markup::{
 };
 use asperity_report::html::{Document, MAP, Part};
 
-use crate::report::{Class, Counts, Report, RunDiff, TableDiff, Verdict};
+use crate::reading::number;
+use crate::report::{Class, Counts, PairedBy, Report, RunDiff, TableDiff, Verdict};
 use timeline::Thinning;
 use words::{class_cell, key};
 
@@ -31,9 +32,10 @@ pub const MATCHES_OF_A_RUN: usize = 200_000;
 /// The page of a report.
 pub fn page(report: &Report) -> String {
     let listed = findings::listed(report);
-    let title = format!("Events of {} and {}", report.old, report.new);
+    let title = format!("{} and {} compared", report.old, report.new);
     let sections = [
         heading(report),
+        physics::settings(report),
         physics::numbers(report),
         physics::ruptures(report),
         classes(report),
@@ -59,14 +61,18 @@ fn heading(report: &Report) -> String {
     let parts: Vec<String> =
         report.counts.there().map(|(class, count)| format!("{count} {}", words::title(class))).collect();
     let sentence = format!(
-        "{} old and {} new slip events in {}: {}.",
+        "{} old and {} new slip events in {}{}: {}.",
         events(|run| run.old.events),
         events(|run| run.new.events),
         counted(report.runs.len() as u64, "pair of runs").replace("pair of runss", "pairs of runs"),
+        match report.runs.iter().filter(|run| run.events.paired_by == PairedBy::Cycles).count() {
+            0 => "",
+            _ => ", paired by cycles between global slips where times do not match",
+        },
         if parts.is_empty() { "nothing to compare".to_owned() } else { parts.join(", ") }
     );
     let mut out = format!(
-        "<header>\n<h1>What became of the slip events</h1>\n<p><span class=\"verdict {class}\">{word}</span></p>\n\
+        "<header>\n<h1>What differs between the runs</h1>\n<p><span class=\"verdict {class}\">{word}</span></p>\n\
          {}<p>OLD <code>{}</code><br>NEW <code>{}</code><br>policy {}</p>\n",
         paragraph(&sentence),
         text(&report.old),
@@ -116,7 +122,7 @@ fn runs(report: &Report) -> String {
     let mut headings = vec!["run", "#old events", "#new events"];
     headings.extend(titles.iter().map(String::as_str));
     headings.extend(["#largest shift, s", "#first difference, s"]);
-    let rows = report.runs.iter().enumerate().map(|(place, run)| {
+    let row = |(place, run): (usize, &RunDiff)| {
         let name = text(words::name(run));
         let mut cells = vec![
             Cell::Html(format!("<a href=\"#timeline\" data-run=\"{place}\">{name}</a>")),
@@ -126,10 +132,25 @@ fn runs(report: &Report) -> String {
         let TableDiff { counts, largest_shift_s, horizon, .. } = &run.events;
         cells.extend(there.iter().map(|&class| Cell::optional(Some(counts[class]).filter(|&n| n > 0))));
         cells.push(Cell::optional(Some(*largest_shift_s).filter(|&shift| shift > 0.0).map(short)));
-        cells.push(Cell::optional(horizon.as_ref().map(|horizon| horizon.at_s)));
+        cells.push(Cell::optional(horizon.as_ref().map(|horizon| number(horizon.at_s))));
         Row::from(cells)
-    });
-    section("Runs", &sortable_table("runs", "", &headings, rows))
+    };
+    let (same, differing): (Vec<_>, Vec<_>) =
+        report.runs.iter().enumerate().partition(|(_, run)| run.events.counts.differing() == 0);
+    if same.len() < 2 {
+        return section(
+            "Runs",
+            &sortable_table("runs", "", &headings, report.runs.iter().enumerate().map(row)),
+        );
+    }
+    let folded = table("", &headings, same.iter().copied().map(row));
+    let folded =
+        format!("<details><summary>{} without a difference</summary>\n{folded}</details>\n", same.len());
+    let differing = match differing.is_empty() {
+        true => String::new(),
+        false => sortable_table("runs", "", &headings, differing.into_iter().map(row)),
+    };
+    section("Runs", &(differing + &folded))
 }
 
 fn timelines(report: &Report) -> String {
@@ -188,13 +209,15 @@ fn meanings() -> String {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::findings::LISTED_MOST;
     use super::page;
     use super::timeline::Thinning;
     use crate::column::{Column, Value};
     use crate::report::{
-        CellChange, Class, Conservation, Counts, Extent, FORMAT, Finding, Horizon, Match, ProvenanceChange,
-        Report, RunDiff, RunSide, Statistics, TableDiff, VERSION, Verdict,
+        CellChange, Class, Conservation, Counts, Extent, FORMAT, Finding, Horizon, Match, NumberChange,
+        ProvenanceChange, Report, RunDiff, RunSide, SettingChange, Statistics, TableDiff, VERSION, Verdict,
     };
 
     fn extent(event: u64, onset_s: f64, end_s: f64, blocks: [u32; 2]) -> Extent {
@@ -263,9 +286,22 @@ mod tests {
             scenario_hash: None,
         };
         let run = RunDiff {
+            set_differently: vec![SettingChange {
+                change: NumberChange::between(
+                    "normal_load.total_n",
+                    &json!(19.200000000000003),
+                    &json!(20.5),
+                ),
+                unit: Some("N"),
+                shapes_motion: true,
+            }],
             old: side(8),
             new: side(8),
-            summary: Vec::new(),
+            summary: vec![
+                NumberChange::between("precursor_count", &json!(57), &json!(51)),
+                NumberChange::between("blocks", &json!(100), &json!(100)),
+                NumberChange::between("wave_speed_m_per_s", &json!(45.5), &json!(45.5)),
+            ],
             ruptures: None,
             no_ruptures: None,
             provenance: vec![ProvenanceChange {
@@ -328,11 +364,18 @@ mod tests {
             "onset_s <span class=\"value\">0.8 → 0.803</span>",
             "0.8 s to 0.81 s",
             "code_version",
+            "normal_<wbr>load.<wbr>total_<wbr>n</code></td><td class=\"number\">19.2</td><td class=\"number\">20.5</td><td class=\"number\">+1.3</td><td>N<",
+            "<summary>2 identical</summary>",
         ] {
             assert!(words.contains(part), "{part}");
         }
         // One row each for the finding, its old and its new events.
         assert_eq!(words.matches("data-finding=").count(), 3);
+        // What was set differently comes before all else.
+        let place = |heading: &str| words.find(&format!("<h2>{heading}</h2>"));
+        assert!(
+            place("Set differently").is_some() && place("Set differently") < place("The runs in numbers")
+        );
     }
 
     #[test]

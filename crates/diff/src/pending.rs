@@ -3,6 +3,7 @@
 
 use crate::column::{Columns, Value};
 use crate::cost::Span;
+use crate::progress::Progress;
 use crate::row::Row;
 
 /// How many events of its own side an event may look past. Where more than that
@@ -50,6 +51,7 @@ pub const MOST_AT_ONCE: usize = 100;
 pub(crate) struct Pending<I, R> {
     name: &'static str,
     source: I,
+    progress: Progress,
     ahead: Option<R>,
     started: bool,
     /// Events from number `first` of the table on, but for `gone` settled ones in front.
@@ -68,9 +70,14 @@ where
     I: Iterator<Item = Result<R, E>>,
     R: Row,
 {
-    pub(crate) fn new(name: &'static str, source: I) -> Pending<I, R> {
+    pub(crate) fn new(name: &'static str, source: I, progress: Progress) -> Pending<I, R> {
         let (events, spans) = (Vec::new(), Vec::new());
-        Pending { name, source, ahead: None, started: false, events, spans, gone: 0, first: 0 }
+        Pending { name, source, progress, ahead: None, started: false, events, spans, gone: 0, first: 0 }
+    }
+
+    /// Where an event starts: its onset, s, or its place in the cycles.
+    pub(crate) fn place(&self, event: &R) -> f64 {
+        self.progress.place(event.onset_s())
     }
 
     /// How many have been read, settled ones included.
@@ -96,7 +103,7 @@ where
         &self.spans[index - self.first + self.gone]
     }
 
-    /// Onset of an event, if it has been read.
+    /// Place of an event, if it has been read.
     pub(crate) fn onset_s(&self, index: usize) -> Option<f64> {
         self.spans.get(index - self.first + self.gone).map(|span| span.onset_s)
     }
@@ -112,13 +119,13 @@ where
         }
     }
 
-    /// Onset of the event that will be read next, s; infinite after the last.
+    /// Place of the event that will be read next; infinite after the last.
     pub(crate) fn next_onset_s(&mut self) -> Result<f64, MatchError<E>> {
         if !self.started {
             self.started = true;
             self.advance()?;
         }
-        Ok(self.ahead.as_ref().map_or(f64::INFINITY, R::onset_s))
+        Ok(self.ahead.as_ref().map_or(f64::INFINITY, |event| self.place(event)))
     }
 
     fn advance(&mut self) -> Result<Option<R>, MatchError<E>> {
@@ -135,7 +142,7 @@ where
         Ok(std::mem::replace(&mut self.ahead, next))
     }
 
-    /// Reads all events of one onset, in an order that does not depend on the table's.
+    /// Reads all events of one place, in an order that does not depend on the table's.
     pub(crate) fn read_onset(
         &mut self,
         onset_s: f64,
@@ -146,6 +153,7 @@ where
         let from = self.events.len();
         while self.next_onset_s()? == onset_s {
             if self.events.len() == from + MOST_AT_ONCE {
+                let onset_s = self.ahead.as_ref().map_or(onset_s, R::onset_s);
                 return Err(MatchError::AtOnce { side: self.name, onset_s });
             }
             let event = self.advance()?;
@@ -159,7 +167,7 @@ where
             });
         }
         for index in from..self.events.len() {
-            self.spans.push(Span::new(&self.events[index], rank, window_s));
+            self.spans.push(Span::new(&self.events[index], &self.progress, rank, window_s));
             // Nothing looks past the events of its own side that come after it.
             if let Some(before) = index.checked_sub(NEAREST) {
                 let before = &mut self.spans[before];

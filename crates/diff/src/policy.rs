@@ -416,7 +416,7 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::{Allowed, Policy, Spread, Tolerance, WINDOW_S, between_events_s};
-    use crate::column::Column;
+    use crate::column::{Column, Value};
     use crate::report::Class;
 
     #[test]
@@ -430,6 +430,15 @@ mod tests {
                 .with_allowed(Class::Open, Allowed::Any);
         assert_eq!(Policy::parse("p.toml", &policy.to_toml()), Ok(policy));
         assert_eq!(Policy::parse("p.toml", ""), Ok(Policy::default()));
+    }
+
+    /// So that swapping the sides changes nothing.
+    #[test]
+    fn a_relative_tolerance_is_of_the_larger_value_on_whichever_side() {
+        let tolerance = Tolerance { absolute: 0.5, relative: 0.25 };
+        let between = |old, new| tolerance.between(Value::Number(old), Value::Number(new));
+        assert_eq!([between(1.0, 4.0), between(4.0, 1.0), between(-4.0, 1.0)], [1.0; 3]);
+        assert_eq!(between(1.0, 1.5), 0.5);
     }
 
     #[test]

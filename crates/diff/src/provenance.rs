@@ -1,12 +1,17 @@
-//! What differs between two runs beside their events: their headers, and
-//! the keys of their scenarios.
+//! What differs between two runs beside their events: the keys of their scenarios, and their headers.
 
 use std::collections::BTreeMap;
 
-use asperity_record::RunHeader;
+use asperity_record::{RunHeader, unit_of};
+use serde_json::Value as Json;
 use toml::{Table, Value};
 
-use crate::report::ProvenanceChange;
+use crate::report::{NumberChange, ProvenanceChange, SettingChange};
+
+/// Beginnings of keys that leave the motion as it is: names, what is detected and recorded, and how
+/// long the run is.
+const OUTSIDE_THE_MOTION: [&str; 6] =
+    ["name", "summary", "parameter_set", "detection.", "recording.", "time.duration_s"];
 
 /// What a run log records of its run.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,27 +58,53 @@ pub fn changes(old: &Provenance, new: &Provenance) -> Result<Vec<ProvenanceChang
     changes.extend(names.into_iter().filter(|name| old.get(*name) != new.get(*name)).map(|name| {
         ProvenanceChange {
             key: format!("scenario: {name}"),
-            old: old.get(name).cloned(),
-            new: new.get(name).cloned(),
+            old: old.get(name).map(Value::to_string),
+            new: new.get(name).map(Value::to_string),
         }
     }));
     Ok(changes)
 }
 
-/// The keys of a scenario, dotted, with their values as written.
-fn keys(scenario_toml: &str) -> Result<BTreeMap<String, String>, toml::de::Error> {
+/// The keys of the resolved scenarios that were set differently, first those that shape the motion.
+///
+/// # Errors
+/// If a scenario is no TOML.
+pub fn settings(old: &Provenance, new: &Provenance) -> Result<Vec<SettingChange>, toml::de::Error> {
+    let [old, new] = [keys(&old.scenario_toml)?, keys(&new.scenario_toml)?];
+    let names: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
+    let differing = names.into_iter().filter(|name| old.get(*name) != new.get(*name));
+    let json = |value: Option<&Value>| {
+        // JSON has no numbers that are not finite, and no dates: both are null, as what is not there.
+        value.and_then(|value| serde_json::to_value(value).ok()).unwrap_or(Json::Null)
+    };
+    let mut settings: Vec<SettingChange> = differing
+        .map(|name| SettingChange {
+            change: NumberChange::between(name, &json(old.get(name)), &json(new.get(name))),
+            unit: unit_of(name).filter(|unit| *unit != "1"),
+            shapes_motion: !OUTSIDE_THE_MOTION.iter().any(|outside| match outside.ends_with('.') {
+                true => name.starts_with(outside),
+                false => name == outside,
+            }),
+        })
+        .collect();
+    settings.sort_by_key(|setting| !setting.shapes_motion);
+    Ok(settings)
+}
+
+/// The keys of a scenario, dotted, with their values.
+fn keys(scenario_toml: &str) -> Result<BTreeMap<String, Value>, toml::de::Error> {
     let mut found = BTreeMap::new();
     collect("", &scenario_toml.parse::<Table>()?, &mut found);
     Ok(found)
 }
 
-fn collect(prefix: &str, table: &Table, found: &mut BTreeMap<String, String>) {
+fn collect(prefix: &str, table: &Table, found: &mut BTreeMap<String, Value>) {
     for (key, value) in table {
         let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
         match value {
             Value::Table(inner) => collect(&path, inner, found),
             other => {
-                found.insert(path, other.to_string());
+                found.insert(path, other.clone());
             }
         }
     }
@@ -83,7 +114,7 @@ fn collect(prefix: &str, table: &Table, found: &mut BTreeMap<String, String>) {
 mod tests {
     use asperity_record::RunHeader;
 
-    use super::{Provenance, changes};
+    use super::{Provenance, changes, settings};
 
     fn provenance(solver: &str, scenario_toml: &str) -> Provenance {
         Provenance {
@@ -126,5 +157,19 @@ mod tests {
             ]
         );
         assert_eq!(changes(&old, &old).unwrap(), []);
+    }
+
+    #[test]
+    fn settings_have_both_values_their_unit_and_what_shapes_the_motion_comes_first() {
+        let old =
+            provenance("fast", "name = \"a\"\n[drive]\nstiffness_n_per_m = 2.0\n[friction]\nlaw = \"x\"\n");
+        let new = provenance("fast", "name = \"b\"\n[drive]\nstiffness_n_per_m = 3.0\n");
+        let found = settings(&old, &new).unwrap();
+        let keys: Vec<(&str, bool)> =
+            found.iter().map(|setting| (&*setting.change.key, setting.shapes_motion)).collect();
+        assert_eq!(keys, [("drive.stiffness_n_per_m", true), ("friction.law", true), ("name", false)]);
+        assert_eq!((found[0].unit, found[0].change.relative_change), (Some("N/m"), Some(0.5)));
+        assert_eq!((found[1].unit, found[1].change.new.is_null()), (None, true));
+        assert_eq!(settings(&old, &old).unwrap(), []);
     }
 }

@@ -184,6 +184,8 @@ impl Serialize for Counts {
 /// Two runs, event by event.
 #[derive(Debug, Clone, Serialize)]
 pub struct RunDiff {
+    /// The keys of the resolved scenarios that were set differently, first those that shape the motion.
+    pub set_differently: Vec<SettingChange>,
     /// The old run.
     pub old: RunSide,
     /// The new run.
@@ -218,9 +220,27 @@ impl RunDiff {
     }
 }
 
+/// By what the events of two runs are paired.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PairedBy {
+    /// By time and blocks.
+    #[default]
+    Time,
+    /// By the cycle between global slips, the place in it, and blocks, since times do not match.
+    Cycles,
+}
+
 /// The ruptures of two runs, rupture by rupture.
 #[derive(Debug, Clone, Serialize)]
 pub struct RuptureDiff {
+    /// How many pairs, splits and merges there are in time; fewer than `counts` where ruptures are
+    /// paired by cycles.
+    pub matches_in_time: u64,
+    /// How the new one of a pair differs from the old one, over all pairs; null without pairs.
+    pub pairs: Option<PairDifferences>,
+    /// The load at which a precursor, or the first global slip, first reached a share of the slider.
+    pub reached: Vec<LengthReached>,
     /// Whether those of a side were found in its step records, since its log holds none.
     pub found_anew: bool,
     /// How many ruptures the old run has.
@@ -233,6 +253,31 @@ pub struct RuptureDiff {
     pub table: TableDiff,
 }
 
+/// Differences, new less old, over pairs of one old and one new rupture.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PairDifferences {
+    /// Number of pairs.
+    pub pairs: u64,
+    /// How many of them are of the same blocks.
+    pub same_blocks: u64,
+    /// Median difference of their lengths, blocks.
+    pub median_length_blocks: f64,
+    /// Median difference of `F_T / F_N` at onset.
+    pub median_ft_fn_onset: f64,
+}
+
+/// When a precursor first reached a share of the slider.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LengthReached {
+    /// The share, `L_p / L`.
+    pub lp_l: f64,
+    /// `F_T / F_N` at the onset of the first rupture from block 1 that reached it in the old run; null if
+    /// none did.
+    pub old_ft_fn: Option<f64>,
+    /// The value in the new run.
+    pub new_ft_fn: Option<f64>,
+}
+
 /// What became of the rows of two tables, slip events or ruptures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct TableDiff {
@@ -242,8 +287,13 @@ pub struct TableDiff {
     /// Number of new rows.
     #[serde(skip)]
     pub new_rows: u64,
-    /// How far from an event's onset its counterpart was looked for, s.
+    /// By what they were paired.
+    pub paired_by: PairedBy,
+    /// How far from an event's onset its counterpart is looked for in time, s.
     pub window_s: f64,
+    /// How far from its place in the cycle instead, as a share of the cycle. Absent where paired by time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window_cycles: Option<f64>,
     /// The columns that were compared.
     pub columns: Vec<Column>,
     /// Columns of the event table that one side or both lack; they were not compared. Absent of
@@ -298,18 +348,20 @@ pub struct NumberChange {
     pub old: serde_json::Value,
     /// What the new run has.
     pub new: serde_json::Value,
-    /// The new number less the old one, over the magnitude of the old one; null unless both are
-    /// numbers and the old one is not 0.
+    /// The new number less the old one; null unless both are numbers.
+    pub difference: Option<f64>,
+    /// The difference over the magnitude of the old one; null without a difference, or if the old one is 0.
     pub relative_change: Option<f64>,
 }
 
 impl NumberChange {
     /// A number on both sides.
     pub fn between(key: &str, old: &serde_json::Value, new: &serde_json::Value) -> NumberChange {
-        let numbers = old.as_f64().zip(new.as_f64()).filter(|(old, _)| *old != 0.0);
-        let relative_change =
-            numbers.map(|(old, new)| (new - old) / old.abs()).filter(|relative| relative.is_finite());
-        NumberChange { key: key.to_owned(), old: old.clone(), new: new.clone(), relative_change }
+        let numbers = old.as_f64().zip(new.as_f64());
+        let finite = |value: &f64| value.is_finite();
+        let difference = numbers.map(|(old, new)| new - old).filter(finite);
+        let relative_change = numbers.zip(difference).map(|((old, _), by)| by / old.abs()).filter(finite);
+        NumberChange { key: key.to_owned(), old: old.clone(), new: new.clone(), difference, relative_change }
     }
 }
 
@@ -330,6 +382,19 @@ pub struct RunSide {
     pub scenario_hash: Option<String>,
 }
 
+/// A key of the scenario that was set differently.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SettingChange {
+    /// The key and both values; null where a scenario does not have it.
+    #[serde(flatten)]
+    pub change: NumberChange,
+    /// The unit in which its name ends; null without one.
+    pub unit: Option<&'static str>,
+    /// Whether it shapes the motion, rather than naming the run, how long it is, or what is detected
+    /// and recorded.
+    pub shapes_motion: bool,
+}
+
 /// A difference between two runs beside their events.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ProvenanceChange {
@@ -340,6 +405,13 @@ pub struct ProvenanceChange {
     pub old: Option<String>,
     /// What the new run has; null where it has none.
     pub new: Option<String>,
+}
+
+impl ProvenanceChange {
+    /// Whether it is a key of the scenario, which is among the settings too.
+    pub fn is_of_scenario(&self) -> bool {
+        self.key.starts_with("scenario: ")
+    }
 }
 
 /// How a column differs over all pairs of one old and one new event.
@@ -514,19 +586,28 @@ pub struct Sample {
     pub old_median: Option<f64>,
     /// The median on the new side.
     pub new_median: Option<f64>,
-    /// Two-sample Kolmogorov-Smirnov test; null with too few events.
+    /// Two-sample Kolmogorov-Smirnov test; null with too few values.
     pub test: Option<KolmogorovSmirnov>,
 }
 
 /// Outcome of a two-sample Kolmogorov-Smirnov test.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct KolmogorovSmirnov {
+    /// [`KolmogorovSmirnov::NAME`].
+    pub name: &'static str,
     /// The largest distance of the distributions, 0 to 1.
     pub distance: f64,
     /// Probability of such a distance or a larger one if the sides are of one distribution. An
     /// upper bound: ties, and the bins in which values are counted, make it larger. Events
     /// that depend on those before them make it smaller.
     pub p: f64,
+}
+
+impl KolmogorovSmirnov {
+    /// The test: whether two samples can be of one distribution, whatever that is.
+    pub const NAME: &'static str = "two-sample Kolmogorov-Smirnov";
+    /// The sides are said to differ where p lies below this.
+    pub const SIGNIFICANT: f64 = 0.01;
 }
 
 /// What changed in the precursor table, Lp/L against F_T/F_N.

@@ -71,7 +71,7 @@ fn kolmogorov_smirnov(old: &Distribution, new: &Distribution) -> Option<Kolmogor
     let (n_old, n_new) = (old.total as f64, new.total as f64);
     let root = (n_old * n_new / (n_old + n_new)).sqrt();
     let lambda = (root + 0.12 + 0.11 / root) * distance;
-    Some(KolmogorovSmirnov { distance, p: tail(lambda) })
+    Some(KolmogorovSmirnov { name: KolmogorovSmirnov::NAME, distance, p: tail(lambda) })
 }
 
 /// The probability that Kolmogorov's statistic exceeds λ.

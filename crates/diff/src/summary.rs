@@ -1,13 +1,15 @@
-//! A report on a terminal, on one screen whatever the tables, with what matters most first: the
-//! numbers that describe the runs, their ruptures, and then what became of the slip events.
+//! A report on a terminal, on one screen whatever the tables, with what matters most first: what was
+//! set differently, the numbers that describe the runs, their ruptures, and then what became of the
+//! slip events.
 
 mod finding;
 mod physics;
 
+use crate::reading::{number, test};
 use crate::report::{
-    Class, ColumnChange, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample, Verdict,
+    Class, ColumnChange, Finding, Horizon, KolmogorovSmirnov, PairedBy, Report, RunDiff, Sample, Verdict,
 };
-use finding::{by_class, seconds, short, told};
+use finding::{by_class, short, told};
 
 /// The classes by how much they matter: what came and went, what changed, what moved.
 const BY_WEIGHT: [Class; 7] =
@@ -35,8 +37,11 @@ pub fn lines(report: &Report) -> Vec<String> {
         report.runs.iter().filter(|run| run.events.counts.differing() > 0).collect();
     physics::lines(report, &mut lines);
     runs(report, &differing, &mut lines);
-    findings(report, &differing, &mut lines);
-    columns(report, &mut lines);
+    // Paired by cycles, no event is the one before.
+    let in_time: Vec<&RunDiff> =
+        differing.iter().copied().filter(|run| run.events.paired_by == PairedBy::Time).collect();
+    findings(report, &in_time, &mut lines);
+    columns(report, &in_time, &mut lines);
     if let Some(run) = worst(&differing) {
         horizon(run, differing.len(), &mut lines);
     }
@@ -59,11 +64,16 @@ fn worst<'a>(differing: &[&'a RunDiff]) -> Option<&'a RunDiff> {
 fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     let events = |side: &dyn Fn(&RunDiff) -> u64| report.runs.iter().map(side).sum::<u64>();
     lines.push(format!(
-        "{} {}, {} old and {} new events: {}",
+        "{} {}, {} old and {} new events{}: {}",
         report.runs.len(),
         if report.runs.len() == 1 { "run" } else { "pairs of runs" },
         events(&|run| run.old.events),
         events(&|run| run.new.events),
+        match report.runs.iter().filter(|run| run.events.paired_by == PairedBy::Cycles).count() {
+            0 => String::new(),
+            _ if report.runs.len() == 1 => ", paired as the ruptures are".to_owned(),
+            pairs => format!(", in {pairs} of the pairs paired by cycles"),
+        },
         by_class(&report.counts, "no events")
     ));
     if report.runs.len() == 1 {
@@ -86,7 +96,7 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
 }
 
 fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
-    let total = report.counts.differing();
+    let total: u64 = differing.iter().map(|run| run.events.counts.differing()).sum();
     if total == 0 {
         return;
     }
@@ -122,9 +132,9 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     }
 }
 
-fn columns(report: &Report, lines: &mut Vec<String>) {
+fn columns(report: &Report, in_time: &[&RunDiff], lines: &mut Vec<String>) {
     let mut largest: Vec<(&RunDiff, ColumnChange)> = Vec::new();
-    for run in &report.runs {
+    for &run in in_time {
         for change in &run.events.column_changes {
             match largest.iter_mut().find(|(_, known)| known.column == change.column) {
                 None => largest.push((run, change.clone())),
@@ -173,36 +183,39 @@ fn horizon(run: &RunDiff, differing_runs: usize, lines: &mut Vec<String>) {
         return;
     };
     let which = if differing_runs > 1 { format!(" of {}", run.name()) } else { String::new() };
+    if run.events.paired_by == PairedBy::Time {
+        lines.push(format!(
+            "first difference{which}: {} at {} s, after {matches_before} events that agree",
+            class.name(),
+            number(*at_s)
+        ));
+        let decades: Vec<String> = growth
+            .iter()
+            .map(|decade| {
+                let share = 100.0 * decade.differing as f64 / (decade.to - decade.from + 1) as f64;
+                format!("{}-{}: {share:.0} %", decade.from, decade.to)
+            })
+            .collect();
+        lines.push(format!("  differing, by number of the match: {}", decades.join(", ")));
+    }
     lines.push(format!(
-        "first difference{which}: {} at {} s, after {matches_before} events that agree",
-        class.name(),
-        seconds(*at_s)
-    ));
-    let decades: Vec<String> = growth
-        .iter()
-        .map(|decade| {
-            let share = 100.0 * decade.differing as f64 / (decade.to - decade.from + 1) as f64;
-            format!("{}-{}: {share:.0} %", decade.from, decade.to)
-        })
-        .collect();
-    lines.push(format!("  differing, by number of the match: {}", decades.join(", ")));
-    lines.push(format!(
-        "  from there on {} old and {} new events; {}; {}",
+        "from {} s on, {} old and {} new events{which}, {} test of one distribution:",
+        number(*at_s),
         beyond.old_events,
         beyond.new_events,
-        distribution("lengths in blocks", &beyond.length_blocks),
-        distribution("recurrence times in s", &beyond.recurrence_s)
+        KolmogorovSmirnov::NAME
     ));
+    for (what, sample) in
+        [("lengths, blocks", &beyond.length_blocks), ("onset to onset, s", &beyond.recurrence_s)]
+    {
+        lines.push(format!("  {}", distribution(what, sample)));
+    }
 }
 
 fn distribution(what: &str, sample: &Sample) -> String {
     let median = |value: Option<f64>| value.map_or("-".to_owned(), short);
-    let verdict = match sample.test {
-        None => "too few for a test".to_owned(),
-        Some(KolmogorovSmirnov { p, .. }) if p < 0.001 => format!("not alike (p = {p:.0e})"),
-        Some(KolmogorovSmirnov { p, .. }) => format!("p = {p:.3}"),
-    };
-    format!("{what} {verdict}, median {} / {}", median(sample.old_median), median(sample.new_median))
+    let medians = format!("medians {} and {}", median(sample.old_median), median(sample.new_median));
+    format!("{what}: {}, {medians}", test(sample))
 }
 
 fn downstream(report: &Report, lines: &mut Vec<String>) {
@@ -218,8 +231,8 @@ fn downstream(report: &Report, lines: &mut Vec<String>) {
         let gone = changed.iter().flat_map(|(_, precursors)| &precursors.rows);
         let gone = gone.filter(|row| row.old_ft_fn.is_none() || row.new_ft_fn.is_none()).count();
         lines.push(format!(
-            "precursor table: {rows} rows changed in {} runs, F_T/F_N by at most {}; {gone} lengths on one side only",
-            changed.len(),
+            "precursor table: {rows} rows changed in {}, F_T/F_N by at most {}; {gone} lengths on one side only",
+            if changed.len() == 1 { "1 run".to_owned() } else { format!("{} runs", changed.len()) },
             short(largest)
         ));
     }
@@ -252,7 +265,9 @@ fn others(report: &Report, lines: &mut Vec<String>) {
         lines.push(format!("... and {} more runs on one side only", report.unpaired.len() - OTHERS));
     }
     let mut seen: Vec<(String, usize)> = Vec::new();
-    for change in report.runs.iter().flat_map(|run| &run.provenance) {
+    // Keys of scenarios come first of all.
+    let changes = report.runs.iter().flat_map(|run| &run.provenance);
+    for change in changes.filter(|change| !change.is_of_scenario()) {
         let value = |value: &Option<String>| value.clone().unwrap_or("nothing".to_owned());
         let told = format!("{} {} -> {}", change.key, value(&change.old), value(&change.new));
         match seen.iter_mut().find(|(known, _)| *known == told) {

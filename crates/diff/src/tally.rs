@@ -7,8 +7,10 @@ use crate::classify::{Outcome, Rules, shift_s};
 use crate::column::{Column, Columns, Kind};
 use crate::matching::{self, Group, MatchError};
 use crate::policy::{Allowed, Policy, Tolerance};
+use crate::progress::Cycles;
 use crate::report::{
-    CellChange, Class, ColumnChange, Counts, Extent, Finding, Growth, Horizon, Match, Statistics, TableDiff,
+    CellChange, Class, ColumnChange, Counts, Extent, Finding, Growth, Horizon, Match, PairedBy, Statistics,
+    TableDiff,
 };
 use crate::row::Row;
 use crate::statistics::{self, Distribution};
@@ -20,6 +22,8 @@ pub struct Comparison<'a> {
     pub columns: Columns,
     /// How far from an event's onset its counterpart is looked for, s.
     pub window_s: f64,
+    /// By what events are paired instead of by times; the window is theirs then.
+    pub cycles: Option<&'a Cycles>,
     /// Which differences are none, and which are allowed.
     pub policy: &'a Policy,
     /// When the old run ended, s, if that is known.
@@ -45,7 +49,7 @@ pub struct Matched<'a, R> {
     pub group: &'a Group<R>,
 }
 
-/// Compares two tables, row by row. `on_match` is handed every match, in order of time; `draft`
+/// Compares two tables, row by row. `on_match` is handed every match, in order of time or cycles; `draft`
 /// widens to a policy under which all of them pass.
 ///
 /// # Errors
@@ -58,9 +62,9 @@ pub fn compare<R: Row, E>(
     mut on_match: impl FnMut(Matched<'_, R>) -> Result<(), E>,
 ) -> Result<TableDiff, MatchError<E>> {
     let mut tally = Tally::new(comparison);
-    let Comparison { columns, window_s, policy, old_until_s, new_until_s, .. } = comparison;
-    let rules = Rules { columns, policy, old_until_s, new_until_s };
-    matching::match_tables(old, new, columns, window_s, |group| {
+    let Comparison { columns, window_s, cycles, policy, old_until_s, new_until_s, .. } = comparison;
+    let rules = Rules { columns, policy, cycles, until_s: [old_until_s, new_until_s] };
+    matching::match_by(old, new, columns, window_s, cycles, |group| {
         let outcome = rules.classify(&group);
         let allowed = rules.allows(&outcome);
         on_match(Matched { class: outcome.class, allowed, shift_s: outcome.shift_s, group: &group })?;
@@ -130,7 +134,9 @@ impl<'a> Tally<'a> {
             growth: Vec::new(),
             beyond: Default::default(),
             found: TableDiff {
+                paired_by: if comparison.cycles.is_some() { PairedBy::Cycles } else { PairedBy::Time },
                 window_s: comparison.window_s,
+                window_cycles: comparison.cycles.map(|cycles| cycles.window),
                 columns: of_events(true),
                 columns_left_out: Some(of_events(false)),
                 not_allowed: Some(Counts::default()),

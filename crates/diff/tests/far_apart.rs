@@ -34,6 +34,7 @@ fn none_is_lost_where_only_the_last_digit_of_the_load_differs() {
     let comparison = Comparison {
         columns: Columns::ALL,
         window_s: WINDOW_S,
+        cycles: None,
         policy: &Policy::default(),
         old_until_s: None,
         new_until_s: None,

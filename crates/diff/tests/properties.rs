@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 
 use asperity_diff::column::{Column, Columns};
-use asperity_diff::policy::{Policy, Tolerance, WINDOW_S};
+use asperity_diff::policy::{Policy, Spread, Tolerance, WINDOW_S};
+use asperity_diff::progress::Cycles;
 use asperity_diff::report::{Class, Match, TableDiff};
 use asperity_diff::tally::{self, Comparison, Draft};
 use asperity_record::SlipEvent;
@@ -118,10 +119,21 @@ fn source(events: &[SlipEvent]) -> impl Iterator<Item = Result<SlipEvent, Infall
 }
 
 fn compare_by(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy, columns: Columns) -> (TableDiff, Draft) {
+    compare_in(None, old, new, policy, columns)
+}
+
+fn compare_in(
+    cycles: Option<&Cycles>,
+    old: &[SlipEvent],
+    new: &[SlipEvent],
+    policy: &Policy,
+    columns: Columns,
+) -> (TableDiff, Draft) {
     let mut draft = Draft::default();
     let comparison = Comparison {
         columns,
         window_s: policy.window_s.unwrap_or(WINDOW_S),
+        cycles,
         policy,
         old_until_s: None,
         new_until_s: None,
@@ -339,6 +351,57 @@ fn drops_and_additions_in_chatter_make_no_others_look_different() {
     }
 }
 
+/// As of two parameter sets: cycles of other lengths, in which the same happens at the same share.
+#[test]
+fn by_cycles_every_event_finds_its_counterpart_and_swapping_the_sides_mirrors_it() {
+    let mut random = Random::new(15);
+    for case in 0..500 {
+        let old = table(&mut random, 40);
+        let last_s = old.last().map_or(1.0, |event| event.onset_s);
+        let duration_s = 1.1 * last_s;
+        let mut ends_s: Vec<f64> = (0..random.below(5)).map(|_| last_s * random.uniform()).collect();
+        ends_s.sort_by(f64::total_cmp);
+        let mut from_s = 0.0;
+        let stretched_s: Vec<f64> = ends_s
+            .iter()
+            .scan(0.0, |last_s, &end_s| {
+                from_s += (end_s - *last_s) * (0.5 + random.uniform());
+                *last_s = end_s;
+                Some(from_s)
+            })
+            .collect();
+        let shift_s = |time_s: f64| {
+            let cycle = ends_s.partition_point(|end_s| *end_s < time_s);
+            let begin = |ends_s: &[f64]| cycle.checked_sub(1).map_or(0.0, |last| ends_s[last]);
+            let ratio = match ends_s.get(cycle) {
+                Some(end_s) => (stretched_s[cycle] - begin(&stretched_s)) / (end_s - begin(&ends_s)),
+                None => 1.0,
+            };
+            begin(&stretched_s) + ratio * (time_s - begin(&ends_s)) - time_s
+        };
+        let at = random.below(40) as usize;
+        let new: Vec<SlipEvent> = old.iter().map(|event| shifted(event, shift_s(event.onset_s))).collect();
+        let new = numbered([&new[..at], &new[at + 1..]].concat());
+        let spread = |events: &[SlipEvent]| Spread { events: events.len() as u64, duration_s };
+        // Without aftershocks, which end no cycle.
+        let apart = |ends_s: &[f64]| Cycles::new([ends_s, ends_s], [spread(&old), spread(&new)]).progress;
+        if apart(&ends_s)[0].cycles() != ends_s.len() || apart(&stretched_s)[0].cycles() != ends_s.len() {
+            continue;
+        }
+        let forth = Cycles::new([&ends_s, &stretched_s], [spread(&old), spread(&new)]);
+        let back = Cycles::new([&stretched_s, &ends_s], [spread(&new), spread(&old)]);
+        let (forth, _) = compare_in(Some(&forth), &old, &new, &Policy::default(), Columns::ALL);
+        let (back, _) = compare_in(Some(&back), &new, &old, &Policy::default(), Columns::ALL);
+        assert_eq!((forth.counts[Class::Missing], forth.counts[Class::Extra]), (1, 0), "case {case}");
+        let missing = forth.findings.iter().find(|finding| finding.class == Class::Missing);
+        assert_eq!(missing.map(|finding| finding.old[0].event), Some(at as u64), "case {case}");
+        let mut mirrored: Expected =
+            found(&back).into_iter().map(|(class, new, old)| (class.mirrored(), old, new)).collect();
+        mirrored.sort_by_key(|(_, old, new)| (old.first().copied(), new.first().copied()));
+        assert_eq!(found(&forth), mirrored, "case {case}");
+    }
+}
+
 #[test]
 fn swapping_the_sides_mirrors_everything() {
     let mut random = Random::new(14);
@@ -471,6 +534,7 @@ fn what_the_end_of_a_run_cuts_short_is_open() {
     let comparison = Comparison {
         columns: Columns::ALL,
         window_s: WINDOW_S,
+        cycles: None,
         policy: &policy,
         old_until_s: Some(1.0),
         new_until_s: Some(7_000.0 * STEP_S),

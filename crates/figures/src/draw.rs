@@ -28,6 +28,7 @@ mod lines;
 mod load;
 mod load_ruptures;
 mod loads;
+pub mod of_one_run;
 pub mod of_study;
 mod onset;
 mod overview;
@@ -63,9 +64,10 @@ use crate::spec::{self, Family, Lengths, PhaseMap};
 use crate::spelling::spelled;
 pub use error::FigureError;
 use kind::{AnyFigure, AnyPart, Figure, Parts};
-use plot::{Sheet, Told};
+use plot::{Keys, Layout, Sheet, Told};
 use print::about::{About, Origins};
 pub use print::files_of;
+use print::page::Page;
 use text::plain;
 
 macro_rules! kinds {
@@ -212,7 +214,16 @@ pub struct Gathering<'a> {
     figures: Vec<Begun<'a>>,
     folder: PathBuf,
     provenance: bool,
-    captions: Mutex<BTreeMap<String, String>>,
+    captions: Mutex<BTreeMap<String, Caption>>,
+}
+
+/// What a page says of a figure.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Caption {
+    /// A short name: what figures of its kind show, and what it is titled.
+    pub title: String,
+    /// What it shows.
+    pub caption: String,
 }
 
 /// A figure, and its parts of the runs that have gone by.
@@ -240,10 +251,8 @@ impl<'a> Gathering<'a> {
     /// Takes the parts of all figures of a run, and draws those that it was the last one for, as files
     /// of a set. Says how many that were.
     pub fn run(&self, run: &RunData, files: &FileSet) -> Result<usize, FigureError> {
-        let mut drawn = 0;
-        let header = &run.header;
-        let origins =
-            Origins::of(&header.scenario, &header.parameter_set, header.time_step_s, &header.code_version);
+        let mut count = 0;
+        let origins = Origins::of_run(&run.header);
         for Begun { what, figure, runs, parts } in &self.figures {
             if !runs.contains(run.name.as_str()) {
                 continue;
@@ -258,27 +267,41 @@ impl<'a> Gathering<'a> {
             };
             if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts).map_err(failed)?;
-                let (title, caption) = words(what, &sheet);
+                let (page, about) =
+                    drawn(what, &sheet, Keys::Beside, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
-                captions.insert(figure.file().to_owned(), caption.clone());
+                let shown = Caption { title: words(what, &sheet).0, caption: about.caption.clone() };
+                captions.insert(figure.file().to_owned(), shown);
                 drop(captions);
-                let about = About { title, caption, origins, provenance: self.provenance };
-                let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
-                print::write(&page, &about, files, &self.folder.join(figure.file()))?;
-                drawn += 1;
+                print::write(&page, &about, files, &files_of(&self.folder.join(figure.file())))?;
+                count += 1;
             }
         }
-        Ok(drawn)
+        Ok(count)
     }
 
     /// The captions of what was drawn, by file.
-    pub fn captions(self) -> BTreeMap<String, String> {
+    pub fn captions(self) -> BTreeMap<String, Caption> {
         self.captions.into_inner().expect("whoever adds a caption does not panic")
     }
 }
 
-/// Title and caption of a sheet, given what figures of its kind show.
-fn words(what: &str, sheet: &Sheet) -> (String, String) {
+/// A sheet as a page, and what its files say of it.
+fn drawn(
+    what: &str,
+    sheet: &Sheet,
+    keys: Keys,
+    origins: Origins,
+    provenance: bool,
+) -> Result<(Page, About), String> {
+    let (_, title, caption) = words(what, sheet);
+    let about = About { title, caption, origins, provenance };
+    let foot = about.foot();
+    Ok((sheet.page(Layout { foot: foot.as_deref(), keys })?, about))
+}
+
+/// Short name, title and caption of a sheet, given what figures of its kind show.
+fn words(what: &str, sheet: &Sheet) -> (String, String, String) {
     let what = spelled(what).trim_end_matches('.').to_owned();
     let Told { titles, upwards, across, labels, notes } = sheet.told();
     let some = |texts: Vec<String>| {
@@ -298,8 +321,18 @@ fn words(what: &str, sheet: &Sheet) -> (String, String) {
     caption.extend((!labels.is_empty()).then(|| format!("Shown: {}", labels.join(", "))));
     caption.extend(notes);
     let caption: Vec<String> = caption.iter().map(|text| sentence(text)).collect();
-    let title = if let [title] = &titles[..] { format!("{what}: {title}") } else { what };
-    (title, caption.join(". ") + ".")
+    let titled = |what: &str| match &titles[..] {
+        [title] => format!("{what}: {title}"),
+        _ => what.to_owned(),
+    };
+    (titled(first_clause(&what)), titled(&what), caption.join(". ") + ".")
+}
+
+/// What words say before they go into detail.
+fn first_clause(words: &str) -> &str {
+    let cuts = [": ", "; ", ". ", ", and ", ", with ", ", where"];
+    let end = cuts.iter().filter_map(|cut| words.find(cut)).min().unwrap_or(words.len());
+    &words[..end]
 }
 
 /// Text as it begins a sentence: a word with a capital, a symbol as it is.

@@ -61,7 +61,15 @@ impl FileError {
     /// Wraps an I/O error with its path.
     pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> FileError {
         let path = path.to_owned();
-        move |error| FileError::Io { path: path.clone(), error }
+        move |error| match error.kind() {
+            io::ErrorKind::NotADirectory => FileError::no_folder(&path),
+            _ => FileError::Io { path: path.clone(), error },
+        }
+    }
+
+    /// A path that leads through a file.
+    pub(crate) fn no_folder(path: &Path) -> FileError {
+        FileError::NoFile { path: path.to_owned(), what: "in a folder that is a file" }
     }
 
     /// Whether only the name was refused: nothing was written, and another name would work.

@@ -61,12 +61,17 @@ pub use set::FileSet;
 pub use stage::is_new_folder;
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
 /// Creates a folder and its missing parents.
 ///
 /// # Errors
-/// If the system refuses.
+/// If a file is in its place or in that of a parent, or the system refuses.
 pub fn create_folder(folder: &Path) -> Result<(), FileError> {
-    fs::create_dir_all(folder).map_err(|error| FileError::Folder { path: folder.to_owned(), error })
+    fs::create_dir_all(folder).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => FileError::NoFile { path: folder.to_owned(), what: "no folder" },
+        io::ErrorKind::NotADirectory => FileError::no_folder(folder),
+        _ => FileError::Folder { path: folder.to_owned(), error },
+    })
 }

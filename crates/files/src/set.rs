@@ -10,7 +10,7 @@ use crate::error::FileError;
 use crate::identity::Identity;
 use crate::inputs::Inputs;
 use crate::lock::wait_for_folder;
-use crate::place::{Place, There, is_taken};
+use crate::place::{Place, There, folder_of, is_taken};
 use crate::rename::{Existing, rename, sync_folder_of};
 use crate::stage::Stage;
 
@@ -38,6 +38,16 @@ struct State {
 /// they are empty.
 #[derive(Debug, Default)]
 struct MadeFolders(Vec<PathBuf>);
+
+impl MadeFolders {
+    fn create(&mut self, folder: &Path) -> Result<(), FileError> {
+        let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !is_taken(folder);
+        let new: Vec<PathBuf> = folder.ancestors().take_while(is_new).map(Path::to_owned).collect();
+        create_folder(folder)?;
+        self.0.extend(new.into_iter().rev());
+        Ok(())
+    }
+}
 
 impl Drop for MadeFolders {
     fn drop(&mut self) {
@@ -102,7 +112,8 @@ impl FileSet {
         outputs.try_for_each(|output| state.inputs.check(&output.path))
     }
 
-    /// Checks that files can be written, before the work for them begins. Their folders must exist.
+    /// Checks that files can be written, before the work for them begins. Creates their folders as
+    /// [`FileSet::folder`] does.
     ///
     /// # Errors
     /// If a name is taken, or is that of an input or of another file of the set.
@@ -117,11 +128,7 @@ impl FileSet {
     /// # Errors
     /// If the system refuses.
     pub fn folder(&self, folder: &Path) -> Result<(), FileError> {
-        let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !is_taken(folder);
-        let new: Vec<PathBuf> = folder.ancestors().take_while(is_new).map(Path::to_owned).collect();
-        create_folder(folder)?;
-        self.state().made.0.extend(new.into_iter().rev());
-        Ok(())
+        self.state().made.create(folder)
     }
 
     /// Begins a file, whether or not it was reserved.
@@ -202,19 +209,9 @@ impl FileSet {
         for record in records.iter().filter(|record| is_taken(&record.path)) {
             fs::remove_file(&record.path).map_err(FileError::io(&record.path))?;
         }
-        let mut given = Vec::new();
-        let mut outcome = give_names(&others, &stages, existing, &mut given);
-        if outcome.is_ok() {
-            outcome = give_names(&records, &stages, existing, &mut given);
-        }
-        if outcome.is_err() && existing == Existing::Refuse {
-            // The set was never complete.
-            given.into_iter().for_each(Output::take_back);
-        }
-        if outcome.is_ok() {
-            made.0.clear();
-        }
-        outcome
+        give_all_names(&others, &records, &stages, existing)?;
+        made.0.clear();
+        Ok(())
     }
 
     fn begin(&self, path: &Path, is_record: bool) -> Result<(File, PathBuf), FileError> {
@@ -242,6 +239,9 @@ impl State {
     /// Returns the index of an output that is not begun; adds it if it is new.
     fn reserve(&mut self, path: &Path, existing: Existing) -> Result<usize, FileError> {
         let there = There::at(path)?;
+        if there == There::Nothing {
+            self.made.create(folder_of(path))?;
+        }
         let place = Place::of(path).map_err(FileError::io(path))?;
         let is_device = there == There::Device;
         if let Some(index) = self.outputs.iter().position(|output| output.place == place) {
@@ -314,6 +314,25 @@ impl Output {
             fs::remove_file(place).ok();
         }
     }
+}
+
+/// Renames files to their names, the records last; on a failure takes back those that were free.
+fn give_all_names(
+    others: &[Output],
+    records: &[Output],
+    stages: &[Stage],
+    existing: Existing,
+) -> Result<(), FileError> {
+    let mut given = Vec::new();
+    let mut outcome = give_names(others, stages, existing, &mut given);
+    if outcome.is_ok() {
+        outcome = give_names(records, stages, existing, &mut given);
+    }
+    if outcome.is_err() && existing == Existing::Refuse {
+        // The set was never complete.
+        given.into_iter().for_each(Output::take_back);
+    }
+    outcome
 }
 
 /// Renames files to their names, and pushes the renamed ones to a list.
@@ -396,7 +415,6 @@ mod tests {
         let begin = || {
             let files = set(Existing::Refuse);
             files.folder(&path("mine")).unwrap();
-            files.folder(&path("new/within")).unwrap();
             files.folder(&path("new/beside")).unwrap();
             files.write(&path("new/within/a"), "1").unwrap();
             files
@@ -450,11 +468,8 @@ mod tests {
         files.write(&path("b"), "2").unwrap();
         let state = files.state.into_inner().unwrap();
         fs::write(path("b"), "mine").unwrap();
-        let mut given = Vec::new();
-        let outcome = super::give_names(&state.outputs, &state.stages, Existing::Refuse, &mut given);
+        let outcome = super::give_all_names(&state.outputs, &[], &state.stages, Existing::Refuse);
         assert!(matches!(outcome, Err(FileError::Exists(there)) if there == path("b")));
-        assert_eq!(given.len(), 1);
-        given.into_iter().for_each(super::Output::take_back);
         drop(state);
         assert_eq!(content(folder.path()), of([("b", "mine")]));
     }

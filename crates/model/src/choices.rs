@@ -22,8 +22,8 @@ impl ParameterSet {
     /// The word that scenarios use.
     pub fn word(self) -> &'static str {
         match self {
-            ParameterSet::AsCoded => keys::PARAMETER_SETS[0],
-            ParameterSet::AsStated => keys::PARAMETER_SETS[1],
+            ParameterSet::AsCoded => keys::AS_CODED,
+            ParameterSet::AsStated => keys::AS_STATED,
         }
     }
 }

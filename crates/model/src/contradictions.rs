@@ -1,6 +1,6 @@
 //! Rules between keys, each with its own error.
 
-use asperity_record::TimeGrid;
+use asperity_record::{TimeGrid, rounded, short};
 
 use crate::choices::{DriveKind, ScheduleFrom, Start};
 use crate::derive::{coefficients, longest_stable_step_s};
@@ -283,7 +283,7 @@ fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refu
         };
         refusals.refuse(
             key,
-            format!("block {} gets mu_s = {} and mu_d = {}", n + 1, mu_s[n], mu_d[n]),
+            format!("block {} gets mu_s = {} and mu_d = {}", n + 1, short(mu_s[n]), short(mu_d[n])),
             "0 <= mu_d <= mu_s for every block",
         );
     }
@@ -367,12 +367,21 @@ fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     }
 }
 
+/// Digits from which a time is tried as a whole number of steps.
+const FEW_DIGITS: usize = 12;
+
+/// A time on the grid by as few digits as lead to its step: 0.0010000200000000001 is 0.00100002.
+fn in_few_digits(grid: &TimeGrid, time_s: f64) -> f64 {
+    let shorter = (FEW_DIGITS..17).map(|digits| rounded(time_s, digits));
+    shorter.into_iter().find(|short_s| grid.whole_steps(*short_s).is_some()).unwrap_or(time_s)
+}
+
 fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let grid = TimeGrid::new(scenario.time.step_s);
     let wrong = |value_s: f64, zero_allowed: bool| {
         let steps = grid.whole_steps(value_s);
         (steps.is_none() || (steps == Some(0) && !zero_allowed)).then(|| {
-            let nearest_s = grid.time_s(grid.nearest_step(value_s).max(1));
+            let nearest_s = in_few_digits(&grid, grid.time_s(grid.nearest_step(value_s).max(1)));
             (
                 format!("{value_s} is not a whole number of steps of {:e} s", scenario.time.step_s),
                 format!("a multiple of time.step_s; the nearest is {nearest_s}"),

@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use asperity_record::unit_of;
+
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind, LEAST_MAGNITUDE, MOST_MAGNITUDE};
 use crate::source::{Entries, Entry, ScenarioError, Written};
 use crate::suggest;
+use crate::typed::whole;
 use crate::window_keys::{WINDOW, WINDOW_KEYS};
 
 /// Checks the written values against the key table and adds the defaults.
@@ -13,15 +16,16 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
     for (key, entry) in DRAWN_KEYS.iter().filter_map(|key| Some((key, entries.values.get(key.path)?))) {
         checked(key, key.path, entry, errors);
     }
-    let as_coded = match entries.values.get("parameter_set").map(|entry| &entry.value) {
-        Some(Written::Text(word)) => word == keys::PARAMETER_SETS[0],
-        _ => true,
+    let set = match entries.values.get("parameter_set").map(|entry| &entry.value) {
+        Some(Written::Text(word)) => word,
+        _ => entries.unnamed_set,
     };
     let mut table = toml::Table::new();
     for key in KEYS {
         let value = match entries.values.get(key.path) {
             Some(entry) => checked(key, key.path, entry, errors),
-            None => key.default_in(as_coded).map(keys::Value::to_toml),
+            None if key.path == "parameter_set" => Some(toml::Value::String(set.to_owned())),
+            None => key.default_in(set == keys::AS_CODED).map(keys::Value::to_toml),
         };
         if let Some(value) = value {
             insert(&mut table, key.path, value);
@@ -95,6 +99,10 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
         {
             Some(toml::Value::Integer(*value))
         }
+        (Written::Number(value), Kind::Count(low, high)) => whole(*value)
+            .filter(|count| (low..=high).contains(count))
+            .and_then(|count| i64::try_from(count).ok())
+            .map(toml::Value::Integer),
         (Written::Text(word), Kind::Word(words)) if words.contains(&word.as_str()) => {
             Some(toml::Value::String(word.clone()))
         }
@@ -118,7 +126,13 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
         });
     };
     if good.is_none() {
-        refuse(format!("{} is not accepted", entry.value), key.kind.to_string());
+        let unit = match &entry.value {
+            Written::Text(text) if is_number(key.kind) && begins_as_number(text) => {
+                how_numbers_are_written(path)
+            }
+            _ => String::new(),
+        };
+        refuse(format!("{} is not accepted", entry.value), format!("{}{unit}", key.kind));
     }
     let extreme = match &entry.value {
         Written::Number(value) => Some(*value),
@@ -141,6 +155,19 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
         return None;
     }
     good
+}
+
+/// Whether a text is meant as a number, as `100mm` and `1,5` are.
+fn begins_as_number(text: &str) -> bool {
+    text.trim_start_matches(['-', '+', '.', ' ']).starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// How the number of a key is written, for someone who wrote its unit or a decimal comma.
+fn how_numbers_are_written(path: &str) -> String {
+    match unit_of(path) {
+        Some(unit) if unit != "1" => format!(", in {unit}, without its unit and with a decimal point"),
+        _ => ", with a decimal point".to_owned(),
+    }
 }
 
 fn is_number(kind: Kind) -> bool {

@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn lengths_may_all_be_in_millimetres() {
         let lengths = ["slider.length_m=100", "slider.width_m=5", "slider.height_m=20"];
-        let said = warnings(&lengths);
+        let said = warnings(&[&["parameter_set=as-coded"], &lengths[..]].concat());
         assert!(
             said[0].starts_with(
                 "slider.length_m, slider.width_m, slider.height_m = 100, 5, 20: the density is "

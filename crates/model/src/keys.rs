@@ -104,8 +104,13 @@ pub(crate) const MOST_SHEAR_RATIO: f64 = 1e6;
 pub(crate) const LEAST_MAGNITUDE: f64 = 1e-30;
 pub(crate) const MOST_MAGNITUDE: f64 = 1e30;
 
+/// The word of `parameter_set` for the values of the thesis' program.
+pub const AS_CODED: &str = "as-coded";
+/// The word of `parameter_set` for the values of the thesis' text, the default.
+pub const AS_STATED: &str = "as-stated";
+
 /// The words of `parameter_set`, in the order of [`Default::BySet`].
-pub const PARAMETER_SETS: &[&str] = &["as-coded", "as-stated"];
+pub const PARAMETER_SETS: &[&str] = &[AS_CODED, AS_STATED];
 
 /// All keys, in the order in which they are shown.
 pub const KEYS: &[Key] = &[
@@ -126,10 +131,11 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "parameter_set",
         symbol: "",
-        doc: "Which defaults mass and damping take: as-coded is what the thesis' program really computed \
-              (a factor 1000 slipped between its units), as-stated what its text says.",
+        doc: "Which defaults mass and damping take: as-stated is what the thesis' text says, a slider of 0.012 kg; \
+              as-coded is what its program really computed, one of 12 kg, since a factor 1000 slipped between its \
+              units (docs/model.md).",
         kind: Word(PARAMETER_SETS),
-        default: Is(Value::Text("as-coded")),
+        default: Is(Value::Text(AS_STATED)),
     },
     Key {
         path: "slider.blocks",

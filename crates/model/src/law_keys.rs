@@ -123,7 +123,7 @@ mod tests {
                 assert!(errors.starts_with(&expected) && errors.ends_with(&accepted), "{errors}");
 
                 let logged = Scenario::resolve(&ScenarioSource::logged("run.mcap", &text)).unwrap();
-                let plain = format!("friction.law = {:?}", law.word());
+                let plain = format!("parameter_set = \"as-coded\"\nfriction.law = {:?}", law.word());
                 assert_eq!(logged, Scenario::resolve(&ScenarioSource::new("plain", plain)).unwrap());
                 let set =
                     ScenarioSource::logged("run.mcap", "").with_override(&format!("{}={value}", key.path));

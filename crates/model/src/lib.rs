@@ -28,6 +28,7 @@
 //! - `window_keys`: the keys of a dense window.
 //! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reads texts and names places in them.
+//! - [`typed`]: reads texts that are no scenarios into types.
 //! - [`source`]: scenario texts and `--set` overrides as layers; each value keeps its place for
 //!   error messages.
 //! - `defaults`: checks written values against their keys and fills in defaults.
@@ -46,6 +47,7 @@
 //! - [`preview`]: material and load of a run in advance.
 //! - `law_keys`: keys that only some friction laws use.
 //! - `random_offsets`: checks listed offsets of friction against the drawn ones.
+//! - `as_coded`: says which slider a parameter set gives.
 //! - `show`: formats a scenario as commented TOML.
 //! - `implausible`: values that no solid has, and the unit that was probably mistaken.
 //! - `warnings`: accepted values that may surprise.
@@ -58,6 +60,7 @@
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
 
 pub mod analytic;
+mod as_coded;
 pub mod builtin;
 pub mod chain;
 mod choices;
@@ -87,6 +90,7 @@ pub mod source;
 mod splitmix;
 mod suggest;
 pub mod text;
+pub mod typed;
 mod warnings;
 mod window_keys;
 
@@ -100,9 +104,9 @@ pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 pub use preview::Preview;
-pub use resolve::{ResolveError, find, resolve};
+pub use resolve::{ResolveError, find, resolve, source};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;
-pub use suggest::suggestion;
+pub use suggest::{among, key_suggestion, suggestion};
 pub use warnings::{WRONG_FRONT, Warning};

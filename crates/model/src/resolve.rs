@@ -23,12 +23,20 @@ use crate::{builtin, contradictions, defaults, law_keys, profile, random_offsets
 /// If there is neither a built-in scenario nor a readable file of that name; or everything that is
 /// wrong with the scenario, each with its place.
 pub fn resolve<T: AsRef<str>>(name: impl AsRef<Path>, overrides: &[T]) -> Result<Scenario, ResolveError> {
+    let source = source(name.as_ref())?;
+    Ok(source.resolve(&name.as_ref().to_string_lossy(), overrides)?)
+}
+
+/// A built-in scenario, or a file, by its name, as written.
+///
+/// # Errors
+/// If there is neither a built-in scenario nor a readable file of that name.
+pub fn source(name: &Path) -> Result<ScenarioSource, ResolveError> {
     // A path need not be UTF-8; messages are.
-    let text = find(name.as_ref())?;
-    let name = name.as_ref().to_string_lossy();
+    let text = find(name)?;
+    let name = name.to_string_lossy();
     let origin = if builtin::find(&name).is_some() { format!("built-in {name}") } else { name.to_string() };
-    let source = ScenarioSource::new(origin, text);
-    Ok(source.resolve(&name, overrides)?)
+    Ok(ScenarioSource::new(origin, text))
 }
 
 /// The text of a built-in scenario, or of a file, by its name.
@@ -67,9 +75,8 @@ pub enum ResolveError {
     /// No built-in scenario or file has that name.
     #[error(
         "scenario {name}: neither a file that can be read ({source}) nor a built-in scenario{} \
-         (accepted: a path, or one of {})",
-        suggest::suggestion(name, builtin_names()),
-        builtin_names().collect::<Vec<_>>().join(", ")
+         (accepted: a path, or a name that `asperity scenario list` prints)",
+        suggest::suggestion(name, builtin_names())
     )]
     Unknown {
         /// The requested name.
@@ -151,8 +158,8 @@ mod tests {
 
     #[test]
     fn parameter_sets_differ_in_mass_and_damping_alone() {
-        let coded = resolve("").unwrap();
-        let stated = resolve("parameter_set = \"as-stated\"").unwrap();
+        let coded = resolve("parameter_set = \"as-coded\"").unwrap();
+        let stated = resolve("").unwrap();
         assert_eq!((coded.slider.mass_kg, stated.slider.mass_kg), (12.0, 0.012));
         assert_eq!(coded.slider.relative_damping, 10f64.sqrt());
         assert_eq!(stated.slider.relative_damping, 0.01f64.sqrt());
@@ -162,6 +169,33 @@ mod tests {
             ..stated
         };
         assert_eq!(levelled, coded);
+    }
+
+    /// Programs before took `as-coded` where a text names no set; what they stored keeps it.
+    #[test]
+    fn what_an_older_program_stored_keeps_its_parameter_set() {
+        let text = "slider.blocks = 20";
+        let coded = resolve("parameter_set = \"as-coded\"\nslider.blocks = 20").unwrap();
+        let stored = ScenarioSource::new("plan", text).stored_by_older_program();
+        for source in [ScenarioSource::logged("scenario.toml", text), stored.clone()] {
+            assert_eq!(Scenario::resolve(&source).unwrap(), coded);
+        }
+        let stated = stored.with_override("parameter_set=as-stated");
+        assert_eq!(Scenario::resolve(&stated).unwrap(), resolve(text).unwrap());
+    }
+
+    #[test]
+    fn a_text_relies_on_the_default_set_unless_it_names_one_or_needs_none() {
+        for (text, relies) in [
+            ("slider.blocks = 20", true),
+            ("slider.mass_kg = 1", true),
+            ("slider.mass_kg = 1\nslider.relative_damping = 0", false),
+            ("parameter_set = \"as-stated\"", false),
+        ] {
+            assert_eq!(ScenarioSource::new("mine.toml", text).relies_on_default_set(), relies, "{text}");
+        }
+        let named = ScenarioSource::new("mine.toml", "").with_override("parameter_set=as-coded");
+        assert!(!named.relies_on_default_set());
     }
 
     #[test]
@@ -200,7 +234,7 @@ mod tests {
             (
                 "time.step_s = 1e-4",
                 "test.toml:1:15: time.step_s: 1e-4 is above the stability limit of the scheme for this chain \
-                 (accepted: a number above 0 and below 3.379e-6)",
+                 (accepted: a number above 0 and below 5.694e-7)",
             ),
             (
                 "slider.width_m = 5e-324",
@@ -213,14 +247,14 @@ mod tests {
                  a number above 0, of a magnitude from 1e-30 to 1e30)",
             ),
             (
-                "time.step_s = 1e-8\nslider.mass_kg = 1e-29",
+                "time.step_s = 1e-8\nslider.mass_kg = 1e-29\nslider.relative_damping = 3.1622776601683795",
                 "test.toml:1:15: time.step_s: 1e-8 is above the stability limit of the scheme for this chain \
                  (accepted: a number above 0 and below 3.085e-21)",
             ),
             (
-                "time.step_s = 1.7e-13\nslider.relative_damping = 7.5e7\ntime.duration_s = 1.7e-12\n\
+                "parameter_set = 'as-coded'\ntime.step_s = 1.7e-13\nslider.relative_damping = 7.5e7\ntime.duration_s = 1.7e-12\n\
                  recording.sample_s = 0\nrecording.fields_s = 0",
-                "test.toml:1:15: time.step_s: 1.7e-13 is above the stability limit of the scheme for this chain \
+                "test.toml:2:15: time.step_s: 1.7e-13 is above the stability limit of the scheme for this chain \
                  (accepted: a number above 0 and below 1.468e-13)",
             ),
             (
@@ -302,7 +336,7 @@ mod tests {
         assert!(error.starts_with("scenario defualt: neither a file that can be read ("), "{error}");
         assert!(
             error.contains(
-                ") nor a built-in scenario; did you mean default? (accepted: a path, or one of default, "
+                ") nor a built-in scenario; did you mean default? (accepted: a path, or a name that `asperity "
             ),
             "{error}"
         );

@@ -12,6 +12,7 @@ use asperity_record::bounds::check_toml;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::keys::{AS_CODED, AS_STATED, Default, KEYS};
 use crate::text::Lines;
 use crate::window_keys::WINDOW;
 
@@ -19,6 +20,8 @@ use crate::window_keys::WINDOW;
 #[derive(Debug, Clone)]
 pub struct ScenarioSource {
     layers: Vec<Layer>,
+    /// The parameter set of a text that names none.
+    unnamed_set: &'static str,
 }
 
 #[derive(Debug, Clone)]
@@ -44,13 +47,39 @@ pub(crate) enum LayerKind {
 impl ScenarioSource {
     /// A scenario text and the name of its source, for error messages.
     pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
-        ScenarioSource { layers: vec![Layer::new(origin.into(), text.into(), LayerKind::Scenario)] }
+        let layer = Layer::new(origin.into(), text.into(), LayerKind::Scenario);
+        ScenarioSource { layers: vec![layer], unnamed_set: AS_STATED }
     }
 
     /// The scenario embedded in a run log. Keys that its friction law does not use are ignored,
     /// since older programs wrote them without effect.
     pub fn logged(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
-        ScenarioSource { layers: vec![Layer::new(origin.into(), text.into(), LayerKind::Log)] }
+        let layer = Layer::new(origin.into(), text.into(), LayerKind::Log);
+        ScenarioSource { layers: vec![layer], unnamed_set: AS_CODED }
+    }
+
+    /// Reads a text that names no `parameter_set` as `as-coded`, which was the default when an
+    /// older program stored it.
+    #[must_use]
+    pub fn stored_by_older_program(self) -> ScenarioSource {
+        ScenarioSource { unnamed_set: AS_CODED, ..self }
+    }
+
+    /// Whether no layer names `parameter_set` although mass or damping follow from it.
+    pub fn relies_on_default_set(&self) -> bool {
+        let mut by_set = KEYS.iter().filter(|key| matches!(key.default, Default::BySet { .. }));
+        self.entries().is_ok_and(|Entries { values, .. }| {
+            !values.contains_key("parameter_set") && by_set.any(|key| !values.contains_key(key.path))
+        })
+    }
+
+    /// The `parameter_set` that a layer names, as written.
+    pub fn named_set(&self) -> Option<String> {
+        let mut entries = self.entries().ok()?;
+        entries.values.remove("parameter_set").map(|entry| match entry.value {
+            Written::Text(word) => word,
+            other => other.to_string(),
+        })
     }
 
     /// Adds an override of the form `key=value`; later overrides win. A value that is not TOML is
@@ -83,7 +112,7 @@ impl ScenarioSource {
     /// # Errors
     /// If a layer is not valid TOML.
     pub(crate) fn entries(&self) -> Result<Entries, ScenarioErrors> {
-        let mut entries = Entries::default();
+        let mut entries = Entries { unnamed_set: self.unnamed_set, ..Entries::default() };
         let mut errors = Vec::new();
         for layer in &self.layers {
             if let Err(too_long) = check_toml(&layer.text) {
@@ -162,6 +191,8 @@ impl fmt::Display for Written {
 pub(crate) struct Entries {
     pub(crate) values: BTreeMap<String, Entry>,
     pub(crate) windows: Vec<BTreeMap<String, Entry>>,
+    /// The parameter set if none is written.
+    pub(crate) unnamed_set: &'static str,
 }
 
 impl Entries {

@@ -1,10 +1,10 @@
 //! Suggestions for a name that does not exist.
 //!
 //! Keys are matched by their symbol in the thesis (`mu_s`), then by the last part of their path
-//! (`tilt`), then by a word of that part (`duration`), and finally by spelling; scenarios by
-//! spelling only.
+//! (`tilt`), then by a word of that part (`duration`), and finally by spelling; other names by
+//! spelling, then by their parts.
 
-use crate::keys::Key;
+use crate::keys::{KEYS, Key};
 
 /// Names longer than this, in bytes, get no suggestion: no key is nearly as long.
 const LONGEST: usize = 100;
@@ -15,7 +15,7 @@ const LETTERS_FOR_ONE_WRONG: usize = 3;
 /// Most letters that may be wrong.
 const MOST_WRONG: usize = 3;
 
-/// Most keys to suggest.
+/// Most names to suggest.
 const MOST_SUGGESTED: usize = 3;
 
 /// Shorter words are not searched for inside keys, where they would match units.
@@ -24,13 +24,40 @@ const SHORTEST_PART: usize = 3;
 /// Symbols in use for keys besides those of the thesis' text.
 const OTHER_SYMBOLS: &[(&str, &str)] = &[("mu_k", "friction.dynamic_coefficient"), ("L", "slider.length_m")];
 
-/// Returns the known name spelt most like `written`, if one is close enough to be a slip.
-pub(crate) fn name<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    known
-        .into_iter()
-        .filter_map(|name| Some((wrong_letters(written, name)?, name)))
-        .min_by_key(|(wrong, _)| *wrong)
-        .map(|(_, name)| name)
+/// Most names that are listed where one of them is accepted.
+const MOST_LISTED: usize = 12;
+
+/// Names listed of a longer list: those spelt most alike.
+const NEAREST: usize = 5;
+
+/// Returns the known names that may be meant: the one spelt most like `written`, if it is close enough to
+/// be a slip; or those that contain it (`front_speed`, without the unit); or those that share most of its
+/// parts, two at least.
+pub(crate) fn names<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    if written.len() > LONGEST {
+        return Vec::new();
+    }
+    let plain = |name: &str| name.to_lowercase().replace(['-', ' ', '.'], "_");
+    let known: Vec<(&str, String)> = known.into_iter().map(|name| (name, plain(name))).collect();
+    let written = plain(written);
+    let spelt = known.iter().filter_map(|(name, plain)| Some((wrong_letters(&written, plain)?, *name)));
+    if let Some((_, name)) = spelt.min_by_key(|(wrong, _)| *wrong) {
+        return vec![name];
+    }
+    let contains = |name: &str| format!("_{name}_").contains(&format!("_{written}_"));
+    let mut found: Vec<&str> = Vec::new();
+    if written.len() >= SHORTEST_PART {
+        found.extend(known.iter().filter(|(_, plain)| contains(plain)).map(|(name, _)| *name));
+    }
+    if found.is_empty() {
+        let shared =
+            |plain: &str| written.split('_').filter(|part| plain.split('_').any(|of| of == *part)).count();
+        let most = known.iter().map(|(_, plain)| shared(plain)).max().filter(|most| *most >= 2);
+        let shares = |plain: &str| Some(shared(plain)) == most;
+        found.extend(known.iter().filter(|(_, plain)| shares(plain)).map(|(name, _)| *name));
+    }
+    found.truncate(MOST_SUGGESTED);
+    found
 }
 
 /// Returns the keys that an unknown dotted path may mean, in the order of the table.
@@ -75,9 +102,30 @@ pub(crate) fn did_you_mean<T: AsRef<str>>(names: &[T]) -> String {
     }
 }
 
-/// `; did you mean ...?` of the known name spelt most like `written`; empty if none is close enough.
+/// `; did you mean ...?` of the known names that may be meant; empty if none is close enough.
 pub fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    did_you_mean(name(written, known).as_slice())
+    did_you_mean(&names(written, known))
+}
+
+/// `; did you mean ...?` of the scenario keys that may be meant; empty if none is close enough.
+pub fn key_suggestion(written: &str) -> String {
+    did_you_mean(&keys(written, KEYS))
+}
+
+/// `; did you mean ...? (accepted: ...)` for a name that is not among those known. Of a long list, the
+/// nearest names are given, and where it is found in full.
+pub fn among(written: &str, known: &[&str], listed_in: &str) -> String {
+    let meant = suggestion(written, known.iter().copied());
+    if known.len() <= MOST_LISTED {
+        return format!("{meant} (accepted: {})", known.join(", "));
+    }
+    let mut nearest = known.to_vec();
+    if written.len() <= LONGEST {
+        nearest.sort_by_key(|name| strsim::osa_distance(written, name));
+    }
+    nearest.truncate(NEAREST);
+    let more = known.len() - NEAREST;
+    format!("{meant} (accepted: {} and {more} others, see {listed_in})", nearest.join(", "))
 }
 
 /// Splits a path into its tables and its last part.
@@ -110,7 +158,7 @@ fn wrong_letters(written: &str, meant: &str) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::{did_you_mean, keys, name};
+    use super::{among, did_you_mean, keys, names};
     use crate::keys::KEYS;
     use crate::window_keys::WINDOW_KEYS;
 
@@ -174,12 +222,23 @@ mod tests {
 
     #[test]
     fn names_are_found_where_few_letters_are_wrong() {
-        let known = ["default", "ten-blocks", "unload-400", "unload-600"];
-        assert_eq!(name("defualt", known), Some("default"));
-        assert_eq!(name("tenblocks", known), Some("ten-blocks"));
-        assert_eq!(name("unload-60", known), Some("unload-600"));
-        assert_eq!(name("mine.toml", known), None);
-        assert_eq!(name(&"default".repeat(1_000_000), known), None);
+        let known = ["default", "ten-blocks", "unload-400", "unload-600", "first_slip_s", "first_slip_ft_fn"];
+        for (written, meant) in [
+            ("defualt", "default"),
+            ("Default", "default"),
+            ("tenblocks", "ten-blocks"),
+            ("unload-60", "unload-600"),
+            // By their parts.
+            ("unload", "unload-400 unload-600"),
+            ("slip", "first_slip_s first_slip_ft_fn"),
+            ("first_slip_time", "first_slip_s first_slip_ft_fn"),
+            ("first", "first_slip_s first_slip_ft_fn"),
+            ("mine.toml", ""),
+            ("s", ""),
+            (&"default".repeat(1_000_000), ""),
+        ] {
+            assert_eq!(names(written, known).join(" "), meant);
+        }
         assert_eq!(keys(&"tilt".repeat(1_000_000), KEYS), [""; 0]);
     }
 
@@ -187,5 +246,16 @@ mod tests {
     fn suggestions_are_asked_as_a_question() {
         assert_eq!(did_you_mean::<&str>(&[]), "");
         assert_eq!(did_you_mean(&["a", "b", "c"]), "; did you mean a or b or c?");
+    }
+
+    #[test]
+    fn a_long_list_is_its_nearest_names() {
+        assert_eq!(among("lead", &["load", "sizes"], ""), "; did you mean load? (accepted: load, sizes)");
+        let many: Vec<String> = (10..45).map(|n| format!("name-{n}")).collect();
+        let many: Vec<&str> = many.iter().map(String::as_str).collect();
+        assert_eq!(
+            among("name_44", &many, "the manual"),
+            "; did you mean name-44? (accepted: name-44, name-14, name-24, name-34, name-40 and 30 others, see the manual)"
+        );
     }
 }

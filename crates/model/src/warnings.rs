@@ -263,12 +263,14 @@ mod tests {
 
     #[test]
     fn long_steps_are_warned_of_with_the_longest_stable_one() {
-        let longest_s = Scenario::resolve(&ScenarioSource::new("", "")).unwrap().longest_stable_step_s();
+        let coded = "parameter_set=as-coded";
+        let source = ScenarioSource::new("", "").with_override(coded);
+        let longest_s = Scenario::resolve(&source).unwrap().longest_stable_step_s();
         let at = |ratio: f64| {
             let step_s = ratio * longest_s;
             let sets = [format!("time.step_s={step_s}"), format!("time.duration_s={}", step_s * 1e5)];
             let quiet = ["recording.sample_s=0", "recording.fields_s=0"];
-            warnings(&[&sets[0], &sets[1], quiet[0], quiet[1]])
+            warnings(&[coded, &sets[0], &sets[1], quiet[0], quiet[1]])
         };
         assert_eq!(at(0.399), Vec::<String>::new());
         let warned = at(0.95);

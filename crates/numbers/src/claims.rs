@@ -11,6 +11,7 @@ mod shown;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
+use asperity_record::counted;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -236,8 +237,8 @@ impl ClaimSpec {
             let needed = if minus.is_some() { spread.len() } else { 0 };
             if minus_spread.len() != needed {
                 return Err(format!(
-                    "minus_spread: {} runs are not accepted (accepted: {needed}, {})",
-                    minus_spread.len(),
+                    "minus_spread: {} (accepted: {needed}, {})",
+                    counted(minus_spread.len() as u64, "run"),
                     if minus.is_some() { "one for each of spread" } else { "without minus" }
                 ));
             }
@@ -502,11 +503,11 @@ mod tests {
         );
         assert_eq!(
             refused("run = \"r\"\nminus = \"s\"\nspread = [\"x\"]\nat_most = 1"),
-            "minus_spread: 0 runs are not accepted (accepted: 1, one for each of spread)"
+            "minus_spread: 0 runs (accepted: 1, one for each of spread)"
         );
         assert_eq!(
             refused("run = \"r\"\nminus_spread = [\"x\"]\nat_most = 1"),
-            "minus_spread: 1 runs are not accepted (accepted: 0, without minus)"
+            "minus_spread: 1 run (accepted: 0, without minus)"
         );
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use asperity_record::printable;
+use asperity_record::{printable, short};
 use serde_json::Value;
 
 use crate::summary::Summary;
@@ -10,13 +10,16 @@ use crate::summary::Summary;
 /// Replaces a missing value.
 const NOTHING: &str = "-";
 
-/// Formats one summary: a line per key, under headings.
-pub fn of_one(summary: &Summary) -> String {
+/// Formats one summary: a line per key, under headings; with other words for its parameter set, if given.
+pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
     let values = summary.values();
     let lines: Vec<(String, String)> = Summary::KEYS
         .iter()
         .zip(&values)
-        .map(|(key, value)| (key.label(), with_unit(value, key.column.unit)))
+        .map(|(key, value)| match parameter_set.filter(|_| key.column.name == "parameter_set") {
+            Some(words) => (key.label(), words.to_owned()),
+            None => (key.label(), with_unit(value, key.column.unit)),
+        })
         .collect();
     let label_width = lines.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
@@ -88,35 +91,7 @@ fn spelled(value: &Value) -> String {
         Value::Bool(flag) => if *flag { "yes" } else { "no" }.to_owned(),
         // Names come from users.
         Value::String(text) => printable(text).into_owned(),
-        Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
+        Value::Number(number) if number.is_f64() => short(number.as_f64().unwrap_or_default()),
         other => other.to_string(),
-    }
-}
-
-/// Significant digits of a number in text; JSON and CSV have all of them.
-const DIGITS: usize = 6;
-
-fn rounded(number: f64) -> String {
-    let short: f64 = format!("{number:.*e}", DIGITS - 1).parse().expect("what was printed is a number");
-    if short != 0.0 && !(1e-4..1e7).contains(&short.abs()) { format!("{short:e}") } else { short.to_string() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rounded;
-
-    #[test]
-    fn numbers_have_six_digits() {
-        for (number, text) in [
-            (2.634_697_6, "2.6347"),
-            (0.1, "0.1"),
-            (0.0, "0"),
-            (1e-7, "1e-7"),
-            (-8.012_345_67e-5, "-8.01235e-5"),
-            (123_456_789.0, "1.23457e8"),
-            (9_999_999.6, "1e7"),
-        ] {
-            assert_eq!(rounded(number), text);
-        }
     }
 }

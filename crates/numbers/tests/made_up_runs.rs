@@ -370,7 +370,7 @@ fn units_stand_last_and_every_meaning_is_a_sentence() {
 #[test]
 fn a_terminal_gets_a_line_for_each_key_and_a_row_for_each_run() {
     let full = full();
-    let one = text::of_one(&full);
+    let one = text::of_one(&full, None);
     let lines: Vec<String> =
         one.lines().map(|line| line.split_whitespace().collect::<Vec<&str>>().join(" ")).collect();
     for line in [

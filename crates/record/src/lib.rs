@@ -54,6 +54,7 @@ mod scales;
 mod slip;
 mod step;
 mod time;
+mod wording;
 
 pub use checkpoint::Checkpoint;
 pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
@@ -72,6 +73,7 @@ pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;
+pub use wording::{counted, rounded, short, short_time};
 
 /// The most blocks that a scenario, and so a run log, may have.
 pub const MOST_BLOCKS: u64 = 100_000;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Event, Record, RunHeader};
+use crate::{Event, Record, RunHeader, short_time};
 
 /// Observes a run as it is made, replayed or read out of its log. All calls are made on one thread, in
 /// the order of the log. Summaries, tables, pages and progress bars are observers, and a pair of
@@ -26,6 +26,12 @@ pub trait Observer {
 
     /// The last step that the records have reached; for progress.
     fn reached(&mut self, _step: u64) {}
+
+    /// Whether nothing more is made of a log that is read, so that the reading can end; asked between
+    /// records.
+    fn is_done(&self) -> bool {
+        false
+    }
 
     /// A note for the user that is not an error.
     fn notice(&mut self, _notice: Notice<'_>) {}
@@ -52,6 +58,10 @@ impl<O: Observer + ?Sized> Observer for &mut O {
 
     fn reached(&mut self, step: u64) {
         (**self).reached(step);
+    }
+
+    fn is_done(&self) -> bool {
+        (**self).is_done()
     }
 
     fn notice(&mut self, notice: Notice<'_>) {
@@ -83,6 +93,10 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     fn reached(&mut self, step: u64) {
         self.0.reached(step);
         self.1.reached(step);
+    }
+
+    fn is_done(&self) -> bool {
+        self.0.is_done() && self.1.is_done()
     }
 
     fn notice(&mut self, notice: Notice<'_>) {
@@ -117,7 +131,9 @@ pub enum Notice<'a> {
 impl fmt::Display for Notice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Notice::GoesOn { step, time_s } => write!(f, "goes on from {time_s} s, step {step}"),
+            Notice::GoesOn { step, time_s } => {
+                write!(f, "goes on from {} s, step {step}", short_time(*time_s))
+            }
             Notice::LackedItsName => f.write_str("it was whole, but for its name"),
             Notice::Warning(warning) => write!(f, "warning: {warning}"),
             Notice::LoadNotReached { ratio } => write!(

@@ -105,6 +105,14 @@ mod tests {
     }
 
     #[test]
+    fn a_time_between_two_steps_is_that_of_the_nearer() {
+        let grid = TimeGrid::new(0.25);
+        assert_eq!([0.0, 0.3, 0.45, 0.75].map(|time_s| grid.nearest_step(time_s)), [0, 1, 2, 3]);
+        // In doubles the quotient is a little less.
+        assert_eq!(TimeGrid::new(1e-8).nearest_step(0.29), 29_000_000);
+    }
+
+    #[test]
     fn steps_that_are_no_whole_nanoseconds_say_so() {
         let grid = TimeGrid::new(2.5e-10);
         assert_eq!(grid.step_ns(), None);

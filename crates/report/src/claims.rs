@@ -4,17 +4,24 @@ use std::collections::BTreeMap;
 
 use asperity_numbers::claim::{Claim, Judgement};
 
-use crate::html::markup::{Cell, Row, section, sortable_table, table, text};
+use crate::html::markup::{self, Cell, Row, section_id, sortable_table, table, text};
 use crate::symbols::{formulas, lettered, rounded};
 
 /// Verdicts, and the mark that each has beside its word and colour.
 const VERDICTS: [(&str, &str, &str); 5] = [
     ("agrees", "✓", "agrees"),
-    ("differs", "✗", "differs"),
+    (DIFFERS, "✗", "differs"),
     ("undecided", "±", "undecided"),
     ("in the spread", "≈", "spread"),
     ("not reached", "○", "none"),
 ];
+
+/// The verdict on a claim that what was measured contradicts.
+const DIFFERS: &str = "differs";
+
+/// What the sections of claims are called: of those that differ, and of all.
+pub(crate) const DIFFERING: &str = "Claims that differ";
+pub(crate) const ALL: &str = "Claims";
 
 /// How the claims of one speaker came out.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -92,8 +99,13 @@ pub(crate) fn scores(claims: &[Claim]) -> String {
                 Cell::Html(format!("{kind} <span class=\"soft\">({meaning})</span>")),
             ];
             cells.extend(VERDICTS.map(|(verdict, ..)| {
-                let count = of.iter().filter(|claim| claim.own.verdict == verdict).count();
-                Cell::optional(Some(count).filter(|&count| count > 0))
+                match of.iter().filter(|claim| claim.own.verdict == verdict).count() {
+                    0 => Cell::None,
+                    count => {
+                        let section = section_id(if verdict == DIFFERS { DIFFERING } else { ALL });
+                        Cell::Value(count as f64, format!("<a href=\"#{section}\">{count}</a>"))
+                    }
+                }
             }));
             rows.push(Row::from(cells));
         }
@@ -144,8 +156,8 @@ pub(crate) fn beside(claims: &[&Claim]) -> String {
             out += &format!("<p class=\"quote\">{}</p>\n<ul class=\"claims\">\n", quoted(same[0]));
             for claim in same {
                 let stated = match claim.stated.as_str() {
-                    "" => text(&claim.own.rule),
-                    stated => format!("stated {}", text(stated)),
+                    "" => lettered(&claim.own.rule),
+                    stated => format!("stated {}", lettered(stated)),
                 };
                 let note = match claim.note.as_str() {
                     "" => String::new(),
@@ -155,7 +167,7 @@ pub(crate) fn beside(claims: &[&Claim]) -> String {
                     "<li>{} {} <span class=\"soft\">{}, run {}; {stated}{note}</span></li>\n",
                     verdict(&claim.own.verdict),
                     measured(&claim.own),
-                    text(&claim.measure),
+                    markup::name(&claim.measure),
                     link(&claim.run),
                 );
             }
@@ -174,6 +186,23 @@ pub(crate) fn link(run: &str) -> String {
 fn quoted(claim: &Claim) -> String {
     let words = formulas(&claim.quote);
     if claim.of == "the source" { format!("“{words}”") } else { words }
+}
+
+/// The claims that differ, each with what it is about: a reader who trusts the rest looks at these.
+pub(crate) fn differing(claims: &[Claim]) -> String {
+    let mut out = String::new();
+    let differing: Vec<&Claim> = claims.iter().filter(|claim| claim.own.verdict == DIFFERS).collect();
+    let mut about: Vec<&str> = Vec::new();
+    for claim in &differing {
+        if !about.contains(&claim.about.as_str()) {
+            about.push(&claim.about);
+        }
+    }
+    for about in about {
+        let of: Vec<&Claim> = differing.iter().filter(|claim| claim.about == about).copied().collect();
+        out += &format!("<h3>{}</h3>\n{}", lettered(about), beside(&of));
+    }
+    out
 }
 
 /// All claims, a table for each speaker.
@@ -213,14 +242,14 @@ pub(crate) fn all(claims: &[Claim]) -> String {
             };
             let mut cells = vec![
                 Cell::Html(verdict(&claim.own.verdict)),
-                Cell::text(&claim.about),
+                Cell::Html(lettered(&claim.about)),
                 Cell::Html(link(&claim.run)),
                 Cell::Html(format!("{}{note}", quoted(claim))),
-                Cell::Html(format!("<code>{}</code>", text(&claim.measure))),
+                Cell::Html(markup::name(&claim.measure)),
                 if claim.stated.is_empty() { Cell::None } else { Cell::number(&claim.stated) },
                 optional(claim.own.ours, with_error(&claim.own)),
                 optional(claim.deviation, deviation),
-                Cell::text(&claim.own.rule),
+                Cell::Html(lettered(&claim.own.rule)),
                 Cell::text(&claim.kind),
             ];
             if has_second {
@@ -233,7 +262,7 @@ pub(crate) fn all(claims: &[Claim]) -> String {
         out += &format!("<h3>{title}</h3>\n");
         out += &sortable_table(&format!("claims-{number}"), "", &headings, rows);
     }
-    section("Claims", &out)
+    out
 }
 
 /// Figures that a text names: a chapter, and the first and the last of their numbers.
@@ -287,7 +316,7 @@ pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
 mod tests {
     use asperity_numbers::claim::{Claim, Judgement};
 
-    use super::{Named, Score, all, beside, figures_named, scores};
+    use super::{Named, Score, all, beside, differing, figures_named, scores};
 
     fn claim(of: &str, verdict: &str) -> Claim {
         Claim {
@@ -317,6 +346,9 @@ mod tests {
         assert_eq!(Score::of(&claims, "the source").words(), "1 of 2 agree, 1 differ");
         assert_eq!(Score::of(&claims, "this project").words(), "1 of 1 agree");
         assert_eq!(scores(&claims).matches("<tr>").count(), 3, "headings and two speakers");
+        let first = differing(&claims);
+        assert_eq!((first.matches("<li>").count(), first.matches("<h3>Figure 5.9</h3>").count()), (1, 1));
+        assert!(differing(&claims[..1]).is_empty());
         let listed = beside(&claims.iter().collect::<Vec<_>>());
         let (source, project) = listed.split_once("This project says").unwrap();
         assert!(source.matches("<li>").count() == 2 && project.matches("<li>").count() == 1);

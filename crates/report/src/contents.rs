@@ -24,6 +24,9 @@ pub struct Contents {
 pub struct Shown {
     /// Its file, from the folder.
     pub file: String,
+    /// Its title; none in records of older versions.
+    #[serde(default)]
+    pub title: String,
     /// What it shows.
     pub caption: String,
     /// The runs that it is made of.
@@ -151,6 +154,7 @@ impl Study {
         links.sort();
         let figures = contents.figures.iter().map(|shown| Figure {
             path: encoded(shown.file.as_bytes()),
+            title: shown.title.clone(),
             caption: shown.caption.clone(),
             runs: shown.runs.clone(),
             picture: picture(&shown.file, read),

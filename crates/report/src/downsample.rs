@@ -67,6 +67,12 @@ impl<T> Widest<T> {
         }
     }
 
+    /// Those gathered so far, each beside the blocks by which it is ranked.
+    pub(crate) fn ranked(&mut self, stays: &Stays<T>) -> &[(u32, T)] {
+        stays(&mut self.kept);
+        &self.kept
+    }
+
     fn thin(&mut self, stays: &Stays<T>) {
         stays(&mut self.kept);
         // Stable: of equals the first ones stay.

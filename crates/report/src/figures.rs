@@ -5,7 +5,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::claims::{beside, figures_named, link, numbered};
-use crate::html::markup::{section, text};
+use crate::html::markup::text;
 use crate::symbols::lettered;
 
 /// A figure.
@@ -13,6 +13,8 @@ use crate::symbols::lettered;
 pub struct Figure {
     /// Its file, from the folder of the page.
     pub path: String,
+    /// Its title; where there is none, it is called by the first sentence of its caption.
+    pub title: String,
     /// What it shows.
     pub caption: String,
     /// The runs that it is made of.
@@ -38,27 +40,13 @@ pub enum Picture {
 }
 
 impl Figure {
-    /// Its file's name without folder and ending.
-    fn stem(&self) -> &str {
-        stem(&self.path)
-    }
-
     /// What a heading calls it.
     pub(crate) fn name(&self) -> String {
-        match self.number() {
-            Some((chapter, number)) => format!("Figure {chapter}.{number}"),
-            None => {
-                let mut words = self.stem().replace(['-', '_'], " ");
-                if let Some(first) = words.get(..1).map(str::to_uppercase) {
-                    words.replace_range(..1, &first);
-                }
-                words
-            }
-        }
+        name(&self.path, &self.title, &self.caption)
     }
 
     fn number(&self) -> Option<(String, u32)> {
-        numbered(self.stem().strip_prefix("figure-")?)
+        number(&self.path)
     }
 
     /// Whether a claim is about it, by its number in a text or the name of its file.
@@ -108,19 +96,42 @@ impl Figure {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
+        let name = self.name();
+        // A caption that begins with the name goes on behind it.
+        let (end, rest) = match self.caption.strip_prefix(&name) {
+            Some(rest) => ("", rest),
+            None => (". ", self.caption.as_str()),
+        };
         let runs = match self.runs.len() {
             0 => String::new(),
             1 => format!(" Run {}.", links[0]),
             _ => format!(" Runs {}{more}.", links.join(", ")),
         };
         format!(
-            "<div class=\"figure{}\" id=\"{}\">\n<figure>{image}\n<figcaption><b>{}.</b> {}{runs}</figcaption></figure>\n\
+            "<div class=\"figure{}\" id=\"{}\">\n<figure>{image}\n<figcaption><b>{}{}</b>{}{runs}</figcaption></figure>\n\
              {said}</div>\n",
             if said.is_empty() { " alone" } else { "" },
             text(place_of(&self.path)),
-            text(self.name()),
-            lettered(&self.caption)
+            lettered(&name),
+            end,
+            lettered(rest)
         )
+    }
+}
+
+/// The number that the name of a figure's file has: chapter and figure.
+fn number(path: &str) -> Option<(String, u32)> {
+    numbered(stem(path).strip_prefix("figure-")?)
+}
+
+/// What a figure is called: by the number of the source, its title, or the first sentence of its caption.
+pub(crate) fn name(path: &str, title: &str, caption: &str) -> String {
+    match number(path) {
+        Some((chapter, number)) => format!("Figure {chapter}.{number}"),
+        None if title.is_empty() => {
+            caption.split(". ").next().unwrap_or_default().trim_end_matches('.').to_owned()
+        }
+        None => title.to_owned(),
     }
 }
 
@@ -141,7 +152,7 @@ pub(crate) fn figures(figures: &[Figure], claims: &[Claim]) -> String {
         return String::new();
     }
     let all: String = figures.iter().map(|figure| figure.html(claims)).collect();
-    section("Figures", &format!("<div class=\"figures\">\n{all}</div>\n"))
+    format!("<div class=\"figures\">\n{all}</div>\n")
 }
 
 /// Whether a claim stands beside a figure of these.
@@ -157,6 +168,7 @@ mod tests {
     fn every_figure_has_words_for_those_who_do_not_see_it() {
         let figure = Figure {
             path: "figures/figure-5.09.png".to_owned(),
+            title: "Lengths".to_owned(),
             caption: "L_p/L against F_T/F_N.".to_owned(),
             runs: vec!["default".to_owned(), "tilted".to_owned()],
             picture: Picture::Png(b"png".to_vec()),
@@ -164,9 +176,13 @@ mod tests {
         let html = figures(std::slice::from_ref(&figure), &[]);
         assert!(html.contains("alt=\"Figure 5.9: L_p/L against F_T/F_N. Runs: default, tilted.\""), "{html}");
         assert!(html.contains("src=\"data:image/png;base64,cG5n\"") && html.contains("href=\"#run-tilted\""));
-        assert!(html.contains("</b> L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>."), "{html}");
-        let gone = Figure { picture: Picture::None, path: "figures/speed-over-c.png".to_owned(), ..figure };
-        let html = figures(&[gone], &[]);
-        assert!(html.contains("<b>Speed over c.</b>") && html.contains("not there"), "{html}");
+        assert!(html.contains(". </b>L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>."), "{html}");
+        let path = "figures/speed-over-c.png".to_owned();
+        let gone = Figure { picture: Picture::None, path, ..figure };
+        let html = figures(std::slice::from_ref(&gone), &[]);
+        assert!(html.contains("<b>Lengths. </b>") && html.contains("not there"), "{html}");
+        let of = |caption: &str| Figure { title: String::new(), caption: caption.to_owned(), ..gone.clone() };
+        assert_eq!(of("Lengths, and loads. More.").name(), "Lengths, and loads");
+        assert!(figures(&[of("A against b.")], &[]).contains("<b>A against b</b>."));
     }
 }

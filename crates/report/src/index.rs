@@ -4,10 +4,11 @@
 use asperity_numbers::claim::Claim;
 
 use crate::claims::{SPEAKERS, Score};
-use crate::figures::{place_of, stem};
+use crate::figures::{name, place_of};
 use crate::html::Document;
 use crate::html::markup::{counted, text};
 use crate::page::STYLE;
+use crate::symbols::lettered;
 
 /// A study among several.
 #[derive(Debug, Clone)]
@@ -20,8 +21,8 @@ pub struct Entry {
     pub runs: u64,
     /// Its claims.
     pub claims: Vec<Claim>,
-    /// Its figures: path from the folder of the page, and what each shows.
-    pub figures: Vec<(String, String)>,
+    /// Its figures: path from the folder of the page, title, and what each shows.
+    pub figures: Vec<[String; 3]>,
 }
 
 /// The page of several studies. Its pictures stand beside it.
@@ -52,7 +53,7 @@ pub fn index(title: &str, entries: &[Entry]) -> String {
             counted(entry.runs, "run"),
             counted(entry.figures.len() as u64, "figure")
         );
-        for (path, words) in &entry.figures {
+        for [path, title, words] in &entry.figures {
             let target = match &entry.report {
                 Some(report) => format!("{report}#{}", place_of(path)),
                 None => path.clone(),
@@ -62,7 +63,7 @@ pub fn index(title: &str, entries: &[Entry]) -> String {
                 text(target),
                 text(path),
                 text(first_sentence(words)),
-                text(stem(path))
+                lettered(&name(path, title, words))
             );
         }
         main += "</div>\n</section>\n";
@@ -90,10 +91,10 @@ mod tests {
             report: Some("a/report.html".to_owned()),
             runs: 2,
             claims: Vec::new(),
-            figures: vec![(
-                "a/figures/figure-5.09.png".to_owned(),
-                "Lengths at 0.5 s. Shown: all.".to_owned(),
-            )],
+            figures: vec![
+                ["a/figures/figure-5.09.png", "", "Lengths at 0.5 s. Shown: all."].map(str::to_owned),
+                ["a/figures/load.png", "Load: tilt 0.5", "Load. Shown: all."].map(str::to_owned),
+            ],
         };
         let html = index("All", &[entry.clone(), Entry { report: None, ..entry }]);
         assert!(
@@ -101,6 +102,7 @@ mod tests {
             "{html}"
         );
         assert!(html.contains("alt=\"Lengths at 0.5 s.\""), "{html}");
+        assert!(html.contains("<span>Figure 5.9</span>") && html.contains("<span>Load: tilt 0.5</span>"));
         assert!(html.contains("<h2>A &amp; B</h2>") && html.contains("2 studies"));
     }
 }

@@ -8,7 +8,7 @@
 //! use asperity_report::{PageCollector, Limits};
 //!
 //! // A load that drops in one step of a million is seen in the curve.
-//! let mut run = PageCollector::new(1_000_000, Limits::of_runs(1));
+//! let mut run = PageCollector::new(1_000_000, 100, Limits::of_runs(1));
 //! for step in 0..1_000_000 {
 //!     let load = if step == 654_321 { 0.2 } else { 0.4 };
 //!     run.step(step, load);
@@ -26,7 +26,7 @@
 //! - `symbols`: symbols and numbers as they are printed.
 //! - `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
 //! - `parameter_table`: the parameters of scenarios; `derived`: what follows from them.
-//! - `claims`, `figures`, `runs`: parts of the page.
+//! - `verdict`, `claims`, `figures`, `runs`: parts of the page.
 //! - `contents`: what a folder says of its page.
 //! - `page`: the page of a study; `sweep`: that of a parameter study; `index`: that of several.
 
@@ -47,6 +47,7 @@ mod slab_sketch;
 mod study;
 mod sweep;
 mod symbols;
+mod verdict;
 
 pub use claims::Score;
 pub use contents::{Contents, Recorded, RecordedRun, Shown, encoded, files_of_picture, picture};
@@ -54,4 +55,4 @@ pub use figures::{Figure, Picture, data_url};
 pub use index::{Entry, index};
 pub use page_collector::{Collected, Limits, PageCollector};
 pub use study::{Link, Run, Study};
-pub use sweep::Sweep;
+pub use sweep::{Sweep, UNNAMED};

@@ -6,11 +6,13 @@ use asperity_record::RunHeader;
 
 use crate::claims;
 use crate::derived;
-use crate::html::markup::{counted, section, text};
+use crate::html::markup::{counted, sections_with_contents, text};
 use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use crate::parameter_table::{self, Parameters, differing, parameters};
 use crate::sketch::{kind, sketch};
 use crate::study::{Run, Study};
+use crate::symbols::number;
+use crate::verdict::verdict;
 use crate::{figures, runs};
 
 /// What reports have beside the look of all pages.
@@ -23,33 +25,44 @@ impl Study {
         let asked: Vec<Parameters> = self.runs.iter().map(|run| Parameters::of(&run.scenario)).collect();
         let differing = differing(&asked);
         let sketches: Vec<String> = self.runs.iter().map(|run| sketch(&run.scenario)).collect();
+        let shared =
+            if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" };
         let what = match (sketches.first(), asked.first()) {
             (Some(sketch), Some(first)) => format!(
-                "<div class=\"model\">{sketch}{}{}</div>\n{}<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
+                "<div class=\"model\">{sketch}{}{}</div>\n{}<details><summary>{shared}</summary>\n{}</details>\n",
                 parameter_table::main(first, &differing),
                 derived::list(self.runs.iter().map(|run| &run.scenario)),
                 self.other_models(&sketches),
-                if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" },
                 parameters(first, &differing)
             ),
             _ => String::new(),
         };
-        let main = [
-            self.heading(),
-            section("What was asked", &what),
-            section("Score", &claims::scores(&self.claims)),
-            figures::figures(&self.figures, &self.claims),
-            section("Runs", &runs::table_of(&self.runs, &asked, &differing)),
-            runs::pair(&self.runs),
-            runs::details(&self.runs, &asked, &differing, &self.claims, &self.figures, &sketches),
-            claims::all(&self.claims),
-            section("Files", &runs::links(&self.links)),
-            self.footer(),
+        let pair = runs::pair(&self.runs);
+        let details = runs::details(&self.runs, &asked, &differing, &self.claims, &self.figures, &sketches);
+        let rest = [
+            (claims::DIFFERING, claims::differing(&self.claims)),
+            ("Score", claims::scores(&self.claims)),
+            ("What was asked", what),
+            ("Figures", figures::figures(&self.figures, &self.claims)),
         ];
+        let end = [(claims::ALL, claims::all(&self.claims)), ("Files", runs::links(&self.links))];
+        let main = match self.runs.as_slice() {
+            [run] => {
+                let sections = rest.into_iter().chain([("The run in numbers", details)]).chain(end);
+                let verdict = verdict(run);
+                [self.heading(&verdict), pair, sections_with_contents(&sections.collect::<Vec<_>>())].concat()
+            }
+            runs => {
+                let table = runs::table_of(runs, &asked, &differing);
+                let own = [("Runs", table), ("The runs, one by one", pair + &details)];
+                let sections = rest.into_iter().chain(own).chain(end);
+                [self.heading(""), sections_with_contents(&sections.collect::<Vec<_>>())].concat()
+            }
+        };
         let parts = [STYLE, CURVES, MAP, LONG_TABLE, SCRIPT];
         Document {
             title: self.title.clone(),
-            main: main.concat(),
+            main: main + &self.footer(),
             data: self.runs.iter().map(runs::data).collect(),
             parts: &parts,
         }
@@ -81,18 +94,35 @@ impl Study {
         if out.is_empty() { out } else { format!("<div class=\"model\">{out}</div>\n") }
     }
 
-    /// What everybody reads.
-    fn heading(&self) -> String {
+    /// What everybody reads; of a page with one run also the verdict on it.
+    fn heading(&self, verdict: &str) -> String {
         let count = |one: fn(&Run) -> u64| self.runs.iter().map(one).sum::<u64>();
         let mut out = format!("<header>\n<h1>{}</h1>\n", text(&self.title));
         out += &claims::heading(&self.claims);
+        if self.runs.len() == 1 {
+            return out + verdict + "</header>\n";
+        }
         out += &format!(
-            "<p class=\"soft\">{}, {}, {}.</p>\n</header>\n",
+            "<p class=\"soft\">{}, {}, {}.</p>\n{}</header>\n",
             counted(self.runs.len() as u64, "run"),
             counted(count(|run| run.collected.rupture_count), "rupture"),
-            counted(self.figures.len() as u64, "figure")
+            counted(self.figures.len() as u64, "figure"),
+            self.as_coded()
         );
         out
+    }
+
+    /// Says that runs are of the thesis' program, with its slider.
+    fn as_coded(&self) -> String {
+        let coded = self.runs.iter().filter_map(|run| run.scenario.as_coded_in_words());
+        let coded: Vec<String> = coded.collect();
+        let Some(first) = coded.first() else { return String::new() };
+        let others = if coded.iter().all(|words| words == first) { "" } else { " and others" };
+        let share = match self.runs.len() {
+            all if all == coded.len() => String::new(),
+            all => format!(", in {} of {all} runs", coded.len()),
+        };
+        format!("<p>{}{others}{share}.</p>\n", text(first))
     }
 
     fn footer(&self) -> String {
@@ -104,7 +134,7 @@ impl Study {
             format!(
                 "Parameter set {}; time step {} s; solver {}; code version <code>{}</code>.",
                 text(distinct(&|run| run.parameter_set.clone())),
-                text(distinct(&|run| format!("{:e}", run.time_step_s))),
+                distinct(&|run| number(run.time_step_s)),
                 text(distinct(&|run| run.solver.clone())),
                 text(distinct(&|run| run.code_version.clone()))
             )

@@ -5,8 +5,8 @@ use asperity_model::keys::{KEYS, Key};
 use asperity_record::unit_of;
 use toml::{Table, Value};
 
-use crate::html::markup::{Cell, Row, table, text};
-use crate::symbols::{number, rounded, symbol};
+use crate::html::markup::{self, Cell, Row, table, text};
+use crate::symbols::{lettered, number, rounded, symbol};
 
 /// The keys of a scenario with their values, in the order of the key table.
 pub(crate) struct Parameters(Vec<(&'static Key, Value)>);
@@ -66,8 +66,8 @@ pub(crate) fn parameters(first: &Parameters, differing: &[&'static Key]) -> Stri
             Cell::Html(symbol(key.symbol)),
             cell(value),
             Cell::text(unit(key)),
-            Cell::Html(format!("<code>{}</code>", text(key.path))),
-            Cell::Html(format!("<span class=\"soft\">{}</span>", text(key.doc))),
+            Cell::Html(markup::name(key.path)),
+            Cell::Html(meaning(key)),
         ])
     });
     table("", &["symbol", "#value", "unit", "key", "meaning"], rows)
@@ -114,6 +114,16 @@ pub(crate) fn main(first: &Parameters, differing: &[&'static Key]) -> String {
         ))
     };
     format!("<dl class=\"main\">\n{}</dl>\n", MAIN.iter().filter_map(row).collect::<String>())
+}
+
+/// A key by its symbol or, if it has none, its path.
+pub(crate) fn name(key: &Key) -> String {
+    if key.symbol.is_empty() { markup::name(key.path) } else { symbol(key.symbol) }
+}
+
+/// What a key means.
+pub(crate) fn meaning(key: &Key) -> String {
+    format!("<span class=\"soft\">{}</span>", lettered(key.doc))
 }
 
 /// The unit of a key; none for what is counted or chosen.

@@ -2,17 +2,19 @@
 // one is shown in all. The data of a run are read when it is looked at.
 "use strict";
 (() => {
-  const { root, colour, repaints } = asperity;
+  const { root, colour, repaints, lettered: html } = asperity;
   const canvas = document.getElementById("map");
   if (!canvas) return;
   const runs = new Map([...document.querySelectorAll("script.run")].map((one) => [one.dataset.run, one]));
   const byId = (id) => document.getElementById(id);
   const choice = byId("run"), box = byId("load"), said = byId("chosen"), least = byId("least");
+  const toFront = byId("to-front"), answers = byId("answers");
   const inView = byId("in-view"), withEvents = byId("events"), kinds = [...document.querySelectorAll("input[data-kind]")];
 
   // A rupture is [number, onset, end, first, last, nucleation, kind, open, load at onset, load at end, speed of the front,
-  // slip]; times are steps.
-  const NUMBER = 0, ONSET = 1, END = 2, FIRST = 3, LAST = 4, NUCLEATION = 5, KIND = 6, OPEN = 7, FROM = 8, TO = 9, SPEED = 10, SLIP = 11;
+  // slip, front]; times are steps. A front is [arrivals, stops] of its blocks, counted from the onset; none if it is left
+  // out, and empty where no row of the map is so fine.
+  const NUMBER = 0, ONSET = 1, END = 2, FIRST = 3, LAST = 4, NUCLEATION = 5, KIND = 6, OPEN = 7, FROM = 8, TO = 9, SPEED = 10, SLIP = 11, FRONT = 12;
   const WORDS = ["rupture", "precursor", "global slip"];
   // In the order in which they are painted: kinds of ruptures upon slip events.
   const LOOKS = [
@@ -50,8 +52,22 @@
       `F_T/F_N ${digits(r[FROM], 5)}${r[TO] === null ? "" : `, drop ${digits(drop(k) * 1e3, 3)} · 10⁻³`}`,
     ];
     if (front(k) !== null) parts.push(`front at ${digits(front(k), 3)} c`);
+    if (!r[FRONT]) parts.push("its front is not on this page");
     if (r[SLIP] !== null) parts.push(`mean slip ${digits(r[SLIP] * 1e6, 3)} µm`);
     return parts;
+  }
+
+  // How a front passed the blocks: edges of the blocks, and seconds.
+  function passed(k) {
+    const r = ruptures[k];
+    if (!r[FRONT] || !r[FRONT][0].length) return null;
+    const [arrivals, stops] = r[FRONT], stride = run.stride, lowest = 1 + Math.ceil((r[FIRST] - 1) / stride) * stride;
+    const edges = arrivals.map((_, n) => (n ? lowest - 1 + n * stride : r[FIRST] - 1));
+    return [[...edges, r[LAST]], arrivals.map((t) => seconds(r[ONSET] + t)), stops.map((t) => seconds(t === null ? run.last : r[ONSET] + t))];
+  }
+  function hasFrontsInView() {
+    const [from, to] = map.view(), least = (to - from) * map.FRONT / Math.max(1, canvas.clientWidth - map.LEFT - map.RIGHT);
+    return ruptures.some((r, k) => end(k) - onset(k) >= least && r[FRONT]?.[0].length && onset(k) <= to && end(k) >= from && isShown(k));
   }
 
   const map = asperity.map(canvas, {
@@ -61,6 +77,7 @@
       { look: 3, text: `precursors (${ruptures.filter((r) => r[KIND] === 1).length})` },
       { look: 1, text: "other ruptures" },
       ...(withEvents.checked ? [{ look: 0, text: "slip events" }] : []),
+      ...(hasFrontsInView() ? [{ dash: [], text: "front arrives" }, { dash: [3, 2], text: "block stops" }] : []),
     ],
     words(_, k) {
       if (k < ruptures.length) return words(k).join("\n");
@@ -86,13 +103,15 @@
   // Keys of curve, map and table.
   function steer(key) {
     if (key === "ArrowLeft" || key === "ArrowRight") return step(key === "ArrowLeft" ? -1 : 1);
-    if (key === "Enter" && chosen >= 0) {
-      const margin = Math.max((end(chosen) - onset(chosen)) * 1.5, run.dt * 5);
-      map.look(onset(chosen) - margin, end(chosen) + margin);
-      return true;
-    }
+    if (key === "Enter" && chosen >= 0) return zoomed();
     if (key === "Escape" && chosen >= 0) { pick(-1); return true; }
     return false;
+  }
+  // The picked rupture fills most of the map, so that its front is seen.
+  function zoomed() {
+    const margin = Math.max((end(chosen) - onset(chosen)) * .15, run.dt * 5);
+    map.look(onset(chosen) - margin, end(chosen) + margin);
+    return true;
   }
   // The next one that is shown, by onset; the first time, of those in view.
   function step(by) {
@@ -204,7 +223,7 @@
     const grid = { stroke: () => colour("grid"), width: 1 };
     const none = { size: 8, ticks: { show: false }, grid, splits: () => { const { axis, at } = map.ticks(canvas.clientWidth - map.LEFT - map.RIGHT); return at.map((t) => t + axis.base); }, values: (_, all) => all.map(() => "") };
     plot = new uPlot({
-      width: box.clientWidth, height: 230, padding: [12, map.RIGHT, 0, 0], legend: { show: false },
+      width: box.clientWidth, height: box.clientHeight - 2, padding: [12, map.RIGHT, 0, 0], legend: { show: false },
       cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: true }, bind: { dblclick: (u) => (event) => map.zoom(.25, u.posToVal(event.offsetX, "x")) } },
       scales: { x: { time: false }, y: { range: (_, low, high) => { const room = (high - low) * .08 || .01; return [low - room, high + room]; } } },
       series: [{}, { stroke: () => colour("ink"), width: 1.2, points: { show: false } }],
@@ -259,7 +278,8 @@
     map.mark(k < 0 ? [] : [[0, k]]);
     list.choose(k);
     if (plot) plot.redraw(false);
-    said.textContent = k < 0 ? "No rupture is picked." : `${words(k).join("; ")}.`;
+    said.innerHTML = k < 0 ? "No rupture is picked." : html(`${words(k).join("; ")}.`);
+    toFront.hidden = k < 0;
     root.dataset.chosen = k < 0 ? "" : ruptures[k][NUMBER];
   }
   function filter() {
@@ -301,6 +321,7 @@
     curve();
     if (plot) { plot.destroy(); plot = null; }
     map.show({
+      front: (_, k) => (k < ruptures.length ? passed(k) : null),
       name, blocks: run.blocks, from_s: 0, to_s: seconds(run.last), panels: [panel],
       shown: (_, k) => (k < ruptures.length ? isShown(k) : withEvents.checked),
     });
@@ -312,7 +333,10 @@
     pick(-1);
     const kept = ruptures.length < run.total[0] ? `The page holds the ${ruptures.length} widest of the run's ${run.total[0]} ruptures. ` : "";
     const slips = run.events.length < run.total[1] ? `Of ${run.total[1]} slip events it holds the ${run.events.length} widest.` : "";
-    byId("held").textContent = kept + slips;
+    const left = ruptures.filter((r) => !r[FRONT]).length, all = ruptures.length;
+    const fronts = left === 0 ? "" : left === all ? " The log does not say how fronts passed the blocks." : ` Of ${left} ruptures, which are narrower than others, the page does not hold how their fronts passed the blocks.`;
+    byId("held").textContent = kept + slips + fronts;
+    answers.innerHTML = byId(`run-${name}`).querySelector(".answers")?.outerHTML ?? "";
     byId("lacks").textContent = run.lacks ? `Not all of this run is there: ${run.lacks}` : "";
     byId("lacks").hidden = !run.lacks;
     root.dataset.run = name;
@@ -321,24 +345,31 @@
   }
 
   choice.addEventListener("change", () => show(choice.value));
-  // Names of runs lead to their pair, wherever they stand.
-  for (const link of document.querySelectorAll("a[data-run]")) {
-    link.addEventListener("click", (event) => {
-      if (!runs.has(link.dataset.run)) return;
-      event.preventDefault();
-      show(link.dataset.run);
-      const details = byId(`run-${link.dataset.run}`);
-      if (details) details.open = true;
-      choice.closest("section").scrollIntoView({ block: "start" });
-    });
+  toFront.addEventListener("click", zoomed);
+  // Names of runs lead to their pair, wherever they stand, and ruptures to their front in it.
+  function pickNumber(number) {
+    const k = ruptures.findIndex((r) => r[NUMBER] === Number(number));
+    if (k >= 0) pick(k);
+    return k >= 0;
   }
-  new ResizeObserver(() => { if (plot && box.clientWidth) plot.setSize({ width: box.clientWidth, height: 230 }); }).observe(box);
+  document.addEventListener("click", (event) => {
+    const link = event.target.closest("a[data-run]");
+    if (!link || !runs.has(link.dataset.run)) return;
+    event.preventDefault();
+    if (run.name !== link.dataset.run) show(link.dataset.run);
+    if (link.dataset.rupture) {
+      if (pickNumber(link.dataset.rupture)) zoomed();
+      byId("pair").scrollIntoView({ block: "nearest" });
+      return;
+    }
+    const details = byId(`run-${run.name}`);
+    if (details) details.open = true;
+    (choice.closest("section") ?? document.body).scrollIntoView({ block: "start" });
+  });
+  new ResizeObserver(() => { if (plot && box.clientWidth) plot.setSize({ width: box.clientWidth, height: box.clientHeight - 2 }); }).observe(box);
   repaints.push(() => { if (plot) plot.redraw(true); });
 
   const asked = new URLSearchParams(location.hash.slice(1));
   show(runs.has(asked.get("run")) ? asked.get("run") : runs.keys().next().value);
-  if (asked.has("rupture")) {
-    const k = ruptures.findIndex((r) => r[NUMBER] === Number(asked.get("rupture")));
-    if (k >= 0) pick(k);
-  }
+  if (asked.has("rupture")) pickNumber(asked.get("rupture"));
 })();

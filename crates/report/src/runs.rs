@@ -10,11 +10,12 @@ use serde_json::Value;
 
 use crate::claims::{beside, link};
 use crate::figures::{Figure, is_beside_one};
-use crate::html::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
+use crate::html::markup::{Cell, Row, counted, json, paragraph, sortable_table, table, text};
 use crate::page_collector::CollectedRupture;
 use crate::parameter_table::{self, Parameters};
 use crate::study::{Link, Run};
-use crate::symbols::{number, plain, round, rounded, symbol};
+use crate::symbols::{lettered, number, round, rounded};
+use crate::verdict::verdict;
 
 /// Ruptures of a run that stand on the page in words.
 const LISTED: usize = 10;
@@ -45,6 +46,8 @@ struct Known<'a> {
     c: Option<f64>,
     /// Lines across the load curve.
     lines: [(&'static str, f64); 2],
+    /// Fronts have passages of block 1 and of blocks that far apart.
+    stride: u32,
     /// Steps of the load curve, and `F_T / F_N` there.
     at: Vec<u64>,
     load: Vec<f64>,
@@ -55,8 +58,13 @@ struct Known<'a> {
 }
 
 /// Number; onset and end in steps; first, last and first sliding block; kind (0 rupture, 1 precursor,
-/// 2 global slip) and whether open; `F_T / F_N` at onset and end; speed of the front, m/s; mean slip, m.
-type RuptureRow = (u64, u64, Option<u64>, u32, u32, u32, u8, u8, f64, Option<f64>, Option<f64>, Option<f64>);
+/// 2 global slip) and whether open; `F_T / F_N` at onset and end; speed of the front, m/s; mean slip, m; the front.
+type RuptureRow =
+    (u64, u64, Option<u64>, u32, u32, u32, u8, u8, f64, Option<f64>, Option<f64>, Option<f64>, Option<Front>);
+
+/// Of each block that a front passed, the steps from the onset of the rupture to the block's first sliding step, and to
+/// the first after its last.
+type Front = (Vec<u64>, Vec<Option<u64>>);
 
 /// The script element of a run: attributes and content.
 pub(crate) fn data(run: &Run) -> (String, String) {
@@ -76,6 +84,10 @@ pub(crate) fn data(run: &Run) -> (String, String) {
             rupture.ft_fn_end.map(digits),
             front_speed_m_per_s(rupture).map(|speed| round(speed, 4)),
             rupture.mean_slip_m.map(|slip| round(slip, 4)),
+            seen.front.as_ref().map(|front| {
+                let since = |step: u64| step.saturating_sub(rupture.onset_step);
+                front.iter().map(|(arrival, stop)| (since(*arrival), stop.map(since))).unzip()
+            }),
         )
     };
     let friction = &run.scenario.friction;
@@ -87,6 +99,7 @@ pub(crate) fn data(run: &Run) -> (String, String) {
         lacks: run.lacks.as_deref(),
         c: run.summary.wave_speed_m_per_s,
         lines: [("μ_s", friction.static_coefficient), ("μ_d", friction.dynamic_coefficient)],
+        stride: run.collected.block_stride,
         at: run.collected.curve.iter().map(|point| point.0).collect(),
         load: run.collected.curve.iter().map(|point| digits(point.1)).collect(),
         ruptures: run.collected.ruptures.iter().map(row).collect(),
@@ -127,11 +140,11 @@ pub(crate) fn table_of(runs: &[Run], asked: &[Parameters], differing: &[&'static
     let mut headings: Vec<String> = vec!["run".to_owned()];
     headings.extend(shown.iter().map(|key| {
         let unit = parameter_table::unit(key);
-        let name = if key.symbol.is_empty() { key.path.to_owned() } else { plain(key.symbol) };
-        let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+        let name = parameter_table::name(key);
+        let unit = if unit.is_empty() { String::new() } else { format!(" ({})", lettered(unit)) };
         format!("#{name}{unit}")
     }));
-    headings.extend(NUMBERS.iter().map(|(_, heading)| (*heading).to_owned()));
+    headings.extend(NUMBERS.iter().map(|(_, heading)| lettered(heading)));
     let rows = runs.iter().zip(asked).map(|(run, asked)| {
         let mut cells = vec![Cell::Html(link(&run.name))];
         cells.extend(shown.iter().map(|key| match asked.get(key.path) {
@@ -172,50 +185,51 @@ pub(crate) fn pair(runs: &[Run]) -> String {
     let options: String =
         runs.iter().map(|run| format!("<option value=\"{0}\">{0}</option>", text(&run.name))).collect();
     let chooser = format!(
-        "<label{}>run <select id=\"run\">{options}</select></label>",
+        "<p class=\"needs-script\"><label{}>run <select id=\"run\">{options}</select></label></p>\n\
+         <div id=\"answers\" class=\"needs-script\"></div>\n",
         if runs.len() == 1 { " hidden" } else { "" }
     );
-    section(
-        if runs.len() == 1 { "The run" } else { "The runs, one by one" },
-        &format!(
-            "<p class=\"without-script\">The load curve and the space-time map are drawn by a script, which this browser does \
-             not run. What they show is in words below.</p>\n\
-             <div class=\"controls needs-script\">{chooser}\n\
-             <button type=\"button\" data-action=\"in\">zoom in</button><button type=\"button\" data-action=\"out\">zoom \
-             out</button><button type=\"button\" data-action=\"left\" aria-label=\"earlier\">◀</button>\
-             <button type=\"button\" data-action=\"right\" aria-label=\"later\">▶</button>\
-             <button type=\"button\" data-action=\"whole\">whole run</button>\
-             <button type=\"button\" data-action=\"save\">save map as PNG</button></div>\n\
-             <div class=\"controls needs-script\"><fieldset><legend>show</legend>\
-             <label><input type=\"checkbox\" data-kind=\"2\" checked> <canvas class=\"key\" data-look=\"global\" \
-             aria-hidden=\"true\"></canvas>global slips</label>\
-             <label><input type=\"checkbox\" data-kind=\"1\" checked> <canvas class=\"key\" data-look=\"precursor\" \
-             aria-hidden=\"true\"></canvas>precursors</label>\
-             <label><input type=\"checkbox\" data-kind=\"0\" checked> <canvas class=\"key\" data-look=\"rupture\" \
-             aria-hidden=\"true\"></canvas>other ruptures</label>\
-             <label>of <input id=\"least\" type=\"number\" min=\"1\" value=\"1\" size=\"5\"> blocks or more</label>\
-             <label><input id=\"in-view\" type=\"checkbox\"> in view only</label>\
-             <label><input id=\"events\" type=\"checkbox\"> <canvas class=\"key\" data-look=\"event\" \
-             aria-hidden=\"true\"></canvas>slip events</label></fieldset></div>\n\
-             <p id=\"lacks\" class=\"lacks\" hidden></p>\n\
-             <figure id=\"pair\" class=\"needs-script\">\n\
-             <div id=\"load\" tabindex=\"0\" role=\"application\" aria-roledescription=\"load curve\" aria-label=\"Load curve: \
-             F_T over F_N against time, with the onsets of precursors and global slips. Arrow keys go from rupture to \
-             rupture.\" aria-describedby=\"keys\"></div>\n\
-             <canvas id=\"map\" class=\"map\" tabindex=\"0\" role=\"application\" aria-roledescription=\"space-time map\" \
-             aria-label=\"Space-time map: block against time; every rupture a rectangle from its onset to its end and from its \
-             first to its last block. Arrow keys go from rupture to rupture.\" aria-describedby=\"keys\"></canvas>\n\
-             <figcaption>Above, F_T/F_N against time; below, the ruptures, each from its onset to its end and from its first to \
-             its last block, none drawn thinner than 1.5 dots. A rupture picked in the curve, the map or the table is shown in \
-             all three. <span id=\"keys\">Keys: ← and → pick the rupture before and after, Enter zooms to it, Escape lets it \
-             go; Shift with ← and → moves, + and − zoom, 0 shows the whole run.</span> Drag to move the map, or across the \
-             curve to zoom; the wheel zooms once the picture has been clicked. <span id=\"held\"></span></figcaption>\n\
-             </figure>\n\
-             <p id=\"chosen\" class=\"needs-script\" role=\"status\" aria-live=\"polite\">No rupture is picked.</p>\n\
-             <p id=\"listed\" class=\"soft needs-script\" role=\"status\"></p>\n\
-             <div id=\"ruptures\" class=\"long needs-script\"></div>\n\
-             <div id=\"hover\" aria-hidden=\"true\"></div>\n"
-        ),
+    format!(
+        "<p class=\"without-script\">The load curve and the space-time map are drawn by a script, which this browser does \
+         not run. What they show is in words below.</p>\n\
+         {chooser}<p id=\"lacks\" class=\"lacks\" hidden></p>\n\
+         <figure id=\"pair\" class=\"needs-script\">\n\
+         <div id=\"load\" tabindex=\"0\" role=\"application\" aria-roledescription=\"load curve\" aria-label=\"Load curve: \
+         F_T over F_N against time, with the onsets of precursors and global slips. Arrow keys go from rupture to \
+         rupture.\" aria-describedby=\"keys\"></div>\n\
+         <canvas id=\"map\" class=\"map\" tabindex=\"0\" role=\"application\" aria-roledescription=\"space-time map\" \
+         aria-label=\"Space-time map: block against time; every rupture a rectangle from its onset to its end and from its \
+         first to its last block, or, zoomed in, the times at which its front came to each block and at which each \
+         stopped. Arrow keys go from rupture to rupture.\" aria-describedby=\"keys\"></canvas>\n</figure>\n\
+         <p class=\"needs-script\"><span id=\"chosen\" role=\"status\" aria-live=\"polite\">No rupture is picked.</span> \
+         <button id=\"to-front\" type=\"button\" hidden>zoom to its front</button></p>\n\
+         <div class=\"controls needs-script\">\
+         <button type=\"button\" data-action=\"in\">zoom in</button><button type=\"button\" data-action=\"out\">zoom \
+         out</button><button type=\"button\" data-action=\"left\" aria-label=\"earlier\">◀</button>\
+         <button type=\"button\" data-action=\"right\" aria-label=\"later\">▶</button>\
+         <button type=\"button\" data-action=\"whole\">whole run</button>\
+         <button type=\"button\" data-action=\"save\">save map as PNG</button></div>\n\
+         <div class=\"controls needs-script\"><fieldset><legend>show</legend>\
+         <label><input type=\"checkbox\" data-kind=\"2\" checked> <canvas class=\"key\" data-look=\"global\" \
+         aria-hidden=\"true\"></canvas>global slips</label>\
+         <label><input type=\"checkbox\" data-kind=\"1\" checked> <canvas class=\"key\" data-look=\"precursor\" \
+         aria-hidden=\"true\"></canvas>precursors</label>\
+         <label><input type=\"checkbox\" data-kind=\"0\" checked> <canvas class=\"key\" data-look=\"rupture\" \
+         aria-hidden=\"true\"></canvas>other ruptures</label>\
+         <label>of <input id=\"least\" type=\"number\" min=\"1\" value=\"1\" size=\"5\"> blocks or more</label>\
+         <label><input id=\"in-view\" type=\"checkbox\"> in view only</label>\
+         <label><input id=\"events\" type=\"checkbox\"> <canvas class=\"key\" data-look=\"event\" \
+         aria-hidden=\"true\"></canvas>slip events</label></fieldset></div>\n\
+         <p class=\"soft needs-script\">Above, {ratio} against time; below, the ruptures, each from its onset to its end \
+         and from its first to its last block, none drawn thinner than 1.5 dots. Zoomed to a rupture, the map shows when \
+         its front came to each block, and when each block stopped. A rupture picked in the curve, the map or the table \
+         is shown in all three. <span id=\"keys\">Keys: ← and → pick the rupture before and after, Enter zooms to it, Escape \
+         lets it go; Shift with ← and → moves, + and − zoom, 0 shows the whole run.</span> Drag to move the map, or across \
+         the curve to zoom; the wheel zooms once the picture has been clicked. <span id=\"held\"></span></p>\n\
+         <p id=\"listed\" class=\"soft needs-script\" role=\"status\"></p>\n\
+         <div id=\"ruptures\" class=\"long needs-script\"></div>\n\
+         <div id=\"hover\" aria-hidden=\"true\"></div>\n",
+        ratio = lettered("F_T/F_N")
     )
 }
 
@@ -230,11 +244,12 @@ pub(crate) fn details(
 ) -> String {
     let mut out = String::new();
     for (place, run) in runs.iter().enumerate() {
-        let mut body = String::new();
+        // A page of one run begins with its verdict.
+        let mut body = if runs.len() == 1 { String::new() } else { verdict(run) };
         if let Some(lacks) = &run.lacks {
             body += &format!("<p class=\"lacks\">Not all of this run is there: {}</p>\n", text(lacks));
         }
-        body += &paragraph(&run.scenario.summary);
+        body += &format!("<p>{}</p>\n", lettered(&run.scenario.summary));
         if !differing.is_empty() {
             let told = differing.iter().filter_map(|key| {
                 let value = match asked.get(place)?.get(key.path)? {
@@ -242,11 +257,8 @@ pub(crate) fn details(
                     toml::Value::Array(values) => counted(values.len() as u64, "value"),
                     other => text(other.as_str().map_or_else(|| other.to_string(), str::to_owned)),
                 };
-                let name = match key.symbol {
-                    "" => format!("<code>{}</code>", text(key.path)),
-                    written => symbol(written),
-                };
-                Some(format!("{name} = {value} {}", parameter_table::unit(key)).trim_end().to_owned())
+                let (name, unit) = (parameter_table::name(key), lettered(parameter_table::unit(key)));
+                Some(format!("{name} = {value} {unit}").trim_end().to_owned())
             });
             body += &format!("<p>{}</p>\n", told.collect::<Vec<_>>().join("; "));
         }
@@ -318,13 +330,14 @@ fn widest(run: &Run) -> String {
             optional(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
         ])
     });
+    let ratio = format!("#{}", lettered("F_T/F_N"));
     let headings =
-        ["#rupture", "kind", "#onset (s)", "blocks", "#F_T/F_N", "#drop (10⁻³)", "#v/c", "#mean slip (µm)"];
+        ["#rupture", "kind", "#onset (s)", "blocks", &ratio, "#drop (10⁻³)", "#v/c", "#mean slip (µm)"];
     let caption = match run.collected.rupture_count {
         count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
         _ => "Its ruptures, the widest first".to_owned(),
     };
-    format!("<div class=\"wide\">{}</div>\n", table(&caption, &headings, rows))
+    table(&caption, &headings, rows)
 }
 
 /// The numbers of a summary by their groups.
@@ -344,7 +357,7 @@ fn numbers(summary: &Summary) -> String {
         };
         rows.push(Row::from(vec![
             Cell::text(key.group),
-            Cell::text(key.label()),
+            Cell::Html(lettered(&key.label())),
             cell,
             Cell::text(key.column.unit.filter(|unit| *unit != "1").unwrap_or_default()),
         ]));

@@ -1,22 +1,21 @@
 //! The page of a parameter study: what varies, its figures, and a table of its runs.
 
-use std::collections::BTreeSet;
-
 use asperity_model::Scenario;
 use asperity_model::keys::{KEYS, Key};
+use asperity_numbers::Summary;
 use asperity_numbers::claim::Claim;
 use asperity_record::Cell as Stored;
 
 use crate::claims;
 use crate::figures::{Figure, figures};
 use crate::html::Document;
-use crate::html::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
+use crate::html::markup::{self, Cell, Row, paragraph, sections_with_contents, sortable_table, table, text};
 use crate::page::STYLE;
-use crate::parameter_table::{Parameters, main as main_of, parameters};
+use crate::parameter_table::{self, Parameters, main as main_of, meaning, parameters};
 use crate::runs::links;
 use crate::sketch::sketch;
 use crate::study::Link;
-use crate::symbols::{rounded, symbol};
+use crate::symbols::{lettered, rounded, symbol};
 
 /// A parameter study.
 #[derive(Debug, Clone)]
@@ -37,6 +36,12 @@ pub struct Sweep {
     pub row_count: u64,
     /// Its figures.
     pub figures: Vec<Figure>,
+    /// The phase maps among them: the columns across, upwards, and in colour.
+    pub maps: Vec<[String; 3]>,
+    /// Its folder in a command, from that of the page.
+    pub folder: String,
+    /// The link to the folder of its logs; none if it keeps none.
+    pub logs: Option<String>,
     /// Its claims.
     pub claims: Vec<Claim>,
     /// Its tables.
@@ -49,6 +54,9 @@ impl Sweep {
     /// Most rows of runs on a page.
     pub const ROWS: usize = 2000;
 
+    /// Values of several runs in one cell of a map that are shown.
+    const IN_A_CELL: usize = 4;
+
     /// The page.
     pub fn html(&self) -> String {
         let varied: Vec<&'static Key> =
@@ -56,7 +64,7 @@ impl Sweep {
         let asked = self.scenario.as_ref().map_or(String::new(), |scenario| {
             let asked = Parameters::of(scenario);
             format!(
-                "<div class=\"model\">{}{}</div>\n<details><summary>Parameters that all runs share</summary>\n<div class=\"wide\">{}</div></details>\n",
+                "<div class=\"model\">{}{}</div>\n<details><summary>Parameters that all runs share</summary>\n{}</details>\n",
                 sketch(scenario),
                 main_of(&asked, &varied),
                 parameters(&asked, &varied)
@@ -66,9 +74,9 @@ impl Sweep {
             let key = KEYS.iter().find(|key| key.path == path);
             Row::from(vec![
                 Cell::Html(key.map_or(String::new(), |key| symbol(key.symbol))),
-                Cell::Html(format!("<code>{}</code>", text(path))),
+                Cell::Html(markup::name(path)),
                 Cell::text(values),
-                Cell::Html(format!("<span class=\"soft\">{}</span>", text(key.map_or("", |key| key.doc)))),
+                key.map_or(Cell::None, |key| Cell::Html(meaning(key))),
             ])
         });
         let varied = table("What varies", &["symbol", "key", "values", "meaning"], rows);
@@ -83,12 +91,16 @@ impl Sweep {
                 claims::heading(&self.claims),
                 text(format!("{}.", self.state))
             ),
-            section("What was asked", &format!("{asked}{varied}")),
-            section("Score", &claims::scores(&self.claims)),
-            figures(&self.figures, &self.claims),
-            section("Runs", &self.runs()),
-            claims::all(&self.claims),
-            section("Files", &links(&self.links)),
+            sections_with_contents(&[
+                (claims::DIFFERING, claims::differing(&self.claims)),
+                ("Score", claims::scores(&self.claims)),
+                ("What was asked", format!("{asked}{varied}")),
+                ("Figures", figures(&self.figures, &self.claims)),
+                ("Maps, cell by cell", self.maps.iter().filter_map(|map| self.cells_of(map)).collect()),
+                ("Runs", self.runs()),
+                (claims::ALL, claims::all(&self.claims)),
+                ("Files", links(&self.links)),
+            ]),
             format!(
                 "<footer class=\"soft\"><p>{made}Times are simulated time. Made by asperity; this file fetches nothing.</p>\
                  </footer>\n"
@@ -97,12 +109,70 @@ impl Sweep {
         Document { title: self.title.clone(), main: main.concat(), data: Vec::new(), parts: &[STYLE] }.html()
     }
 
+    /// A phase map as a table, in which each cell leads to its runs; none if its places are too scattered for one.
+    fn cells_of(&self, [x, y, value]: &[String; 3]) -> Option<String> {
+        let column = |name: &String| self.columns.iter().position(|(column, _)| column == name);
+        let [x, y, value] = [column(x)?, column(y)?, column(value)?];
+        let values = |column: usize| {
+            let mut values: Vec<&Stored> = Vec::new();
+            for row in &self.rows {
+                if !values.contains(&&row[column]) {
+                    values.push(&row[column]);
+                }
+            }
+            values.sort_by(|a, b| match (a, b) {
+                (Stored::Number(a), Stored::Number(b)) => a.total_cmp(b),
+                _ => std::cmp::Ordering::Equal,
+            });
+            values
+        };
+        let (across, upwards) = (values(x), values(y));
+        if across.len() * upwards.len() > Sweep::ROWS {
+            return None;
+        }
+        let mut headings = vec![format!("{} ↑, {} →", self.heading(y), self.heading(x))];
+        headings.extend(across.iter().map(|value| format!("#{}", html(value))));
+        let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+        let rows = upwards.iter().rev().map(|up| {
+            let mut cells = vec![Cell::Html(format!("<b>{}</b>", html(up)))];
+            cells.extend(across.iter().map(|across| {
+                let of: Vec<&Vec<Stored>> =
+                    self.rows.iter().filter(|row| row[x] == **across && row[y] == **up).collect();
+                let shown = of.iter().take(Sweep::IN_A_CELL).map(|row| {
+                    let number = match &row[value] {
+                        Stored::Empty => "–".to_owned(),
+                        Stored::Number(number) => rounded(*number, 3),
+                        other => html(other),
+                    };
+                    format!("<a href=\"#run-{0}\" title=\"run {0}\">{number}</a>", row[0])
+                });
+                let shown: Vec<String> = shown.collect();
+                let more = match of.len().saturating_sub(shown.len()) {
+                    0 => String::new(),
+                    more => format!(" and {more} more"),
+                };
+                Cell::Html(shown.join(", ") + &more)
+            }));
+            Row::from(cells)
+        });
+        Some(format!("<h3>{}</h3>\n{}", self.heading(value), table("", &headings, rows)))
+    }
+
+    /// What a column is called, with its unit.
+    fn heading(&self, column: usize) -> String {
+        let (name, unit) = &self.columns[column];
+        let of_summary = Summary::KEYS.iter().find(|key| key.column.name == name.as_str());
+        let words = match (KEYS.iter().find(|key| key.path == name), of_summary) {
+            (Some(key), _) => parameter_table::name(key),
+            (None, Some(key)) => lettered(&key.label()),
+            (None, None) => text(name),
+        };
+        unit.filter(|unit| *unit != "1").map_or(words.clone(), |unit| format!("{words} ({})", text(unit)))
+    }
+
     fn runs(&self) -> String {
-        let headings: Vec<String> = self
-            .columns
-            .iter()
-            .enumerate()
-            .map(|(n, (name, unit))| {
+        let headings: Vec<String> = (0..self.columns.len())
+            .map(|n| {
                 // Numbers, and what stands for one that there is none of, are set to the right.
                 let is_word = |cells: &Vec<Stored>| {
                     let number = |cell: &Stored| {
@@ -111,37 +181,66 @@ impl Sweep {
                     cells.get(n).is_some_and(|cell| !number(cell))
                 };
                 let mark = if self.rows.iter().any(is_word) { "" } else { "#" };
-                match unit {
-                    Some("1") | None => format!("{mark}{name}"),
-                    Some(unit) => format!("{mark}{name} ({unit})"),
-                }
+                format!("{mark}{}", self.heading(n))
             })
             .collect();
         let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
-        let claimed: BTreeSet<&str> = self.claims.iter().map(|claim| claim.run.as_str()).collect();
         let rows = self.rows.iter().map(|cells| {
-            // Claims link to their runs.
-            let run = cells.first().map(ToString::to_string).filter(|run| claimed.contains(run.as_str()));
-            let attributes = run.map_or(String::new(), |run| format!(" id=\"run-{}\"", text(run)));
-            Row { attributes, cells: cells.iter().map(cell).collect() }
+            let mut shown: Vec<Cell> = cells.iter().map(cell).collect();
+            if let (Some(first), Some(Stored::Step(run))) = (shown.first_mut(), cells.first()) {
+                *first = self.run(*run, cells.contains(&Stored::Word("done")));
+            }
+            Row::from(shown)
         });
         let left_out = self.row_count - self.rows.len() as u64;
-        let more = if left_out > 0 {
-            paragraph(&format!("The first {}; {left_out} more are in the table of runs.", self.rows.len()))
-        } else {
-            String::new()
-        };
-        format!("{more}{}", sortable_table("runs", "", &headings, rows))
+        let mut said = format!(
+            "<p>The number of a run unfolds the command that makes its log, in the folder of this page{}; <code>asperity \
+             report</code> makes a page of a log.</p>\n",
+            if self.folder == UNNAMED { ", with the folder of the study for DIR" } else { "" }
+        );
+        if left_out > 0 {
+            said += &paragraph(&format!(
+                "The first {}; {left_out} more are in the table of runs.",
+                self.rows.len()
+            ));
+        }
+        said + &sortable_table("runs", "", &headings, rows)
+    }
+
+    /// The number of a run, with what there is of it and the command that makes its log.
+    fn run(&self, run: u64, is_done: bool) -> Cell {
+        let log = self.logs.as_ref().filter(|_| is_done).map_or_else(String::new, |logs| {
+            format!("<br><a href=\"{}{run}.mcap\">{run}.mcap</a>", text(logs))
+        });
+        Cell::Value(
+            run as f64,
+            format!(
+                "<details><summary>{run}</summary><code id=\"run-{run}\">asperity sweep log {} {run} -o {run}.mcap</code>\
+                 {log}</details>",
+                text(&self.folder)
+            ),
+        )
+    }
+}
+
+/// The folder of a study in a command, where its name needs quoting.
+pub const UNNAMED: &str = "DIR";
+
+/// A value as HTML.
+fn html(cell: &Stored) -> String {
+    match cell {
+        Stored::Number(value) => rounded(*value, 5),
+        Stored::Flag(flag) => if *flag { "yes" } else { "no" }.to_owned(),
+        other => text(other),
     }
 }
 
 fn cell(cell: &Stored) -> Cell {
     match cell {
         Stored::Empty => Cell::None,
-        Stored::Number(value) => Cell::Value(*value, rounded(*value, 5)),
+        Stored::Number(value) => Cell::Value(*value, html(cell)),
         Stored::Count(count) => Cell::number(count),
         Stored::Step(step) => Cell::number(step),
-        Stored::Flag(flag) => Cell::text(if *flag { "yes" } else { "no" }),
-        other => Cell::text(other.to_string()),
+        other => Cell::Html(html(other)),
     }
 }

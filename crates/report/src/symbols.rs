@@ -37,7 +37,7 @@ pub(crate) fn symbol(written: &str) -> String {
 }
 
 /// Words with formulas between dollar signs, as the source writes them, as HTML. Words without any that
-/// are written as formulas are one.
+/// are written as formulas are one; others may have [symbols](lettered).
 pub(crate) fn formulas(words: &str) -> String {
     const SIGNS: [(&str, &str); 14] = [
         ("\\rightarrow", "→"),
@@ -60,6 +60,9 @@ pub(crate) fn formulas(words: &str) -> String {
         return text(words);
     }
     let is_bare = parts.len() == 1 && (words.contains('\\') || words.contains("_{"));
+    if parts.len() == 1 && !is_bare {
+        return lettered(words);
+    }
     let formula = |part: &str| {
         let mut out = part.to_owned();
         for (word, letter) in SIGNS {
@@ -86,47 +89,94 @@ pub(crate) fn formulas(words: &str) -> String {
     parts.iter().enumerate().map(set).collect()
 }
 
-/// Words of our own with symbols among them, as HTML: `F_T/F_N` and `mu_k` with letter and subscript.
-/// What else has an underscore, as the name of a key or of a column, stays as it is.
+/// Words of our own with symbols among them, as HTML: `F_T/F_N`, `mu_{k}`, `10^-8`, `1e-8`, `sqrt(k m)` and `<=` as
+/// they are printed, and what is between backquotes as code. What else has an underscore, as the name of a key or
+/// of a column, stays as it is.
 pub(crate) fn lettered(words: &str) -> String {
-    let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
-    let letter = |name: &str| -> Option<String> {
-        let known = GREEK.iter().find(|(word, _)| *word == name).map(|(_, letter)| (*letter).to_owned());
-        known.or_else(|| (name.chars().count() == 1).then(|| name.to_owned()))
-    };
-    let set = |name: &str| -> Option<String> {
-        let (base, index) = name.split_once('_').map_or((name, None), |(base, index)| (base, Some(index)));
-        let letter = letter(base)?;
-        match index {
-            None => Some(text(letter)),
-            Some(index) if index.is_empty() || index.contains('_') => None,
-            Some(index) => Some(format!("{}<sub>{}</sub>", text(letter), text(index))),
-        }
-    };
     let mut out = String::new();
     let mut rest = words;
     while let Some(first) = rest.chars().next() {
-        let is_name = is_of_name(first);
-        let end = rest.find(|c| is_of_name(c) != is_name).unwrap_or(rest.len());
-        let (part, after) = rest.split_at(end);
-        // Between dots are keys.
         let before = &words[..words.len() - rest.len()];
-        let is_of_key = before.ends_with('.')
-            || after.strip_prefix('.').is_some_and(|after| after.starts_with(is_of_name));
-        let symbol = if is_name && !is_of_key { set(part) } else { None };
-        out += &symbol.unwrap_or_else(|| text(part));
-        rest = after;
+        let (html, length) = token(before, rest).unwrap_or_else(|| (text(first), first.len_utf8()));
+        out += &html;
+        rest = &rest[length..];
     }
     out
 }
 
-/// Formats a symbol as plain text, for headings and labels.
-pub(crate) fn plain(written: &str) -> String {
-    let mut out = written.to_owned();
-    for (word, letter) in GREEK {
-        out = out.replace(word, letter);
+/// What a text begins with, as HTML, and its length; none for a character that stands for itself.
+fn token(before: &str, rest: &str) -> Option<(String, usize)> {
+    const SIGNS: [(&str, &str); 3] = [("<=", "≤"), (">=", "≥"), ("sqrt(", "√(")];
+    if let Some((sign, printed)) = SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)) {
+        return Some(((*printed).to_owned(), sign.len()));
     }
-    out.replace(" / ", "/")
+    if let Some((code, _)) = rest.strip_prefix('`').and_then(|rest| rest.split_once('`')) {
+        return Some((format!("<code>{}</code>", text(code)), code.len() + 2));
+    }
+    if let Some(after) = rest.strip_prefix('^') {
+        let (power, length) = index(after)?;
+        return Some((format!("<sup>{}</sup>", power.replace('-', "−")), length + 1));
+    }
+    let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
+    if !rest.starts_with(is_of_name) {
+        return None;
+    }
+    if let Some(length) = scientific(rest) {
+        return Some((number(rest[..length].parse().ok()?), length));
+    }
+    let end = rest.find(|c| !is_of_name(c)).unwrap_or(rest.len());
+    let (name, after) = rest.split_at(end);
+    // Keys have dots, and names of runs hyphens, without a space beside them.
+    let joins = |c: char| c == '.' || c == '-';
+    let is_of_key = before.ends_with(joins) && !before[..before.len() - 1].ends_with([' ', '('])
+        || after.strip_prefix(joins).is_some_and(|after| after.starts_with(is_of_name));
+    let known = |base: &str| {
+        let greek = GREEK.iter().find(|(word, _)| *word == base).map(|(_, letter)| (*letter).to_owned());
+        greek.or_else(|| (base.chars().count() == 1).then(|| base.to_owned()))
+    };
+    let symbol = match name.split_once('_') {
+        _ if is_of_key => None,
+        None => known(name).map(|letter| (text(letter), end)),
+        // `mu_{k}`
+        Some((base, "")) => {
+            let (inside, _) = after.strip_prefix('{')?.split_once('}')?;
+            Some((
+                format!("{}<sub>{}</sub>", text(known(base)?), text(inside.trim())),
+                end + inside.len() + 2,
+            ))
+        }
+        Some((_, index)) if index.contains('_') => None,
+        Some((base, index)) => {
+            known(base).map(|letter| (format!("{}<sub>{}</sub>", text(letter), text(index)), end))
+        }
+    };
+    Some(symbol.unwrap_or_else(|| (text(name), end)))
+}
+
+/// The index or power that a text begins with, in braces or not, and its length.
+fn index(text: &str) -> Option<(&str, usize)> {
+    if let Some((inside, _)) = text.strip_prefix('{').and_then(|rest| rest.split_once('}')) {
+        return Some((inside.trim(), inside.len() + 2));
+    }
+    let sign = text.chars().next().filter(|c| "-−+".contains(*c)).map_or(0, char::len_utf8);
+    let length = text[sign..].find(|c: char| !c.is_alphanumeric()).unwrap_or(text.len() - sign);
+    (length > 0).then(|| (&text[..sign + length], sign + length))
+}
+
+/// The length of a number with an exponent, as `2.5e-9`, that a text begins with.
+fn scientific(text: &str) -> Option<usize> {
+    let digits =
+        |from: usize| from + text[from..].find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len() - from);
+    let mut end = digits(0);
+    if text[end..].starts_with('.') {
+        end = digits(end + 1);
+    }
+    if end == 0 || !text[end..].starts_with('e') {
+        return None;
+    }
+    let sign = end + 1 + usize::from(text[end + 1..].starts_with(['-', '+']));
+    let whole = digits(sign);
+    (whole > sign && !text[whole..].starts_with(char::is_alphanumeric)).then_some(whole)
 }
 
 /// A number as HTML: powers of ten where digits would have to be counted.
@@ -169,14 +219,13 @@ pub(crate) fn spelled(value: f64, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{formulas, lettered, number, plain, round, rounded, symbol};
+    use super::{formulas, lettered, number, round, rounded, symbol};
 
     #[test]
     fn symbols_are_those_of_the_field() {
         assert_eq!(symbol("mu_s"), "<i>μ</i><sub>s</sub>");
         assert_eq!(symbol("k_t / k"), "<i>k</i><sub>t</sub>/<i>k</i>");
-        assert_eq!((symbol("dt").as_str(), plain("theta").as_str()), ("Δt", "θ"));
-        assert_eq!((plain("beta"), plain("k_t / k")), ("β".to_owned(), "k_t/k".to_owned()));
+        assert_eq!(symbol("dt"), "Δt");
     }
 
     #[test]
@@ -200,6 +249,16 @@ mod tests {
             "L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>; over μ<sub>k</sub> &lt; α l<sub>0</sub>/L."
         );
         assert_eq!(lettered("tau_n / p_n, μ_s."), "τ<sub>n</sub> / p<sub>n</sub>, μ<sub>s</sub>.");
+        assert_eq!(
+            lettered("dt = 2.5e-9 s, |tau_n| <= mu_{s} p_n"),
+            "Δt = 2.5 × 10<sup>−9</sup> s, |τ<sub>n</sub>| ≤ μ<sub>s</sub> p<sub>n</sub>"
+        );
+        assert_eq!(
+            lettered("10^−8 and s^{−α}, 10^-8, kg/m^3"),
+            "10<sup>−8</sup> and s<sup>−α</sup>, 10<sup>−8</sup>, kg/m<sup>3</sup>"
+        );
+        assert_eq!(lettered("lambda sqrt(m/k); `a_b <c>` x^"), "λ √(m/k); <code>a_b &lt;c&gt;</code> x^");
+        assert_eq!(lettered("mu_{ is 1e5x, 0.5 and 1.e"), "mu_{ is 1e5x, 0.5 and 1.e");
         for name in [
             "precursor_count of a",
             "time.step_s",
@@ -208,6 +267,8 @@ mod tests {
             "a_b_c",
             "x_",
             "meta",
+            "beta-045",
+            "chain-beta",
         ] {
             assert_eq!(lettered(name), name);
         }

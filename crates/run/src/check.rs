@@ -1,9 +1,12 @@
 //! Reads a log completely, judges it, and names what is wrong with it.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-use asperity_record::{EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent};
+use asperity_record::{
+    EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent, counted, short_time,
+};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
 use crate::detectors;
@@ -52,26 +55,69 @@ pub fn check(log: &Path) -> Checked {
 /// Checks a log as [`check`] does, and passes the records and events that it finds sound to an observer,
 /// as well as events that the detectors find where the log lacks their topic.
 pub fn check_seen(log: &Path, observer: &mut dyn Observer) -> Checked {
-    judge(log, false, observer)
+    Unchecked::open(log).map_or_else(|checked| *checked, |log| log.check(observer))
 }
 
 /// Checks a log as [`check`] does and, if it is of this code version, repeats its run with the same
 /// solver: every record and the status must agree. Takes about as long as the run did.
 pub fn check_again(log: &Path) -> Checked {
-    judge(log, true, &mut ())
+    Unchecked::open(log).map_or_else(|checked| *checked, |log| log.judge(true, &mut ()))
 }
 
-fn judge(log: &Path, again: bool, observer: &mut dyn Observer) -> Checked {
-    let mut seen = Seen::default();
-    let mut header = None;
-    let problem = seen.read(log, again, &mut header, observer).err();
-    let is_ours = header.as_ref().is_some_and(|header: &RunHeader| header.code_version == CODE_VERSION);
-    let verdict = match &problem {
-        Some(problem) => problem.verdict(),
-        None if is_ours && seen.other_detectors.is_none() => Verdict::Whole,
-        None => Verdict::OtherCode,
-    };
-    Checked { verdict, header, seen, problem }
+/// A log that has been opened: its header and scenario are known, and no record has been read. For
+/// observers that depend on them.
+pub struct Unchecked(RunReader);
+
+impl Unchecked {
+    /// Opens a log.
+    ///
+    /// # Errors
+    /// The verdict, if it has no header that can be read.
+    pub fn open(log: &Path) -> Result<Unchecked, Box<Checked>> {
+        let mut reader = RunReader::open(log, Topics::ALL)
+            .map_err(|error| Box::new(Checked::new(Seen::default(), None, Some(error.into()))))?;
+        reader.read_ahead();
+        Ok(Unchecked(reader))
+    }
+
+    /// The header of the run.
+    pub fn header(&self) -> &RunHeader {
+        self.0.header()
+    }
+
+    /// The resolved scenario, as TOML; empty if the log has lost it.
+    pub fn scenario_toml(&self) -> &str {
+        self.0.scenario_toml()
+    }
+
+    /// The topics of events that the log announces, with their JSON schemas, empty where there is none.
+    pub fn event_schemas(&self) -> BTreeMap<&str, &str> {
+        self.0.event_schemas()
+    }
+
+    /// Checks the log as [`check_seen`] does.
+    pub fn check(self, observer: &mut dyn Observer) -> Checked {
+        self.judge(false, observer)
+    }
+
+    fn judge(self, again: bool, observer: &mut dyn Observer) -> Checked {
+        let Unchecked(mut reader) = self;
+        let mut seen = Seen::default();
+        let problem = seen.read(&mut reader, again, observer).err();
+        Checked::new(seen, Some(reader.header().clone()), problem)
+    }
+}
+
+impl Checked {
+    fn new(seen: Seen, header: Option<RunHeader>, problem: Option<CheckProblem>) -> Checked {
+        let is_ours = header.as_ref().is_some_and(|header| header.code_version == CODE_VERSION);
+        let verdict = match &problem {
+            Some(problem) => problem.verdict(),
+            None if is_ours && seen.other_detectors.is_none() => Verdict::Whole,
+            None => Verdict::OtherCode,
+        };
+        Checked { verdict, header, seen, problem }
+    }
 }
 
 /// Why a log does not hold all of its run.
@@ -115,6 +161,9 @@ pub enum CheckProblem {
     /// It contradicts its own scenario.
     #[error(transparent)]
     SelfCheck(#[from] SelfCheckProblem),
+    /// Its observer was done ([`Observer::is_done`]) before its end.
+    #[error("the rest was not read")]
+    Unread,
 }
 
 impl CheckProblem {
@@ -124,6 +173,7 @@ impl CheckProblem {
             CheckProblem::Log(LogError { problem: LogProblem::Stopped(_), .. }) => Verdict::Stopped,
             CheckProblem::Log(LogError { problem, .. }) if problem.is_early_end() => Verdict::Incomplete,
             CheckProblem::Log(LogError { problem, .. }) if problem.is_no_run_log() => Verdict::NoRunLog,
+            CheckProblem::Unread => Verdict::Incomplete,
             _ => Verdict::Damaged,
         }
     }
@@ -159,7 +209,8 @@ impl fmt::Display for Seen {
         let Seen {
             messages, last_step, last_s, slips, other_code, other_events_from, other_detectors, ..
         } = self;
-        write!(f, "{messages} records and events, {slips} slip events, up to step {last_step} ({last_s} s)")?;
+        let (slips, last_s) = (counted(*slips, "slip event"), short_time(*last_s));
+        write!(f, "{messages} records and events, {slips}, up to step {last_step} ({last_s} s)")?;
         if let Some(version) = other_code {
             write!(f, ", by code version {}", shortened(version))?;
         }
@@ -179,16 +230,14 @@ fn shortened(version: &str) -> String {
 }
 
 impl Seen {
-    /// Reads a log; sets `found` to its header as soon as that is known.
+    /// Reads a log, which has been read ahead to its first item.
     fn read(
         &mut self,
-        run: &Path,
+        reader: &mut RunReader,
         again: bool,
-        found: &mut Option<RunHeader>,
         observer: &mut dyn Observer,
     ) -> Result<(), CheckProblem> {
-        let mut reader = RunReader::open(run, Topics::ALL)?;
-        let read = self.read_from(&mut reader, again, found, observer);
+        let read = self.read_items(reader, again, observer);
         if read.as_ref().err().is_none_or(|problem| problem.verdict() != Verdict::Damaged) {
             self.end = reader.end().cloned();
             self.topics = reader.event_topics().collect();
@@ -196,14 +245,13 @@ impl Seen {
         read
     }
 
-    fn read_from(
+    fn read_items(
         &mut self,
         reader: &mut RunReader,
         again: bool,
-        found: &mut Option<RunHeader>,
         observer: &mut dyn Observer,
     ) -> Result<(), CheckProblem> {
-        let header = found.insert(reader.header().clone()).clone();
+        let header = reader.header().clone();
         observer.begins(&header, reader.scenario_toml());
         self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
         let ours = header.code_version == CODE_VERSION;
@@ -216,7 +264,7 @@ impl Seen {
         }
         let mut made_again = None;
         let mut detectors = detectors::all(&header, reader.scenario_toml());
-        let mut both = Some(EventCheck::with(&detectors, &header));
+        let mut both = Some(EventCheck::with(&detectors, &header, reader.event_topics()));
         // The difference in a salvaged log, kept until the reader finds a gap that explains it.
         let mut differs = None;
         // The log of a stopped run holds everything that there is of it.
@@ -243,11 +291,7 @@ impl Seen {
             if self.messages == 0 {
                 self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
                 made_again = plan.take().map(|plan| Rerun::new(plan, &header, reader.is_salvaged()));
-            }
-            if let Some(both) = &mut both
-                && both.announced(reader.event_topics())
-            {
-                self.other_detectors = both.other_detectors();
+                self.other_detectors = both.as_ref().map(EventCheck::other_detectors).unwrap_or_default();
                 self.topics = reader.event_topics().collect();
             }
             if reader.has_gap() {
@@ -291,11 +335,17 @@ impl Seen {
                 both = None;
             }
             match &item {
-                LogItem::Record(record) => observer.record(record),
+                LogItem::Record(record) => {
+                    observer.record(record);
+                    observer.reached(record.step());
+                }
                 LogItem::Event(event) => observer.event(event),
             }
             lacking.drain(..).for_each(|event| observer.lacking(&event));
             self.messages += 1;
+            if observer.is_done() {
+                return Err(CheckProblem::Unread);
+            }
         }
         self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
         if ours && scenario_is_lost {
@@ -308,8 +358,7 @@ impl Seen {
         if let Some(made) = made_again.or_else(|| plan.map(|plan| Rerun::new(plan, &header, false))) {
             made.finish(status, why)?;
         }
-        if let Some(both) = &mut both {
-            both.announced(reader.event_topics());
+        if let Some(both) = &both {
             self.other_detectors = both.other_detectors();
             // A log of this code version has all topics of its detectors, and may have more.
             if ours && !self.other_detectors.only_found.is_empty() {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use asperity_detect::{Detector, Detectors, SlipRules};
 use asperity_detect_rupture::Links;
 use asperity_model::text::{self, Lines};
-use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_model::{Plan, Scenario, ScenarioSource, typed};
 use asperity_record::bounds::check_toml;
 use asperity_record::{Contacts, EventKind, RunEnd, RunHeader, Scales, TimeGrid};
 use serde::{Deserialize, Serialize};
@@ -181,16 +181,8 @@ impl Settings {
     /// Parses settings; the error is a byte offset and what is wrong there.
     fn parse(text: &str) -> Result<Settings, (usize, String)> {
         check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
-        let written: Written = toml::from_str(text).map_err(|error| {
-            let place = error.span().map_or(0, |span| span.start);
-            (
-                place,
-                format!(
-                    "{} (accepted: detectors, merge_gap_s, min_blocks, link_time_ratio)",
-                    error.message()
-                ),
-            )
-        })?;
+        let written: Written = typed::parse(text, "`asperity replay --help`")
+            .map_err(|typed::TypedError { at, problem }| (at, problem))?;
         let mut settings = Settings::default();
         if let Some(names) = written.detectors {
             let accepted = self::names().join(", ");
@@ -268,6 +260,7 @@ impl Settings {
         let run = OfRun { blocks, links };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
         Detectors::new(blocks, rules, chosen.filter_map(|(_, start)| start(run)).collect())
+            .with_ruptures(links.map(|links| links.tracker(blocks)))
     }
 }
 
@@ -308,8 +301,8 @@ mod tests {
             ),
             ("detectors = [\"onset\", \"onset\"]", 22, "twice"),
             ("detectors = []", 12, "[]"),
-            ("\nminblocks = 2", 1, "unknown field `minblocks`"),
-            ("min_blocks = \"two\"", 13, "invalid type"),
+            ("\nminblocks = 2", 1, "minblocks: unknown key; did you mean min_blocks? (accepted: detectors, "),
+            ("min_blocks = \"two\"", 13, "\"two\" is not accepted (accepted: a whole number"),
             ("link_time_ratio = 0", 18, "link_time_ratio = 0 (accepted: a number above 0)"),
             ("link_time_ratio = inf", 18, "link_time_ratio = inf (accepted: a number above 0)"),
         ] {

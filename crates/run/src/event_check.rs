@@ -58,8 +58,8 @@ impl fmt::Display for OtherDetectors {
 pub(crate) struct EventCheck {
     /// Topics of the present detectors.
     emitted: BTreeSet<String>,
-    /// Topics that the log announces, once known.
-    announced: Option<BTreeSet<String>>,
+    /// Topics that the log announces.
+    announced: BTreeSet<String>,
     /// The log's version of the record schema.
     version: u32,
     /// Size of both queues.
@@ -84,10 +84,18 @@ pub struct Difference {
 }
 
 impl EventCheck {
-    /// Starts the comparison for a log with that header.
-    pub(crate) fn with(detectors: &Detectors, header: &RunHeader) -> EventCheck {
-        let emitted = detectors.kinds().map(|kind| kind.topic.to_owned()).collect();
-        EventCheck { emitted, version: header.record_schema_version, ..EventCheck::default() }
+    /// Starts the comparison for a log with that header, which announces these topics of events.
+    pub(crate) fn with(
+        detectors: &Detectors,
+        header: &RunHeader,
+        announced: impl Iterator<Item = String>,
+    ) -> EventCheck {
+        EventCheck {
+            emitted: detectors.kinds().map(|kind| kind.topic.to_owned()).collect(),
+            announced: announced.collect(),
+            version: header.record_schema_version,
+            ..EventCheck::default()
+        }
     }
 
     /// Removes the fields that the log's version lacks or defines otherwise.
@@ -99,24 +107,12 @@ impl EventCheck {
         Event::of_json(topic, &Value::Object(payload).to_string())
     }
 
-    /// Records the topics that the log announces, which must be known before the first event is
-    /// found. Returns whether they are new.
-    pub(crate) fn announced(&mut self, topics: impl Iterator<Item = String>) -> bool {
-        let is_new = self.announced.is_none();
-        if is_new {
-            self.announced = Some(topics.collect());
-        }
-        is_new
-    }
-
     /// The topics of only one side.
     pub(crate) fn other_detectors(&self) -> OtherDetectors {
-        let none = BTreeSet::new();
-        let announced = self.announced.as_ref().unwrap_or(&none);
         let only = |of: &BTreeSet<String>, other: &BTreeSet<String>| of.difference(other).cloned().collect();
         OtherDetectors {
-            only_logged: only(announced, &self.emitted),
-            only_found: only(&self.emitted, announced),
+            only_logged: only(&self.announced, &self.emitted),
+            only_found: only(&self.emitted, &self.announced),
         }
     }
 
@@ -131,7 +127,7 @@ impl EventCheck {
 
     /// Adds an event that a detector found.
     pub(crate) fn found(&mut self, event: Event) {
-        if !self.announced.as_ref().is_some_and(|announced| announced.contains(event.topic())) {
+        if !self.announced.contains(event.topic()) {
             return;
         }
         let event = self.comparable(event);
@@ -213,7 +209,7 @@ mod tests {
         let version = asperity_record::RECORD_SCHEMA_VERSION;
         EventCheck {
             emitted: topics(emitted),
-            announced: Some(topics(announced)),
+            announced: topics(announced),
             version,
             ..EventCheck::default()
         }

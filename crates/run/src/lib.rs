@@ -7,7 +7,7 @@
 //! - [`Forecast`]: what is known of a run without making it.
 //! - [`detectors`]: the registered detectors, and how to choose among them.
 //! - [`Replay`]: sends a log through detectors.
-//! - [`check`], [`Verdict`]: judges a log; [`salvage`]: recovers the sound parts of a damaged one.
+//! - [`check`], [`Unchecked`], [`Verdict`]: judges a log, for observers of it as well; [`salvage`]: recovers the sound parts of a damaged one.
 //! - [`verify`](verify::verify): compares the fast solver with the plain one.
 //! - [`study`]: named runs in a folder, made unless they exist.
 //!
@@ -60,7 +60,7 @@ mod verdict;
 pub mod verify;
 
 pub use asperity_record::{Notice, Observer};
-pub use check::{CheckProblem, Checked, Seen, check, check_again, check_seen};
+pub use check::{CheckProblem, Checked, Seen, Unchecked, check, check_again, check_seen};
 pub use event_check::{Difference, OtherDetectors};
 pub use forecast::{Forecast, MostLogBytes};
 pub use header::CODE_VERSION;

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use asperity_model::Plan;
-use asperity_record::{Record, RunHeader};
+use asperity_record::RunHeader;
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 use asperity_simulator::{SimulationError, Snapshot, Solver, SolverKind};
 
@@ -103,7 +103,7 @@ impl Nodes {
     /// # Errors
     /// If the log is not sound up to there, not of a slab, or of another code version.
     pub fn of_log(log: &Path, last_sound_step: u64, at_s: &[f64]) -> Result<Nodes, NodesError> {
-        let reader = RunReader::open(log, Topics::NONE)?;
+        let mut reader = RunReader::open(log, Topics::RECORDS)?;
         let header = reader.header().clone();
         if header.code_version != CODE_VERSION {
             return Err(NodesError::OtherCode { found: header.code_version });
@@ -112,18 +112,19 @@ impl Nodes {
         if !plan.elastic.has_inside() {
             return Err(NodesError::Chain);
         }
-        let last_step = last_step(log, last_sound_step)?;
-        let mut steps = at_s
-            .iter()
-            .map(|at_s| {
-                let step = if *at_s >= 0.0 { plan.grid.nearest_step(*at_s) } else { u64::MAX };
-                let outside = NodesError::Outside { at_s: *at_s, last_s: plan.grid.time_s(last_step) };
-                if step <= last_step { Ok(step) } else { Err(outside) }
-            })
-            .collect::<Result<Vec<u64>, NodesError>>()?;
+        let nearest = |at_s: &f64| if *at_s >= 0.0 { plan.grid.nearest_step(*at_s) } else { u64::MAX };
+        let mut steps: Vec<u64> = at_s.iter().map(nearest).collect();
+        let (last_step, saved) = saved(&mut reader, last_sound_step, &steps);
+        if let Some(at_s) = at_s.iter().find(|at_s| nearest(at_s) > last_step) {
+            return Err(NodesError::Outside { at_s: *at_s, last_s: plan.grid.time_s(last_step) });
+        }
         steps.sort_unstable_by(|a, b| b.cmp(a));
         steps.dedup();
-        let from = checkpoints(log, last_step, &plan, &steps)?;
+        let fitting = saved.into_iter().map(|(step, saved)| match saved.fits(&plan) {
+            Ok(()) => Ok((step, saved.solver)),
+            Err(problem) => Err(NodesError::NoState { step, problem }),
+        });
+        let from = fitting.collect::<Result<_, _>>()?;
         Ok(Nodes { kind: kind(&header), plan: Arc::new(plan), solver: None, last: None, steps, from })
     }
 
@@ -174,44 +175,21 @@ fn kind(header: &RunHeader) -> SolverKind {
     SolverKind::named(&header.solver).unwrap_or_default()
 }
 
-/// The last step with a record in the sound part of the log, before any gap.
-fn last_step(log: &Path, last_sound_step: u64) -> Result<u64, LogError> {
-    let mut last = 0;
-    over_records(log, last_sound_step, &mut |record, _| last = record.step())?;
-    Ok(last)
-}
-
-/// Visits the records of a log up to a step, each with the last checkpoint before it.
-fn over_records(
-    log: &Path,
-    last_step: u64,
-    see: &mut dyn FnMut(&Record, Option<&str>),
-) -> Result<(), LogError> {
-    let mut reader = RunReader::open(log, Topics::RECORDS)?;
-    // The verdict reports where the log cannot be read.
-    while let Ok(Some(item)) = reader.next_item() {
-        match item {
-            LogItem::Record(record) if record.step() > last_step => break,
-            // Records after a gap need not follow from those before.
-            LogItem::Record(_) if reader.has_gap() => break,
-            LogItem::Record(record) => see(&record, reader.checkpoint()),
-            LogItem::Event(_) => {}
-        }
-    }
-    Ok(())
-}
-
-/// The last checkpoint before each of the steps, where there is one.
-fn checkpoints(
-    log: &Path,
-    last_step: u64,
-    plan: &Plan,
-    steps: &[u64],
-) -> Result<BTreeMap<u64, Snapshot>, NodesError> {
+/// The last step with a record in the sound part of a log, before any gap, and the last checkpoint
+/// before each of the steps, where there is one.
+fn saved(reader: &mut RunReader, last_sound_step: u64, steps: &[u64]) -> (u64, BTreeMap<u64, Saved>) {
+    let mut last_step = 0;
     let mut found: BTreeMap<u64, Saved> = BTreeMap::new();
     let mut seen = String::new();
-    over_records(log, last_step, &mut |_, checkpoint| {
-        if let Some(text) = checkpoint.filter(|text| **text != *seen) {
+    // The verdict reports where the log cannot be read.
+    while let Ok(Some(item)) = reader.next_item() {
+        let LogItem::Record(record) = item else { continue };
+        // Records after a gap need not follow from those before.
+        if record.step() > last_sound_step || reader.has_gap() {
+            break;
+        }
+        last_step = record.step();
+        if let Some(text) = reader.checkpoint().filter(|text| **text != *seen) {
             text.clone_into(&mut seen);
             if let Ok(saved) = serde_json::from_str::<Saved>(text) {
                 found.insert(saved.step(), saved);
@@ -224,10 +202,6 @@ fn checkpoints(
                 .collect();
             found.retain(|step, _| needed.contains(step));
         }
-    })?;
-    let fitting = found.into_iter().map(|(step, saved)| match saved.fits(plan) {
-        Ok(()) => Ok((step, saved.solver)),
-        Err(problem) => Err(NodesError::NoState { step, problem }),
-    });
-    fitting.collect()
+    }
+    (last_step, found)
 }

@@ -1,24 +1,20 @@
 //! Sends logged records through detectors again, with the rules of the live run or others.
 //!
-//! A replay reads a log once, front to back, in bounded memory: logged and found events are
-//! compared as they arrive.
+//! A replay reads a log once, front to back, in bounded memory: the detectors observe the records that
+//! the check of the log finds sound, and logged and found events are compared as they arrive.
 
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::path::Path;
 
 use asperity_detect::{Detector, Detectors};
-use asperity_record::Observer;
-use asperity_record::{EventKind, EventPayload, RunHeader, SlipEvent};
-use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
+use asperity_record::{Event, EventKind, EventPayload, Observer, Record, RunHeader, SlipEvent};
 
+use crate::check::{Checked, Unchecked};
 use crate::detectors::{Settings, TopicError, kinds_of};
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
-use crate::stream::{Given, Item, StreamError};
 
 /// A log to be sent through detectors.
 pub struct Replay {
-    path: PathBuf,
-    reader: RunReader,
+    log: Unchecked,
     detectors: Detectors,
     /// Whether the found events must equal the logged ones.
     compares: bool,
@@ -27,10 +23,8 @@ pub struct Replay {
 /// The result of a replay.
 #[derive(Debug)]
 pub struct Replayed {
-    /// The header of the run.
-    pub header: RunHeader,
-    /// The digest of its messages.
-    pub digest: String,
+    /// The verdict on the log, which holds all of its run.
+    pub checked: Checked,
     /// Number of slip events found.
     pub slip_events: u64,
     /// Comparison of found and logged events. None with rules other than those of a live run, which
@@ -50,12 +44,9 @@ pub struct Comparison {
 /// Why a replay did not complete.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The log cannot be read to its end, or is not whole.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// The system cannot start a thread.
-    #[error("failed to start a thread: {0}")]
-    Thread(String),
+    /// The log does not hold all of its run.
+    #[error("{0}")]
+    Log(Box<Checked>),
     /// A custom detector uses a topic that it must not.
     #[error(transparent)]
     Topic(#[from] TopicError),
@@ -68,13 +59,11 @@ impl Replay {
     /// Opens a log for the registered detectors that `settings` chooses.
     ///
     /// # Errors
-    /// If it is not a readable run log.
-    pub fn open(log: &Path, settings: &Settings) -> Result<Replay, LogError> {
-        let compares = *settings == Settings::default();
-        let topics = Topics { events: compares, ..Topics::STEPS };
-        let reader = RunReader::open(log, topics)?;
-        let detectors = settings.start(reader.header(), reader.scenario_toml());
-        Ok(Replay { path: log.to_owned(), reader, detectors, compares })
+    /// The verdict, if it has no header that can be read.
+    pub fn open(log: &Path, settings: &Settings) -> Result<Replay, Box<Checked>> {
+        let log = Unchecked::open(log)?;
+        let detectors = settings.start(log.header(), log.scenario_toml());
+        Ok(Replay { log, detectors, compares: *settings == Settings::default() })
     }
 
     /// Adds a custom detector.
@@ -86,7 +75,7 @@ impl Replay {
 
     /// The header of the run.
     pub fn header(&self) -> &RunHeader {
-        self.reader.header()
+        self.log.header()
     }
 
     /// The kinds of events of its detectors.
@@ -94,79 +83,89 @@ impl Replay {
         self.detectors.kinds().collect()
     }
 
-    /// Replays the log. `stop` is polled between records, on another thread.
+    /// Replays the log while it is checked: the verdict, at the end, decides whether what the observer
+    /// has received is of a whole log. `stop` is polled between records.
     ///
     /// # Errors
-    /// If the log is not whole, a detector uses a topic that it must not, or the caller stops the
-    /// replay.
-    pub fn run(
-        self,
-        stop: &(dyn Fn() -> bool + Sync),
-        observer: &mut dyn Observer,
-    ) -> Result<Replayed, ReplayError> {
-        let Replay { path, mut reader, detectors, compares } = self;
+    /// If the log does not hold all of its run, a detector uses a topic that it must not, or the caller
+    /// stops the replay.
+    pub fn run(self, stop: &dyn Fn() -> bool, observer: &mut dyn Observer) -> Result<Replayed, ReplayError> {
+        let Replay { log, detectors, compares } = self;
         kinds_of(&detectors)?;
-        let header = reader.header().clone();
-        let event_check = Mutex::new(compares.then(|| EventCheck::with(&detectors, &header)));
-        let mut slip_events = 0;
-        let outcome = crate::stream::run(
-            || loop {
-                if stop() {
-                    return Err(ReplayError::Stopped);
-                }
-                let item = reader.next_item()?;
-                if reader.has_gap() {
-                    // The gap may contain the beginning of an event.
-                    return Err(LogError { path: path.clone(), problem: LogProblem::Salvaged }.into());
-                }
-                let mut event_check = event_check.lock().expect("no one panics with it");
-                if let Some(event_check) = &mut *event_check {
-                    event_check.announced(reader.event_topics());
-                }
-                match (item, &mut *event_check) {
-                    (None, _) => return Ok(None),
-                    (Some(LogItem::Record(record)), _) => return Ok(Some(Given::Record(record))),
-                    (Some(LogItem::Event(event)), Some(event_check)) => event_check.logged(event),
-                    (Some(LogItem::Event(_)), None) => {}
-                }
-            },
-            detectors,
-            |item| {
-                match item {
-                    Item::Event(event) => {
-                        slip_events += u64::from(event.topic() == SlipEvent::TOPIC);
-                        observer.event(&event);
-                        let mut event_check = event_check.lock().expect("no one panics with it");
-                        if let Some(event_check) = &mut *event_check {
-                            event_check.found(event);
-                            // Differences are reported at the end; this only drops equal pairs.
-                            event_check.let_go();
-                        }
-                    }
-                    Item::Record(record) => {
-                        observer.record(&record);
-                        observer.reached(record.step());
-                    }
-                    Item::Checkpoint(_) => {}
-                }
-                Ok::<(), ReplayError>(())
-            },
-        );
-        match outcome {
-            Ok(()) => {}
-            Err(StreamError::Source(error) | StreamError::Sink(error)) => return Err(error),
-            Err(StreamError::Thread(error)) => return Err(ReplayError::Thread(error)),
+        let event_check = compares.then(|| {
+            let topics = log.event_schemas().into_keys().map(str::to_owned);
+            EventCheck::with(&detectors, log.header(), topics)
+        });
+        let found = Found { observer, event_check, slip_events: 0 };
+        let mut detecting = Detecting { detectors, found, stop, is_stopped: false };
+        let checked = log.check(&mut detecting);
+        let Detecting { mut detectors, mut found, is_stopped, .. } = detecting;
+        if is_stopped {
+            return Err(ReplayError::Stopped);
         }
-        let event_check = event_check.into_inner().expect("no one panics with it");
-        let end = reader.end().expect("the log was read to its end");
+        if !checked.verdict.holds_all() {
+            return Err(ReplayError::Log(Box::new(checked)));
+        }
+        detectors.finish(&mut |event| found.add(event));
+        let Found { slip_events, event_check, .. } = found;
         Ok(Replayed {
-            header,
-            digest: end.digest.clone(),
+            checked,
             slip_events,
             comparison: event_check.map(|event_check| Comparison {
                 other_detectors: event_check.other_detectors(),
                 difference: event_check.finish().err(),
             }),
         })
+    }
+}
+
+/// Passes the records of a log through detectors.
+struct Detecting<'a> {
+    detectors: Detectors,
+    found: Found<'a>,
+    stop: &'a dyn Fn() -> bool,
+    is_stopped: bool,
+}
+
+/// What receives the events that detectors find.
+struct Found<'a> {
+    observer: &'a mut dyn Observer,
+    event_check: Option<EventCheck>,
+    slip_events: u64,
+}
+
+impl Observer for Detecting<'_> {
+    fn record(&mut self, record: &Record) {
+        self.found.observer.record(record);
+        if let Record::Step(step) = record {
+            self.detectors.observe(step, &mut |event| self.found.add(event));
+        }
+        self.is_stopped |= (self.stop)();
+    }
+
+    fn event(&mut self, event: &Event) {
+        if let Some(event_check) = &mut self.found.event_check {
+            event_check.logged(event.clone());
+        }
+    }
+
+    fn reached(&mut self, step: u64) {
+        self.found.observer.reached(step);
+    }
+
+    fn is_done(&self) -> bool {
+        self.is_stopped
+    }
+}
+
+impl Found<'_> {
+    fn add(&mut self, event: Event) {
+        self.slip_events += u64::from(event.topic() == SlipEvent::TOPIC);
+        self.observer.event(&event);
+        if let Some(event_check) = &mut self.event_check {
+            event_check.found(event);
+            // Differences are reported at the end; this only drops equal pairs.
+            event_check.let_go();
+        }
     }
 }

@@ -9,14 +9,14 @@ use asperity_testkit::{Random, folder};
 
 /// Scenarios in which every key is used.
 const FAMILIES: [(&str, &[&str]); 6] = [
-    ("default", &["slider.blocks=5"]),
+    ("default", &["slider.blocks=5", "parameter_set=as-coded"]),
     (
         "default",
         &["slider.blocks=5", "parameter_set=as-stated", "drive.kind=left-right", "friction.reattach=two-way"],
     ),
-    ("default", &["slider.blocks=5", "drive.kind=top"]),
-    ("default", &["slider.blocks=5", "friction.law=rigid", "prestress.ratio=0.1"]),
-    ("default", &["slider.blocks=5", "friction.law=velocity-weakening"]),
+    ("default", &["slider.blocks=5", "parameter_set=as-coded", "drive.kind=top"]),
+    ("default", &["slider.blocks=5", "parameter_set=as-coded", "friction.law=rigid", "prestress.ratio=0.1"]),
+    ("default", &["slider.blocks=5", "parameter_set=as-coded", "friction.law=velocity-weakening"]),
     ("slab", &["slider.blocks=9", "slider.rows=3", "slider.height_m=0.035"]),
 ];
 

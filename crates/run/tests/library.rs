@@ -89,7 +89,11 @@ impl Observer for Seen<'_> {
 }
 
 fn scenario() -> Scenario {
-    resolve("default", &["slider.blocks=10", "time.step_s=1e-6", "time.duration_s=3"]).expect("it resolves")
+    resolve(
+        "default",
+        &["parameter_set=as-coded", "slider.blocks=10", "time.step_s=1e-6", "time.duration_s=3"],
+    )
+    .expect("it resolves")
 }
 
 const NEVER: &(dyn Fn() -> bool + Sync) = &|| false;
@@ -232,6 +236,35 @@ fn a_wish_to_stop_is_not_forgotten() {
     assert!(matches!(stopped, Err(RunError::Stopped { log: None })), "{stopped:?}");
 }
 
+/// A replay checks the log that it reads, and goes by the verdict.
+#[test]
+fn a_replay_of_a_log_that_is_not_whole_fails_with_its_verdict() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    run(Task::new(&scenario()).log_to(LogTo::new(&path)), Begin::Anew, NEVER, &mut ()).expect("it runs");
+    let whole = std::fs::read(&path).expect("it was just written");
+    let mut flipped = whole.clone();
+    flipped[whole.len() * 9 / 10] ^= 4;
+    for (bytes, verdict) in [
+        (&whole[..whole.len() - 100], Verdict::Incomplete),
+        (&flipped, Verdict::Damaged),
+        (b"no log", Verdict::NoRunLog),
+    ] {
+        std::fs::write(&path, bytes).expect("the folder can be written");
+        let checked = match Replay::open(&path, &Settings::default()) {
+            Err(checked) => checked,
+            Ok(replay) => match replay.run(NEVER, &mut ()) {
+                Err(ReplayError::Log(checked)) => checked,
+                other => panic!("{other:?}"),
+            },
+        };
+        assert_eq!(checked.verdict, verdict, "{checked}");
+    }
+    std::fs::write(&path, whole).expect("the folder can be written");
+    let replay = Replay::open(&path, &Settings::default()).expect("it opens");
+    assert!(matches!(replay.run(&|| true, &mut ()), Err(ReplayError::Stopped)));
+}
+
 /// Observers of a stored run rely on its blocks: a log of other blocks is not shown.
 #[test]
 fn a_stored_log_of_another_run_is_shown_to_nobody() {
@@ -242,8 +275,11 @@ fn a_stored_log_of_another_run_is_shown_to_nobody() {
     job.make(folder.path(), solver, false, Threads::One, NEVER, &mut ()).expect("it runs");
     assert!(matches!(job.stored(folder.path(), solver, &mut seen), Stored::Whole(_)));
     assert!(!seen.records.is_empty() && !seen.events.is_empty());
-    let fewer = resolve("default", &["slider.blocks=5", "time.step_s=1e-6", "time.duration_s=3"])
-        .expect("it resolves");
+    let fewer = resolve(
+        "default",
+        &["parameter_set=as-coded", "slider.blocks=5", "time.step_s=1e-6", "time.duration_s=3"],
+    )
+    .expect("it resolves");
     let other = Job { scenario: fewer, ..job };
     let mut seen = Seen::ALL;
     let stored = other.stored(folder.path(), solver, &mut seen);

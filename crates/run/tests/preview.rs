@@ -103,7 +103,7 @@ fn loads_of_stuck_sliders_are_those_of_the_preview() {
 
 #[test]
 fn the_first_block_slips_when_the_preview_says_so() {
-    let chain = ["slider.blocks=20", "time.step_s=2e-7"];
+    let chain = ["parameter_set=as-coded", "slider.blocks=20", "time.step_s=2e-7"];
     let slab = [
         "slider.blocks=15",
         "slider.rows=4",

@@ -12,7 +12,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use asperity_record::{RunEnd, RunHeader};
+use asperity_record::{RunEnd, RunHeader, counted};
 
 use crate::findings::Damage;
 use crate::seal::Seal;
@@ -128,8 +128,7 @@ impl Found {
             numbered.sort_by_key(|(number, entry)| (*number, entry.at));
         }
         if twice > 0 {
-            let chunks = if twice == 1 { "chunk" } else { "chunks" };
-            kept.remarks.push(format!("{twice} {chunks} stood there twice"));
+            kept.remarks.push(format!("{} stood there twice", counted(twice, "chunk")));
         }
         let mut before = 0;
         for (number, entry) in numbered {

@@ -221,20 +221,19 @@ impl RunReader {
     /// # Errors
     /// If the file is damaged, incomplete, or contradicts its end. Further calls repeat the error.
     pub fn next_item(&mut self) -> Result<Option<LogItem>, LogError> {
-        loop {
-            match &self.progress {
-                Progress::Failed(problem) => {
-                    return Err(LogError { path: self.path.clone(), problem: problem.again() });
-                }
-                _ if !self.ready.is_empty() => {
-                    return Ok(self.ready.pop_front());
-                }
-                Progress::Whole => return Ok(None),
-                Progress::Reading => {}
-            }
+        self.read_ahead();
+        match &self.progress {
+            Progress::Failed(problem) => Err(LogError { path: self.path.clone(), problem: problem.again() }),
+            Progress::Whole | Progress::Reading => Ok(self.ready.pop_front()),
+        }
+    }
+
+    /// Reads up to the next item without returning it: once the first has been read, the topics are
+    /// known. An error is returned in place of the item.
+    pub fn read_ahead(&mut self) {
+        while self.ready.is_empty() && matches!(self.progress, Progress::Reading) {
             if let Err(problem) = self.advance() {
-                self.progress = Progress::Failed(problem.again());
-                return Err(LogError { path: self.path.clone(), problem });
+                self.progress = Progress::Failed(problem);
             }
         }
     }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Inputs, LockedFile, is_taken, partial_path};
+use asperity_files::{Existing, FileSet, Inputs, LockedFile, create_folder, is_taken, partial_path};
 
 use crate::problem::WriteError;
 use crate::read::{RunReader, Topics};
@@ -201,6 +201,9 @@ fn must_be_free(path: &Path, existing: Existing) -> Result<(), WriteError> {
 /// Locks and truncates a file that an earlier run may have left; refuses anything else of that
 /// name.
 fn emptied(path: &Path) -> Result<LockedFile, WriteError> {
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        create_folder(folder)?;
+    }
     let locked = LockedFile::create(path)?;
     must_be_ours(path)?;
     locked.file().set_len(0).map_err(|error| WriteError::Io { path: path.to_owned(), error })?;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::{EventKind, FieldRecord, RunEnd, RunHeader, WindowRecord};
+use asperity_record::{EventKind, FieldRecord, RunEnd, RunHeader, WindowRecord, counted};
 use mcap::records::{Channel, Record, SchemaHeader};
 use serde_json::{Map, Value};
 
@@ -385,9 +385,10 @@ impl<'a> Walk<'a> {
             if count > 0 && !self.is_known(topic) {
                 // Their positions are unknown, so they make no gap.
                 self.salvaged.lost.insert(topic.clone(), count);
+                let events = counted(count, "event");
                 self.salvaged
                     .remarks
-                    .push(format!("{topic} is left out: the announcement of its {count} events is lost"));
+                    .push(format!("{topic} is left out: the announcement of its {events} is lost"));
                 self.nameless = self.nameless.saturating_sub(count);
                 continue;
             }
@@ -402,17 +403,19 @@ impl<'a> Walk<'a> {
             self.salvaged.gaps.push(Gap { after_step: self.last_step, before_step: None });
         }
         if self.repeated > 0 {
-            self.salvaged.remarks.push(format!("{} messages stood there twice", self.repeated));
+            self.salvaged.remarks.push(format!("{} stood there twice", counted(self.repeated, "message")));
         }
         if self.contrary > 0 {
-            let remark =
-                format!("{} messages go back behind those before them, and are left out", self.contrary);
-            self.salvaged.remarks.push(remark);
+            let messages = counted(self.contrary, "message");
+            self.salvaged
+                .remarks
+                .push(format!("{messages} left out, which go back behind those before them"));
         }
         if self.nameless > 0 {
-            let remark =
-                format!("{} events are left out: nothing is left that announces their topic", self.nameless);
-            self.salvaged.remarks.push(remark);
+            let events = counted(self.nameless, "event");
+            self.salvaged
+                .remarks
+                .push(format!("{events} left out: nothing is left that announces their topic"));
         }
         (self.salvaged, self.foreign)
     }

@@ -281,7 +281,7 @@ fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
     let (salvaged, reader) = log.salvage(&cut);
     assert_eq!(salvaged.kept.keys().collect::<Vec<_>>(), ["/step"]);
     let [remark] = &salvaged.remarks[..] else { panic!("{:?}", salvaged.remarks) };
-    assert!(remark.ends_with(" events are left out: nothing is left that announces their topic"), "{remark}");
+    assert!(remark.ends_with(" events left out: nothing is left that announces their topic"), "{remark}");
     assert_eq!(items(reader).len() as u64, Marked::STEPS - before_step + 1);
 }
 

@@ -442,7 +442,10 @@ mod tests {
     fn plan() -> Plan {
         // A hundred times the drive velocity, so that the first detachment comes within some 60,000
         // steps.
-        let source = ScenarioSource::new("test", "time.duration_s = 0.0015\ndrive.velocity_m_per_s = 0.01");
+        let source = ScenarioSource::new(
+            "test",
+            "parameter_set = \"as-coded\"\ntime.duration_s = 0.0015\ndrive.velocity_m_per_s = 0.01",
+        );
         Plan::new(&Scenario::resolve(&source).unwrap())
     }
 

@@ -65,7 +65,7 @@ mod tests {
         for (scenario, set) in [
             ("default", &["parameter_set=as-coded", "time.duration_s=0.25"][..]),
             ("default", &["parameter_set=as-stated", "time.duration_s=0.25"]),
-            ("default", &["slider.blocks=300", "time.duration_s=0.06"]),
+            ("default", &["parameter_set=as-coded", "slider.blocks=300", "time.duration_s=0.06"]),
             ("slab", &slab),
         ] {
             let scenario = resolve(scenario, set).unwrap_or_else(|error| panic!("{error}"));

@@ -107,7 +107,10 @@ mod tests {
     use crate::solver::Solver;
 
     fn plan(set: &[&str]) -> Plan {
-        let source = ScenarioSource::new("test", "time.duration_s = 0.1\nslider.blocks = 10");
+        let source = ScenarioSource::new(
+            "test",
+            "parameter_set = \"as-coded\"\ntime.duration_s = 0.1\nslider.blocks = 10",
+        );
         let source = set.iter().fold(source, |source, value| source.with_override(value));
         Plan::new(&Scenario::resolve(&source).unwrap())
     }

@@ -357,7 +357,7 @@ mod tests {
             &["slider.blocks=3", "friction.interfacial_stiffness_ratio=30"],
             &["slider.blocks=64", "parameter_set=as-stated", "drive.kind=top"],
         ] {
-            let source = ScenarioSource::new("test", "");
+            let source = ScenarioSource::new("test", "parameter_set = \"as-coded\"");
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
@@ -401,7 +401,7 @@ mod tests {
 
     #[test]
     fn a_drive_so_stiff_that_it_has_a_wave_of_its_own_is_refused() {
-        let source = ScenarioSource::new("test", "")
+        let source = ScenarioSource::new("test", "parameter_set = \"as-coded\"")
             .with_override("slider.blocks=17")
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());

@@ -228,7 +228,8 @@ mod tests {
     /// A chain without switches for a long time: thresholds out of reach, some blocks slide fast, the
     /// others stick.
     fn free_run(set: &str) -> (Plan, Plain) {
-        let source = ScenarioSource::new("test", "time.duration_s = 1").with_override(set);
+        let source = ScenarioSource::new("test", "parameter_set = \"as-coded\"\ntime.duration_s = 1")
+            .with_override(set);
         let mut plan = Plan::new(&Scenario::resolve(&source).unwrap());
         plan.friction.static_threshold_n.fill(1e9);
         plan.friction.dynamic_friction_n.fill(0.1);

@@ -7,8 +7,9 @@ use std::path::Path;
 
 use asperity_figures::{self as study_figures, Place};
 use asperity_model::keys::{KEYS, Key, Kind};
-use asperity_model::{mixed, text};
-use asperity_record::{Column, ColumnKind};
+use asperity_model::typed::whole;
+use asperity_model::{key_suggestion, mixed, suggestion, text};
+use asperity_record::{Column, ColumnKind, rounded};
 use serde::{Deserialize, Serialize};
 
 /// Most runs of a sweep.
@@ -45,6 +46,15 @@ impl fmt::Display for Value {
 }
 
 impl Value {
+    /// Reads `100.0` as 100 where a key counts.
+    fn settle(&mut self, key: &Key) {
+        if let (Kind::Count(..), Value::Number(number)) = (key.kind, &*self)
+            && let Some(Ok(count)) = whole(*number).map(i64::try_from)
+        {
+            *self = Value::Whole(count);
+        }
+    }
+
     /// Whether the values are equal, however they are written.
     pub(crate) fn same(&self, other: &Value) -> bool {
         match (self, other) {
@@ -130,7 +140,7 @@ impl Written {
     pub(crate) fn read(&self, folder: &Path) -> Result<Axis, String> {
         let Written { key, values, from, to, spacing, keys, rows, csv, sample, ranges, count, seed } = self;
         let range = from.is_some() || to.is_some();
-        let axis = match (key, values, range, keys, rows, csv, sample) {
+        let mut axis = match (key, values, range, keys, rows, csv, sample) {
             (Some(key), Some(values), false, None, None, None, None) => {
                 self.none_of(&[("count", count.is_some())])?;
                 Axis {
@@ -183,6 +193,7 @@ impl Written {
             ("count", count.is_some() && sample.is_none() && !range),
         ];
         self.none_of(&needless)?;
+        axis.settle();
         axis.check()?;
         Ok(axis)
     }
@@ -196,6 +207,13 @@ impl Written {
 }
 
 impl Axis {
+    /// Reads `100.0` as 100 where a key counts.
+    fn settle(&mut self) {
+        for row in &mut self.rows {
+            self.keys.iter().zip(row).for_each(|(key, value)| value.settle(key));
+        }
+    }
+
     fn check(&self) -> Result<(), String> {
         let names = names(&self.keys);
         if self.keys.is_empty() {
@@ -296,10 +314,10 @@ pub(crate) fn runs_at<'a, S: AsRef<str>>(
         let (name, value) = text
             .split_once('=')
             .ok_or_else(|| format!("at: {text:?} is not accepted (accepted: key=value)"))?;
-        let place = keys
-            .iter()
-            .position(|key| key == name.trim())
-            .ok_or_else(|| format!("at: {} does not vary (accepted: {})", name.trim(), keys.join(", ")))?;
+        let place = keys.iter().position(|key| key == name.trim()).ok_or_else(|| {
+            let meant = suggestion(name.trim(), keys.iter().map(String::as_str));
+            format!("at: {} does not vary{meant} (accepted: {})", name.trim(), keys.join(", "))
+        })?;
         wanted.push((place, Place::read(value)));
     }
     let has_all = |values: &[Value]| wanted.iter().all(|(key, wanted)| place(&values[*key]) == *wanted);
@@ -325,7 +343,8 @@ fn few_enough(count: u64) -> Result<(), String> {
 
 pub(crate) fn key_of(path: &str) -> Result<&'static Key, String> {
     let key = KEYS.iter().find(|key| key.path == path).ok_or_else(|| {
-        format!("{path}: unknown key (accepted: the keys of `asperity scenario show default`)")
+        let meant = key_suggestion(path);
+        format!("{path}: unknown key{meant} (accepted: the keys of `asperity scenario show default`)")
     })?;
     match key.kind {
         Kind::Numbers(..) => Err(format!("{path}: a list cannot be an axis (accepted: keys of one value)")),
@@ -370,18 +389,14 @@ impl Range {
         let value = match self.spacing {
             _ if share == 0.0 => from,
             _ if share == 1.0 => to,
-            Spacing::Linear => twelve_digits(from + (to - from) * share),
-            Spacing::Log => twelve_digits(from * libm::pow(to / from, share)),
+            Spacing::Linear => rounded(from + (to - from) * share, 12),
+            Spacing::Log => rounded(from * libm::pow(to / from, share), 12),
         };
         match key.kind {
             Kind::Count(..) => Value::Whole(value.round() as i64),
             _ => Value::Number(value),
         }
     }
-}
-
-fn twelve_digits(value: f64) -> f64 {
-    format!("{value:.11e}").parse().expect("a number as it was just printed")
 }
 
 /// Reads a table of values with the keys as its heading.
@@ -400,7 +415,8 @@ fn table(path: &Path) -> Result<Axis, String> {
         let record = record.map_err(refused)?;
         let line = record.position().map_or(0, csv::Position::line);
         let row = keys.iter().zip(&record).map(|(key, cell)| {
-            let value = read_cell(key, cell);
+            let mut value = read_cell(key, cell);
+            value.settle(key);
             check_value(key, &value).map(|()| value).map_err(|error| format!("csv {name}:{line}: {error}"))
         });
         rows.push(row.collect::<Result<Vec<_>, _>>()?);
@@ -412,7 +428,11 @@ fn read_cell(key: &Key, cell: &str) -> Value {
     let text = || Value::Text(cell.to_owned());
     match key.kind {
         Kind::Number(..) => cell.parse().map_or_else(|_| text(), Value::Number),
-        Kind::Count(..) => cell.parse().map_or_else(|_| text(), Value::Whole),
+        Kind::Count(..) => cell
+            .parse()
+            .map(Value::Whole)
+            .or_else(|_| cell.parse().map(Value::Number))
+            .unwrap_or_else(|_: std::num::ParseFloatError| text()),
         Kind::Flag => cell.parse().map_or_else(|_| text(), Value::Flag),
         _ => text(),
     }
@@ -504,6 +524,8 @@ mod tests {
         assert_eq!(numbers(&tenths, 0), [-0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5]);
         let whole = axis("key = 'slider.blocks'\nfrom = 10\nto = 40\ncount = 4").unwrap();
         assert_eq!(whole.rows[1], [Value::Whole(20)]);
+        let whole = axis("key = 'slider.blocks'\nvalues = [10.0, 2e1]").unwrap();
+        assert_eq!(whole.rows, [[Value::Whole(10)], [Value::Whole(20)]]);
         let rows = axis(
             "keys = ['friction.static_coefficient', 'friction.dynamic_coefficient']\nrows = [[0.5, 0.3], [0.7, 0.45]]",
         );
@@ -530,7 +552,10 @@ mod tests {
         for (text, problem) in [
             ("key = 'normal_load.tilt'\nvalues = []", "normal_load.tilt: no values"),
             ("key = 'normal_load.tilt'\nvalues = [0, 0.5, 0.0]", "stands there twice"),
-            ("key = 'normal_load.tlit'\nvalues = [0]", "normal_load.tlit: unknown key"),
+            (
+                "key = 'normal_load.tlit'\nvalues = [0]",
+                "normal_load.tlit: unknown key; did you mean normal_load.tilt?",
+            ),
             (
                 "key = 'normal_load.tilt'\nvalues = [1.5]",
                 "1.5 is not accepted (accepted: a number from -1 to 1)",

@@ -8,6 +8,8 @@ use asperity_figures::Figures;
 use asperity_figures::draw::Figures;
 #[cfg(feature = "analysis")]
 use asperity_model::analytic::LengthLaw;
+use asperity_model::text::Lines;
+use asperity_model::typed;
 #[cfg(feature = "analysis")]
 use asperity_numbers::Number;
 #[cfg(feature = "analysis")]
@@ -23,6 +25,9 @@ use crate::axis::Written;
 #[cfg(feature = "analysis")]
 use crate::parameter_table;
 use crate::runs::{Ensemble, RunSpec, SpellOut};
+
+/// Where all kinds of figures and all keys of a study are listed.
+const LISTED_IN: &str = "docs/figures.md and docs/scenarios.md";
 
 /// What is stored of each run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -56,7 +61,7 @@ pub(crate) struct File {
     pub(crate) title: String,
     /// The scenario that its axes vary.
     pub(crate) scenario: Option<String>,
-    /// Overrides of that scenario, `key=value`.
+    /// Overrides of all its runs, `key=value`; those of a run or an ensemble come after them.
     #[serde(default)]
     pub(crate) set: Vec<String>,
     /// What is stored of each run over the axes.
@@ -130,7 +135,11 @@ impl File {
 
     pub(crate) fn parse(text: &str) -> Result<File, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
-        let mut file: File = toml::from_str(text).map_err(|error| error.to_string())?;
+        let mut file: File = typed::parse(text, LISTED_IN).map_err(|typed::TypedError { at, problem }| {
+            let place = Lines::of(text).place(text, at);
+            let (line, column) = place.split_once(':').unwrap_or((&place, "1"));
+            format!("line {line}, column {column}: {problem}")
+        })?;
         #[cfg(feature = "analysis")]
         {
             file.notes = old_names(&toml::from_str(text).map_err(|error| error.to_string())?);
@@ -139,17 +148,22 @@ impl File {
         let mut names = BTreeSet::new();
         for run in &file.run {
             if !names.insert(run.name.as_str()) {
-                return Err(format!("two runs are called {}", run.name));
+                return Err(format!(
+                    "two runs are called {} (accepted: a name of its own for each)",
+                    run.name
+                ));
             }
             run.check_name()?;
         }
         Ok(file)
     }
 
-    /// Puts the runs of ensembles beside the others, and wherever an ensemble is named.
+    /// Puts the runs of ensembles beside the others and wherever an ensemble is named, and the overrides
+    /// of all runs before those of each.
     fn spell_out_ensembles(&mut self) -> Result<(), String> {
         let mut spell_out = SpellOut::new(&self.ensemble)?;
         spell_out.add_runs(&mut self.run)?;
+        spell_out.set_in_all(&self.set, &mut self.run)?;
         #[cfg(feature = "analysis")]
         {
             let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))

@@ -31,13 +31,15 @@
 //!
 //! In reading order:
 //!
-//! - [`axis`]: what varies; [`runs`]: the runs that have names; [`Study`]: the file that has both.
+//! - [`axis`]: what varies; [`runs`]: the runs that have names; [`Study`]: the file that has both;
+//!   `parameter_sets`: which parameter sets they have, and why.
 //! - [`Plan`]: every run with its values and its id; never changed once made.
 //! - [`work`]: makes one run; [`staging`]: unfinished logs of long runs.
 //! - [`stored`]: the packed result of a run; [`segment`]: the file of a worker's results;
 //!   [`Results`]: all results, run logs included, and contradictions among them or with the plan.
 //! - [`collect()`]: the tables of runs over axes.
 //! - [`emit`]: scripts for clusters.
+//! - [`given`]: what stands at a path: a run log, a scenario, a sweep, a folder of these.
 //!
 //! The tables depend on the plan alone: not on the order of the runs, the number of workers, or how
 //! often they were killed.
@@ -48,7 +50,9 @@ pub mod emit;
 #[cfg(feature = "analysis")]
 mod error;
 mod file;
+pub mod given;
 mod lines;
+mod parameter_sets;
 #[cfg(feature = "analysis")]
 pub mod parameter_table;
 #[cfg(feature = "analysis")]

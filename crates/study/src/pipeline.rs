@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use asperity_figures::draw::{Figures, files_of};
+use asperity_figures::draw::{Caption, Figures, files_of};
+use asperity_model::among;
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
@@ -113,7 +114,10 @@ impl Pipeline {
         for run in spoken_of {
             if !names.contains(run) {
                 let known: Vec<&str> = names.into_iter().collect();
-                return Err(format!("there is no run {run} (accepted: {})", known.join(", ")));
+                return Err(format!(
+                    "there is no run {run}{}",
+                    among(run, &known, "the [[run]] of this file")
+                ));
             }
         }
         self.figure.check()?;
@@ -201,15 +205,12 @@ impl Pipeline {
     }
 
     /// What its page shows beside its runs, given the figures' captions by file.
-    pub(crate) fn contents(&self, captions: &BTreeMap<String, String>) -> Contents {
+    pub(crate) fn contents(&self, captions: &BTreeMap<String, Caption>) -> Contents {
         let shown = |(file, of): (&str, Vec<&str>)| {
+            let Caption { title, caption } = captions.get(file).cloned().unwrap_or_default();
             // In the order of the pipeline.
             let runs = self.runs.iter().filter(|name| of.contains(&name.as_str()));
-            Shown {
-                file: format!("figures/{file}"),
-                caption: captions.get(file).cloned().unwrap_or_default(),
-                runs: runs.cloned().collect(),
-            }
+            Shown { file: format!("figures/{file}"), title, caption, runs: runs.cloned().collect() }
         };
         Contents {
             title: self.title.clone(),

@@ -29,7 +29,10 @@ use crate::study::{Grid, Study};
 pub const FILE: &str = "plan.ndjson";
 
 /// The version of the plan format.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
+
+/// The version in which scenarios without `parameter_set` mean `as-coded`.
+const FORMAT_AS_CODED: u32 = 1;
 
 /// The longest first line: the texts of a scenario and of a sweep, in which JSON escapes line
 /// breaks and quotation marks as two bytes.
@@ -476,13 +479,15 @@ impl Row {
 
 impl Common {
     fn parse(line: &str) -> Result<(Common, Vec<&'static Key>), String> {
-        let common: Common = serde_json::from_str(line).map_err(|error| {
+        let mut common: Common = serde_json::from_str(line).map_err(|error| {
             let problem = problem_of(&error);
             format!("a plan of another form: {problem} (accepted: one by this version of the program)")
         })?;
-        if common.format != FORMAT {
-            return Err(format!("format = {} (accepted: {FORMAT})", common.format));
+        if ![FORMAT_AS_CODED, FORMAT].contains(&common.format) {
+            return Err(format!("format = {} (accepted: {FORMAT_AS_CODED} or {FORMAT})", common.format));
         }
+        let is_older = common.is_older();
+        common.runs.iter_mut().for_each(|run| run.is_older = is_older);
         let keys = common.keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>();
         let keys = keys.map_err(|problem| format!("keys: {problem}"))?;
         let mut seen = BTreeSet::new();
@@ -500,6 +505,10 @@ impl Common {
         Ok((common, keys))
     }
 
+    fn is_older(&self) -> bool {
+        self.format == FORMAT_AS_CODED
+    }
+
     /// The overrides of a run, as `key=value`.
     pub fn assignments(&self, values: &[Value]) -> Vec<String> {
         self.keys.iter().zip(values).map(|(key, value)| format!("{key}={value}")).collect()
@@ -511,6 +520,7 @@ impl Common {
     /// If it refuses them.
     pub fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
         let source = ScenarioSource::new(&self.scenario, &self.scenario_toml);
+        let source = if self.is_older() { source.stored_by_older_program() } else { source };
         let assignments = self.set.iter().cloned().chain(self.assignments(values));
         let source = assignments.fold(source, |source, assignment| source.with_override(&assignment));
         Scenario::resolve(&source).map_err(|errors| errors.to_string())
@@ -527,4 +537,33 @@ fn json(value: &impl Serialize) -> String {
     let mut line = serde_json::to_string(value).expect("texts and finite numbers are JSON");
     line.push('\n');
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use asperity_model::ParameterSet;
+
+    use super::Plan;
+
+    /// Its scenario names no parameter set, which meant `as-coded` when it was planned.
+    #[test]
+    fn a_plan_of_the_former_default_means_the_scenarios_that_it_was_made_of() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1");
+        let plan = Plan::read(&folder).unwrap();
+        assert!(!plan.common.scenario_toml.contains("parameter_set"));
+        for row in &plan.rows {
+            let scenario = plan.resolve(row).unwrap();
+            assert_eq!(scenario.parameter_set, ParameterSet::AsCoded);
+            // As run ids are computed.
+            let id = blake3::Hasher::new()
+                .update(scenario.hash().as_bytes())
+                .update(&plan.common.record_schema_version.to_le_bytes())
+                .update(plan.common.code_version.as_bytes())
+                .finalize();
+            assert_eq!(row.id, Some(id.to_hex().to_string()), "run {}", row.run);
+        }
+        assert!(plan.check_code(&folder).unwrap_err().to_string().contains("by code version"));
+    }
 }

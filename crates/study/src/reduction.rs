@@ -186,10 +186,12 @@ impl<'a> Reduction<'a> {
     /// # Errors
     /// If a table cannot be written.
     pub fn passing(&self, run: &str, header: RunHeader, scenario: Scenario) -> Result<Passing, StudyError> {
+        let blocks = header.blocks;
         let collector = Collector::new(run, header, scenario, self.required_data(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
-        let page = PageCollector::new(collector.steps(), Limits::of_runs(self.pipeline.runs.len()));
+        let limits = Limits::of_runs(self.pipeline.runs.len());
+        let page = PageCollector::new(collector.steps(), blocks, limits);
         Ok(Passing { collector, loads, page, written: Ok(()) })
     }
 

@@ -30,7 +30,7 @@ pub struct RunSpec {
     /// Name of a built-in scenario, or path of a file or a run log, in the folder of the study or from the
     /// current one.
     pub scenario: String,
-    /// Overrides, `key=value`.
+    /// Overrides, `key=value`, after those of the whole study.
     #[serde(default)]
     pub set: Vec<String>,
 }
@@ -45,7 +45,7 @@ impl RunSpec {
         let RunSpec { name, scenario, set } = self.clone();
         let problem = |problem: String| format!("run {name}: {problem}");
         let Text { text, of_log, .. } = read_scenario(&scenario, folder).map_err(problem)?;
-        Ok(Named { name, scenario, scenario_toml: text, of_log, set })
+        Ok(Named { name, scenario, scenario_toml: text, of_log, set, is_older: false })
     }
 }
 
@@ -74,6 +74,9 @@ pub struct Named {
     /// Overrides, `key=value`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
+    /// Whether its plan is older than the parameter set that scenarios mean now if they name none.
+    #[serde(skip)]
+    pub(crate) is_older: bool,
 }
 
 impl Named {
@@ -90,7 +93,13 @@ impl Named {
     /// # Errors
     /// If it is refused, in words.
     pub fn resolve(&self) -> Result<Scenario, String> {
-        let Named { name, scenario, scenario_toml, of_log, set } = self;
+        let Named { name, scenario, set, .. } = self;
+        self.source().resolve(scenario, set).map_err(|errors| format!("run {name}: {errors}"))
+    }
+
+    /// Its scenario as written, without overrides.
+    pub(crate) fn source(&self) -> ScenarioSource {
+        let Named { scenario, scenario_toml, of_log, is_older, .. } = self;
         let source = if *of_log {
             ScenarioSource::logged(format!("{scenario}: scenario.toml"), scenario_toml)
         } else if builtin::find(scenario).is_some() {
@@ -98,7 +107,7 @@ impl Named {
         } else {
             ScenarioSource::new(scenario, scenario_toml)
         };
-        source.resolve(scenario, set).map_err(|errors| format!("run {name}: {errors}"))
+        if *is_older { source.stored_by_older_program() } else { source }
     }
 
     /// The run, ready to be made.
@@ -220,7 +229,10 @@ impl<'a> SpellOut<'a> {
         for ensemble in ensembles {
             ensemble.check()?;
             if by_name.insert(ensemble.name.as_str(), ensemble).is_some() {
-                return Err(format!("two ensembles are called {}", ensemble.name));
+                return Err(format!(
+                    "two ensembles are called {} (accepted: a name of its own for each)",
+                    ensemble.name
+                ));
             }
         }
         Ok(SpellOut { ensembles: by_name, left: LONGEST_TOML_BYTES })
@@ -229,7 +241,9 @@ impl<'a> SpellOut<'a> {
     fn take(&mut self, bytes: usize) -> Result<(), String> {
         let left = self.left.checked_sub(bytes);
         self.left = left.ok_or_else(|| {
-            format!("ensembles: more than {LONGEST_TOML_BYTES} bytes when written out (accepted: fewer)")
+            format!(
+                "ensembles and set: more than {LONGEST_TOML_BYTES} bytes when written out (accepted: fewer)"
+            )
         })?;
         Ok(())
     }
@@ -249,6 +263,17 @@ impl<'a> SpellOut<'a> {
             self.take(ensemble.bytes_of_runs())?;
             runs.extend(ensemble.runs());
         }
+        Ok(())
+    }
+
+    /// Puts overrides before those of each run.
+    ///
+    /// # Errors
+    /// If there would be too many.
+    pub(crate) fn set_in_all(&mut self, set: &[String], runs: &mut [RunSpec]) -> Result<(), String> {
+        let bytes: usize = set.iter().map(String::len).sum();
+        self.take(bytes.saturating_mul(runs.len()))?;
+        runs.iter_mut().for_each(|run| drop(run.set.splice(..0, set.iter().cloned())));
         Ok(())
     }
 
@@ -339,13 +364,28 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
     }
 
     #[test]
+    fn the_set_of_a_study_comes_before_that_of_each_run() {
+        let text = TEXT.replace("title = \"t\"", "title = \"t\"\nset = [\"parameter_set=as-coded\"]");
+        let file = File::parse(&text).unwrap();
+        let sets: Vec<&[String]> = file.run.iter().map(|run| run.set.as_slice()).collect();
+        let kick = |value: &str| format!("initial_velocity.amplitude_m_per_s={value}");
+        let of_study = "parameter_set=as-coded".to_owned();
+        let step = "time.step_s=1e-7".to_owned();
+        assert_eq!(sets[0], [of_study.clone()]);
+        assert_eq!(sets[2], [of_study, step, kick("0.000000002")]);
+    }
+
+    #[test]
     fn ensembles_that_make_no_sense_are_refused() {
         let refused = |old: &str, new: &str| Pipeline::parse(&TEXT.replace(old, new)).unwrap_err();
         assert_eq!(
             refused("values = [1e-9, 2e-9]", "values = []"),
             "ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)"
         );
-        assert_eq!(refused("name = \"base\"", "name = \"kicked-2\""), "two runs are called kicked-2");
+        assert_eq!(
+            refused("name = \"base\"", "name = \"kicked-2\""),
+            "two runs are called kicked-2 (accepted: a name of its own for each)"
+        );
         assert_eq!(
             refused("name = \"base\"\nscenario", "name = \"kicked\"\nscenario"),
             "an ensemble and a run are both called kicked (accepted: different names)"
@@ -356,10 +396,12 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
         // Short texts that ask for much: long overrides of each of a thousand, long lists of them.
         let many = format!("values = [{}]", "1,".repeat(1000));
         let long = format!("set = [\"{}\"]", "a".repeat(10_000));
-        let told = "ensembles: more than 8388608 bytes when written out (accepted: fewer)";
+        let told = "ensembles and set: more than 8388608 bytes when written out (accepted: fewer)";
         let text = TEXT.replace("values = [1e-9, 2e-9]", &many);
         assert!(Pipeline::parse(&text).is_ok());
         assert_eq!(Pipeline::parse(&text.replace("set = [\"time.step_s=1e-7\"]", &long)).unwrap_err(), told);
+        let top = format!("title = \"t\"\nset = [\"{}\"]", "a".repeat(10_000));
+        assert_eq!(Pipeline::parse(&text.replace("title = \"t\"", &top)).unwrap_err(), told);
         let lists = format!("runs = [{}]", "\"kicked\",".repeat(2000));
         assert_eq!(
             Pipeline::parse(&text.replace("runs = [\"base\", \"kicked\"]", &lists)).unwrap_err(),

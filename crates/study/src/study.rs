@@ -26,7 +26,7 @@ pub struct Grid {
     pub scenario: String,
     /// The text of that scenario.
     pub scenario_toml: String,
-    /// Overrides in all runs, `key=value`.
+    /// Overrides in all runs of the study, `key=value`.
     pub set: Vec<String>,
     /// What is stored of each run.
     pub keep: Vec<Keep>,
@@ -44,6 +44,9 @@ pub struct Study {
     pub grid: Option<Grid>,
     /// The runs that have names; their results are run logs.
     pub runs: Vec<Named>,
+    /// How many of each run's overrides are those of the whole study, and from the command line: the
+    /// first and the last of them.
+    pub(crate) shared_sets: (usize, usize),
     /// The figures of the tables of the grid.
     pub figures: Vec<Figure>,
     /// What is made of single runs, and the claims.
@@ -74,7 +77,7 @@ impl Study {
         Study::parse(&text, path.parent().unwrap_or(Path::new("."))).map_err(refused)
     }
 
-    fn parse(text: &str, folder: &Path) -> Result<Study, String> {
+    pub(crate) fn parse(text: &str, folder: &Path) -> Result<Study, String> {
         let file = File::parse(text)?;
         if file.axis.is_empty() && file.run.is_empty() {
             return Err(
@@ -105,6 +108,7 @@ impl Study {
             title: file.title,
             grid,
             runs,
+            shared_sets: (file.set.len(), 0),
             figures,
             #[cfg(feature = "analysis")]
             pipeline,
@@ -133,6 +137,7 @@ impl Study {
     /// Adds overrides to the runs that have names.
     pub fn set(&mut self, set: &[String]) {
         self.runs.iter_mut().for_each(|run| run.set.extend_from_slice(set));
+        self.shared_sets.1 += set.len();
     }
 
     /// The runs that have names, ready to be made.
@@ -158,9 +163,6 @@ impl Grid {
                 Some(scenario) => Err(format!(
                     "scenario = {scenario:?} and nothing varies (accepted: one or more [[axis]])"
                 )),
-                None if !set.is_empty() => {
-                    Err("set without scenario and [[axis]] (accepted: set in each [[run]])".to_owned())
-                }
                 None => Ok(None),
             };
         }
@@ -274,8 +276,11 @@ mod tests {
             (format!("{TILTS}{TILTS}"), "normal_load.tilt varies on axes 1 and 2"),
             (format!("set = ['normal_load.tilt=0']\n{TILTS}"), "both set normal_load.tilt"),
             (many.to_owned(), "too many runs"),
-            (format!("keep = ['movies']\n{TILTS}"), "unknown variant"),
-            (format!("colour = 1\n{TILTS}"), "unknown field"),
+            (
+                format!("keep = ['movies']\n{TILTS}"),
+                "keep = 'movies' is not accepted (accepted: events, ruptures, ",
+            ),
+            (format!("colour = 1\n{TILTS}"), "line 3, column 1: colour: unknown key"),
             (
                 format!("{TILTS}[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'count'\n"),
                 "figure.family \"a.png\": y = \"count\" is no number",
@@ -298,7 +303,6 @@ mod tests {
             (String::new(), "there are no runs and nothing varies"),
             (TILTS.to_owned(), "[[axis]] without scenario"),
             (format!("scenario = 'slab'\n{run}"), "scenario = \"slab\" and nothing varies"),
-            (format!("set = ['a=1']\n{run}"), "set without scenario"),
             (format!("{run}{run}"), "two runs are called a"),
             (run.replace("'a'", "'a/b'"), "run name \"a/b\" is no file name"),
             (run.replace("'default'", "'defualt'"), "did you mean default?"),

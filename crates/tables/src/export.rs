@@ -1,7 +1,7 @@
-//! From a log to the files of its tables, in one pass and with memory bounded by
-//! a few batches of rows.
+//! From a log to the files of its tables, while the log is read and checked, with memory bounded by a
+//! few batches of rows.
 //!
-//! The whole log is read and checked whatever is asked of it, so that a slice of
+//! The whole log is checked whatever is asked of it, so that a slice of
 //! a damaged log is known to be one. Files get their names together, when all of
 //! them are whole; the last is `NAME.FORMAT.export.json`, which lists what was
 //! exported and from which run.
@@ -11,8 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
-use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Record, RunHeader};
-use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
+use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Observer, Record, RunHeader};
 use serde::Serialize;
 
 use crate::batch::Batch;
@@ -57,9 +56,6 @@ pub struct Request {
 /// A log that cannot be exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The log cannot be read at all.
-    #[error(transparent)]
-    Log(#[from] LogError),
     /// A topic that no table is made of.
     #[error("no table is made of the topic {topic:?} (accepted: {accepted})")]
     UnknownTopic {
@@ -102,23 +98,12 @@ pub enum ExportError {
     },
 }
 
-/// What a log was found to be worth, by whoever knows how to judge logs.
-#[derive(Debug, Clone)]
-pub struct Judged {
-    /// In a word.
-    pub state: State,
-    /// Why it does not hold all of its run, if it does not.
-    pub problem: Option<String>,
-    /// The last step up to which it is sound.
-    pub until_step: u64,
-}
-
 /// What came of an export.
 #[derive(Debug)]
 pub struct Report {
     /// The files, with the number of rows in each, and the one that describes them.
     pub files: Vec<(PathBuf, Option<u64>)>,
-    /// How far the log was read.
+    /// How far the log was exported.
     pub ran: Ran,
     /// Events of topics that no table can be made of, and how many: this program has no detector
     /// for them, and their schema is not flat or not known, no file can be named after the topic,
@@ -128,7 +113,7 @@ pub struct Report {
     pub without_energies: bool,
 }
 
-/// How far a log was read.
+/// How far a log was exported.
 #[derive(Debug)]
 pub struct Ran {
     /// What it is worth.
@@ -148,11 +133,11 @@ pub fn name_of(run: &Path) -> String {
     name.strip_suffix(".mcap").unwrap_or(name).to_owned()
 }
 
-/// A log that is about to be exported.
+/// The tables of a log while it is read. It observes what is sound of the log; whoever judges that
+/// ends it, and without that there are no files.
 pub struct Export<'a> {
-    reader: RunReader,
-    /// The first of the log, read already: by then all topics have been announced.
-    first: Option<Result<Option<LogItem>, LogError>>,
+    header: RunHeader,
+    scenario_toml: String,
     request: Request,
     format: &'a dyn Format,
     tables: Vec<Table>,
@@ -162,10 +147,26 @@ pub struct Export<'a> {
     parts: Option<StepParts>,
     /// Whether states have what each block bears, once the first has been seen.
     contact_loads: Option<bool>,
+    last_step: u64,
     /// The time of the last record, s.
     last_s: f64,
     left_out: BTreeMap<String, u64>,
-    judged: Judged,
+    /// Why no further row is written.
+    ended: Option<Ended>,
+}
+
+/// Why an export takes no further records and events.
+enum Ended {
+    /// The log has something that no run writes.
+    Log(String),
+    /// A file cannot be written.
+    File(ExportError),
+}
+
+impl From<ExportError> for Ended {
+    fn from(error: ExportError) -> Ended {
+        Ended::File(error)
+    }
 }
 
 /// How the events of one topic become rows.
@@ -188,13 +189,16 @@ struct Table {
 }
 
 impl<'a> Export<'a> {
-    /// Opens a log, and finds out whether the files can be written. `kinds` are the events whose
+    /// Begins the tables of a log with this header and scenario, which announces events of these topics
+    /// with these schemas, and finds out whether the files can be written. `kinds` are the events whose
     /// detectors are known; of others, tables are made by the schemas in the log.
     ///
     /// # Errors
-    /// If the request cannot be met or the log not be read.
-    pub fn open(
-        run: &Path,
+    /// If the request cannot be met.
+    pub fn begin(
+        header: &RunHeader,
+        scenario_toml: &str,
+        event_schemas: &BTreeMap<&str, &str>,
         request: Request,
         kinds: &[EventKind],
         format: &'a dyn Format,
@@ -204,9 +208,7 @@ impl<'a> Export<'a> {
         if !(from_s >= 0.0 && from_s < to_s) {
             return Err(ExportError::EmptyRange { from_s, to_s });
         }
-        let mut reader = RunReader::open(run, wanted(&request.topics))?;
-        let first = reader.next_item();
-        let mut layouts = layouts(&reader, kinds);
+        let mut layouts = layouts(event_schemas, kinds);
         layouts.extend(request.nodes.then(nodes_layout));
         for topic in &request.topics {
             if !layouts.iter().any(|layout| layout.topic == *topic) {
@@ -243,8 +245,8 @@ impl<'a> Export<'a> {
             .collect();
         let files = FileSet::new(request.existing, request.inputs.clone());
         let export = Export {
-            reader,
-            first: Some(first),
+            header: header.clone(),
+            scenario_toml: scenario_toml.to_owned(),
             request,
             format,
             tables,
@@ -252,21 +254,14 @@ impl<'a> Export<'a> {
             events,
             parts: None,
             contact_loads: None,
+            last_step: 0,
             last_s: 0.0,
             left_out: BTreeMap::new(),
-            judged: Judged { state: State::Whole, problem: None, until_step: u64::MAX },
+            ended: None,
         };
         let tables = export.tables.iter().map(|table| table.path.clone());
         export.files.reserve(tables.chain([export.manifest_path()]))?;
         Ok(export)
-    }
-
-    /// Goes by a judgement of the log. Without one, what reading it brings to light is all that is
-    /// known of its worth.
-    #[must_use]
-    pub fn judged(mut self, judged: Judged) -> Export<'a> {
-        self.judged = judged;
-        self
     }
 
     /// Adds the nodes of a slab after a step, whenever it was.
@@ -282,65 +277,31 @@ impl<'a> Export<'a> {
         self.flush(BATCH_ROWS)
     }
 
-    /// What the run is.
-    pub fn header(&self) -> &RunHeader {
-        self.reader.header()
-    }
-
     /// The path of the file that describes the others.
     fn manifest_path(&self) -> PathBuf {
         self.request.out.join(format!("{}.{}.export.json", self.request.name, self.format.extension()))
     }
 
-    /// Reads the log and writes the files; calls `progress` with every step. Exports the sound part
-    /// of an incomplete or damaged log, and a salvaged one around its gaps.
+    /// Writes the files of what has been observed of the log, with the state that it was found in and
+    /// why it does not hold all of its run, if so: of an incomplete or damaged log its sound part, of a
+    /// salvaged one what lies around its gaps.
     ///
     /// # Errors
-    /// If a file cannot be written, or its name was taken in the meantime. No files are left then.
-    pub fn run(mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
-        let Judged { state, problem, until_step } = self.judged.clone();
-        let mut ran = Ran { state, last_step: 0, last_s: 0.0, problem };
-        loop {
-            let item = self.first.take().unwrap_or_else(|| self.reader.next_item());
-            let wrong = match item {
-                Ok(None) => break,
-                Ok(Some(LogItem::Record(record))) if record.step() > until_step => break,
-                Ok(Some(LogItem::Record(record))) => match self.record(&record)? {
-                    Ok(()) => {
-                        ran.last_step = record.step();
-                        progress(ran.last_step);
-                        continue;
-                    }
-                    Err(problem) => problem,
-                },
-                Ok(Some(LogItem::Event(event))) => match self.event(&event)? {
-                    Ok(()) => continue,
-                    Err(problem) => problem,
-                },
-                // The judgement speaks of the same.
-                Err(_) if ran.problem.is_some() => break,
-                Err(LogError { problem, .. }) => {
-                    ran.state = match &problem {
-                        LogProblem::Salvaged => State::Salvaged,
-                        LogProblem::Stopped(_) => State::Stopped,
-                        problem if problem.is_early_end() => State::Incomplete,
-                        _ => State::Damaged,
-                    };
-                    ran.problem = Some(problem.to_string());
-                    break;
-                }
-            };
-            (ran.state, ran.problem) = (State::Damaged, Some(wrong));
-            break;
-        }
-        ran.last_s = self.header().time_grid().time_s(ran.last_step);
+    /// If a file could not be written, or its name was taken in the meantime. No files are left then.
+    pub fn finish(mut self, state: State, problem: Option<String>) -> Result<Report, ExportError> {
+        let (state, problem) = match self.ended.take() {
+            Some(Ended::File(error)) => return Err(error),
+            Some(Ended::Log(problem)) => (State::Damaged, Some(problem)),
+            None => (state, problem),
+        };
+        let last_s = self.header.time_grid().time_s(self.last_step);
+        let ran = Ran { state, last_step: self.last_step, last_s, problem };
         let without_energies = self.parts.is_some_and(|parts| !parts.energies);
-        let (files, left_out) = self.finish(&ran)?;
+        let (files, left_out) = self.publish(&ran)?;
         Ok(Report { files, ran, left_out, without_energies })
     }
 
-    /// The inner error is what is wrong with the log, the outer one with a file.
-    fn record(&mut self, record: &Record) -> Result<Result<(), String>, ExportError> {
+    fn take_record(&mut self, record: &Record) -> Result<(), Ended> {
         self.last_s = match record {
             Record::Step(record) => record.time_s,
             Record::Fields(record) => record.time_s,
@@ -359,7 +320,7 @@ impl<'a> Export<'a> {
                 ];
                 if let Some((what, first, _)) = differs.into_iter().find(|(_, first, found)| first != found) {
                     let first = if first { "has" } else { "has not" };
-                    return Ok(Err(format!(
+                    return Err(Ended::Log(format!(
                         "step {}: the {what} differ from the first record's, which {first} them",
                         record.step
                     )));
@@ -382,30 +343,27 @@ impl<'a> Export<'a> {
             }
         };
         self.flush(BATCH_ROWS)?;
-        Ok(outcome.map_err(|ragged| ragged.to_string()))
+        outcome.map_err(|ragged| Ended::Log(ragged.to_string()))?;
+        self.last_step = record.step();
+        Ok(())
     }
 
-    fn event(&mut self, event: &Event) -> Result<Result<(), String>, ExportError> {
+    fn take_event(&mut self, event: &Event) -> Result<(), Ended> {
         let Some(rows) = self.events.get(event.topic()) else {
             *self.left_out.entry(event.topic().to_owned()).or_insert(0) += 1;
-            return Ok(Ok(()));
+            return Ok(());
         };
-        match rows.cells(event) {
-            Ok(cells) => {
-                let time_s = match rows.time.map(|time| cells[time]) {
-                    Some(Cell::Number(time_s)) => time_s,
-                    _ => self.last_s,
-                };
-                if let Some(batch) = self.batch(event.topic(), time_s) {
-                    batch.push(&cells);
-                }
-            }
-            Err(problem) => {
-                return Ok(Err(format!("an event of {} cannot be read: {problem}", event.topic())));
-            }
+        let cells = rows.cells(event).map_err(|problem| {
+            Ended::Log(format!("an event of {} cannot be read: {problem}", event.topic()))
+        })?;
+        let time_s = match rows.time.map(|time| cells[time]) {
+            Some(Cell::Number(time_s)) => time_s,
+            _ => self.last_s,
+        };
+        if let Some(batch) = self.batch(event.topic(), time_s) {
+            batch.push(&cells);
         }
-        self.flush(BATCH_ROWS)?;
-        Ok(Ok(()))
+        Ok(self.flush(BATCH_ROWS)?)
     }
 
     /// Where rows of a topic and time go, if they were asked for.
@@ -450,13 +408,13 @@ impl<'a> Export<'a> {
     }
 
     #[expect(clippy::type_complexity, reason = "two fields of the report, which is made of them")]
-    fn finish(
+    fn publish(
         mut self,
         ran: &Ran,
     ) -> Result<(Vec<(PathBuf, Option<u64>)>, BTreeMap<String, u64>), ExportError> {
         self.flush(0)?;
         let about = About {
-            header: self.header().clone(),
+            header: self.header.clone(),
             state: ran.state,
             last_step: ran.last_step,
             from_s: self.request.from_s,
@@ -464,7 +422,7 @@ impl<'a> Export<'a> {
         };
         let manifest = Manifest {
             run: &about.header,
-            scenario_toml: self.reader.scenario_toml(),
+            scenario_toml: &self.scenario_toml,
             log: LogState {
                 state: ran.state,
                 last_step: ran.last_step,
@@ -491,6 +449,24 @@ impl<'a> Export<'a> {
         written.push((manifest_path, None));
         self.files.publish()?;
         Ok((written, self.left_out))
+    }
+}
+
+impl Observer for Export<'_> {
+    fn record(&mut self, record: &Record) {
+        if self.ended.is_none() {
+            self.ended = self.take_record(record).err();
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if self.ended.is_none() {
+            self.ended = self.take_event(event).err();
+        }
+    }
+
+    fn is_done(&self) -> bool {
+        matches!(self.ended, Some(Ended::File(_)))
     }
 }
 
@@ -535,8 +511,7 @@ impl Table {
 /// The tables that can be made of a log: of its records, of events that are known, and of those
 /// whose schema in the log is flat. A log lists its topics before its first message;
 /// one that is damaged there may have any that are known.
-fn layouts(reader: &RunReader, kinds: &[EventKind]) -> Vec<Layout> {
-    let announced = reader.event_schemas();
+fn layouts(announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Layout> {
     let mut layouts = record_layouts(StepParts::default());
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
     layouts.extend(kinds.iter().filter(there).map(event_layout));
@@ -546,18 +521,6 @@ fn layouts(reader: &RunReader, kinds: &[EventKind]) -> Vec<Layout> {
         Some(Layout { topic: Cow::Owned((*topic).to_owned()), columns: foreign::columns(schema)? })
     }));
     layouts
-}
-
-/// Which messages the reader must decode for these topics: those and all steps,
-/// which say how far the log goes.
-fn wanted(topics: &[String]) -> Topics {
-    let any = |wanted: &dyn Fn(&str) -> bool| topics.is_empty() || topics.iter().any(|topic| wanted(topic));
-    Topics {
-        steps: true,
-        fields: any(&|topic| topic == FIELDS),
-        windows: any(&|topic| topic == WINDOW),
-        events: any(&|topic| topic.starts_with(EVENTS)),
-    }
 }
 
 fn write_error(path: &Path, error: impl Into<FormatError>) -> ExportError {
@@ -616,7 +579,7 @@ impl TableEntry {
 mod tests {
     use std::path::Path;
 
-    use super::{name_of, wanted};
+    use super::name_of;
 
     #[test]
     fn files_are_named_after_the_log() {
@@ -628,14 +591,5 @@ mod tests {
         ] {
             assert_eq!(name_of(Path::new(run)), name);
         }
-    }
-
-    #[test]
-    fn only_what_is_asked_for_is_decoded() {
-        let topics =
-            |names: &[&str]| wanted(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
-        assert!(topics(&[]).steps && topics(&[]).fields && topics(&[]).windows && topics(&[]).events);
-        assert!(topics(&["/fields"]).steps && topics(&["/fields"]).fields && !topics(&["/switch"]).fields);
-        assert!(topics(&["/events/slip"]).events && !topics(&["/events/slip"]).windows);
     }
 }

@@ -9,12 +9,14 @@
 //! - [`mod@format`]: what a file format must do.
 //! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, by the feature `parquet`, which
 //!   takes polars.
-//! - [`export`]: from the log to the files.
+//! - [`export`]: from a log that is read to the files.
 //!
 //! ```
 //! use asperity_files::{Existing, Inputs};
-//! use asperity_tables::{Csv, Export, Request, name_of};
 //! use asperity_record::{EventKind, SlipEvent};
+//! use asperity_run::Unchecked;
+//! use asperity_tables::format::State;
+//! use asperity_tables::{Csv, Export, Request, name_of};
 //!
 //! # let run = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
 //! # let run = std::path::Path::new(run);
@@ -31,7 +33,12 @@
 //!     existing: Existing::Refuse,
 //!     inputs: Inputs::of([run]),
 //! };
-//! let report = Export::open(run, request, &[EventKind::of::<SlipEvent>()], &Csv)?.run(|_step| {})?;
+//! let log = Unchecked::open(run).map_err(|verdict| verdict.to_string())?;
+//! let (header, scenario_toml, schemas) = (log.header(), log.scenario_toml(), log.event_schemas());
+//! let kinds = [EventKind::of::<SlipEvent>()];
+//! let mut export = Export::begin(header, scenario_toml, &schemas, request, &kinds, &Csv)?;
+//! assert!(log.check(&mut export).verdict.holds_all());
+//! let report = export.finish(State::Whole, None)?;
 //! let (path, rows) = &report.files[0];
 //! let table = std::fs::read_to_string(path)?;
 //! assert!(table.starts_with("onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end"));
@@ -74,7 +81,7 @@ pub mod tables;
 pub use comma::{Csv, CsvRows, Spelling};
 #[cfg(feature = "parquet")]
 pub use error::TableFileError;
-pub use export::{Export, ExportError, Judged, Ran, Report, Request, name_of};
+pub use export::{Export, ExportError, Ran, Report, Request, name_of};
 pub use lines::Ndjson;
 /// A table in memory.
 #[cfg(feature = "parquet")]

@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, Inputs};
 use asperity_record::{
-    Direction, Event, EventKind, Onset, Record, RunHeader, RunStatus, SolverReport, StepRecord, payload,
+    Direction, Event, EventKind, Observer, Onset, Record, RunHeader, RunStatus, SolverReport, StepRecord,
+    payload,
 };
+use asperity_run::Unchecked;
 use asperity_runlog::RunWriter;
+use asperity_tables::format::State;
 use asperity_tables::{Csv, Export, ExportError, Report, Request};
 
 payload! {
@@ -102,8 +105,15 @@ fn request(out: &Path, topics: &[&str]) -> Request {
     }
 }
 
+fn begin(log: &Unchecked, request: Request, kinds: &[EventKind]) -> Result<Export<'static>, ExportError> {
+    Export::begin(log.header(), log.scenario_toml(), &log.event_schemas(), request, kinds, &Csv)
+}
+
 fn export(log: &Path, request: Request, kinds: &[EventKind]) -> Report {
-    Export::open(log, request, kinds, &Csv).unwrap().run(|_| {}).unwrap()
+    let log = Unchecked::open(log).unwrap();
+    let mut export = begin(&log, request, kinds).unwrap();
+    assert!(log.check(&mut export).verdict.holds_all());
+    export.finish(State::Whole, None).unwrap()
 }
 
 fn table(folder: &Path, topic: &str) -> String {
@@ -156,16 +166,12 @@ fn events_are_chosen_by_their_onset_or_by_when_they_became_certain() {
 #[test]
 fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
     let folder = tempfile::tempdir().unwrap();
-    let run = log(folder.path());
+    let log = Unchecked::open(&log(folder.path())).unwrap();
     let kinds = [EventKind::of::<Onset>()];
     let request = |topic| request(folder.path(), &[topic]);
-    let Err(error) = Export::open(&run, request("/events/none"), &kinds, &Csv) else {
-        panic!("there are none")
-    };
+    let Err(error) = begin(&log, request("/events/none"), &kinds) else { panic!("there are none") };
     assert!(matches!(error, ExportError::UnknownTopic { .. }), "{error}");
-    let Err(error) = Export::open(&run, request("/events/onset"), &kinds, &Csv) else {
-        panic!("there are none")
-    };
+    let Err(error) = begin(&log, request("/events/onset"), &kinds) else { panic!("there are none") };
     assert!(matches!(error, ExportError::NotFoundThen { .. }), "{error}");
     assert!(
         error
@@ -173,4 +179,23 @@ fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
             .ends_with("(accepted: /step, /switch, /fields, /window, /events/count, /events/longest)"),
         "{error}"
     );
+}
+
+/// The check lets a step pass that has other energies than those before it, for which a table has no
+/// columns.
+#[test]
+fn a_step_of_other_columns_ends_the_tables_as_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = Unchecked::open(&log(folder.path())).unwrap();
+    let mut export = begin(&log, request(folder.path(), &["/step"]), &[]).unwrap();
+    let step = |step, end_forces_n| {
+        let quiet = asperity_testkit::quiet_step(step, step as f64, 0.5);
+        Record::Step(StepRecord { end_forces_n, ..quiet })
+    };
+    for record in [step(1, None), step(2, Some([0.0; 2])), step(3, None)] {
+        export.record(&record);
+    }
+    let ran = export.finish(State::Whole, None).unwrap().ran;
+    assert_eq!((ran.state, ran.last_step), (State::Damaged, 1));
+    assert!(ran.problem.unwrap().starts_with("step 2: the forces on the ends differ"));
 }

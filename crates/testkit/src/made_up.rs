@@ -27,7 +27,8 @@ pub const EVENTS: [(u64, u64, &[u32]); 7] = [
 /// A run of three blocks with these slip events: onset and end step, blocks. There is a step
 /// record before each onset, where its blocks detach, and none besides.
 pub fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData {
-    let text = format!("slider.blocks = 3\ntime.step_s = 1e-7\n{scenario_toml}");
+    let text =
+        format!("parameter_set = \"as-coded\"\nslider.blocks = 3\ntime.step_s = 1e-7\n{scenario_toml}");
     let source = ScenarioSource::new("test", &text);
     let scenario = Scenario::resolve(&source).unwrap();
     let plan = Plan::new(&scenario);
@@ -178,7 +179,7 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
 /// by 2e-6 m; the first 30 steps after each other, from then on every 100 steps.
 pub fn pulse(reached: u32, toml: &str) -> RunData {
     let text = format!(
-        "slider.blocks = 12\ntime.step_s = 1e-9\nfriction.law = \"rigid\"\n\
+        "parameter_set = \"as-coded\"\nslider.blocks = 12\ntime.step_s = 1e-9\nfriction.law = \"rigid\"\n\
          drive = {{ kind = \"top\", velocity_m_per_s = 0, stiffness_n_per_m = 1.65e8 }}\n{toml}"
     );
     let scenario = Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap();

@@ -2,13 +2,18 @@
 
 use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
 
-/// A built-in scenario with overrides, each `KEY=VALUE`, and its plan.
+/// A built-in scenario with overrides, each `KEY=VALUE`, and its plan. It is as coded unless it or an
+/// override names another parameter set: what tests know of events is of the thesis' program.
 ///
 /// # Panics
 /// If there is no such scenario, or what it says cannot be run.
 pub fn scenario<S: AsRef<str>>(name: &str, sets: &[S]) -> (Scenario, Plan) {
     let text = builtin::find(name).unwrap_or_else(|| panic!("no built-in scenario {name}"));
     let source = ScenarioSource::new(name, text);
+    let source = match source.named_set() {
+        None => source.with_override("parameter_set=as-coded"),
+        Some(_) => source,
+    };
     let source = sets.iter().fold(source, |source, set| source.with_override(set.as_ref()));
     let scenario = Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}"));
     let plan = Plan::new(&scenario);

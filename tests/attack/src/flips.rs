@@ -148,7 +148,17 @@ pub(crate) fn stopped_log(
     // A few attempts: on a busy machine the run may be done before the signal comes.
     for _ in 0..5 {
         crate::ground::emptied(&folder)?;
-        let run = ["run", "default", "--quiet", "--out", "run.mcap", "--checkpoint-s", "0.02"];
+        let run = [
+            "run",
+            "default",
+            "--set",
+            "parameter_set=as-coded",
+            "--quiet",
+            "--out",
+            "run.mcap",
+            "--checkpoint-s",
+            "0.02",
+        ];
         let mut run = Call::new(&ground.program, &folder, &[&run[..], set].concat())?.start()?;
         while !run.has_ended()? && fs::metadata(&log).map_or(0, |file| file.len()) < from_bytes {
             thread::sleep(Duration::from_millis(1));

@@ -513,7 +513,8 @@ fn checkpoint(case: &mut Case<'_>, mut log: Log, undisturbed: &Genuine) -> Resul
     let Some((key, forged, what)) = tampered(&mut case.random, &data) else { return Ok(()) };
     *part = with_attached(part, &forged).ok_or("a checkpoint has all its fields")?;
     case.write("run.mcap.partial", &log.bytes()?)?;
-    let resume = ["run", "default", "--quiet", "--resume", "--out", "run.mcap"];
+    let resume =
+        ["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--resume", "--out", "run.mcap"];
     let resumed = case.call(&[&resume[..], &MEDIUM].concat())?;
     let there = case.path("run.mcap").exists();
     let is_stopped = resumed.code == Some(1) && resumed.said().contains(": stopped: in step ");

@@ -135,7 +135,11 @@ impl Ground {
         let path = self.logs.join(format!("{name}.mcap"));
         if !path.exists() {
             let file = format!("{name}.mcap");
-            self.succeed(&self.logs, &[&["run", "default", "--quiet", "--out", &file], run].concat())?;
+            self.succeed(
+                &self.logs,
+                &[&["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--out", &file], run]
+                    .concat(),
+            )?;
             // What is called damaged untouched would prove nothing when it is touched.
             self.succeed(&self.logs, &["check", &file])?;
         }

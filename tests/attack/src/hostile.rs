@@ -30,21 +30,24 @@ const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 const LONGEST: usize = 10_000_000;
 
 /// What reads a kind of file; FILE stands for its name.
-const ON_LOGS: [&[&str]; 11] = [
+const ON_LOGS: [&[&str]; 12] = [
     &["check", "FILE"],
     &["salvage", "FILE", "--out", "salvaged.mcap"],
     &["events", "FILE"],
     &["summary", "FILE"],
     &["export", "FILE", "--to", "csv", "--out", "exported"],
     &["export", "FILE", "--to", "parquet", "--out", "exported-parquet"],
+    &["draw", "FILE", "--out", "drawn"],
     &["reduce", "FILE", "--out", "reduced"],
     &["replay", "FILE"],
     &["report", "FILE", "--out", "page.html"],
     &["diff", "FILE", "FILE"],
     &["scenario", "show", "FILE"],
 ];
-const ON_UNFINISHED: [&[&str]; 2] =
-    [&["check", "FILE"], &["run", "default", "--quiet", "--resume", "--out", "run.mcap"]];
+const ON_UNFINISHED: [&[&str]; 2] = [
+    &["check", "FILE"],
+    &["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--resume", "--out", "run.mcap"],
+];
 const ON_PARQUET: [&[&str]; 2] = [&["events", "FILE"], &["diff", "FILE", "FILE"]];
 const ON_CSV: [&[&str]; 1] = [&["diff", "FILE", "FILE"]];
 const ON_SCENARIOS: [&[&str]; 3] =
@@ -52,10 +55,11 @@ const ON_SCENARIOS: [&[&str]; 3] =
 const ON_PIPELINES: [&[&str]; 1] = [&["reproduce", "FILE", "--out", "reproduced"]];
 const ON_POLICIES: [&[&str]; 1] = [&["diff", "sound.mcap", "sound.mcap", "--policy", "FILE"]];
 /// Of a study that is sound but for this file.
-const ON_STUDIES: [&[&str]; 4] = [
+const ON_STUDIES: [&[&str]; 5] = [
     &["sweep", "status", STUDY],
     &["sweep", "collect", STUDY, "--to", "csv"],
     &["sweep", "run", STUDY],
+    &["sweep", "log", STUDY, "1", "--quiet", "--out", "one.mcap"],
     &["sweep", "emit", "list", STUDY],
 ];
 const ON_SETTINGS: [&[&str]; 1] = [&["replay", "sound.mcap", "--detectors", "FILE"]];

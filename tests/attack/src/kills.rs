@@ -61,9 +61,22 @@ fn stopped_call(case: &mut Case<'_>, call: Call<'_>, within: Duration) -> Result
 }
 
 fn stopped_and_resumed(case: &mut Case<'_>, undisturbed: &Genuine, run: &[&str]) -> Result<(), Error> {
-    let arguments =
-        [&["run", "default", "--quiet", "--resume", "--checkpoint-s", "0.01", "--out", "run.mcap"], run]
-            .concat();
+    let arguments = [
+        &[
+            "run",
+            "default",
+            "--set",
+            "parameter_set=as-coded",
+            "--quiet",
+            "--resume",
+            "--checkpoint-s",
+            "0.01",
+            "--out",
+            "run.mcap",
+        ],
+        run,
+    ]
+    .concat();
     let folder = case.folder.clone();
     for _ in 0..MOST_STOPS {
         let call = Call::new(&case.ground.program, &folder, &arguments)?;

@@ -18,7 +18,7 @@ pub(crate) type Files = BTreeMap<String, Vec<u8>>;
 /// Runs of a hundredth of a second each, with slip events and ruptures.
 pub(crate) const SWEEP: &str = "title = 'Short runs'
 scenario = 'default'
-set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=0.5']
+set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=0.5']
 [[axis]]
 key = 'normal_load.tilt'
 values = [-0.5, 0, 0.5]

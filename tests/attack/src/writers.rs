@@ -55,7 +55,17 @@ impl Writer {
     fn learned(ground: &Ground) -> Result<Vec<Writer>, Error> {
         make_inputs(ground)?;
         let small = |more: &[&'static str]| {
-            let run = ["run", "default", "--quiet", "--out", "run.mcap", "--checkpoint-s", "0.01"];
+            let run = [
+                "run",
+                "default",
+                "--set",
+                "parameter_set=as-coded",
+                "--quiet",
+                "--out",
+                "run.mcap",
+                "--checkpoint-s",
+                "0.01",
+            ];
             [&run[..], &SMALL, more].concat()
         };
         let on = |command: &[&'static str], more: &[&'static str]| {
@@ -85,6 +95,8 @@ impl Writer {
             writer("export csv --force", export("csv", &["--force"]), true),
             writer("export parquet", export("parquet", &[]), false),
             writer("export parquet --force", export("parquet", &["--force"]), true),
+            writer("draw", on(&["draw"], out), false),
+            writer("draw --force", on(&["draw"], &[out, &["--force"]].concat()), true),
             writer("reduce", on(&["reduce"], out), false),
             writer("report", on(&["report"], &["--out", "page.html"]), false),
             writer("report --force", on(&["report"], &["--out", "page.html", "--force"]), true),
@@ -160,7 +172,7 @@ fn make_inputs(ground: &Ground) -> Result<(), Error> {
     for (name, log) in [("damaged-a.mcap", &a), ("damaged-b.mcap", &b)] {
         fs::write(inputs.join(name), &log.bytes[..log.bytes.len() * 2 / 3])?;
     }
-    let set = "set = [\"time.step_s=1e-7\", \"time.duration_s=0.5\"]";
+    let set = "set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]";
     let runs =
         ["one", "two"].map(|name| format!("[[run]]\nname = \"{name}\"\nscenario = \"default\"\n{set}\n"));
     fs::write(inputs.join("p.toml"), format!("title = \"Two runs\"\n{}", runs.concat()))?;

@@ -32,7 +32,7 @@ pub(crate) fn logs() {
     for (number, (name, set)) in LOGS.into_iter().enumerate() {
         let log = folder.path().join(format!("{number}.mcap"));
         let path = log.to_str().expect("temporary folders have plain names");
-        let mut arguments = vec!["run", "default", "--out", path];
+        let mut arguments = vec!["run", "default", "--set", "parameter_set=as-coded", "--out", path];
         arguments.extend(set.iter().flat_map(|value| ["--set", value]));
         asperity(&arguments);
         let mb = fs::metadata(&log).expect("the log is there").len() as f64 / 1e6;

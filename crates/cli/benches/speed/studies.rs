@@ -114,7 +114,7 @@ pub(crate) fn make_runs(arguments: &[String]) -> ExitCode {
     let number = |text: &str| text.parse::<usize>().expect("it was given a number");
     let (_, set, runs) = STUDIES[number(study)];
     for run in (number(part)..runs).step_by(processes()) {
-        let source = ScenarioSource::new("default", "");
+        let source = ScenarioSource::new("default", "parameter_set = \"as-coded\"");
         let source = set.iter().fold(source, |source, value| source.with_override(value));
         let source = source.with_override(&format!("normal_load.tilt={}", tilt(run, runs)));
         let scenario = Scenario::resolve(&source).expect("the scenario is accepted");

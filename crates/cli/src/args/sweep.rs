@@ -11,6 +11,10 @@ use clap::{Args, Subcommand, ValueEnum};
 #[derive(Debug, Subcommand)]
 #[command(after_help = "\
 Examples:
+  asperity sweep go out/tilts.toml -o out/tilts
+  asperity sweep log out/tilts 7 -o out/seven.mcap
+
+On a cluster, or in steps:
   asperity sweep plan out/tilts.toml -o out/tilts
   asperity sweep run out/tilts
   asperity sweep status out/tilts
@@ -28,6 +32,43 @@ A sweep is a TOML file with a scenario and what varies:
 
 docs/sweeps.md has all of it.")]
 pub(crate) enum SweepCommand {
+    /// Make a study in one go: its plan, all runs, tables, figures and page.
+    #[command(after_help = "\
+Examples:
+  asperity sweep go out/tilts.toml -o out/tilts
+  asperity sweep go out/tilts.toml -o out/tilts --to csv --jobs 4
+
+Does what sweep plan, sweep run and sweep collect do, one after the other.
+Called again, it makes what is missing, and the tables of all. A sweep that was
+edited since needs another folder; its figures alone, asperity sweep draw
+--from.
+
+Exit codes:
+  0    the tables hold all runs
+  1    failure; or runs failed, and the tables say which; or results contradict
+       the plan or each other
+  2    bad input; or the folder has another plan
+  3    some runs were left to another process, which is making them
+  130  interrupted by SIGINT; what was done is kept
+  143  interrupted by SIGTERM, likewise")]
+    Go(SweepGoArguments),
+    /// Make the log of one run of a study.
+    #[command(after_help = "\
+Examples:
+  asperity sweep log out/tilts 7 -o out/seven.mcap
+  asperity report out/seven.mcap -o out/seven.html
+
+A study keeps tables of its runs, and logs only where keep = [\"log\"] asks for
+them. The log of run 7 has the run id of the plan, and the records, events and
+digest that asperity run gives for its scenario.
+
+Exit codes:
+  0    the log is whole
+  1    failure
+  2    bad input; the run is refused; or the plan is by other code
+  130  interrupted by SIGINT; --resume continues from there
+  143  interrupted by SIGTERM, likewise")]
+    Log(SweepLogArguments),
     /// Write the plan of a sweep or a pipeline: every run with its values and its id.
     #[command(after_help = "\
 Examples:
@@ -121,6 +162,47 @@ Exit codes:
   1  failure
   2  bad input; a path that the script cannot hold")]
     Emit(SweepEmitArguments),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepGoArguments {
+    /// The sweep, or a pipeline.
+    #[arg(value_name = "SWEEP.toml")]
+    pub(crate) sweep: PathBuf,
+    /// Folder of the study; new, empty, or that of an earlier call.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Record combinations that the scenario refuses, instead of stopping there.
+    #[arg(long)]
+    pub(crate) skip_refused: bool,
+    /// How many runs to make at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Stop when more runs than this have failed [default: never].
+    #[arg(long, value_name = "N")]
+    pub(crate) max_fails: Option<u64>,
+    /// The formats of the tables.
+    #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = TABLES)]
+    pub(crate) to: Vec<SweepTable>,
+    /// Leave the version of the code, and the line that says where a figure comes
+    /// from, out of figures: for comparisons to the byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepLogArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// The number of the run, as in the tables; or its name, if it has one.
+    #[arg(value_name = "RUN")]
+    pub(crate) run: String,
+    /// The log to write; must not exist, except with --resume.
+    #[arg(short, long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
+    /// Continue the run in RUN.mcap.partial, or start it if there is none.
+    #[arg(long)]
+    pub(crate) resume: bool,
 }
 
 #[derive(Debug, Args)]

@@ -56,6 +56,8 @@
   const shown = new Set(data.classes.map((_, index) => index));
   let run = data.runs[0], chosen = -1;
   if (!canvas || !run) return;
+  // Nine digits: a step of the shortest runs.
+  const time = (time_s) => `${Number(time_s.toPrecision(9))} s`;
   const end = (event) => (event[END] === null ? run.to_s : event[END]);
 
   const map = asperity.map(canvas, {
@@ -67,7 +69,7 @@
     words(panel, k) {
       const event = run[SIDES[panel]][k];
       return `${SIDES[panel].toUpperCase()} event ${event[0]}: ${data.classes[event[CLASS]].title}\n`
-        + `${event[ONSET]} s to ${event[END] === null ? "the run's end" : `${event[END]} s`}\n`
+        + `${time(event[ONSET])} to ${event[END] === null ? "the run's end" : time(event[END])}\n`
         + `blocks ${event[FIRST]} to ${event[LAST]}`;
     },
     pick(panel, k) {

@@ -3,6 +3,7 @@
 use asperity_report::html::markup::{Cell, Row, paragraph, section, short, table, text};
 
 use super::words::{class_cell, name, short_or_zero};
+use crate::reading::{cell, number};
 use crate::report::{CellChange, Extent, Finding, Report};
 
 /// Most findings that the page lists; the timeline shows all of them.
@@ -37,7 +38,7 @@ pub(super) fn events(events: &[Extent]) -> Cell {
     let lines: Vec<String> = events
         .iter()
         .map(|event| {
-            let end = event.end_s.map_or("the run's end".to_owned(), |end| format!("{end} s"));
+            let end = event.end_s.map_or("the run's end".to_owned(), |end| format!("{} s", number(end)));
             let blocks = if event.first_block == event.last_block {
                 format!("block {}", event.first_block)
             } else {
@@ -46,7 +47,7 @@ pub(super) fn events(events: &[Extent]) -> Cell {
             format!(
                 "<b>{}</b> <span class=\"value\">{} s to {}</span>, {blocks}",
                 event.event,
-                event.onset_s,
+                number(event.onset_s),
                 text(end)
             )
         })
@@ -65,8 +66,8 @@ fn cell_change(change: &CellChange) -> String {
     format!(
         "{} <span class=\"value\">{} → {}</span>{measured}",
         text(change.column),
-        text(change.old),
-        text(change.new)
+        text(cell(change.old)),
+        text(cell(change.new))
     )
 }
 
@@ -97,8 +98,8 @@ pub(super) fn findings(report: &Report, listed: &[(usize, &Finding)]) -> String 
     if total == 0 {
         return String::new();
     }
-    let rows = listed.iter().enumerate().map(|(number, &(run, finding))| Row {
-        attributes: format!(" data-finding=\"{number}\" tabindex=\"0\""),
+    let rows = listed.iter().enumerate().map(|(place, &(run, finding))| Row {
+        attributes: format!(" data-finding=\"{place}\" tabindex=\"0\""),
         cells: vec![
             class_cell(finding.class),
             Cell::text(name(&report.runs[run])),

@@ -4,7 +4,8 @@
 use asperity_report::html::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 
 use super::words::{name, short_or_zero};
-use crate::report::{Report, Sample};
+use crate::reading::{number, test};
+use crate::report::{KolmogorovSmirnov, Report, Sample};
 
 /// Most rows of a table of downstream changes.
 const DOWNSTREAM_MOST: usize = 200;
@@ -18,7 +19,7 @@ pub(super) fn beyond(report: &Report) -> String {
         let growth = horizon.growth.iter().map(|decade| {
             Row::from(vec![
                 Cell::number(format!("{} to {}", decade.from, decade.to)),
-                Cell::number(decade.from_s),
+                Cell::number(number(decade.from_s)),
                 Cell::number(decade.differing),
                 Cell::number(short_or_zero(decade.largest_shift_s)),
             ])
@@ -31,6 +32,7 @@ pub(super) fn beyond(report: &Report) -> String {
                 median(sample.new_median),
                 Cell::optional(sample.test.map(|test| short(test.distance))),
                 Cell::optional(sample.test.map(|test| short(test.p))),
+                Cell::text(test(sample)),
             ])
         };
         let statistics = [
@@ -38,6 +40,7 @@ pub(super) fn beyond(report: &Report) -> String {
                 Cell::text("number of events"),
                 Cell::number(beyond.old_events),
                 Cell::number(beyond.new_events),
+                Cell::None,
                 Cell::None,
                 Cell::None,
             ]),
@@ -48,7 +51,7 @@ pub(super) fn beyond(report: &Report) -> String {
             "<details{}><summary>{}: first difference at {} s, after {}</summary>\n{}{}</details>\n",
             if report.runs.len() == 1 { " open" } else { "" },
             text(name(run)),
-            horizon.at_s,
+            number(horizon.at_s),
             counted(horizon.matches_before, "match").replace("matchs", "matches"),
             table(
                 "How the difference grows, by decades of matches",
@@ -56,8 +59,12 @@ pub(super) fn beyond(report: &Report) -> String {
                 growth
             ),
             table(
-                "From there on, as distributions (two-sample Kolmogorov-Smirnov)",
-                &["quantity", "#old", "#new", "#distance", "#p at most"],
+                &format!(
+                    "From there on, as distributions. The {} test asks whether both sides can be of one \
+                     distribution: p is the probability of a distance as large if they are",
+                    KolmogorovSmirnov::NAME
+                ),
+                &["quantity", "#old", "#new", "#distance", "#p at most", "result"],
                 statistics
             ),
         ));
@@ -74,9 +81,9 @@ pub(super) fn downstream(report: &Report) -> String {
         };
         let rows = changes.rows.iter().take(DOWNSTREAM_MOST).map(|row| {
             Row::from(vec![
-                Cell::number(row.lp_l),
-                Cell::optional(row.old_ft_fn),
-                Cell::optional(row.new_ft_fn),
+                Cell::number(number(row.lp_l)),
+                Cell::optional(row.old_ft_fn.map(number)),
+                Cell::optional(row.new_ft_fn.map(number)),
                 Cell::optional(row.old_event),
                 Cell::optional(row.new_event),
             ])
@@ -102,8 +109,8 @@ pub(super) fn downstream(report: &Report) -> String {
                 Cell::text(&claim.about),
                 Cell::text(&claim.run),
                 Cell::text(&claim.measure),
-                Cell::optional(claim.old_value),
-                Cell::optional(claim.new_value),
+                Cell::optional(claim.old_value.map(number)),
+                Cell::optional(claim.new_value.map(number)),
                 verdict(&claim.old_verdict),
                 verdict(&claim.new_verdict),
             ])
@@ -117,12 +124,12 @@ pub(super) fn downstream(report: &Report) -> String {
     section("What follows for the results", &out)
 }
 
-/// What differs between the runs beside their events; a change that many runs share is one row.
+/// What differs between the runs beside their events and scenarios; a change that many runs share is one row.
 pub(super) fn provenance(report: &Report) -> String {
     type Change<'a> = (&'a str, Option<&'a str>, Option<&'a str>);
     let mut changes: Vec<(Change<'_>, Vec<String>)> = Vec::new();
     for run in &report.runs {
-        for change in &run.provenance {
+        for change in run.provenance.iter().filter(|change| !change.is_of_scenario()) {
             let key: Change<'_> = (&change.key, change.old.as_deref(), change.new.as_deref());
             match changes.iter_mut().find(|(other, _)| *other == key) {
                 Some((_, names)) => names.push(name(run)),
@@ -138,9 +145,7 @@ pub(super) fn provenance(report: &Report) -> String {
         Row::from(vec![Cell::text(key), value(*old), value(*new), Cell::Text(of)])
     });
     let mut out = if changes.is_empty() {
-        paragraph(
-            "Nothing that the files tell: the same scenarios, code and solver, or tables, which do not say.",
-        )
+        paragraph("Nothing that the files say: the same code and solver, or tables, which do not say.")
     } else {
         table("", &["what", "old", "new", "runs"], rows)
     };

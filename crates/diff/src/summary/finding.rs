@@ -5,6 +5,7 @@ use std::fmt::Write;
 use asperity_record::Reach;
 
 use crate::column::Value;
+use crate::reading::{cell as cell_value, number};
 use crate::report::{CellChange, Class, Counts, Extent, Finding};
 
 /// How many matches there are of each class.
@@ -29,7 +30,7 @@ pub(super) fn told(finding: &Finding) -> String {
             Reach { first, last } if first == last => format!("block {first}"),
             Reach { first, last } => format!("blocks {first}-{last}"),
         };
-        format!("{blocks} at {} s", seconds(first.onset_s))
+        format!("{blocks} at {} s", number(first.onset_s))
     };
     let (old, new) = (numbers(&finding.old), numbers(&finding.new));
     let text = match finding.class {
@@ -84,7 +85,7 @@ fn cell(change: &CellChange) -> String {
     let CellChange { column, old, new, difference, .. } = *change;
     match (old, new, difference) {
         (Value::Number(old), Value::Number(new), Some(_)) => format!("{column} {old} {:+.2e}", new - old),
-        _ => format!("{column} {old} -> {new}"),
+        _ => format!("{column} {} -> {}", cell_value(old), cell_value(new)),
     }
 }
 
@@ -93,10 +94,4 @@ pub(super) fn short(value: f64) -> String {
         return value.to_string();
     }
     format!("{value:.2e}")
-}
-
-/// A time to the step.
-pub(super) fn seconds(time_s: f64) -> String {
-    let text = format!("{time_s:.8}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

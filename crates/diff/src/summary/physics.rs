@@ -1,39 +1,79 @@
-//! What a physicist asks of two runs first: the numbers that describe them, and their ruptures.
+//! What a physicist asks of two runs first: what was set differently, the numbers that describe them,
+//! and their ruptures.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::finding::{by_class, told};
-use crate::report::{Class, Counts, Finding, NumberChange, Report, RunDiff};
+use crate::reading::{SHOWN, change, difference, is_there, setting, signed, value};
+use crate::report::{
+    Class, Counts, Finding, LengthReached, NumberChange, PairDifferences, PairedBy, Report, RunDiff,
+    RuptureDiff,
+};
 
-/// The numbers of a summary that are shown, in this order: precursors, the first slip of the whole
-/// slider and its load, how often such slips come back and what they take of the load, and how
-/// fast fronts run. The rest is in the JSON.
-const SHOWN: [&str; 9] = [
-    "precursor_count",
-    "first_global_rupture_onset_s",
-    "first_global_rupture_ft_fn",
-    "largest_ft_fn",
-    "global_rupture_count",
-    "recurrence_transient_s",
-    "recurrence_steady_s",
-    "global_rupture_drop_ft_fn",
-    "front_speed_m_per_s",
-];
 /// What is shown where it is true of a run: slip events say little there.
 const WARNINGS: [&str; 2] = ["creeps", "raw_events_mislead"];
 /// How many ruptures that differ are shown, the largest first.
 const FINDINGS: usize = 4;
+/// How many keys that were set differently are shown.
+const SETTINGS: usize = 6;
 
 pub(super) fn lines(report: &Report, lines: &mut Vec<String>) {
+    settings(report, lines);
     numbers(report, lines);
     ruptures(report, lines);
+}
+
+/// What was set differently: of one pair of runs a row for each key, of many a line for all pairs
+/// in which both values are those.
+fn settings(report: &Report, lines: &mut Vec<String>) {
+    let key = |unit: Option<&str>, key: &str| unit.map_or(key.to_owned(), |unit| format!("{key} ({unit})"));
+    let total = match &report.runs[..] {
+        [run] => {
+            let rows = run.set_differently.iter().take(SETTINGS).map(|set| {
+                let NumberChange { old, new, .. } = &set.change;
+                let values = [setting(old), setting(new), difference(&set.change), change(&set.change)];
+                let [old, new, difference, change] = values;
+                [key(set.unit, &set.change.key), old, new, difference, change]
+            });
+            let rows: Vec<_> = rows.collect();
+            if !rows.is_empty() {
+                lines.extend(aligned(
+                    ["set differently", "old", "new", "difference", "relative"],
+                    &rows,
+                    true,
+                ));
+            }
+            run.set_differently.len()
+        }
+        runs => {
+            let mut seen: Vec<(String, usize)> = Vec::new();
+            for set in runs.iter().flat_map(|run| &run.set_differently) {
+                let NumberChange { old, new, .. } = &set.change;
+                let set = format!("{} {} -> {}", key(set.unit, &set.change.key), setting(old), setting(new));
+                match seen.iter_mut().find(|(known, _)| *known == set) {
+                    Some((_, count)) => *count += 1,
+                    None => seen.push((set, 1)),
+                }
+            }
+            for (set, count) in seen.iter().take(SETTINGS) {
+                lines.push(format!("set differently: {set} (in {count} pairs)"));
+            }
+            seen.len()
+        }
+    };
+    if total > SETTINGS {
+        lines.push(format!("  ... and {} more keys, see --format json", total - SETTINGS));
+    }
 }
 
 fn numbers(report: &Report, lines: &mut Vec<String>) {
     let of_key = |key: &'static str| {
         let runs = report.runs.iter();
         runs.filter_map(move |run| {
-            Some((run, run.summary.iter().find(|number| number.key == key).filter(|number| is_told(number))?))
+            Some((
+                run,
+                run.summary.iter().find(|number| number.key == key).filter(|number| is_there(number))?,
+            ))
         })
     };
     let is_true = |key: &&'static str| {
@@ -41,12 +81,14 @@ fn numbers(report: &Report, lines: &mut Vec<String>) {
     };
     let shown = SHOWN.into_iter().filter(|key| of_key(key).next().is_some());
     let shown = shown.chain(WARNINGS.into_iter().filter(is_true));
-    let rows: Vec<[String; 4]> = shown
+    if let [run] = &report.runs[..] {
+        let of_run =
+            |key: &str| run.summary.iter().find(|number| number.key == key).expect("it is shown").clone();
+        let numbers: Vec<NumberChange> = shown.map(of_run).chain(reached(run)).collect();
+        return numbers_of_run(&numbers, lines);
+    }
+    let rows: Vec<[String; 5]> = shown
         .filter_map(|key| {
-            if let [run] = &report.runs[..] {
-                let number = run.summary.iter().find(|number| number.key == key).expect("it is shown");
-                return Some([key.to_owned(), value(&number.old), value(&number.new), change(number)]);
-            }
             let all: Vec<(&RunDiff, &NumberChange)> = of_key(key).collect();
             let differing = all.iter().filter(|(_, number)| number.old != number.new).count();
             if differing == 0 {
@@ -61,7 +103,13 @@ fn numbers(report: &Report, lines: &mut Vec<String>) {
                 let (old, new) = (value(&number.old), value(&number.new));
                 format!("most {} in {}: {old} -> {new}", change(number), run.name())
             });
-            Some([key.to_owned(), format!("differs in {differing} of {}", all.len()), most, String::new()])
+            Some([
+                key.to_owned(),
+                format!("differs in {differing} of {}", all.len()),
+                most,
+                String::new(),
+                String::new(),
+            ])
         })
         .collect();
     if rows.is_empty() {
@@ -73,24 +121,48 @@ fn numbers(report: &Report, lines: &mut Vec<String>) {
         }
         return;
     }
-    let one = report.runs.len() == 1;
-    let head = if one { ["the runs", "old", "new", "change"] } else { ["the runs", "pairs", "", ""] };
-    lines.extend(aligned(head, &rows, one));
+    lines.extend(aligned(["the runs", "pairs", "", "", ""], &rows, false));
 }
 
-/// Whether either run has the number at all.
-fn is_told(number: &NumberChange) -> bool {
-    !(number.old.is_null() && number.new.is_null())
+/// The numbers of a pair of runs; those that are identical in one line.
+fn numbers_of_run(numbers: &[NumberChange], lines: &mut Vec<String>) {
+    let (same, differing): (Vec<_>, Vec<_>) = numbers.iter().partition(|number| number.old == number.new);
+    let rows: Vec<[String; 5]> = differing
+        .into_iter()
+        .map(|number| {
+            let (old, new) = (value(&number.old), value(&number.new));
+            [number.key.clone(), old, new, difference(number), change(number)]
+        })
+        .collect();
+    if !rows.is_empty() {
+        lines.extend(aligned(["the runs", "old", "new", "difference", "relative"], &rows, true));
+    }
+    let names: Vec<&str> = same.iter().map(|number| &*number.key).collect();
+    match (names.len(), rows.is_empty()) {
+        (0, _) => {}
+        (all, true) => lines.push(format!("the runs: all {all} numbers shown here are identical")),
+        (some, false) => lines.push(format!("  {some} identical: {}", names.join(", "))),
+    }
+}
+
+/// The loads at which precursors reached shares of the slider, as numbers.
+fn reached(run: &RunDiff) -> Vec<NumberChange> {
+    let reached = run.ruptures.iter().flat_map(|ruptures| &ruptures.reached);
+    let number = |of: &LengthReached| {
+        let key = format!("ft_fn when L_p/L >= {}", of.lp_l);
+        NumberChange::between(&key, &json!(of.old_ft_fn), &json!(of.new_ft_fn))
+    };
+    reached.map(number).collect()
 }
 
 /// Rows below a heading, in columns; those after the first flush right if they are numbers.
-fn aligned(head: [&str; 4], rows: &[[String; 4]], right: bool) -> Vec<String> {
+fn aligned(head: [&str; 5], rows: &[[String; 5]], right: bool) -> Vec<String> {
     let width = |place: usize| {
         let cells = rows.iter().map(|row| row[place].chars().count());
         cells.chain([head[place].chars().count()]).max().unwrap_or(0)
     };
-    let widths = [width(0) + 2, width(1), width(2), width(3)];
-    let line = |indent: &str, cells: [&str; 4]| {
+    let widths = [width(0) + 2, width(1), width(2), width(3), width(4)];
+    let line = |indent: &str, cells: [&str; 5]| {
         let mut line = format!("{:1$}", format!("{indent}{}", cells[0]), widths[0]);
         for (cell, width) in cells.iter().zip(widths).skip(1) {
             line += "  ";
@@ -102,32 +174,6 @@ fn aligned(head: [&str; 4], rows: &[[String; 4]], right: bool) -> Vec<String> {
     [line("", head)].into_iter().chain(rows).collect()
 }
 
-/// Six digits tell what a difference of a part in a million is one of.
-fn value(value: &Value) -> String {
-    match value {
-        Value::Null => "-".to_owned(),
-        Value::Number(number) if number.is_f64() => {
-            let number = number.as_f64().unwrap_or(f64::NAN);
-            let magnitude = if number == 0.0 { 0 } else { number.abs().log10().floor() as i32 };
-            match magnitude {
-                -4..6 => format!("{number:.*}", usize::try_from(5 - magnitude).unwrap_or(0)),
-                _ => format!("{number:.5e}"),
-            }
-        }
-        Value::String(text) => text.clone(),
-        other => other.to_string(),
-    }
-}
-
-fn change(number: &NumberChange) -> String {
-    match number.relative_change {
-        _ if number.old == number.new => "same".to_owned(),
-        Some(relative) if relative.abs() >= 5e-5 => format!("{:+.2} %", 100.0 * relative),
-        Some(relative) => format!("{relative:+.0e}"),
-        None => String::new(),
-    }
-}
-
 fn ruptures(report: &Report, lines: &mut Vec<String>) {
     let compared: Vec<_> = report.runs.iter().filter_map(|run| Some((run, run.ruptures.as_ref()?))).collect();
     let counts: Counts = compared.iter().map(|(_, ruptures)| &ruptures.table.counts).sum();
@@ -135,13 +181,29 @@ fn ruptures(report: &Report, lines: &mut Vec<String>) {
         let (old, new) = compared.iter().fold((0, 0), |(old, new), (_, of)| (old + of.old, new + of.new));
         lines.push(format!("{old} old and {new} new ruptures: {}", by_class(&counts, "none")));
     }
+    for (run, ruptures) in
+        compared.iter().filter(|(_, of)| of.table.paired_by == PairedBy::Cycles).take(FINDINGS)
+    {
+        let of_run = if report.runs.len() > 1 { format!("{} ", run.name()) } else { String::new() };
+        lines.push(format!(
+            "  {of_run}paired by cycle between global slips and place in it, since in time only {} match",
+            ruptures.matches_in_time
+        ));
+        lines.extend(ruptures.pairs.as_ref().map(pairs));
+    }
     let mut differing: Vec<(&RunDiff, &Finding)> = compared
         .iter()
-        .flat_map(|(run, ruptures)| ruptures.table.findings.iter().map(move |finding| (*run, finding)))
+        .flat_map(|&(run, ruptures)| {
+            let findings = ruptures.table.findings.iter().filter(move |finding| is_listed(ruptures, finding));
+            findings.map(move |finding| (run, finding))
+        })
         .collect();
     // A missing rupture of the whole slider matters more than any of a block or two.
+    let has_cycles = compared.iter().any(|(_, ruptures)| ruptures.table.paired_by == PairedBy::Cycles);
     differing.sort_by_key(|(_, finding)| {
         (
+            // Of parameter sets, what only one run had time for matters least.
+            has_cycles && finding.class == Class::Open,
             std::cmp::Reverse(finding.most_blocks()),
             finding.class == Class::Shifted,
             finding.class == Class::Open,
@@ -151,9 +213,9 @@ fn ruptures(report: &Report, lines: &mut Vec<String>) {
         let of_run = if report.runs.len() > 1 { format!("{} ", run.name()) } else { String::new() };
         lines.push(format!("  {of_run}{}", told(finding)));
     }
-    let more = counts.differing().saturating_sub(FINDINGS as u64);
+    let more = differing.len().saturating_sub(FINDINGS);
     if more > 0 {
-        lines.push(format!("  ... and {more} smaller ones, see --format json"));
+        lines.push(format!("  ... and {more} more, see --format json"));
     }
     let mut reasons = report.runs.iter().filter_map(|run| run.no_ruptures.as_ref());
     if let Some(why) = reasons.next() {
@@ -165,37 +227,39 @@ fn ruptures(report: &Report, lines: &mut Vec<String>) {
     }
 }
 
+/// Whether a finding is worth a line: paired by cycles, all pairs differ, and only what stands alone is
+/// listed.
+fn is_listed(ruptures: &RuptureDiff, finding: &Finding) -> bool {
+    ruptures.table.paired_by == PairedBy::Time || finding.old.is_empty() || finding.new.is_empty()
+}
+
+/// How the ruptures of pairs differ.
+fn pairs(pairs: &PairDifferences) -> String {
+    format!(
+        "  {} pairs, {} of the same blocks; median differences: length {} blocks, F_T/F_N at onset {}",
+        pairs.pairs,
+        pairs.same_blocks,
+        signed(pairs.median_length_blocks),
+        signed(pairs.median_ft_fn_onset)
+    )
+}
+
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
-    use super::{aligned, change, value};
-    use crate::report::NumberChange;
-
-    #[test]
-    fn numbers_have_six_digits_and_changes_are_in_percent() {
-        let told = |old, new| {
-            let number = NumberChange::between("a_s", &old, &new);
-            [value(&number.old), value(&number.new), change(&number)]
-        };
-        assert_eq!(told(json!(55), json!(58)), ["55", "58", "+5.45 %"]);
-        assert_eq!(told(json!(2.6346976), json!(2.62232)), ["2.63470", "2.62232", "-0.47 %"]);
-        assert_eq!(told(json!(-2.0), json!(-1.0)), ["-2.00000", "-1.00000", "+50.00 %"]);
-        assert_eq!(told(json!(123456.7), json!(123456.8)), ["123457", "123457", "+8e-7"]);
-        assert_eq!(told(json!(1.5e-9), json!(1.5e-9)), ["1.50000e-9", "1.50000e-9", "same"]);
-        assert_eq!(told(json!(0.0), json!(0.25)), ["0.00000", "0.250000", ""]);
-        assert_eq!(told(json!(null), json!(3)), ["-", "3", ""]);
-        assert_eq!(told(json!(false), json!(true)), ["false", "true", ""]);
-    }
+    use super::aligned;
 
     #[test]
     fn columns_are_aligned_whatever_is_in_them() {
-        let row = |cells: [&str; 4]| cells.map(str::to_owned);
-        let rows = [row(["a_s", "1.5", "10.25", "+1 %"]), row(["longer", "2", "-", ""])];
-        let lines = aligned(["the runs", "old", "new", "change"], &rows, true);
+        let row = |cells: [&str; 5]| cells.map(str::to_owned);
+        let rows = [row(["a_s", "1.5", "10.25", "+8.75", "+1 %"]), row(["longer", "2", "-", "", ""])];
+        let lines = aligned(["the runs", "old", "new", "by", "change"], &rows, true);
         assert_eq!(
             lines,
-            ["the runs    old    new  change", "  a_s       1.5  10.25    +1 %", "  longer      2      -"]
+            [
+                "the runs    old    new     by  change",
+                "  a_s       1.5  10.25  +8.75    +1 %",
+                "  longer      2      -"
+            ]
         );
     }
 }

@@ -5,8 +5,8 @@ use plotters::prelude::IntoDrawingArea;
 use super::axes::{self, BESIDE_TICK, Ruler, TICK};
 use super::legend::{self, Outside};
 use super::plot::{
-    Area, Corner, Dash, Frame, LINE_WIDTH, Look, PANEL, Panel, SMALL_PANEL, Series, Sheet, TICK_TEXT, Told,
-    filled, foot_height, footer, line, mark_at, nothing,
+    Area, Corner, Dash, Frame, LINE_WIDTH, Layout, Look, PANEL, Panel, SMALL_PANEL, Series, Sheet, TICK_TEXT,
+    Told, filled, line, mark_at, nothing,
 };
 use super::print::canvas::Canvas;
 use super::print::page::{Page, Role, circle};
@@ -76,10 +76,10 @@ impl Sheet {
         }
     }
 
-    /// Draws the sheet, with a line at its foot.
-    pub(super) fn page(&self, foot: Option<&str>) -> Result<Page, String> {
+    /// Draws the sheet.
+    pub(super) fn page(&self, layout: Layout<'_>) -> Result<Page, String> {
         if let Sheet::Other(picture) = self {
-            return picture.page(foot);
+            return picture.page(layout);
         }
         let (width, mut height, areas) = self.areas();
         let panels = self.panels();
@@ -90,7 +90,7 @@ impl Sheet {
         let below = height;
         height += outside.height();
         let line = height;
-        height += foot_height(foot);
+        height += layout.foot_height();
         let mut page = Page::new(width, height);
         {
             let root = Canvas(&mut page).into_drawing_area();
@@ -98,9 +98,7 @@ impl Sheet {
                 panel.draw(&root, frame, *corner)?;
             }
             outside.draw(&root, left, f64::from(below))?;
-            if let Some(foot) = foot {
-                footer(&root, foot, (left, f64::from(line)), f64::from(width) - left - RIGHT)?;
-            }
+            layout.footer(&root, (left, f64::from(line)), f64::from(width) - left - RIGHT)?;
         }
         Ok(page)
     }

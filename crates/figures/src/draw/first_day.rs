@@ -9,6 +9,7 @@ use schemars::schema_for;
 
 use super::Figures;
 use super::kind::AnyFigure;
+use super::plot::{Keys, Layout};
 
 /// One of each kind, as the page on figures has them.
 fn examples() -> Figures {
@@ -61,7 +62,7 @@ fn with_records(mut run: RunData) -> RunData {
 
 /// Runs of one step and more, without an event and with some, of chains and slabs, at rest and
 /// unloaded.
-fn runs() -> Vec<RunData> {
+pub(super) fn runs() -> Vec<RunData> {
     let mut runs = Vec::new();
     for events in [&[][..], &[(1, 2, &[1][..])], &EVENTS[..1], &EVENTS] {
         for toml in ["", "drive.velocity_m_per_s = 0", "initial_shear.beta = 0.2", "friction.law = \"rigid\""]
@@ -110,7 +111,9 @@ fn drawn(figure: &dyn AnyFigure, run: &RunData) -> Result<(), String> {
     let run = RunData { kept: figure.required_data(), ..run.clone() };
     let part = |name: &str| Ok((name.to_owned(), figure.part(&run)?));
     let parts = figure.runs().into_iter().map(part).collect::<Result<_, String>>()?;
-    figure.sheet(parts)?.page(Some("foot")).map(drop)
+    let sheet = figure.sheet(parts)?;
+    let page = |keys| sheet.page(Layout { foot: Some("foot"), keys }).map(drop);
+    page(Keys::Below).and_then(|()| page(Keys::Beside))
 }
 
 /// An axis of no length made `reduce` panic.

@@ -3,7 +3,7 @@
 use plotters::prelude::IntoDrawingArea;
 
 use super::of_study::paper::{Key, Paper};
-use super::plot::{Area, Dash, INK, LABEL_TEXT, Picture, TICK_TEXT, Told, foot_height, footer, stroke};
+use super::plot::{Area, Dash, INK, Keys, LABEL_TEXT, Layout, Picture, TICK_TEXT, Told, stroke};
 use super::print::canvas::Canvas;
 use super::print::page::Page;
 use super::text::{self, Align};
@@ -32,15 +32,13 @@ pub(super) struct FullPage {
 }
 
 impl Picture for FullPage {
-    fn page(&self, foot: Option<&str>) -> Result<Page, String> {
-        let mut page = Page::new(SIZE.0 as u32, SIZE.1 as u32 + foot_height(foot));
+    fn page(&self, layout: Layout<'_>) -> Result<Page, String> {
+        let mut page = Page::new(SIZE.0 as u32, SIZE.1 as u32 + layout.foot_height());
         {
             let root = Canvas(&mut page).into_drawing_area();
-            self.draw(&root)?;
-            if let Some(foot) = foot {
-                let at = (f64::from(MARGIN), f64::from(SIZE.1));
-                footer(&root, foot, at, f64::from(SIZE.0 - 2 * MARGIN))?;
-            }
+            self.draw(&root, layout.keys)?;
+            let at = (f64::from(MARGIN), f64::from(SIZE.1));
+            layout.footer(&root, at, f64::from(SIZE.0 - 2 * MARGIN))?;
         }
         Ok(page)
     }
@@ -53,7 +51,7 @@ impl Picture for FullPage {
 }
 
 impl FullPage {
-    fn draw(&self, root: &Area<'_>) -> Result<(), String> {
+    fn draw(&self, root: &Area<'_>, keys: Keys) -> Result<(), String> {
         let width = SIZE.0 - 2 * MARGIN;
         text::draw(root, &self.title, (SIZE.0 / 2, MARGIN + TITLE / 2), LABEL_TEXT, Align::Center, false)?;
         let rows = self.numbers.len().div_ceil(2) as i32;
@@ -62,9 +60,11 @@ impl FullPage {
         let height = (SIZE.1 - 2 * MARGIN - TITLE - table) / pictures.max(1);
         let mut top = MARGIN + TITLE;
         // Keys of one width, so that the panels have one as well.
+        let beside = keys == Keys::Beside || self.wide.iter().any(|paper| paper.bar.is_some());
         let key = self.wide.iter().map(Paper::key_width).max().unwrap_or(0);
+        let key = if beside { Key::Beside(key) } else { Key::InLines };
         for paper in &self.wide {
-            paper.draw(root, (MARGIN, top), (width, height), Key::Beside(key))?;
+            paper.draw(root, (MARGIN, top), (width, height), key)?;
             top += height;
         }
         let share = width / self.beside.len().max(1) as i32;

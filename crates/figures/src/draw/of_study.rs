@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 
-use super::plot::Picture;
+use super::plot::{Keys, Layout, Picture};
 pub use super::print::about::Origins;
 use super::print::{self, about::About, files_of};
 use super::text::plain;
@@ -90,8 +90,10 @@ impl Drawer {
             let path = folder.join(file);
             let paper = paper.map_err(failed)?;
             let about = about(&gathered.figure, &paper, origins, provenance);
-            let page = paper.page(about.foot().as_deref()).map_err(failed)?;
-            print::write(&page, &about, files, &path)?;
+            let foot = about.foot();
+            let layout = Layout { foot: foot.as_deref(), keys: Keys::Beside };
+            let page = paper.page(layout).map_err(failed)?;
+            print::write(&page, &about, files, &print::files_of(&path))?;
             paths.extend(files_of(&path));
         }
         Ok(paths)

@@ -6,6 +6,7 @@ use asperity_numbers::distributions::{SizeLaw, TimeLaw};
 use asperity_numbers::fronts::crossing_s;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
+use asperity_record::counted;
 
 use super::full_page::FullPage;
 use super::kind::{Figure, keys, of_one_run};
@@ -88,7 +89,7 @@ fn numbers(run: &RunData) -> Result<Vec<(String, String)>, String> {
             "its front, upwards",
             or_none(speed.map(|speed| format!("{speed:.1} m/s = {:.3} c", speed / c_m_per_s))),
         ),
-        ("longest precursor", or_none(longest.map(|longest| format!("{} blocks", longest.last_block)))),
+        ("longest precursor", or_none(longest.map(|longest| counted(longest.last_block.into(), "block")))),
         ("largest F_T/F_N", format!("{largest:.4}")),
     ];
     Ok(rows.into_iter().map(|(of, number)| (of.to_owned(), number.replace('-', "\u{2212}"))).collect())

@@ -251,8 +251,8 @@ impl Sheet {
 
 /// What is drawn as a whole, without panels of this file.
 pub(super) trait Picture: std::fmt::Debug + Send + Sync {
-    /// Draws it, with a line at its foot.
-    fn page(&self, foot: Option<&str>) -> Result<Page, String>;
+    /// Draws it.
+    fn page(&self, layout: Layout<'_>) -> Result<Page, String>;
 
     /// What is written on it.
     fn told(&self) -> Told;
@@ -292,6 +292,9 @@ const MARK_RADIUS: f64 = 11.0;
 /// The line at the foot.
 const FOOT: u32 = 44;
 const FOOT_TEXT: f64 = 24.0;
+/// 7 points, in a grey that a copier keeps.
+const READABLE_FOOT_TEXT: f64 = 29.0;
+const READABLE_FOOT: RGBColor = RGBColor(80, 80, 80);
 
 /// The frame of a panel, in pixels of the page.
 #[derive(Debug, Clone, Copy)]
@@ -315,17 +318,44 @@ impl Frame {
     }
 }
 
-/// How much taller a page with a line at its foot is.
-pub(super) fn foot_height(foot: Option<&str>) -> u32 {
-    if foot.is_some() { FOOT } else { 0 }
+/// How a sheet is laid out.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Layout<'a> {
+    /// The line at its foot, if it has one.
+    pub(super) foot: Option<&'a str>,
+    pub(super) keys: Keys,
 }
 
-/// Draws the line at the foot.
-pub(super) fn footer(root: &Area<'_>, line: &str, (x, y): Point, longest: f64) -> Result<(), String> {
-    let width = text::label_width(line, FOOT_TEXT);
-    let size = FOOT_TEXT * (longest / width).min(1.0);
-    let label = Label { text: line, size, align: Align::Left, upward: false, colour: GREY, role: Role::Foot };
-    text::put(root, label, (x, y + f64::from(FOOT) / 3.0))
+/// Where keys of [pictures](Picture) stand that have no colour bar.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Keys {
+    /// At the right of the panels: figures of pipelines.
+    Beside,
+    /// In lines below the panels, which then take the whole width: figures of one run. Their foot has the
+    /// size and the colour of print.
+    Below,
+}
+
+impl Layout<'_> {
+    /// How much taller a page with its foot is.
+    pub(super) fn foot_height(&self) -> u32 {
+        if self.foot.is_some() { FOOT } else { 0 }
+    }
+
+    /// Draws the line at the foot.
+    pub(super) fn footer(&self, root: &Area<'_>, (x, y): Point, longest: f64) -> Result<(), String> {
+        let Some(text) = self.foot else { return Ok(()) };
+        let (size, colour) = match self.keys {
+            Keys::Beside => (FOOT_TEXT, GREY),
+            Keys::Below => (READABLE_FOOT_TEXT, READABLE_FOOT),
+        };
+        let size = size * (longest / text::label_width(text, size)).min(1.0);
+        if self.keys == Keys::Below && size < FOOT_TEXT {
+            return Ok(());
+        }
+        let label = Label { text, size, align: Align::Left, upward: false, colour, role: Role::Foot };
+        text::put(root, label, (x, y + f64::from(FOOT) / 3.0))
+    }
 }
 
 /// Says in the middle of a frame that there is nothing in it.

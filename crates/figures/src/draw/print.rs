@@ -17,22 +17,27 @@ use page::Page;
 use crate::draw::error::FigureError;
 
 /// What the names of the files of a figure end in.
-const ENDINGS: [&str; 3] = ["png", "svg", "pdf"];
+pub(super) const ENDINGS: [&str; 3] = ["png", "svg", "pdf"];
 
 /// The files of a figure that is asked for as `NAME.png`: that, `NAME.svg` and `NAME.pdf`.
 pub fn files_of(file: &Path) -> [PathBuf; 3] {
     ENDINGS.map(|ending| file.with_extension(ending))
 }
 
-/// Writes the files of a figure, as files of a set.
-pub(super) fn write(page: &Page, about: &About, files: &FileSet, file: &Path) -> Result<(), FigureError> {
-    let failed = |problem: String| FigureError::Figure { file: file.display().to_string(), problem };
-    let bytes = [
-        png::bytes(page, about).map_err(failed)?,
-        svg::bytes(page, about).map_err(failed)?,
-        pdf::bytes(page, about),
-    ];
-    for (path, bytes) in files_of(file).iter().zip(bytes) {
+/// Writes files of a figure, each in the format of its ending, as files of a set.
+pub(super) fn write(
+    page: &Page,
+    about: &About,
+    files: &FileSet,
+    paths: &[PathBuf],
+) -> Result<(), FigureError> {
+    for path in paths {
+        let failed = |problem: String| FigureError::Figure { file: path.display().to_string(), problem };
+        let bytes = match path.extension().and_then(|ending| ending.to_str()) {
+            Some("svg") => svg::bytes(page, about).map_err(failed)?,
+            Some("pdf") => pdf::bytes(page, about),
+            _ => png::bytes(page, about).map_err(failed)?,
+        };
         files.write(path, bytes)?;
     }
     Ok(())

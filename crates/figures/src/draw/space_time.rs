@@ -405,6 +405,17 @@ mod tests {
                 .map(number),
             [0, 2, 2]
         );
+        // Of several of the most blocks, the first.
+        let mut alike = run.clone();
+        made_up::with_ruptures(
+            &mut alike,
+            &[
+                &[(1, 1000, Some(1500))],
+                &[(2, 2000, Some(2500)), (3, 2100, Some(2500))],
+                &[(1, 3000, Some(3500)), (2, 3100, Some(3500))],
+            ],
+        );
+        assert_eq!(picked(&alike, None, Some(RuptureSelector::Widest)).unwrap().unwrap().rupture, 1);
         let zoom = picked(&run, Some(0), None).unwrap();
         let paper = map(&run, zoom, [None, None], [None, None]).unwrap();
         assert_eq!(cells(&paper).len(), 2);

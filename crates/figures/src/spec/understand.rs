@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use asperity_model::keys::{KEYS, Kind as KeyKind};
+use asperity_model::{among, suggestion};
 use asperity_numbers::Number;
 use asperity_record::unit_of;
 
@@ -193,9 +194,11 @@ impl Known<'_> {
             self.axes.iter().enumerate().flat_map(|(n, axis)| axis.keys.iter().map(move |key| (n, key)));
         keys.clone().find(|(_, key)| key.path == name).ok_or_else(|| {
             let names: Vec<&str> = keys.map(|(_, key)| key.path).collect();
+            let numbers: Vec<&str> = numbers_of_summary().filter(|_| what == "x").map(Number::name).collect();
+            let meant = suggestion(name, [&names[..], &numbers[..]].concat());
             let more =
                 if what == "x" { ", or with a family a number of `asperity summary --schema`" } else { "" };
-            format!("{what} = {name:?} does not vary (accepted: {}{more})", names.join(", "))
+            format!("{what} = {name:?} does not vary{meant} (accepted: {}{more})", names.join(", "))
         })
     }
 
@@ -297,21 +300,23 @@ fn of_key(
     })
 }
 
+/// The numbers that every run over axes has.
+fn numbers_of_summary() -> impl Iterator<Item = Number> {
+    Number::all().filter(|number| number.is_of_summary())
+}
+
 /// A number of the summary on an axis of the figure.
 fn number(what: &str, name: &str, label: &Option<String>, scale: Option<Scale>) -> Result<Quantity, String> {
-    let numbers = || Number::all().filter(|number| number.is_of_summary());
-    let Some(Number { key, .. }) = numbers().find(|number| number.name() == name) else {
+    let Some(Number { key, .. }) = numbers_of_summary().find(|number| number.name() == name) else {
         if Number::find(name).is_ok_and(|number| !number.is_of_summary()) {
             return Err(format!(
                 "{what} = {name:?} is taken of whole runs, and a sweep stores their summaries (accepted: a number of \
                  the summary)"
             ));
         }
-        let names: Vec<&str> = numbers().map(Number::name).collect();
-        return Err(format!(
-            "{what} = {name:?} is no number of the summary (accepted: {})",
-            names.join(", ")
-        ));
+        let names: Vec<&str> = numbers_of_summary().map(Number::name).collect();
+        let among = among(name, &names, "`asperity summary --schema`");
+        return Err(format!("{what} = {name:?} is no number of the summary{among}"));
     };
     let bare = key.label();
     let own = with_unit(&bare, key.column.unit);
@@ -427,11 +432,12 @@ mod tests {
             (format!("{MAP}{MAP}"), "stands there twice"),
             (
                 MAP.replace("normal_load.tilt", "normal_load.tlit"),
-                "x = \"normal_load.tlit\" does not vary (accepted: normal_load.tilt, fric",
+                "x = \"normal_load.tlit\" does not vary; did you mean normal_load.tilt? (accepted: normal_load.tilt, fric",
             ),
             (
                 MAP.replace("precursor_count", "precursor_cuont"),
-                "colour = \"precursor_cuont\" is no number of the summary (accepted: blocks,",
+                "colour = \"precursor_cuont\" is no number of the summary; did you mean precursor_count? (accepted: \
+                 precursor_count,",
             ),
             (
                 MAP.replace("precursor_count", "precursor_event_count"),

@@ -107,6 +107,10 @@ const asperity = (() => {
     });
   }
 
+  // Symbols of the field with their subscripts, as HTML: F_T/F_N.
+  const escaped = (text) => text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
+  const lettered = (text) => escaped(text).replace(/(?<![A-Za-z])([A-Zμτ])_(\w)/g, "$1<sub>$2</sub>");
+
   const data = (selector) => JSON.parse(document.querySelector(selector).textContent);
-  return { root, colour, repaints, compare, sortable, data };
+  return { root, colour, repaints, compare, sortable, lettered, data };
 })();

@@ -12,7 +12,7 @@ asperity.longTable = (box, options) => {
   for (const column of options.columns) {
     const heading = document.createElement("th");
     heading.scope = "col";
-    heading.textContent = column.title;
+    heading.innerHTML = asperity.lettered(column.title);
     if (column.number) heading.className = "number";
     if (column.name === options.sorted) heading.setAttribute("aria-sort", "ascending");
     asperity.sortable(heading, () => [...head.cells], (descending) => { sort = [column, descending]; order(); });

@@ -3,12 +3,13 @@
 // thousands of rectangles stay quick.
 "use strict";
 asperity.map = (canvas, options) => {
-  const { colour } = asperity;
+  const { colour, root } = asperity;
   const LEFT = 62, RIGHT = 14, FOOT = 44;
   const FONT = "system-ui, 'Segoe UI', 'Noto Sans', 'DejaVu Sans', sans-serif";
   const hover = document.getElementById("hover");
   // What is shown: {panels: [{title, count, onset, end, first, last, look}], blocks, from_s, to_s}, each column an array;
-  // shown(panel, k) says of each whether it is. Marked are [panel, k].
+  // shown(panel, k) says of each whether it is, and front(panel, k), where there is one, how it passed the blocks:
+  // [edges, arrivals, stops], of one block after the other, with one edge more. Marked are [panel, k].
   let what = null, from = 0, to = 1, boxes = [], marked = [];
 
   // A rectangle's look: colour, hatching and, where it has one, dashes, so that any of them is enough.
@@ -132,6 +133,35 @@ asperity.map = (canvas, options) => {
     return `${cut}…`;
   }
 
+  // From this width on, in dots, the front of a rupture is drawn instead of its rectangle.
+  const FRONT = 40;
+  // A time at each block, as stairs from the first edge to the last or back.
+  function stairs(pen, edges, x, backwards) {
+    const order = [...x.keys()];
+    for (const n of backwards ? order.reverse() : order) {
+      pen.lineTo(x[n], edges[n + (backwards ? 1 : 0)]);
+      pen.lineTo(x[n], edges[n + (backwards ? 0 : 1)]);
+    }
+  }
+  function front(pen, place, n, [edges, arrivals, stops], fill, line) {
+    const within = (t) => Math.min(Math.max(place.x(t), place.left - 4), place.left + place.across + 4);
+    const y = edges.map((edge) => place.y(n, edge)), came = arrivals.map(within), stopped = stops.map(within);
+    pen.beginPath();
+    stairs(pen, y, came, false);
+    stairs(pen, y, stopped, true);
+    pen.fillStyle = fill;
+    pen.fill();
+    pen.lineWidth = 1;
+    pen.strokeStyle = line;
+    pen.setLineDash([3, 2]);
+    pen.beginPath(); stairs(pen, y, stopped, false); pen.stroke();
+    pen.setLineDash([]);
+    pen.lineWidth = 2;
+    pen.strokeStyle = colour("ink");
+    pen.beginPath(); stairs(pen, y, came, false); pen.stroke();
+    pen.lineWidth = 1;
+  }
+
   function frame(pen, place) {
     const { left, across, panel, tops, foot, x, y } = place, { axis, at } = ticks(across);
     pen.font = `12px ${FONT}`;
@@ -172,7 +202,7 @@ asperity.map = (canvas, options) => {
     frame(pen, place);
     const fills = options.looks.map((look) => hatching(look, scale));
     const lines = options.looks.map((look) => colour(`${look.colour}-line`));
-    const inView = [];
+    const inView = [], fronts = new Set();
     let drawn = 0;
     for (const [n, all] of what.panels.entries()) {
       const passes = options.looks.map(() => []);
@@ -184,7 +214,9 @@ asperity.map = (canvas, options) => {
       inView.push(passes);
     }
     const isDense = drawn > across;
+    let seen = 0;
     for (const [n, all] of what.panels.entries()) {
+      fronts.clear();
       pen.save();
       pen.beginPath();
       pen.rect(left, tops[n], across, panel);
@@ -203,6 +235,9 @@ asperity.map = (canvas, options) => {
             pen.fillStyle = lines[pass];
             pen.fillRect(x0, y0, wide, high);
             pen.globalAlpha = 1;
+          } else if (wide >= FRONT && what.front?.(n, k)) {
+            front(pen, place, n, what.front(n, k), fills[pass], lines[pass]);
+            fronts.add(k);
           } else {
             pen.fillStyle = fills[pass];
             pen.fillRect(x0, y0, wide, high);
@@ -215,16 +250,19 @@ asperity.map = (canvas, options) => {
       pen.strokeStyle = colour("ink");
       pen.lineWidth = 2;
       for (const [panel, k] of marked) {
-        if (panel !== n || all.end[k] < from || all.onset[k] > to) continue;
+        // What is drawn as a front is told apart by that.
+        if (panel !== n || all.end[k] < from || all.onset[k] > to || fronts.has(k)) continue;
         const x0 = x(all.onset[k]), wide = Math.max(x(all.end[k]) - x0, 1.5);
         const y0 = y(n, all.last[k]), high = Math.max(y(n, all.first[k] - 1) - y0, 1.5);
         pen.strokeRect(x0 - 2.5, y0 - 2.5, wide + 5, high + 5);
       }
+      seen += fronts.size;
       pen.lineWidth = 1;
       pen.restore();
       pen.strokeStyle = colour("ink");
       pen.strokeRect(left + .5, tops[n] + .5, across - 1, panel);
     }
+    if (hits) root.dataset.fronts = seen;
     if (options.over) options.over(pen, place);
 
     // What a picture must say when it is seen without its page.
@@ -235,8 +273,15 @@ asperity.map = (canvas, options) => {
     pen.font = `12px ${FONT}`;
     for (const [n, line] of place.lines.entries()) {
       const top = height - 22 - 18 * (place.lines.length - 1 - n);
-      for (const { look, text, mark, at } of line) {
-        swatch(pen, options.looks[look], left + at, top, 22, 13, scale);
+      for (const { look, dash, text, mark, at } of line) {
+        if (dash) {
+          // A line: of ink or, if it is dashed, a thin one.
+          pen.strokeStyle = colour("ink");
+          pen.lineWidth = dash.length ? 1 : 2;
+          pen.setLineDash(dash);
+          pen.beginPath(); pen.moveTo(left + at, top + 6.5); pen.lineTo(left + at + 22, top + 6.5); pen.stroke();
+          pen.setLineDash([]);
+        } else swatch(pen, options.looks[look], left + at, top, 22, 13, scale);
         if (mark) mark(pen, left + at + 34, top + 6.5);
         pen.fillStyle = colour("ink");
         pen.fillText(text, left + at + (mark ? 44 : 28), top + 11);
@@ -260,7 +305,7 @@ asperity.map = (canvas, options) => {
     canvas.height = height * scale;
     boxes = [];
     const drawn = draw(canvas.getContext("2d"), width, height, scale, boxes);
-    asperity.root.dataset.drawn = drawn;
+    root.dataset.drawn = drawn;
     if (options.drawn) options.drawn(drawn);
   }
   // Shows this part of the time axis; whoever has it already is not told.
@@ -327,7 +372,7 @@ asperity.map = (canvas, options) => {
     const box = boxAt(event.offsetX, event.offsetY);
     hover.style.display = box ? "block" : "none";
     if (box) {
-      hover.textContent = options.words(box[4], box[5]);
+      hover.innerHTML = asperity.lettered(options.words(box[4], box[5]));
       hover.style.left = `${Math.min(event.clientX + 14, window.innerWidth - 260)}px`;
       hover.style.top = `${event.clientY + 14}px`;
     }
@@ -372,7 +417,7 @@ asperity.map = (canvas, options) => {
     mark(items) { marked = items; redraw(); },
     view: () => [from, to],
     // What others draw beside it has the same font and the same margins.
-    FONT, LEFT, RIGHT,
+    FONT, LEFT, RIGHT, FRONT,
     ticks, look, zoom, whole, redraw, drawNow, key,
   };
 };

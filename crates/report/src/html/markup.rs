@@ -3,6 +3,7 @@
 
 use std::fmt::Display;
 
+pub use asperity_record::counted;
 use asperity_record::printable;
 
 /// A value as text in HTML, in content and in quoted attributes. Marks that turn the direction of
@@ -37,18 +38,34 @@ pub fn section(title: &str, body: &str) -> String {
     if body.is_empty() {
         String::new()
     } else {
-        format!("<section>\n<h2>{}</h2>\n{body}</section>\n", text(title))
+        format!("<section id=\"{}\">\n<h2>{}</h2>\n{body}</section>\n", section_id(title), text(title))
     }
+}
+
+/// The id of a section, as links name it.
+pub fn section_id(title: &str) -> String {
+    let words = title.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let words: Vec<String> = words.map(str::to_ascii_lowercase).collect();
+    format!("part-{}", words.join("-"))
+}
+
+/// The sections that have something to say, and before them a list of links to them.
+pub fn sections_with_contents(sections: &[(&str, String)]) -> String {
+    let there = || sections.iter().filter(|(_, body)| !body.is_empty());
+    let links: Vec<String> =
+        there().map(|(title, _)| format!("<a href=\"#{}\">{}</a>", section_id(title), text(title))).collect();
+    let all: String = there().map(|(title, body)| section(title, body)).collect();
+    format!("<nav aria-label=\"Contents\"><b>Contents:</b> {}</nav>\n{all}", links.join(" · "))
+}
+
+/// A key, a column or another name, which breaks between its words alone.
+pub fn name(name: &str) -> String {
+    format!("<code class=\"name\">{}</code>", text(name).replace('_', "_<wbr>").replace('.', ".<wbr>"))
 }
 
 /// A paragraph of plain text.
 pub fn paragraph(words: &str) -> String {
     format!("<p>{}</p>\n", text(words))
-}
-
-/// A number and its thing, in the singular where there is one.
-pub fn counted(count: u64, thing: &str) -> String {
-    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A number by three decimals or, if it is large or small, three digits.
@@ -117,7 +134,8 @@ impl From<Vec<Cell>> for Row {
     }
 }
 
-/// A table. Headings that begin with `#` are of numbers.
+/// A table, which scrolls by itself where it is wider than the page. Headings are HTML; those that begin with
+/// `#` are of numbers.
 pub fn table(caption: &str, headings: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
     set("", caption, headings, rows)
 }
@@ -129,22 +147,19 @@ pub fn sortable_table(
     headings: &[&str],
     rows: impl IntoIterator<Item = Row>,
 ) -> String {
-    let id = format!(" id=\"{}\" class=\"sortable\"", text(id));
-    format!("<div class=\"wide\">{}</div>\n", set(&id, caption, headings, rows))
+    set(&format!(" id=\"{}\" class=\"sortable\"", text(id)), caption, headings, rows)
 }
 
 fn set(attributes: &str, caption: &str, headings: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
-    let mut out = format!("<table{attributes}>");
+    let mut out = format!("<div class=\"wide\"><table{attributes}>");
     if !caption.is_empty() {
         out.push_str(&format!("<caption>{}</caption>", text(caption)));
     }
     out.push_str("<thead><tr>");
     for heading in headings {
         match heading.strip_prefix('#') {
-            Some(heading) => {
-                out.push_str(&format!("<th scope=\"col\" class=\"number\">{}</th>", text(heading)))
-            }
-            None => out.push_str(&format!("<th scope=\"col\">{}</th>", text(heading))),
+            Some(heading) => out.push_str(&format!("<th scope=\"col\" class=\"number\">{heading}</th>")),
+            None => out.push_str(&format!("<th scope=\"col\">{heading}</th>")),
         }
     }
     out.push_str("</tr></thead>\n<tbody>\n");
@@ -153,6 +168,6 @@ fn set(attributes: &str, caption: &str, headings: &[&str], rows: impl IntoIterat
         row.cells.iter().for_each(|cell| out.push_str(&cell.html()));
         out.push_str("</tr>\n");
     }
-    out.push_str("</tbody></table>\n");
+    out.push_str("</tbody></table></div>\n");
     out
 }

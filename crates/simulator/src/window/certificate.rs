@@ -337,7 +337,7 @@ mod tests {
         };
         let (mut whole, mut part) = (0, 0);
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
-            let source = ScenarioSource::new("test", "").with_override(set);
+            let source = ScenarioSource::new("test", "parameter_set = \"as-coded\"").with_override(set);
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let expansion = Expansion::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
             let lengths = &expansion.basis.lengths;

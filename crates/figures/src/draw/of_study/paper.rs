@@ -10,8 +10,8 @@ use super::colours::Colours;
 use crate::draw::axes::{self, Ruler};
 use crate::draw::lines::thinned;
 use crate::draw::plot::{
-    Area, Dash, Frame, GREY, INK, LINE_WIDTH, Marker, PANEL, Picture, SMALL_PANEL, Sheet, TICK_TEXT, Told,
-    foot_height, footer, line, mark, mark_at, nothing, stroke,
+    Area, Dash, Frame, GREY, INK, Keys, LINE_WIDTH, Layout, Marker, PANEL, Picture, SMALL_PANEL, Sheet,
+    TICK_TEXT, Told, line, mark, mark_at, nothing, stroke,
 };
 use crate::draw::print::canvas::{self, Canvas};
 use crate::draw::print::page::{self, Page, Point, Role};
@@ -79,6 +79,8 @@ pub(crate) enum Key {
     Beside(i32),
     /// At the foot, with room for this many rows, without a colour bar.
     Below(i32),
+    /// At the foot, rows side by side in lines of the width of the panels, without a colour bar.
+    InLines,
 }
 
 /// A sheet of panels.
@@ -114,6 +116,8 @@ const ROW_OF_NUMBERS: f64 = 60.0;
 const ROW: i32 = 64;
 const SAMPLE: i32 = 100;
 const PAD: i32 = 28;
+/// Between rows that stand side by side.
+const GAP: i32 = 56;
 const BAR_WIDTH: i32 = 56;
 
 /// Words in a panel, 7 points high.
@@ -152,9 +156,9 @@ impl Paper {
     }
 
     /// Width and height on a sheet of its own, in pixels.
-    fn size(&self) -> (i32, i32) {
+    fn size(&self, key: Key) -> (i32, i32) {
         let (columns, rows) = self.columns_and_rows();
-        let key = self.key_width();
+        let key = if let Key::Beside(key) = key { key } else { 0 };
         let small = match columns {
             1 => (PANEL.0 as i32 - key, PANEL.1 as i32),
             2 => ((PAGE_WIDTH - key) / 2, SMALL_PANEL.1 as i32),
@@ -180,6 +184,7 @@ impl Paper {
         let (beside, below) = match key {
             Key::Beside(wide) => (wide, 0),
             Key::Below(rows) => (0, ROW * rows),
+            Key::InLines => (0, ROW * self.key_lines(width).len() as i32),
         };
         let small = ((width - beside) / columns, (height - title - below) / rows);
         let middle = float((left + columns * small.0 / 2 + LEFT / 2, top + 20 + TITLE / 2));
@@ -198,7 +203,31 @@ impl Paper {
                 self.key(root, at, top + height - BELOW)
             }
             Key::Below(_) => self.key(root, (left + LEFT, top + height - below), top + height),
+            Key::InLines => {
+                let lines = self.key_lines(width);
+                lines.iter().zip(1..).try_for_each(|(line, n)| {
+                    let y = top + height - below + ROW * n - ROW / 2;
+                    line.iter().try_for_each(|(x, (sample, label))| sample.row(root, label, (left + x, y)))
+                })
+            }
         }
+    }
+
+    /// The rows of the key side by side, in lines that fit below panels of this width, each with its place
+    /// across.
+    fn key_lines(&self, width: i32) -> Vec<Vec<(i32, &(Sample, String))>> {
+        let mut lines: Vec<Vec<(i32, &(Sample, String))>> = Vec::new();
+        let mut x = width;
+        for row in &self.rows {
+            let taken = row.0.width() + text::label_width(&row.1, TICK_TEXT).ceil() as i32;
+            if x + taken > width - RIGHT {
+                lines.push(Vec::new());
+                x = LEFT;
+            }
+            lines.last_mut().expect("the first row begins a line").push((x, row));
+            x += taken + GAP;
+        }
+        lines
     }
 
     /// How wide the key is beside the panels, in pixels.
@@ -225,10 +254,15 @@ impl Paper {
         };
         let cells: Vec<_> = panel.items.iter().filter_map(|item| cell(item, &place)).collect();
         raster(root, &cells)?;
-        for item in &panel.items {
-            draw(root, item, &place)?;
-        }
         let frame = frame(low, high);
+        let levels: Vec<f64> =
+            panel.items.iter().filter_map(level).filter_map(|at| Some(place(at)?.1)).collect();
+        for item in &panel.items {
+            match item {
+                Item::Words(at, words, true) => upright(root, words, place(*at), &frame, &levels)?,
+                _ => draw(root, item, &place)?,
+            }
+        }
         if panel.items.iter().all(Item::is_empty) {
             nothing(root, &frame)?;
         }
@@ -310,6 +344,48 @@ fn pixel((x, y): Point) -> Pixel {
     (x.round() as i32, y.round() as i32)
 }
 
+/// The left end of a line across a panel; none of anything else.
+fn level(item: &Item) -> Option<(f64, f64)> {
+    match item {
+        Item::Line(points, ..) if points.len() == 2 && points[0].1 == points[1].1 => Some(points[0]),
+        _ => None,
+    }
+}
+
+/// What words leave free about themselves, in pixels.
+const CLEAR: f64 = 7.0;
+
+/// Where words of this length that read upwards begin, so that they cross neither the frame nor a level:
+/// as near to this place as may be, and above it. None where there is no room.
+fn clear_of(levels: &[f64], frame: &Frame, (x, y): Point, length: f64) -> Option<Point> {
+    let half = SMALL_TEXT / 2.0 + CLEAR;
+    let x = x.max(frame.left + half).min(frame.right - half);
+    let mut y = y.min(frame.bottom - CLEAR);
+    let mut upwards: Vec<f64> = levels.to_vec();
+    upwards.sort_by(|a, b| b.total_cmp(a));
+    for level in upwards {
+        if (y - length - CLEAR..y + CLEAR).contains(&level) {
+            y = level - CLEAR;
+        }
+    }
+    (y - length - CLEAR >= frame.top).then_some((x, y))
+}
+
+/// Draws words that read upwards from a place.
+fn upright(
+    root: &Area<'_>,
+    words: &str,
+    at: Option<Point>,
+    frame: &Frame,
+    levels: &[f64],
+) -> Result<(), String> {
+    let length = text::label_width(words, SMALL_TEXT);
+    let clear = at.and_then(|at| clear_of(levels, frame, at, length));
+    let Some((x, y)) = clear.map(pixel) else { return Ok(()) };
+    let half = (length / 2.0).round() as i32;
+    text::draw(root, words, (x, y - half), SMALL_TEXT, Align::Center, true)
+}
+
 /// The pixels of a cell; none of what is no cell.
 fn cell(item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point>) -> Option<(Pixel, Pixel, Rgb)> {
     let Item::Cell(low, high, color) = item else { return None };
@@ -354,9 +430,8 @@ fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point
         // All of a panel are one picture.
         Item::Cell(..) => {}
         Item::Words(point, words, upward) => {
-            let Some((x, y)) = pixel(*point) else { return Ok(()) };
-            let half = if *upward { (text::label_width(words, SMALL_TEXT) / 2.0).round() as i32 } else { 0 };
-            text::draw(root, words, (x, y - half), SMALL_TEXT, Align::Center, *upward)?;
+            let Some(at) = pixel(*point) else { return Ok(()) };
+            text::draw(root, words, at, SMALL_TEXT, Align::Center, *upward)?;
         }
         Item::Crossed(point) => {
             if let Some(point) = place(*point) {
@@ -368,6 +443,23 @@ fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point
 }
 
 impl Sample {
+    /// What it takes before its words, in a line of rows.
+    fn width(self) -> i32 {
+        match self {
+            Sample::Nothing => 0,
+            Sample::Line(..) | Sample::LineAndMarks(..) => SAMPLE + PAD,
+            _ => SAMPLE / 2 + PAD,
+        }
+    }
+
+    /// Draws it with its words, in a line of rows.
+    fn row(self, root: &Area<'_>, label: &str, (left, y): (i32, i32)) -> Result<(), String> {
+        // A mark or a surface is in the middle of its sample.
+        let is_narrow = self.width() < SAMPLE;
+        self.draw(root, (if is_narrow { left - SAMPLE / 4 } else { left }, y))?;
+        words(root, label, (left + self.width(), y))
+    }
+
     fn draw(self, root: &Area<'_>, (left, y): (i32, i32)) -> Result<(), String> {
         let line = vec![(left, y), (left + SAMPLE, y)];
         let middle = (left + SAMPLE / 2, y);
@@ -392,15 +484,22 @@ impl Sample {
 }
 
 impl Picture for Paper {
-    fn page(&self, foot: Option<&str>) -> Result<Page, String> {
-        let (width, height) = self.size();
-        let mut page = Page::new(width as u32, height as u32 + foot_height(foot));
+    fn page(&self, layout: Layout<'_>) -> Result<Page, String> {
+        let beside = Key::Beside(self.key_width());
+        let is_below = layout.keys == Keys::Below && self.bar.is_none() && self.heading.is_empty();
+        let key = if is_below { Key::InLines } else { beside };
+        let (width, mut height) = self.size(key);
+        let mut free = 0;
+        if is_below && !self.rows.is_empty() {
+            height += ROW * self.key_lines(width).len() as i32;
+            free = PAD;
+        }
+        let mut page = Page::new(width as u32, (height + free) as u32 + layout.foot_height());
         {
             let root = Canvas(&mut page).into_drawing_area();
-            self.draw(&root, (0, 0), (width, height), Key::Beside(self.key_width()))?;
-            if let Some(foot) = foot {
-                footer(&root, foot, (f64::from(LEFT), f64::from(height)), f64::from(width - LEFT - RIGHT))?;
-            }
+            self.draw(&root, (0, 0), (width, height), key)?;
+            let at = (f64::from(LEFT), f64::from(height + free));
+            layout.footer(&root, at, f64::from(width - LEFT - RIGHT))?;
         }
         Ok(page)
     }
@@ -415,5 +514,47 @@ impl Picture for Paper {
             labels: self.rows.iter().map(|(_, label)| label.clone()).chain(bar).collect(),
             notes: vec![self.heading.clone()],
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CLEAR, Frame, Item, Key, Keys, Layout, Paper, Picture, SMALL_TEXT, Sample, clear_of};
+    use crate::draw::plot::{Dash, INK};
+    use crate::draw::scale::Scale;
+
+    /// Numbers of ruptures were crossed by the line of the friction coefficient and by the frame.
+    #[test]
+    fn words_cross_neither_frames_nor_levels() {
+        let frame = Frame { left: 100.0, top: 100.0, right: 900.0, bottom: 900.0 };
+        let of = |levels: &[f64], at| clear_of(levels, &frame, at, 60.0);
+        assert_eq!(of(&[], (500.0, 500.0)), Some((500.0, 500.0)));
+        // Below the words, through them, and one above the other.
+        assert_eq!(of(&[520.0], (500.0, 500.0)), Some((500.0, 500.0)));
+        assert_eq!(of(&[470.0], (500.0, 500.0)), Some((500.0, 470.0 - CLEAR)));
+        assert_eq!(of(&[430.0, 470.0], (500.0, 500.0)), Some((500.0, 430.0 - CLEAR)));
+        let half = SMALL_TEXT / 2.0 + CLEAR;
+        assert_eq!(of(&[], (899.0, 500.0)), Some((900.0 - half, 500.0)));
+        assert_eq!(of(&[], (100.0, 500.0)), Some((100.0 + half, 500.0)));
+        assert_eq!((of(&[], (500.0, 150.0)), of(&[130.0], (500.0, 180.0))), (None, None));
+    }
+
+    /// A key below takes lines, and none of the width.
+    #[test]
+    fn keys_below_leave_the_width_to_the_panels() {
+        let scale = |label: &str| Scale::between(label, 0.0, 1.0);
+        let row = |n: usize| (Sample::Line(Dash::Solid, INK), format!("a row of the key, number {n}"));
+        let paper =
+            |rows: usize| Paper::single(scale("x"), scale("y"), Vec::new(), (0..rows).map(row).collect());
+        assert_eq!(paper(0).key_lines(1800).len(), 0);
+        let lines = paper(5).key_lines(1800).iter().map(Vec::len).collect::<Vec<usize>>();
+        assert_eq!(lines, [2, 2, 1]);
+        let with_nothing = Paper { rows: vec![(Sample::Nothing, "words".to_owned()), row(1)], ..paper(0) };
+        assert_eq!(with_nothing.key_lines(1800)[0][0].0, super::LEFT);
+        let beside = paper(1).size(Key::Beside(paper(1).key_width()));
+        assert_eq!(beside, paper(1).size(Key::InLines));
+        let page = |keys| paper(1).page(Layout { foot: None, keys }).unwrap();
+        assert!(page(Keys::Below).height > page(Keys::Beside).height + 50);
+        assert_eq!(page(Keys::Below).width, page(Keys::Beside).width);
     }
 }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use asperity_record::RunHeader;
+
 /// Where the runs that a figure shows come from.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Origins {
@@ -24,6 +26,11 @@ impl Origins {
             code_versions: BTreeSet::from([code_version.to_owned()]),
             varies: BTreeSet::new(),
         }
+    }
+
+    /// Of a run with this header.
+    pub(crate) fn of_run(header: &RunHeader) -> Origins {
+        Origins::of(&header.scenario, &header.parameter_set, header.time_step_s, &header.code_version)
     }
 
     /// Adds the scenario keys in which the runs differ.

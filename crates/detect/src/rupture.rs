@@ -192,8 +192,8 @@ impl RuptureTracker {
         }
     }
 
-    /// Processes the next record, and passes the ruptures that it makes certain to `tell`.
-    pub fn observe(&mut self, record: &StepRecord, tell: &mut dyn FnMut(&Slipped)) {
+    /// Processes the next record, and adds the ruptures that it makes certain to `slipped`.
+    pub fn observe(&mut self, record: &StepRecord, slipped: &mut Vec<Slipped>) {
         let mut ended = Vec::new();
         while let Some(&(step, id)) = self.growing.first()
             && !self.links(step, record.step)
@@ -213,20 +213,14 @@ impl RuptureTracker {
         }
         // In the order in which they became certain, whatever the distance between records.
         ended.sort_by_key(|id| (self.certain_step(&self.open[id]), self.open[id].nucleation));
-        for id in ended {
-            let slipped = self.close(id, false);
-            tell(&slipped);
-        }
+        slipped.extend(ended.into_iter().map(|id| self.close(id, false)));
     }
 
-    /// Ends the run after the given step.
-    pub fn finish(&mut self, tell: &mut dyn FnMut(&Slipped)) {
+    /// Ends the run, and adds the ruptures that are not certain to `slipped`.
+    pub fn finish(&mut self, slipped: &mut Vec<Slipped>) {
         let mut left: Vec<Id> = self.open.keys().copied().collect();
         left.sort_by_key(|id| self.open[id].nucleation);
-        for id in left {
-            let slipped = self.close(id, true);
-            tell(&slipped);
-        }
+        slipped.extend(left.into_iter().map(|id| self.close(id, true)));
     }
 
     /// Whether detachments in these steps are close enough to be linked.

@@ -1,0 +1,257 @@
+//! Arguments of commands that read run logs: numbers, tables and verdicts.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableFormat {
+    /// Comma-separated, one header line, numbers in full precision.
+    Csv,
+    /// One array of objects.
+    Json,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SummaryFormat {
+    /// For people, six digits: all numbers of one run, the first of several.
+    Text,
+    /// Comma-separated, one header line, one row for each run, numbers in full precision.
+    Csv,
+    /// An object; an array of them if several runs are named.
+    Json,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity summary out/mine.mcap
+  asperity summary out/chapter5/runs/*.mcap
+  asperity summary out/chapter5/runs/*.mcap --format csv > out/summary.csv
+  asperity summary out/mine.mcap --format json | python3 -m json.tool
+  asperity summary --schema > out/summary.schema.json
+
+Events are ruptures here: sets of detachments that a front joins, whatever
+slides elsewhere at the same time. Numbers of raw slip events say so. A
+precursor is a rupture from block 1 that reaches farther than any before, up
+to the first that reaches every block, which is not counted. Ruptures that the
+log of an older version does not have are found in its step records. SI units
+throughout; docs/outputs.md explains every key, and so does the schema.
+
+Exit codes, that of the worst of several logs:
+  0  all of every run is in the summary
+  1  failure
+  2  a file is not a run log
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps or of a run that
+              was stopped, and its summary is of the part that is sound; see
+              asperity check")]
+pub(crate) struct SummaryArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required_unless_present = "schema")]
+    pub(crate) runs: Vec<PathBuf>,
+    /// How to print it.
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: SummaryFormat,
+    /// Print the JSON schema of a summary: each key with its meaning and unit.
+    #[arg(long, conflicts_with_all = ["runs", "format"])]
+    pub(crate) schema: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity events out/mine.mcap --format csv
+  asperity events out/mine.mcap --format json | python3 -m json.tool
+  asperity events out/chapter5/tables/default.events.parquet
+
+As a filter for `git diff` of run logs and Parquet tables:
+  git config diff.asperity.textconv 'asperity events'
+
+Exit codes:
+  0  all events of the run were printed
+  1  failure
+  2  the file is not a run log
+  3, 4, 5, 7  the log is incomplete, damaged, salvaged with gaps or of a run
+              that was stopped, and its events were printed as far as it is
+              sound; see asperity check")]
+pub(crate) struct EventsArguments {
+    /// The run log, or any of the Parquet tables, which are printed as CSV.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
+    /// How to print the table.
+    #[arg(long, value_enum, default_value = "csv")]
+    pub(crate) format: TableFormat,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity check out/mine.mcap
+  asperity check out/chapter5/runs/*.mcap
+  asperity check out/doubted.mcap --again
+
+Reads every byte and checks the structure and checksums of the file, every
+message against its schema, and the order of steps and their times; that all
+numbers are finite, that switches fit the state of their blocks, that the
+events follow from the step records, and that counts and digests are those
+stated at the end of the log.
+
+Header and topics of a log of this very program must be those that its own
+scenario derives. Whether its records are the physics of that scenario is not
+compared: somebody who makes all checksums right can change any of them, and
+--again finds it. It makes the run again and compares every record, which takes
+as long as the run.
+
+Exit codes, that of the worst of several logs; this is their order:
+  0  whole: all of its run, by this program with its detectors
+  6  by other code or detectors: all of its run, made by another version of the
+     program, or with detectors more or fewer
+  3  incomplete: sound up to where it ends
+  7  stopped: all there is of a run that could not go on, and why; mostly its
+     time step was too long
+  5  salvaged with gaps: what asperity salvage left of a damaged one
+  2  not a run log
+  4  damaged")]
+pub(crate) struct CheckArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
+    /// Make the runs of this very program again, and compare every record.
+    #[arg(long)]
+    pub(crate) again: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity salvage damaged.mcap -o out/salvaged.mcap
+  asperity check out/salvaged.mcap
+
+Keeps every record, before and after the damage, that an independent checksum
+or schema confirms: chunks and attachments by their checksums, the header by
+the scenario, each message by its schema, each step by having all its switches.
+Prints what was lost: bytes, messages of each topic, steps. The new log is
+salvaged with gaps, and no command mistakes it for a whole one. To finish an
+unfinished run, use asperity run --resume. If the scenario of a damaged log is
+known, it is better to repeat the run.
+
+Exit codes:
+  0  salvaged, or there is nothing to salvage: it holds all there is of its run
+  1  failure
+  2  it is not a run log, or the output exists
+  3, 4  it is incomplete or damaged, and nothing can be made of it")]
+pub(crate) struct SalvageArguments {
+    /// The damaged log.
+    #[arg(value_name = "DAMAGED.mcap")]
+    pub(crate) run: PathBuf,
+    /// The log to write; must not exist.
+    #[arg(short, long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity replay out/mine.mcap
+  asperity replay out/mine.mcap --format csv > out/replayed.csv
+  asperity replay out/chapter5/runs/*.mcap -o out/replayed
+  asperity replay out/mine.mcap --detectors settings.toml -o out/merged
+
+A settings file says what differs from a live run; every line is optional:
+  detectors = [\"onset\", \"extent\"]  # which detectors to run
+  merge_gap_s = 1e-4               # events no farther apart count as one
+  min_blocks = 2                   # leave out events of fewer distinct blocks
+  link_time_ratio = 30             # link ruptures by this many sqrt(m/k)
+Other settings give other events, so nothing is compared then. --out writes
+NAME.onsets.csv, NAME.events.csv, NAME.global-slips.csv, NAME.ruptures.csv and
+NAME.arrivals.csv for each run, and replay.json with the settings and the logs
+that were replayed.
+
+Exit codes:
+  0  all events are the same as logged, or nothing was compared
+  1  other events, or a failure
+  2  bad input; a file is not a run log
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps or of a run that
+              was stopped, and was left out; see asperity check")]
+pub(crate) struct ReplayArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
+    /// Print the slip events instead of the verdict; for a single run.
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<TableFormat>,
+    /// Folder for tables of each run's events; must be new or empty.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+    /// Which detectors to run, with which settings [default: those of a live run].
+    #[arg(long, value_name = "SETTINGS.toml")]
+    pub(crate) detectors: Option<PathBuf>,
+    /// How many runs to replay at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<std::num::NonZeroUsize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportFormat {
+    /// Columns with types and units, compressed.
+    #[cfg(feature = "analysis")]
+    Parquet,
+    /// Comma-separated, one header line, numbers in full precision.
+    Csv,
+    /// One JSON object per line and row.
+    Ndjson,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity export out/mine.mcap --to parquet -o out/tables
+  asperity export out/mine.mcap --to csv --topic /step -o out/tables
+  asperity export out/mine.mcap --to ndjson --from-s 0.5 --to-s 0.6 -o out/part
+  asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
+  asperity export out/slab.mcap --to csv --nodes-at-s 0.2 -o out/nodes
+
+Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
+NAME.FORMAT.export.json with the header and scenario of the run, the columns
+with their units, and the number of rows of each file. Tables are long: states
+of all blocks (/fields, /window) have one row per block. The whole log is read
+and checked, whichever part is exported. The nodes of a slab are in no log: they
+follow from it by the steps of the program that made it, which are taken again.
+
+Exit codes:
+  0  all of every log is exported
+  1  failure
+  2  bad input; a file is not a run log
+  3  a log is incomplete, and exported up to its end
+  4  a log is damaged, and exported up to the damage
+  5  a log is salvaged with gaps, and exported around them
+  7  a log is of a run that was stopped, and exported up to there")]
+pub(crate) struct ExportArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
+    /// The format of the files.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub(crate) to: ExportFormat,
+    /// Folder for the files.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Only this topic. May be repeated [default: all].
+    #[arg(long, value_name = "TOPIC")]
+    pub(crate) topic: Vec<String>,
+    /// Only what happened at this time or later; events count by their onset.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) from_s: Option<f64>,
+    /// Only what happened before this time.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) to_s: Option<f64>,
+    /// All nodes of a slab at this time as well, in NAME.nodes. May be repeated.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) nodes_at_s: Vec<f64>,
+    /// Replace existing files.
+    #[arg(long, alias = "replace")]
+    pub(crate) force: bool,
+    /// How many runs to export at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<std::num::NonZeroUsize>,
+}

@@ -1,0 +1,145 @@
+//! `asperity draw`: figures of one run.
+
+use std::path::{Path, PathBuf};
+
+use asperity_figures::draw::FigureError;
+use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target, USUAL};
+use asperity_files::{Existing, FileSet, Inputs};
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::{Collector, NodeField};
+use asperity_record::RunHeader;
+use asperity_run::{Checked, NodeState, Nodes};
+
+use crate::args::DrawArguments;
+use crate::exit::Failure;
+use crate::outputs::refused;
+use crate::progress::Board;
+use crate::reading::{self, Reading};
+use crate::terminal::say;
+use crate::verdict_exit;
+
+pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Failure> {
+    let DrawArguments { run, kind: named, set, out, no_provenance, force, list } = arguments;
+    if *list {
+        return tell_kinds();
+    }
+    let Some(run) = run else {
+        return Err(Failure::BadInput("there is no run (accepted: a run log)".to_owned()));
+    };
+    let kinds = kinds(named)?;
+    match (&kinds[..], set.first()) {
+        ([kind], _) => kind.check(set).map_err(|error| Failure::BadInput(format!("--set {error}")))?,
+        (_, Some(set)) => {
+            return Err(Failure::BadInput(format!(
+                "--set {set}: {} kinds are drawn, each with keys of its own (accepted: --set with one --kind)",
+                kinds.len()
+            )));
+        }
+        _ => {}
+    }
+    let target = target(run, out.as_deref(), &kinds)?;
+    let existing = if *force { Existing::Replace } else { Existing::Refuse };
+    let files = FileSet::new(existing, Inputs::of([run]));
+    let not_written = |error| refused("--out", &error, true);
+    if let Target::Folder(folder) = &target {
+        files.folder(folder).map_err(not_written)?;
+    }
+    let paths = kinds.iter().flat_map(|kind| target.files(*kind));
+    files.reserve(paths).map_err(not_written)?;
+
+    let name = run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
+    let mut figures: Vec<OneFigure> = Vec::new();
+    let begin = |header: &RunHeader, toml: &str| {
+        let nothing = RequiredData::NOTHING;
+        let scenario =
+            reading::scenario(run, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
+        figures = kinds
+            .iter()
+            .map(|kind| kind.of_run(&name, header, &scenario, set))
+            .collect::<Result<_, String>>()?;
+        let required = figures.iter().fold(nothing, |required, figure| required | figure.required_data());
+        Collector::of_log(&name, header, toml, required)
+    };
+    let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
+    let Reading { checked, observer: mut collector, ruptures_from } = reading::once(run, begin, accept)?;
+    add_nodes(run, &checked, &mut collector)?;
+    let data = collector.finish(ruptures_from, checked.seen.end.as_ref());
+    let stages = board.stages("figures");
+    let mut drawn: Vec<PathBuf> = Vec::new();
+    let mut lacking = Vec::new();
+    for (done, figure) in figures.iter().enumerate() {
+        stages.reached(figure.kind.name, done, figures.len());
+        match figure.draw(&data, !no_provenance, &files, &target) {
+            Ok(()) => drawn.extend(target.files(figure.kind)),
+            Err(FigureError::File(error)) => return Err(not_written(error)),
+            // What most runs have, this one may lack.
+            Err(error) if named.is_empty() => lacking.push(error),
+            Err(error) => return Err(Failure::failed(error)),
+        }
+    }
+    drop(stages);
+    lacking.iter().for_each(|error| board.line(&format!("{}: not drawn: {error}", run.display())));
+    files.publish().map_err(not_written)?;
+    drawn.iter().try_for_each(|path| say(path.display()))?;
+    verdict_exit::finish(run, &checked, board)
+}
+
+/// The kinds of these names, or the usual ones.
+fn kinds(named: &[String]) -> Result<Vec<Kind>, Failure> {
+    let mut kinds: Vec<Kind> = Vec::new();
+    for name in named {
+        let kind = Kind::find(name).ok_or_else(|| {
+            let known: Vec<&str> = Kind::all().map(|kind| kind.name).collect();
+            Failure::BadInput(format!(
+                "--kind {name} (accepted: {}; asperity draw --list says what each shows)",
+                known.join(", ")
+            ))
+        })?;
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    if kinds.is_empty() {
+        kinds = USUAL.iter().filter_map(|name| Kind::find(name)).collect();
+    }
+    Ok(kinds)
+}
+
+/// Where the figures go: by default a folder beside the log, named after it.
+fn target(run: &Path, out: Option<&Path>, kinds: &[Kind]) -> Result<Target, Failure> {
+    let Some(out) = out else { return Ok(Target::Folder(run.with_extension("figures"))) };
+    let target = Target::of(out);
+    match &target {
+        Target::File(_) if kinds.len() > 1 => Err(Failure::BadInput(format!(
+            "--out {} is one file, and {} kinds are drawn (accepted: a folder, or one --kind)",
+            out.display(),
+            kinds.len()
+        ))),
+        _ => Ok(target),
+    }
+}
+
+/// Adds all nodes of a slab at the times that figures show: no log has them, and they are computed again.
+fn add_nodes(run: &Path, checked: &Checked, collector: &mut Collector) -> Result<(), Failure> {
+    if collector.nodes_at_s().is_empty() {
+        return Ok(());
+    }
+    let failed = |error| Failure::failed(format!("{}: {error}", run.display()));
+    let mut nodes = Nodes::of_log(run, checked.seen.last_step, collector.nodes_at_s()).map_err(failed)?;
+    while let Some(NodeState { step, time_s, displacement_m, .. }) = nodes.next_state().map_err(failed)? {
+        collector.nodes(NodeField { step, time_s, displacement_m });
+    }
+    Ok(())
+}
+
+/// Prints the kinds, what each shows, and its keys.
+fn tell_kinds() -> Result<(), Failure> {
+    for kind in Kind::all() {
+        say(format_args!("{}: {}", kind.name, kind.shows()))?;
+        let keys = kind.keys();
+        if !keys.is_empty() {
+            say(format_args!("  --set {}", keys.join(", ")))?;
+        }
+    }
+    Ok(())
+}

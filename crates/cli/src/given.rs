@@ -1,0 +1,90 @@
+//! What commands say of a path that leads to another thing than they take: what it is, and the command
+//! for it.
+
+use std::path::Path;
+
+use asperity_study::given::Given;
+
+use crate::exit::Failure;
+
+/// What a command takes at a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Taken {
+    /// A scenario, or a log for its scenario.
+    Scenario,
+    /// A file of runs: a sweep or a pipeline.
+    Runs,
+    /// The folder of a study, with its plan.
+    Study,
+    /// A side of a diff.
+    Side,
+}
+
+impl Taken {
+    fn accepts(self, given: Given) -> bool {
+        use Given::{Folder, Log, Other, Parquet, Pipeline, Reproduced, Scenario, Sweep, Toml};
+        // Whoever opens another thing says what is wrong with it.
+        let is_open = matches!(given, Folder | Other);
+        is_open
+            || match self {
+                Taken::Scenario => matches!(given, Scenario | Toml | Log),
+                Taken::Runs => matches!(given, Sweep | Pipeline | Toml),
+                Taken::Study => given == Given::Study,
+                Taken::Side => matches!(given, Log | Parquet | Reproduced | Given::Logs | Given::Study),
+            }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Taken::Scenario => "a scenario, or a run log for its scenario",
+            Taken::Runs => "a sweep or a pipeline",
+            Taken::Study => "the folder of a study",
+            Taken::Side => "run logs, event tables, or a folder of them",
+        }
+    }
+}
+
+/// Refuses what is clearly another thing than a command takes.
+///
+/// # Errors
+/// If it is, with the command for it.
+pub(crate) fn check(path: &Path, taken: Taken) -> Result<(), Failure> {
+    let given = Given::of(path);
+    match said(path, given).filter(|_| !taken.accepts(given)) {
+        Some(said) => {
+            Err(Failure::BadInput(format!("{}: {said} (accepted: {})", path.display(), taken.words())))
+        }
+        None => Ok(()),
+    }
+}
+
+/// What stands at a path that is no run log, if that is known.
+pub(crate) fn instead_of_log(path: &Path) -> Option<String> {
+    let given = Given::of(path);
+    said(path, given).filter(|_| given != Given::Log)
+}
+
+/// What it is, and what to call for it.
+fn said(path: &Path, given: Given) -> Option<String> {
+    let path = path.display();
+    Some(match given {
+        Given::Log => {
+            format!("this is a run log: asperity summary {path}, or asperity report {path} -o PAGE.html")
+        }
+        Given::Parquet => format!("this is a Parquet table: asperity events {path}"),
+        Given::Scenario => format!("this is a scenario: asperity run {path} -o RUN.mcap"),
+        Given::Sweep => format!("this is a sweep: asperity sweep go {path} -o FOLDER"),
+        Given::Pipeline => format!("this is a pipeline: asperity reproduce {path} -o FOLDER"),
+        Given::Toml => "this is a TOML file, and of no scenario, sweep or pipeline".to_owned(),
+        Given::Reproduced => {
+            format!("this is a folder of asperity reproduce: its logs are {path}/runs/*.mcap")
+        }
+        Given::Study => {
+            format!(
+                "this is the folder of a study: asperity sweep status {path}, or asperity sweep collect {path}"
+            )
+        }
+        Given::Logs => format!("this is a folder of run logs: {path}/*.mcap"),
+        Given::Folder | Given::Other => return None,
+    })
+}

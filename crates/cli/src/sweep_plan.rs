@@ -1,0 +1,141 @@
+//! `asperity sweep plan`, and the plan that `asperity sweep go` and `asperity reproduce` begin with.
+
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+use asperity_files::{Inputs, is_new_folder};
+use asperity_model::Preview;
+use asperity_study::plan::FILE;
+use asperity_study::{Plan, PlanError, Study};
+
+use crate::args::SweepPlanArguments;
+use crate::exit::Failure;
+use crate::given::{self, Taken};
+use crate::outputs::{A_FOLDER, create_folder, fits, refused};
+use crate::preview;
+use crate::progress::Board;
+use crate::study::runs;
+use crate::terminal::say;
+
+pub(crate) fn command(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
+    let SweepPlanArguments { sweep, out, skip_refused, jobs } = arguments;
+    is_new(out)?;
+    let study = read_study(sweep, &[], board)?;
+    let plan = resolved(&study, sweep, *skip_refused, *jobs)?;
+    tell_parameter_sets(&study, sweep, board);
+    write(&plan, sweep, out)?;
+    tell(&plan, board);
+    Ok(say(out.join(FILE).display())?)
+}
+
+/// Reads a study with overrides for its runs that have names, and says what its author should change.
+pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<Study, Failure> {
+    given::check(file, Taken::Runs)?;
+    let mut study = Study::read(file).map_err(Failure::bad_input)?;
+    study.set(set);
+    study.notes().iter().for_each(|note| board.line(&format!("note: {}: {note}", file.display())));
+    Ok(study)
+}
+
+/// Says which parameter sets the runs of a study have, and what chose them.
+pub(crate) fn tell_parameter_sets(study: &Study, file: &Path, board: &Board) {
+    board.line(&format!("{}: {}", file.display(), study.parameter_sets()));
+}
+
+/// The plan of a sweep in a folder: that which is there, if it is of this sweep, or a new one.
+pub(crate) fn begun(
+    sweep: &Path,
+    folder: &Path,
+    skip_refused: bool,
+    jobs: Option<NonZeroUsize>,
+    board: &Board,
+) -> Result<Plan, Failure> {
+    let is_there = folder.join(FILE).exists();
+    if !is_there {
+        is_new(folder)?;
+    }
+    let study = read_study(sweep, &[], board)?;
+    let plan = resolved(&study, sweep, skip_refused, jobs)?;
+    tell_parameter_sets(&study, sweep, board);
+    if is_there {
+        is_of(&plan, folder)?;
+    } else {
+        write(&plan, sweep, folder)?;
+        tell(&plan, board);
+    }
+    Ok(plan)
+}
+
+/// The plan of a study in a folder, which is made if there is none.
+#[cfg(feature = "analysis")]
+pub(crate) fn planned(
+    study: &Study,
+    file: &Path,
+    folder: &Path,
+    jobs: Option<NonZeroUsize>,
+) -> Result<Plan, Failure> {
+    let plan = resolved(study, file, false, jobs)?;
+    if folder.join(FILE).exists() {
+        is_of(&plan, folder)?
+    } else {
+        write(&plan, file, folder)?
+    }
+    Ok(plan)
+}
+
+fn is_new(folder: &Path) -> Result<(), Failure> {
+    fits("--out", folder, "", A_FOLDER)?;
+    if is_new_folder(folder).unwrap_or(false) {
+        return Ok(());
+    }
+    Err(Failure::BadInput(format!(
+        "--out {} exists already and is not empty (accepted: a new or empty folder)",
+        folder.display()
+    )))
+}
+
+fn resolved(
+    study: &Study,
+    file: &Path,
+    skip_refused: bool,
+    jobs: Option<NonZeroUsize>,
+) -> Result<Plan, Failure> {
+    Plan::of(study, skip_refused, jobs)
+        .map_err(|error| Failure::BadInput(format!("{}: {error}", file.display())))
+}
+
+fn write(plan: &Plan, file: &Path, folder: &Path) -> Result<(), Failure> {
+    create_folder(folder)?;
+    plan.write(folder, Inputs::of([file])).map_err(|error| match error {
+        PlanError::File(error) => refused("--out", &error, false),
+        error => Failure::failed(error),
+    })
+}
+
+/// Checks that a folder has this plan.
+fn is_of(plan: &Plan, folder: &Path) -> Result<(), Failure> {
+    if Plan::read(folder).map_err(Failure::bad_input)?.hash == plan.hash {
+        return Ok(());
+    }
+    Err(Failure::BadInput(format!(
+        "--out {}: it has the plan of another study, or by other code (accepted: another folder)",
+        folder.display()
+    )))
+}
+
+/// Says how many runs are planned, and what the first of them are warned of.
+fn tell(plan: &Plan, board: &Board) {
+    let warned = plan.rows.iter().filter(|row| !row.warnings.is_empty());
+    let warned = warned.map(|row| (plan.label(row.run), &row.warnings[..]));
+    preview::folded(warned).iter().for_each(|line| board.line(line));
+    let previews: Vec<&Preview> = plan.rows.iter().filter_map(|row| row.preview.as_ref()).collect();
+    if let Some(words) = preview::ranges(&previews) {
+        board.line(&words);
+    }
+    let refused = plan.rows.iter().filter(|row| row.refused.is_some()).count();
+    let mut line = format!("{} planned", runs(plan.rows.len() as u64));
+    if refused > 0 {
+        line.push_str(&format!(", of which {refused} are refused"));
+    }
+    board.line(&line);
+}

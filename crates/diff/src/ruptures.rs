@@ -1,0 +1,194 @@
+//! The ruptures of two runs: what became of each, how those that pair differ, and at which load
+//! precursors reached a quarter of the slider, half of it, and so on.
+
+use std::convert::Infallible;
+
+use asperity_numbers::{RuptureGrowth, median};
+use asperity_record::Rupture;
+
+use crate::report::{LengthReached, PairDifferences, RuptureDiff};
+use crate::tally::{self, Comparison, Draft};
+
+/// The shares of the slider for which [`reached`] finds the load.
+const SHARES: [f64; 3] = [0.25, 0.5, 0.75];
+
+/// Ruptures in the order of their onsets. A log has them in the order in which they became certain.
+pub(crate) struct Sorted(pub(crate) Vec<Rupture>);
+
+impl Sorted {
+    pub(crate) fn new(ruptures: &[Rupture]) -> Sorted {
+        let mut ruptures = ruptures.to_vec();
+        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.first_block));
+        Sorted(ruptures)
+    }
+}
+
+/// Compares ruptures, or returns why that is impossible.
+pub(crate) fn compare(comparison: Comparison<'_>, sides: &[Sorted; 2]) -> Result<RuptureDiff, String> {
+    let [old, new] =
+        sides.each_ref().map(|Sorted(ruptures)| ruptures.iter().cloned().map(Ok::<_, Infallible>));
+    // There are few ruptures, so all findings are kept, to list the largest first. Drafted
+    // tolerances are of slip events only.
+    let comparison = Comparison { keep_findings: usize::MAX, ..comparison };
+    let (mut lengths, mut loads) = (Vec::new(), Vec::new());
+    let (mut same_blocks, mut matches) = (0, 0);
+    let compared = tally::compare(comparison, old, new, &mut Draft::default(), |matched| {
+        let (old, new) = (&matched.group.old, &matched.group.new);
+        matches += u64::from(!old.is_empty() && !new.is_empty());
+        if let ([old], [new]) = (&old[..], &new[..]) {
+            same_blocks += u64::from(old.reach() == new.reach());
+            lengths.push(f64::from(new.reach().count()) - f64::from(old.reach().count()));
+            loads.push(new.ft_fn_onset - old.ft_fn_onset);
+        }
+        Ok(())
+    });
+    let mut table = compared.map_err(|error| format!("they cannot be told apart: {error}"))?;
+    (table.columns_left_out, table.not_allowed) = (None, None);
+    let pairs = lengths.len() as u64;
+    let medians = median(lengths).zip(median(loads.into_iter().filter(|load| load.is_finite())));
+    Ok(RuptureDiff {
+        matches_in_time: matches,
+        pairs: medians.map(|(median_length_blocks, median_ft_fn_onset)| PairDifferences {
+            pairs,
+            same_blocks,
+            median_length_blocks,
+            median_ft_fn_onset,
+        }),
+        reached: Vec::new(),
+        found_anew: false,
+        old: table.old_rows,
+        new: table.new_rows,
+        table,
+    })
+}
+
+/// At which load ruptures from block 1 first reached each of some shares of the slider, for shares
+/// that one of the runs came to.
+pub(crate) fn reached(sides: &[Sorted; 2], blocks: [u32; 2]) -> Vec<LengthReached> {
+    let growing = sides.each_ref().map(|Sorted(ruptures)| {
+        let mut growth = RuptureGrowth::default();
+        for rupture in ruptures {
+            growth.take((rupture.onset_step, rupture.rupture), rupture.reach(), || rupture.ft_fn_onset);
+        }
+        growth
+    });
+    let load = |side: usize, share: f64| {
+        let enough = |to: u32| f64::from(to) >= share * f64::from(blocks[side]);
+        let first = growing[side].iter().find(|(to, _)| enough(*to));
+        first.map(|(_, load)| *load).filter(|load| load.is_finite())
+    };
+    let reached =
+        SHARES.map(|lp_l| LengthReached { lp_l, old_ft_fn: load(0, lp_l), new_ft_fn: load(1, lp_l) });
+    reached.into_iter().filter(|reached| reached.old_ft_fn.is_some() || reached.new_ft_fn.is_some()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::Rupture;
+
+    use super::{Sorted, compare, reached};
+    use crate::column::Column;
+    use crate::policy::Policy;
+    use crate::report::{Class, Extent};
+    use crate::row::Row;
+    use crate::tally::Comparison;
+
+    /// With nothing but when and where; the rest is null.
+    fn rupture(number: u64, onset_step: u64, blocks: [u32; 2], end_step: Option<u64>) -> Rupture {
+        let time_s = |step: u64| step as f64 / 1e7;
+        let rupture = serde_json::json!({
+            "rupture": number,
+            "onset_s": time_s(onset_step),
+            "end_s": end_step.map(time_s),
+            "first_block": blocks[0],
+            "last_block": blocks[1],
+            "nucleation_block": blocks[0],
+            "reached_every_block": false,
+            "ft_fn_onset": 0.25,
+            "ft_fn_arrival": 0.25,
+            "ft_fn_end": end_step.map(|_| 0.125),
+            "onset_step": onset_step,
+            "arrival_s": time_s(onset_step),
+            "end_step": end_step,
+            "detachments": 1,
+            "overlapping": false,
+            "open": end_step.is_none(),
+        });
+        serde_json::from_value(rupture).unwrap()
+    }
+
+    #[test]
+    fn ruptures_are_matched_by_onset_and_extent_whatever_order_they_became_certain_in() {
+        // A long one that began first became certain last.
+        let old = [
+            rupture(0, 3_000_000, [1, 7], Some(3_010_000)),
+            rupture(1, 5_000_000, [40, 60], Some(5_010_000)),
+            rupture(2, 1_000_000, [1, 30], Some(6_000_000)),
+        ];
+        let new = [
+            rupture(0, 1_000_000, [1, 30], Some(6_000_000)),
+            rupture(1, 3_000_400, [1, 7], Some(3_010_400)),
+            rupture(2, 7_000_000, [1, 2], None),
+        ];
+        let comparison = Comparison {
+            columns: Rupture::COLUMNS,
+            window_s: 1e-3,
+            cycles: None,
+            policy: &Policy::default(),
+            old_until_s: None,
+            new_until_s: None,
+            keep_findings: 9,
+            keep_matches: 9,
+        };
+        let found = compare(comparison, &[Sorted::new(&old), Sorted::new(&new)]).unwrap();
+        let number = |events: &[Extent]| events.first().map(|event| event.event);
+        let matches = found.table.matches.iter();
+        let matches: Vec<_> = matches.map(|one| (one.class, number(&one.old), number(&one.new))).collect();
+        assert_eq!(
+            matches,
+            [
+                (Class::Identical, Some(2), Some(0)),
+                (Class::Shifted, Some(0), Some(1)),
+                (Class::Missing, Some(1), None),
+                (Class::Extra, None, Some(2)),
+            ]
+        );
+        let columns = &found.table.columns;
+        assert!(!columns.contains(&Column::MaxSliding) && columns.contains(&Column::FtFnOnset));
+    }
+
+    #[test]
+    fn the_load_of_a_length_is_that_of_the_first_rupture_from_block_1_that_reaches_it() {
+        let at = |number: u64, blocks: [u32; 2], ft_fn_onset: f64| Rupture {
+            ft_fn_onset,
+            ..rupture(number, 1_000 * (number + 1), blocks, Some(1_000 * (number + 1) + 9))
+        };
+        let old = [at(0, [1, 30], 0.1), at(1, [40, 90], 0.2), at(2, [1, 50], 0.3), at(3, [1, 60], 0.4)];
+        let sides = [Sorted::new(&old), Sorted::new(&old[..1])];
+        let loads: Vec<(f64, Option<f64>, Option<f64>)> =
+            reached(&sides, [100; 2]).iter().map(|of| (of.lp_l, of.old_ft_fn, of.new_ft_fn)).collect();
+        // Neither run reaches three quarters.
+        assert_eq!(loads, [(0.25, Some(0.1), Some(0.1)), (0.5, Some(0.3), None)]);
+    }
+
+    #[test]
+    fn the_differences_of_pairs_are_medians_of_new_less_old() {
+        let old = [rupture(0, 1_000, [1, 10], Some(2_000)), rupture(1, 500_000, [1, 20], Some(501_000))];
+        let mut new = [rupture(0, 1_000, [1, 10], Some(2_000)), rupture(1, 500_000, [1, 24], Some(501_000))];
+        new[1].ft_fn_onset += 0.5;
+        let comparison = Comparison {
+            columns: Rupture::COLUMNS,
+            window_s: 1e-3,
+            cycles: None,
+            policy: &Policy::default(),
+            old_until_s: None,
+            new_until_s: None,
+            keep_findings: 0,
+            keep_matches: 0,
+        };
+        let found = compare(comparison, &[Sorted::new(&old), Sorted::new(&new)]).unwrap();
+        let pairs = found.pairs.unwrap();
+        assert_eq!((found.matches_in_time, pairs.pairs, pairs.same_blocks), (2, 2, 1));
+        assert_eq!((pairs.median_length_blocks, pairs.median_ft_fn_onset), (2.0, 0.25));
+    }
+}

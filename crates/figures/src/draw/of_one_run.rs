@@ -1,0 +1,367 @@
+//! Figures of one run without a pipeline: what a pipeline says of a kind, and what `draw` fills in where
+//! nobody gives it.
+
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use asperity_files::FileSet;
+use asperity_model::Scenario;
+use asperity_model::analytic::LengthLaw;
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::RunData;
+use asperity_record::RunHeader;
+use schemars::schema_for;
+use serde_json::{Map, Value, json};
+
+use super::kind::Parts;
+use super::plot::{Keys, Panel, Sheet};
+use super::print;
+use super::{FigureError, Figures, Origins, drawn};
+use crate::spelling::spelled;
+
+/// Kinds that compare runs, and show next to nothing of one.
+const OF_SEVERAL: [&str; 5] = ["family", "front-speed", "phase-map", "spread", "study"];
+
+/// The kinds that are drawn where none is named: what is asked first of a run.
+pub const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profile", "stress-sequence"];
+
+/// Keys that follow from the run.
+const FILLED_IN: [&str; 4] = ["file", "run", "series", "panel"];
+
+/// Keys of `lengths` that are of runs over axes.
+const OF_AXES: [&str; 6] = ["at", "colour", "colour_label", "colour_scale", "facet", "over"];
+
+/// The keys of all kinds, as their types describe them.
+static SCHEMA: LazyLock<Value> = LazyLock::new(|| schema_for!(Figures).to_value());
+
+/// A kind of figure that one run allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kind {
+    /// What it is called, here and in pipelines.
+    pub name: &'static str,
+}
+
+impl Kind {
+    /// All kinds, by name.
+    pub fn all() -> impl Iterator<Item = Kind> {
+        let names = SCHEMA["properties"].as_object().into_iter().flat_map(Map::keys).map(String::as_str);
+        names.filter(|name| !OF_SEVERAL.contains(name)).map(|name| Kind { name })
+    }
+
+    /// The kind of this name.
+    pub fn find(name: &str) -> Option<Kind> {
+        Kind::all().find(|kind| kind.name == name)
+    }
+
+    fn schema(self) -> &'static Value {
+        &SCHEMA["properties"][self.name]
+    }
+
+    fn all_keys(self) -> impl Iterator<Item = &'static str> {
+        let path = self.schema()["items"]["$ref"].as_str().unwrap_or_default();
+        let own = path.rsplit('/').next().unwrap_or_default();
+        SCHEMA["$defs"][own]["properties"].as_object().into_iter().flat_map(Map::keys).map(String::as_str)
+    }
+
+    /// What it shows: the first sentence of its description in the manual.
+    pub fn shows(self) -> String {
+        let about = spelled(self.schema()["description"].as_str().unwrap_or_default());
+        let sentence = about.split_once(". ").map_or(about.as_str(), |(first, _)| first);
+        sentence.trim_end_matches('.').to_owned()
+    }
+
+    /// The keys that may be given.
+    pub fn keys(self) -> Vec<&'static str> {
+        let is_free =
+            |key: &&str| !FILLED_IN.contains(key) && !(self.name == "lengths" && OF_AXES.contains(key));
+        self.all_keys().filter(is_free).collect()
+    }
+
+    /// Checks keys, each given as `KEY=VALUE`, before any run is read.
+    ///
+    /// # Errors
+    /// In words, with the key, the value and what is accepted.
+    pub fn check(self, set: &[String]) -> Result<(), String> {
+        let any = About { blocks: 100, duration_s: 1.0, law: None };
+        self.figures("run", &any, set).map(drop)
+    }
+
+    /// The figure of a run, with keys that are given as `KEY=VALUE`.
+    ///
+    /// # Errors
+    /// As [`Kind::check`].
+    pub fn of_run(
+        self,
+        run: &str,
+        header: &RunHeader,
+        scenario: &Scenario,
+        set: &[String],
+    ) -> Result<OneFigure, String> {
+        let about = About {
+            blocks: header.blocks,
+            duration_s: header.time_grid().time_s(header.steps),
+            law: LengthLaw::is_for(scenario).then(|| LengthLaw::natural(scenario)),
+        };
+        Ok(OneFigure { kind: self, run: run.to_owned(), figures: self.figures(run, &about, set)? })
+    }
+
+    fn figures(self, run: &str, about: &About, set: &[String]) -> Result<Figures, String> {
+        let mut keys = about.usual(self.name);
+        // In labels an underscore sets a subscript.
+        let labelled = json!([{ "run": run, "label": run.replace('_', "\\_") }]);
+        for key in self.all_keys() {
+            let value = match key {
+                "file" => json!(format!("{}.png", self.name)),
+                "run" => json!(run),
+                "series" | "panel" => labelled.clone(),
+                _ => continue,
+            };
+            keys.insert(key.to_owned(), value);
+        }
+        let understood = |keys: &Map<String, Value>| {
+            let figures: Figures = serde_json::from_value(json!({ self.name: [keys] }))?;
+            Ok::<_, serde_json::Error>(figures)
+        };
+        for assignment in set {
+            let (key, value) = assignment
+                .split_once('=')
+                .ok_or_else(|| format!("{assignment:?} (accepted: KEY=VALUE, as in title=Block)"))?;
+            if !self.keys().contains(&key) {
+                return Err(format!(
+                    "{key}: figures of the kind {} have no such key (accepted: {})",
+                    self.name,
+                    self.keys().join(", ")
+                ));
+            }
+            // A value that is nothing else is text.
+            let value = serde_json::from_str(value).unwrap_or_else(|_| json!(value));
+            keys.insert(key.to_owned(), value);
+            if let Err(error) = understood(&keys) {
+                return Err(format!("{assignment}: {error}"));
+            }
+        }
+        let figures = understood(&keys).map_err(|error| error.to_string())?;
+        figures.check().map(|()| figures)
+    }
+}
+
+/// What keys follow from where nobody gives them.
+struct About {
+    blocks: u32,
+    duration_s: f64,
+    /// The law of precursors' lengths, if the scenario has one.
+    law: Option<LengthLaw>,
+}
+
+impl About {
+    /// Keys that pipelines must give, and `draw` need not.
+    fn usual(&self, kind: &str) -> Map<String, Value> {
+        let About { blocks, duration_s, law } = self;
+        let keys = match kind {
+            "load" => json!({ "sliding": true }),
+            "lengths" => law.map_or_else(|| json!({}), |law| json!({ "law": law })),
+            // Enough for fronts that are faster than waves.
+            "front-stress" => json!({ "to_speed": 2.0 }),
+            "front-transient" => json!({ "from_speed": 0.0, "to_speed": 3.0 }),
+            "stress" => {
+                json!({ "at_s": [0.0, duration_s / 3.0, 2.0 * duration_s / 3.0, duration_s] })
+            }
+            "displacement" => {
+                let mut shown = vec![1, blocks.div_ceil(2), *blocks];
+                shown.dedup();
+                json!({ "blocks": shown })
+            }
+            "front" => json!({ "blocks": blocks.div_ceil(2) }),
+            "velocities" => json!({ "blocks": blocks }),
+            "onset" => json!({ "blocks": blocks, "logarithmic": false }),
+            "pulse" => json!({ "before": 0.5, "after": 6.0 }),
+            // At rest: later times are found by taking the steps up to them.
+            "slab-field" => json!({ "at_s": [0.0], "shows": "shear-stress" }),
+            _ => json!({}),
+        };
+        keys.as_object().cloned().unwrap_or_default()
+    }
+}
+
+/// Where a figure is written to.
+#[derive(Debug, Clone)]
+pub enum Target {
+    /// A folder, as `KIND.png`, `KIND.svg` and `KIND.pdf`.
+    Folder(PathBuf),
+    /// One file, in the format that its ending names.
+    File(PathBuf),
+}
+
+impl Target {
+    /// What `-o PATH` means: a file, if it ends in `.png`, `.svg` or `.pdf`.
+    pub fn of(path: &Path) -> Target {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        match ending {
+            Some(ending) if print::ENDINGS.contains(&ending) => Target::File(path.to_owned()),
+            _ => Target::Folder(path.to_owned()),
+        }
+    }
+
+    /// The files of a kind.
+    pub fn files(&self, kind: Kind) -> Vec<PathBuf> {
+        match self {
+            Target::Folder(folder) => {
+                print::files_of(&folder.join(format!("{}.png", kind.name))).into_iter().collect()
+            }
+            Target::File(file) => vec![file.clone()],
+        }
+    }
+}
+
+/// A figure of one run.
+pub struct OneFigure {
+    /// Its kind.
+    pub kind: Kind,
+    run: String,
+    figures: Figures,
+}
+
+impl OneFigure {
+    /// What it reads of the run.
+    pub fn required_data(&self) -> RequiredData {
+        self.figures.required_data(&self.run)
+    }
+
+    /// Draws it, as files of a set. `provenance` is whether it names the code and bears a line at its foot.
+    ///
+    /// # Errors
+    /// If the run has not what it shows, or a file cannot be written.
+    pub fn draw(
+        &self,
+        run: &RunData,
+        provenance: bool,
+        files: &FileSet,
+        target: &Target,
+    ) -> Result<(), FigureError> {
+        let (page, about) = self
+            .sheet(run)
+            .and_then(|(what, sheet)| {
+                drawn(what, &sheet, Keys::Below, Origins::of_run(&run.header), provenance)
+            })
+            .map_err(|problem| FigureError::Figure { file: self.kind.name.to_owned(), problem })?;
+        print::write(&page, &about, files, &target.files(self.kind))
+    }
+
+    /// What is on it, in words that need no thesis; and what figures of its kind show.
+    fn sheet(&self, run: &RunData) -> Result<(&'static str, Sheet), String> {
+        let (what, figure) = self.figures.all()[0];
+        let parts: Parts<_> = Parts::from([(run.name.clone(), figure.part(run)?)]);
+        let mut sheet = figure.sheet(parts)?;
+        let panels: &mut [Panel] = match &mut sheet {
+            Sheet::Single(panel) => std::slice::from_mut(panel),
+            Sheet::Stacked(panels) => &mut panels[..],
+            Sheet::Grid(panels) => panels,
+            Sheet::Other(_) => &mut [],
+        };
+        let has_no_point = |panel: &Panel| panel.series.iter().all(|series| series.points.is_empty());
+        if !panels.is_empty() && panels.iter().all(has_no_point) {
+            return Err(format!("run {} has nothing that figures of this kind show", run.name));
+        }
+        for panel in panels {
+            in_words(&mut panel.note);
+            panel.series.iter_mut().for_each(|series| in_words(&mut series.label));
+        }
+        Ok((what, sheet))
+    }
+}
+
+/// Puts words in the place of the numbers of the thesis' equations.
+fn in_words(text: &mut String) {
+    const EQUATIONS: [(&str, &str); 6] = [
+        ("eq. (5.22)", "theory of a tilted load"),
+        ("eq. (5.28)", "theory"),
+        ("eq. (5.45)", "continuum"),
+        ("eq. (5.50)", "the profile asked for"),
+        ("eq. (5.52)", "theory with initial shear"),
+        ("eq. (5.57)", "F_T/F_N = μ_d L_p/L"),
+    ];
+    for (number, words) in EQUATIONS {
+        if text.contains(number) {
+            *text = text.replace(number, words);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::{Kind, OF_SEVERAL, SCHEMA, Target, USUAL};
+    use crate::draw::first_day::runs;
+    use crate::draw::words;
+
+    #[test]
+    fn every_kind_has_keys_that_draw_it() {
+        assert!(USUAL.iter().all(|name| Kind::find(name).is_some()));
+        assert!(OF_SEVERAL.iter().all(|name| SCHEMA["properties"][name].is_object()));
+        assert!(Kind::all().count() > 20, "{:?}", Kind::all().collect::<Vec<_>>());
+        for kind in Kind::all() {
+            assert!(kind.shows().len() > 10, "{kind:?}");
+            kind.check(&[]).unwrap_or_else(|problem| panic!("{kind:?}: {problem}"));
+        }
+    }
+
+    #[test]
+    fn keys_are_those_of_pipelines_and_checked() {
+        let kind = |name: &str| Kind::find(name).unwrap();
+        let check = |name: &str, set: &str| kind(name).check(&[set.to_owned()]);
+        assert_eq!(
+            kind("space-time").keys(),
+            ["from_block", "from_s", "rupture", "title", "to_block", "to_s", "which"]
+        );
+        check("space-time", "which=longest-precursor").unwrap();
+        check("space-time", "from_s=1e-3").unwrap();
+        check("stress", "at_s=[0.1, 2]").unwrap();
+        check("lengths", "title=a = b").unwrap();
+        let refused = [
+            ("space-time", "from_s=soon", "from_s=soon: invalid type: string \"soon\""),
+            ("space-time", "which=widst", "which=widst: unknown variant `widst`"),
+            ("space-time", "run=b", "have no such key (accepted: from_block, from_s"),
+            ("lengths", "over=[]", "have no such key (accepted: law, title)"),
+            ("overview", "title", "\"title\" (accepted: KEY=VALUE"),
+        ];
+        for (name, set, says) in refused {
+            let said = check(name, set).unwrap_err();
+            assert!(said.contains(says), "{said}");
+        }
+    }
+
+    /// Whoever draws a run of their own may not know the thesis.
+    #[test]
+    fn no_caption_needs_the_thesis() {
+        let mut captions = BTreeSet::new();
+        for run in runs() {
+            for kind in Kind::all() {
+                let Ok(figure) = kind.of_run(&run.name, &run.header, &run.scenario, &[]) else {
+                    panic!("{kind:?} of {}", run.name)
+                };
+                let run = asperity_numbers::run_data::RunData { kept: figure.required_data(), ..run.clone() };
+                if let Ok((what, sheet)) = figure.sheet(&run) {
+                    let (_, title, caption) = words(what, &sheet);
+                    captions.insert((kind.name, format!("{title}: {caption}")));
+                }
+            }
+        }
+        let kinds: BTreeSet<&str> = captions.iter().map(|(kind, _)| *kind).collect();
+        assert!(kinds.len() > 15, "{kinds:?}");
+        for (kind, caption) in captions {
+            for word in ["eq. (", "(5.", "(6.", "hapter", "thesis"] {
+                assert!(!caption.contains(word), "{kind}: {caption}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_target_is_a_file_if_it_ends_as_one() {
+        assert!(matches!(Target::of("out/a.svg".as_ref()), Target::File(_)));
+        assert!(matches!(Target::of("out/mine.v2".as_ref()), Target::Folder(_)));
+        let kind = Kind::find("load").unwrap();
+        let files = Target::of("out".as_ref()).files(kind);
+        assert_eq!(files, ["out/load.png", "out/load.svg", "out/load.pdf"].map(std::path::PathBuf::from));
+    }
+}

@@ -1,0 +1,102 @@
+//! What a reader wants to know of a run before anything else: when it slipped, its precursors, the speed of its
+//! fronts, and which slider it was.
+
+use crate::html::markup::{counted, text};
+use crate::page_collector::CollectedRupture;
+use crate::study::Run;
+use crate::symbols::rounded;
+
+/// The verdict on a run: four answers, each with its question.
+pub(crate) fn verdict(run: &Run) -> String {
+    let answers = [
+        ("first global slip", global_slip(run)),
+        ("precursors", precursors(run)),
+        ("front speed", front_speed(run)),
+        ("parameter set", slider(run)),
+    ];
+    let rows = answers.map(|(question, [short, more])| {
+        let more = if more.is_empty() { more } else { format!("<span>{more}</span>") };
+        format!("<div><dt>{question}</dt><dd><b>{short}</b>{more}</dd></div>\n")
+    });
+    format!("<dl class=\"answers\">\n{}</dl>\n", rows.concat())
+}
+
+/// Why a number of ruptures is not known.
+const NO_RUPTURES: &str = "the log has no ruptures, and not all that they could be found in";
+
+fn global_slip(run: &Run) -> [String; 2] {
+    let summary = &run.summary;
+    let friction = &run.scenario.friction;
+    let coefficient = format!("μ<sub>d</sub> = {}", rounded(friction.dynamic_coefficient, 4));
+    let ratio = "F<sub>T</sub>/F<sub>N</sub>";
+    match (summary.first_global_rupture_onset_s, summary.global_rupture_count) {
+        // By its digits and not by decimals: short runs slip within microseconds.
+        (Some(onset_s), _) => {
+            let load = summary
+                .first_global_rupture_ft_fn
+                .map(|load| format!("at {ratio} = {}, {coefficient}", rounded(load, 4)));
+            let front = link(run, |seen| seen.rupture.reached_every_block);
+            [format!("{} s", rounded(onset_s, 5)), [load.unwrap_or_default(), front].concat()]
+        }
+        (None, Some(_)) => {
+            let reached = summary.largest_ft_fn.map_or_else(String::new, |load| {
+                format!("; {ratio} reached {}, {coefficient}", rounded(load, 4))
+            });
+            ["none".to_owned(), format!("in {} s{reached}", rounded(summary.simulated_s, 5))]
+        }
+        (None, None) => ["unknown".to_owned(), NO_RUPTURES.to_owned()],
+    }
+}
+
+fn precursors(run: &Run) -> [String; 2] {
+    let summary = &run.summary;
+    let Some(count) = summary.precursor_count else { return ["unknown".to_owned(), NO_RUPTURES.to_owned()] };
+    let longest = summary.longest_precursor_ratio.filter(|_| count > 0).map(|ratio| {
+        let longest = run.collected.ruptures.iter().filter(|seen| seen.is_precursor);
+        let blocks = longest.map(|seen| seen.rupture.last_block).max();
+        let front = link(run, |seen| seen.is_precursor && Some(seen.rupture.last_block) == blocks);
+        format!("the longest L<sub>p</sub>/L = {}{front}", rounded(ratio, 3))
+    });
+    let creeps = match (summary.creeps, summary.creep_front_block) {
+        (Some(true), Some(block)) => format!("; blocks 1 to {block} crept before"),
+        _ => String::new(),
+    };
+    [count.to_string(), longest.unwrap_or_default() + &creeps]
+}
+
+fn front_speed(run: &Run) -> [String; 2] {
+    let summary = &run.summary;
+    match (summary.front_speed_over_wave_speed_ratio, summary.front_speed_m_per_s) {
+        (Some(ratio), Some(speed)) => {
+            let c = summary.wave_speed_m_per_s.unwrap_or(speed / ratio);
+            [
+                format!("<i>v</i>/<i>c</i> = {}", rounded(ratio, 3)),
+                format!("median, v = {} m/s, c = {} m/s", rounded(speed, 3), rounded(c, 4)),
+            ]
+        }
+        _ => ["none".to_owned(), "no front ran over four blocks in one direction".to_owned()],
+    }
+}
+
+fn slider(run: &Run) -> [String; 2] {
+    let c =
+        run.summary.wave_speed_m_per_s.map_or_else(String::new, |c| format!(", c = {} m/s", rounded(c, 4)));
+    let mass = rounded(run.scenario.slider.mass_kg, 6);
+    let blocks = counted(u64::from(run.summary.blocks), "block");
+    if let Some(as_coded) = run.scenario.as_coded_in_words() {
+        return [text(&as_coded), blocks];
+    }
+    [text(&run.header.parameter_set), format!("{mass} kg{c}; {blocks}")]
+}
+
+/// A link to the front of the first rupture on the page that this is true of.
+fn link(run: &Run, is_meant: impl Fn(&CollectedRupture) -> bool) -> String {
+    run.collected.ruptures.iter().find(|seen| is_meant(seen)).map_or_else(String::new, |seen| {
+        let name = text(&run.name);
+        format!(
+            " <a class=\"needs-script\" href=\"#run={name}&amp;rupture={0}\" data-run=\"{name}\" \
+             data-rupture=\"{0}\">its front</a>",
+            seen.rupture.rupture
+        )
+    })
+}

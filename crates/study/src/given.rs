@@ -1,0 +1,163 @@
+//! What stands at a path that somebody gave to a command: a run log, a scenario, a sweep, a folder of one
+//! of these. The first bytes, the keys of a TOML file or the names in a folder show it, whether or not the
+//! contents are valid.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+
+use asperity_files::open;
+use asperity_model::keys::KEYS;
+use asperity_record::bounds::LONGEST_TOML_BYTES;
+
+use crate::{plan, runs};
+
+/// What stands at a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Given {
+    /// A run log, whole or not, or another MCAP file.
+    Log,
+    /// A Parquet table.
+    Parquet,
+    /// A TOML file with keys of a scenario.
+    Scenario,
+    /// A TOML file with runs over axes.
+    Sweep,
+    /// A TOML file with runs that have names, and none over axes.
+    Pipeline,
+    /// A TOML file of anything else, or one that cannot be read.
+    Toml,
+    /// A folder that `reproduce`, or a study of runs with names, wrote.
+    Reproduced,
+    /// A folder with a plan.
+    Study,
+    /// A folder of run logs.
+    Logs,
+    /// Another folder.
+    Folder,
+    /// Any other file, or nothing.
+    Other,
+}
+
+/// The file that says what a folder of `reproduce` is made of.
+pub const RECORD: &str = "reproduce.json";
+
+/// What MCAP and Parquet files begin with.
+const MCAP: &[u8] = b"\x89MCAP0\r\n";
+const PARQUET: &[u8] = b"PAR1";
+
+impl Given {
+    /// Looks at a path.
+    pub fn of(path: &Path) -> Given {
+        if path.is_dir() { Given::of_folder(path) } else { Given::of_file(path).unwrap_or(Given::Other) }
+    }
+
+    fn of_folder(folder: &Path) -> Given {
+        if folder.join(RECORD).is_file() {
+            Given::Reproduced
+        } else if folder.join(plan::FILE).exists() {
+            Given::Study
+        } else if has_logs(folder) || has_logs(&folder.join(runs::FOLDER)) {
+            Given::Logs
+        } else {
+            Given::Folder
+        }
+    }
+
+    /// None of what is no file, or cannot be read.
+    fn of_file(path: &Path) -> Option<Given> {
+        // A stream has one reader, which this is not.
+        if !path.is_file() {
+            return None;
+        }
+        let mut file = open(path).ok()?;
+        let mut bytes = Vec::new();
+        file.by_ref().take(MCAP.len() as u64).read_to_end(&mut bytes).ok()?;
+        if bytes == MCAP {
+            return Some(Given::Log);
+        }
+        if bytes.starts_with(PARQUET) {
+            return Some(Given::Parquet);
+        }
+        let is_toml = path.extension().is_some_and(|ending| ending == "toml");
+        file.take(LONGEST_TOML_BYTES as u64).read_to_end(&mut bytes).ok()?;
+        let text = String::from_utf8(bytes).ok();
+        let of_keys = text.and_then(|text| Given::of_toml(&text));
+        of_keys.or(is_toml.then_some(Given::Toml))
+    }
+
+    fn of_toml(text: &str) -> Option<Given> {
+        let table: toml::Table =
+            asperity_record::bounds::check_toml(text).ok().and_then(|()| text.parse().ok())?;
+        let has = |key: &str| table.contains_key(key);
+        let is_of_scenario =
+            || KEYS.iter().any(|key| key.path.split('.').next().is_some_and(|section| has(section)));
+        if has("axis") {
+            Some(Given::Sweep)
+        } else if has("run") || has("ensemble") {
+            Some(Given::Pipeline)
+        } else if is_of_scenario() {
+            Some(Given::Scenario)
+        } else {
+            None
+        }
+    }
+}
+
+/// Whether a folder has a run log in it.
+fn has_logs(folder: &Path) -> bool {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|ending| ending == "mcap"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::{Given, MCAP, RECORD};
+
+    #[test]
+    fn bytes_keys_and_names_show_what_is_given() {
+        let scratch = asperity_testkit::folder();
+        let at = |name: &str| scratch.path().join(name);
+        let file = |name: &str, bytes: &[u8]| {
+            fs::create_dir_all(at(name).parent().unwrap()).unwrap();
+            fs::write(at(name), bytes).unwrap();
+        };
+        let log = [MCAP, b"and so on"].concat();
+        let files: [(&str, &[u8], Given); 11] = [
+            ("a.mcap", &log, Given::Log),
+            ("a.toml.partial", &log, Given::Log),
+            ("a.parquet", b"PAR1...", Given::Parquet),
+            ("slider.toml", b"name = 'a'\n[slider]\nblocks = 7", Given::Scenario),
+            ("no-ending", b"[friction]\nlaw = 'rigid'", Given::Scenario),
+            ("sweep.toml", b"title = 'a'\nscenario = 'default'\n[[axis]]\nkey = 'x'", Given::Sweep),
+            ("both.toml", b"[[run]]\nname = 'a'\n[[axis]]\nkey = 'x'", Given::Sweep),
+            ("pipeline.toml", b"[[run]]\nname = 'a'", Given::Pipeline),
+            ("policy.toml", b"window_s = 1e-3", Given::Toml),
+            ("broken.toml", b"[[axis", Given::Toml),
+            ("a.csv", b"time_s\n1\n", Given::Other),
+        ];
+        for (name, bytes, given) in files {
+            file(name, bytes);
+            assert_eq!(Given::of(&at(name)), given, "{name}");
+        }
+        file("study/plan.ndjson", b"");
+        file("made/plan.ndjson", b"");
+        file(&format!("made/{RECORD}"), b"");
+        file("logs/a.mcap", b"");
+        file("runs-only/runs/a.mcap", b"");
+        fs::create_dir(at("empty")).unwrap();
+        let folders = [
+            ("study", Given::Study),
+            ("made", Given::Reproduced),
+            ("logs", Given::Logs),
+            ("runs-only", Given::Logs),
+            ("empty", Given::Folder),
+            ("not-there", Given::Other),
+        ];
+        for (name, given) in folders {
+            assert_eq!(Given::of(&at(name)), given, "{name}");
+        }
+    }
+}

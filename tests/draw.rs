@@ -1,0 +1,149 @@
+//! `asperity draw`: figures of one run without a pipeline; where no key and no foot are beside the panels,
+//! they have the bytes of a pipeline's.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use crate::support::binary::{asperity, succeed, text};
+use crate::support::small;
+
+/// The exit code, and what is said on both streams.
+fn draw(arguments: &[&str]) -> (i32, String, String) {
+    let output = asperity(&[&["draw"], arguments].concat());
+    let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().expect("it ends by itself"), words(&output.stdout), words(&output.stderr))
+}
+
+fn names(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).expect("the folder is there");
+    entries.map(|entry| entry.expect("it can be read").file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// The kinds that `--list` names.
+fn listed() -> Vec<String> {
+    let list = succeed(&["draw", "--list"]);
+    let kinds: Vec<String> = list
+        .lines()
+        .filter(|line| !line.starts_with(' '))
+        .map(|line| line.split_once(": ").expect("each says what it shows").0.to_owned())
+        .collect();
+    assert!(kinds.len() > 20, "{list}");
+    kinds
+}
+
+#[test]
+fn the_usual_kinds_stand_beside_the_log() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("mine.mcap");
+    small::run(&log);
+    let (code, out, err) = draw(&[text(&log)]);
+    assert_eq!(code, 0, "{err}");
+    let figures = folder.path().join("mine.figures");
+    let printed: BTreeSet<String> =
+        out.lines().map(|line| line.rsplit('/').next().expect("a name").to_owned()).collect();
+    assert_eq!(printed, names(&figures));
+    for kind in ["overview", "lengths", "space-time", "front-profile"] {
+        for ending in ["png", "svg", "pdf"] {
+            assert!(printed.contains(&format!("{kind}.{ending}")), "{printed:?}");
+        }
+    }
+    // No states are recorded at the events of this run, or there are some: it is drawn or said.
+    assert!(printed.contains("stress-sequence.png") != err.contains("stress-sequence"), "{err}");
+    let before = fs::read(figures.join("overview.png")).expect("it is there");
+    let (code, _, err) = draw(&[text(&log)]);
+    assert!(code == 2 && err.contains("exists already") && err.contains("--force"), "{code}: {err}");
+    assert_eq!(draw(&[text(&log), "--force"]).0, 0);
+    assert_eq!(fs::read(figures.join("overview.png")).expect("it is there"), before);
+}
+
+/// Each kind of the list is drawn, or says what the run lacks and leaves nothing.
+#[test]
+fn every_kind_is_drawn_or_says_why_not() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("mine.mcap");
+    small::run(&log);
+    let mut drawn = 0;
+    for kind in listed() {
+        let out = folder.path().join(&kind);
+        let (code, _, err) = draw(&[text(&log), "--kind", &kind, "-o", text(&out)]);
+        match code {
+            0 => {
+                assert_eq!(names(&out).len(), 3, "{kind}");
+                drawn += 1;
+            }
+            _ => {
+                let says = err.starts_with(&format!("error: figure {kind}: "));
+                assert!(code == 1 && says && !out.exists(), "{kind}: {code}: {err}");
+            }
+        }
+    }
+    assert!(drawn > 14, "{drawn} kinds");
+}
+
+#[test]
+fn a_figure_has_the_bytes_of_a_pipeline() {
+    let folder = asperity_testkit::folder();
+    let pipeline = folder.path().join("p.toml");
+    let set: Vec<String> =
+        small::SCENARIO[1..].iter().filter(|word| **word != "--set").map(|set| format!("{set:?}")).collect();
+    let toml = format!(
+        "title = 'One'\n[[run]]\nname = 'a'\nscenario = 'ten-blocks'\nset = [{}]\n\
+         [figure]\nload = [{{ file = 'load.png', run = 'a', sliding = true }}]\n\
+         forces = [{{ file = 'forces.png', run = 'a', from_s = 0.5, title = 'Late' }}]\n\
+         slipped = [{{ file = 'slipped.png', series = [{{ run = 'a', label = 'a' }}] }}]\n",
+        set.join(", ")
+    );
+    fs::write(&pipeline, toml).expect("the folder can be written");
+    let made = folder.path().join("made");
+    succeed(&["reproduce", text(&pipeline), "--quiet", "--no-provenance", "-o", text(&made)]);
+    let log = made.join("runs/a.mcap");
+    let sets: [(&str, &[&str]); 3] =
+        [("load", &[]), ("forces", &["from_s=0.5", "title=Late"]), ("slipped", &[])];
+    for (kind, set) in sets {
+        let out = folder.path().join("drawn");
+        let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
+        let draw_to = |out: &Path| {
+            let words = [text(&log), "--kind", kind, "--no-provenance", "-o", text(out)];
+            assert_eq!(draw(&[&words, &set[..]].concat()).0, 0, "{kind}");
+        };
+        draw_to(&out);
+        for ending in ["png", "svg", "pdf"] {
+            let file = format!("{kind}.{ending}");
+            let bytes = |folder: &Path| fs::read(folder.join(&file)).expect("it is there");
+            assert!(bytes(&out) == bytes(&made.join("figures")), "{file} differs");
+            // A single file has the bytes of that in a folder.
+            let alone = folder.path().join(&file);
+            draw_to(&alone);
+            assert!(fs::read(&alone).expect("it is there") == bytes(&out), "{file} differs");
+        }
+    }
+    assert_eq!(names(folder.path()).len(), 2 + 1 + 9);
+}
+
+/// What is wrong with the words of a call is said before the log is read.
+#[test]
+fn wrong_words_are_refused_at_once() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("not-read.mcap");
+    fs::write(&log, "not a log").expect("the folder can be written");
+    let refused: [(&[&str], &str); 7] = [
+        (&["--kind", "space-tim"], "--kind space-tim (accepted: arrest, "),
+        (&["--kind", "study"], "--kind study (accepted: "),
+        (&["--set", "title=A"], "--set title=A: 5 kinds are drawn"),
+        (&["--kind", "load,stress", "--set", "title=A"], "accepted: --set with one --kind"),
+        (
+            &["--kind", "stress", "--set", "at=1"],
+            "--set at: figures of the kind stress have no such key (accepted: at_s)",
+        ),
+        (&["--kind", "stress", "--set", "at_s=soon"], "--set at_s=soon: invalid type"),
+        (&["-o", "one.png"], "--out one.png is one file, and 5 kinds are drawn"),
+    ];
+    for (words, says) in refused {
+        let (code, _, err) = draw(&[&[text(&log)], words].concat());
+        assert!(code == 2 && err.contains(says), "{words:?}: {code}: {err}");
+    }
+    assert_eq!(draw(&[text(&log)]).0, 2);
+    assert_eq!(draw(&[]).0, 2);
+    assert_eq!(names(folder.path()).len(), 1);
+}

@@ -627,7 +627,7 @@ stated = '0.5'
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     let beside = page.split("<figure").find(|part| part.contains("count.png")).expect("it is there");
     assert!(beside.contains("many events") && page.contains("The source:"));
-    assert!(page.contains("href=\"#run-5\"") && page.contains("<tr id=\"run-5\">"), "a link leads nowhere");
+    assert!(page.contains("href=\"#run-5\"") && page.contains("<code id=\"run-5\">"), "a link leads nowhere");
     // A page made later has them as well.
     let later = study.path("later.html");
     succeed(&["report", text(&out), "--out", text(&later)]);

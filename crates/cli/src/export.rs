@@ -13,7 +13,7 @@ use asperity_tables::{Csv, Export, ExportError, Ndjson, NodeRows, Ran, Report, R
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::{A_FOLDER, create_folder, fits, refused};
+use crate::outputs::{A_FOLDER, fits, refused};
 use crate::progress::Board;
 use crate::summary::WITHOUT_ENERGIES;
 use crate::terminal;
@@ -22,7 +22,6 @@ use crate::verdict_exit;
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     fits("--out", &arguments.out, "", A_FOLDER)?;
     let requests = requests(arguments)?;
-    create_folder(&arguments.out)?;
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
         export_one(run, request, arguments, board)
     })?;

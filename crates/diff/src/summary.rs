@@ -19,9 +19,9 @@ const BY_WEIGHT: [Class; 7] =
 const RUNS: usize = 5;
 const FINDINGS: usize = 8;
 /// Findings listed below numbers and ruptures.
-const FINDINGS_BELOW_PHYSICS: usize = 3;
+const FINDINGS_BELOW_PHYSICS: usize = 2;
 const FINDINGS_OF_A_CLASS: usize = 3;
-const COLUMNS: usize = 4;
+const COLUMNS: usize = 2;
 const OTHERS: usize = 2;
 /// Findings of each class that a report needs for its summary.
 pub const KEPT_OF_A_CLASS: usize = FINDINGS;
@@ -205,11 +205,11 @@ fn horizon(run: &RunDiff, differing_runs: usize, lines: &mut Vec<String>) {
         beyond.new_events,
         KolmogorovSmirnov::NAME
     ));
-    for (what, sample) in
-        [("lengths, blocks", &beyond.length_blocks), ("onset to onset, s", &beyond.recurrence_s)]
-    {
-        lines.push(format!("  {}", distribution(what, sample)));
-    }
+    lines.push(format!(
+        "  {}; {}",
+        distribution("lengths, blocks", &beyond.length_blocks),
+        distribution("onset to onset, s", &beyond.recurrence_s)
+    ));
 }
 
 fn distribution(what: &str, sample: &Sample) -> String {

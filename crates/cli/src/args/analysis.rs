@@ -46,12 +46,12 @@ Examples:
   asperity draw out/mine.mcap
   asperity draw --list
   asperity draw out/mine.mcap --kind lengths,stress -o out/pictures
-  asperity draw out/mine.mcap --kind space-time --set which=longest-precursor -o out/front.pdf
+  asperity draw out/mine.mcap --kind space-time --set which=longest-precursor
 
-Draws figures alone; asperity reduce makes tables as well, and asperity reproduce
-figures that compare runs. Of the usual kinds, those that the run has nothing for
-are left out, with a note; of kinds that are named, this is an error and nothing
-is written. docs/figures.md explains every key.
+Draws figures alone; asperity reduce makes tables as well, and asperity
+reproduce figures that compare runs. Of the usual kinds, those that the run has
+nothing for are left out, with a note; of kinds that are named, this is an error
+and nothing is written. docs/figures.md explains every key.
 
 Exit codes:
   0  done

@@ -84,7 +84,9 @@ fn conservation(finding: &Finding) -> String {
 fn cell(change: &CellChange) -> String {
     let CellChange { column, old, new, difference, .. } = *change;
     match (old, new, difference) {
-        (Value::Number(old), Value::Number(new), Some(_)) => format!("{column} {old} {:+.2e}", new - old),
+        (Value::Number(old), Value::Number(new), Some(_)) => {
+            format!("{column} {} {:+.2e}", number(old), new - old)
+        }
         _ => format!("{column} {} -> {}", cell_value(old), cell_value(new)),
     }
 }

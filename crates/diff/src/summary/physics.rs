@@ -13,9 +13,9 @@ use crate::report::{
 /// What is shown where it is true of a run: slip events say little there.
 const WARNINGS: [&str; 2] = ["creeps", "raw_events_mislead"];
 /// How many ruptures that differ are shown, the largest first.
-const FINDINGS: usize = 4;
+const FINDINGS: usize = 2;
 /// How many keys that were set differently are shown.
-const SETTINGS: usize = 6;
+const SETTINGS: usize = 4;
 
 pub(super) fn lines(report: &Report, lines: &mut Vec<String>) {
     settings(report, lines);

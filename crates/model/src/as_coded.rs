@@ -29,7 +29,17 @@ impl Scenario {
 
 #[cfg(test)]
 mod tests {
-    use crate::resolve;
+    use crate::choices::ParameterSet;
+    use crate::{builtin, resolve};
+
+    #[test]
+    fn built_in_scenarios_are_physical_unless_they_say_otherwise() {
+        let is_coded = |(name, _): &(&str, &str)| {
+            resolve::<&str>(name, &[]).unwrap().parameter_set == ParameterSet::AsCoded
+        };
+        let coded: Vec<&str> = builtin::all().filter(is_coded).map(|(name, _)| name).collect();
+        assert_eq!(coded, ["ring-down", "left-right-driven"]);
+    }
 
     #[test]
     fn words_have_the_mass_and_the_wave_speed() {

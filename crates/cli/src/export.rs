@@ -77,7 +77,15 @@ fn export_one(
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };
-    let log = Unchecked::open(run).map_err(|checked| verdict_exit::failure(run, &checked))?;
+    let log = Unchecked::open(run).map_err(|checked| match checked.verdict {
+        verdict if verdict == Verdict::NoRunLog || arguments.nodes_at_s.is_empty() => {
+            verdict_exit::failure(run, &checked)
+        }
+        verdict => Failure::Log(
+            verdict,
+            format!("--nodes-at-s: {}: no state can be read; the log is {checked}", run.display()),
+        ),
+    })?;
     let (header, scenario_toml, schemas) = (log.header(), log.scenario_toml(), log.event_schemas());
     let export = Export::begin(header, scenario_toml, &schemas, request.clone(), &event_kinds(), format)
         .map_err(failure)?;

@@ -534,6 +534,7 @@ fn what_the_end_of_a_run_cuts_short_is_open() {
     let comparison = Comparison {
         columns: Columns::ALL,
         window_s: WINDOW_S,
+        cycles: None,
         policy: &policy,
         old_until_s: Some(1.0),
         new_until_s: Some(7_000.0 * STEP_S),

@@ -185,7 +185,7 @@ pub(crate) fn pair(runs: &[Run]) -> String {
     let options: String =
         runs.iter().map(|run| format!("<option value=\"{0}\">{0}</option>", text(&run.name))).collect();
     let chooser = format!(
-        "<p class=\"controls needs-script\"{}><label>run <select id=\"run\">{options}</select></label></p>\n\
+        "<p class=\"needs-script\"><label{}>run <select id=\"run\">{options}</select></label></p>\n\
          <div id=\"answers\" class=\"needs-script\"></div>\n",
         if runs.len() == 1 { " hidden" } else { "" }
     );

@@ -117,7 +117,7 @@ fn the_first_block_slips_when_the_preview_says_so() {
         ("default", &chain, &apart),
         ("default", &chain, &["initial_shear.beta=0.3", "prestress.ratio=-0.1", "time.duration_s=1"]),
         ("unloading-top-driven", &chain, &["drive.tilt=0.3"]),
-        ("slab", &slab, &["time.duration_s=0.3"]),
+        ("slab", &slab, &["time.duration_s=0.4"]),
     ];
     for (name, first, more) in cases {
         let (preview, loads) = made(name, &[first, more].concat());

@@ -134,7 +134,7 @@ asperity.map = (canvas, options) => {
   }
 
   // From this width on, in dots, the front of a rupture is drawn instead of its rectangle.
-  const FRONT = 12;
+  const FRONT = 40;
   // A time at each block, as stairs from the first edge to the last or back.
   function stairs(pen, edges, x, backwards) {
     const order = [...x.keys()];
@@ -202,8 +202,8 @@ asperity.map = (canvas, options) => {
     frame(pen, place);
     const fills = options.looks.map((look) => hatching(look, scale));
     const lines = options.looks.map((look) => colour(`${look.colour}-line`));
-    const inView = [];
-    let drawn = 0, fronts = 0;
+    const inView = [], fronts = new Set();
+    let drawn = 0;
     for (const [n, all] of what.panels.entries()) {
       const passes = options.looks.map(() => []);
       for (let k = 0; k < all.count; k++) {
@@ -214,7 +214,9 @@ asperity.map = (canvas, options) => {
       inView.push(passes);
     }
     const isDense = drawn > across;
+    let seen = 0;
     for (const [n, all] of what.panels.entries()) {
+      fronts.clear();
       pen.save();
       pen.beginPath();
       pen.rect(left, tops[n], across, panel);
@@ -235,7 +237,7 @@ asperity.map = (canvas, options) => {
             pen.globalAlpha = 1;
           } else if (wide >= FRONT && what.front?.(n, k)) {
             front(pen, place, n, what.front(n, k), fills[pass], lines[pass]);
-            fronts++;
+            fronts.add(k);
           } else {
             pen.fillStyle = fills[pass];
             pen.fillRect(x0, y0, wide, high);
@@ -248,17 +250,19 @@ asperity.map = (canvas, options) => {
       pen.strokeStyle = colour("ink");
       pen.lineWidth = 2;
       for (const [panel, k] of marked) {
-        if (panel !== n || all.end[k] < from || all.onset[k] > to) continue;
+        // What is drawn as a front is told apart by that.
+        if (panel !== n || all.end[k] < from || all.onset[k] > to || fronts.has(k)) continue;
         const x0 = x(all.onset[k]), wide = Math.max(x(all.end[k]) - x0, 1.5);
         const y0 = y(n, all.last[k]), high = Math.max(y(n, all.first[k] - 1) - y0, 1.5);
         pen.strokeRect(x0 - 2.5, y0 - 2.5, wide + 5, high + 5);
       }
+      seen += fronts.size;
       pen.lineWidth = 1;
       pen.restore();
       pen.strokeStyle = colour("ink");
       pen.strokeRect(left + .5, tops[n] + .5, across - 1, panel);
     }
-    if (hits) root.dataset.fronts = fronts;
+    if (hits) root.dataset.fronts = seen;
     if (options.over) options.over(pen, place);
 
     // What a picture must say when it is seen without its page.

@@ -82,7 +82,7 @@ pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
         )));
     }
     interrupt::install()?;
-    for (what, words) in preview::lines(&scenario, &scenario.preview()) {
+    for (what, words) in preview::lines(scenario, &scenario.preview()) {
         board.aside(&format!("{}: {what}: {words}", scenario.name));
     }
     let header = task.header();

@@ -90,8 +90,7 @@ impl Given {
         let table: toml::Table =
             asperity_record::bounds::check_toml(text).ok().and_then(|()| text.parse().ok())?;
         let has = |key: &str| table.contains_key(key);
-        let is_of_scenario =
-            || KEYS.iter().any(|key| key.path.split('.').next().is_some_and(|section| has(section)));
+        let is_of_scenario = || KEYS.iter().any(|key| key.path.split('.').next().is_some_and(has));
         if has("axis") {
             Some(Given::Sweep)
         } else if has("run") || has("ensemble") {

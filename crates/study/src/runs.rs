@@ -371,7 +371,7 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
         let kick = |value: &str| format!("initial_velocity.amplitude_m_per_s={value}");
         let of_study = "parameter_set=as-coded".to_owned();
         let step = "time.step_s=1e-7".to_owned();
-        assert_eq!(sets[0], [of_study.clone()]);
+        assert_eq!(sets[0], std::slice::from_ref(&of_study));
         assert_eq!(sets[2], [of_study, step, kick("0.000000002")]);
     }
 

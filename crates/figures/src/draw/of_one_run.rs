@@ -73,7 +73,7 @@ impl Kind {
     /// The keys that may be given.
     pub fn keys(self) -> Vec<&'static str> {
         let is_free =
-            |key: &&str| !FILLED_IN.contains(key) && !(self.name == "lengths" && OF_AXES.contains(key));
+            |key: &&str| !FILLED_IN.contains(key) && (self.name != "lengths" || !OF_AXES.contains(key));
         self.all_keys().filter(is_free).collect()
     }
 

@@ -519,7 +519,7 @@ impl Picture for Paper {
 
 #[cfg(test)]
 mod tests {
-    use super::{CLEAR, Frame, Item, Key, Keys, Layout, Paper, Picture, SMALL_TEXT, Sample, clear_of};
+    use super::{CLEAR, Frame, Key, Keys, Layout, Paper, Picture, SMALL_TEXT, Sample, clear_of};
     use crate::draw::plot::{Dash, INK};
     use crate::draw::scale::Scale;
 

@@ -483,6 +483,7 @@ pages_that_run! {
     diff_runs: "docs/diff.md",
     extending_runs: "docs/extending.md",
     figures_run: "docs/figures.md",
+    glossary_runs: "docs/glossary.md",
     model_runs: "docs/model.md",
     outputs_run: "docs/outputs.md",
     performance_runs: "docs/performance.md",
@@ -494,6 +495,7 @@ pages_that_run! {
     slab_runs: "docs/slab.md",
     scenarios_run: "docs/scenarios.md",
     sweeps_run: "docs/sweeps.md",
+    tutorial_runs: "docs/tutorial.md",
 }
 
 /// The program of `docs/extending.md` builds outside the workspace and prints what the page says.

@@ -30,7 +30,7 @@ const OWN_PROGRAM: &str = "out/own/src/main.rs";
 const NOT_RUN: [&str; 4] = ["cargo", "git", "export", "#"];
 
 /// Phrases that were here once and that no physicist would use.
-const ODD: [&str; 12] = [
+const ODD: [&str; 15] = [
     "taken down",
     "takes down",
     "moves no blame",
@@ -43,6 +43,9 @@ const ODD: [&str; 12] = [
     "holds the one against",
     "so many switches",
     " anew",
+    "is gone on with",
+    "for its modes to pay",
+    "is told of a rupture",
 ];
 
 /// Phrases that comments avoid as well. They say of software what people do, or leave open what is meant.

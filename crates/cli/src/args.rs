@@ -72,16 +72,16 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// List the built-in scenarios, show one in full, or say what a run would be.
+    /// List the built-in scenarios, show one in full, or preview a run.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
     /// Run a scenario and log it.
     Run(RunArguments),
-    /// Say in numbers what runs did: first slip, precursors, recurrence, fronts ...
+    /// Print key numbers of runs: first slip, precursors, recurrence, fronts ...
     Summary(SummaryArguments),
     /// Print the slip events of a run.
     Events(EventsArguments),
-    /// Check what run logs are worth: whole, incomplete, damaged ...
+    /// Verify run logs: whole, incomplete, damaged ...
     Check(CheckArguments),
     /// Recover what is left of a damaged log.
     Salvage(SalvageArguments),

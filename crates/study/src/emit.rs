@@ -123,7 +123,7 @@ impl Job {
              # makes its tables when they are over:\n\
              #     bash sweep.slurm\n\
              # Called again, it submits the parts in which runs are missing. A minute before its time is up\n\
-             # a task is told so; what it has done is kept, and a long run is gone on with.\n\
+             # a task is told so; what it has done is kept, and a long run is resumed.\n\
              set -euo pipefail\n\
              program={program}\n\
              folder={folder}\n\

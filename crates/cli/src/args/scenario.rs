@@ -15,7 +15,7 @@ Examples:
   asperity scenario show default --set parameter_set=as-coded
   asperity scenario show out/mine.toml")]
     Show(ScenarioChoice),
-    /// Say what a run would be, without making it: time step, steps, time, length of its log.
+    /// Preview a run without making it: material, load, first slip, time step, length of its log.
     #[command(after_help = "\
 Examples:
   asperity scenario validate out/mine.toml

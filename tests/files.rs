@@ -464,7 +464,7 @@ fn too_few_open_files_are_called_so() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("Too many open files") && !said.contains("another process"), "{said}");
-    assert!(content(&out).is_empty(), "{:?}", content(&out).keys());
+    assert!(!out.exists(), "a folder without tables");
 }
 
 #[cfg(feature = "analysis")]

@@ -15,7 +15,7 @@
 //!
 //! All of this is symmetric, and never decreases with time, which the matching relies on.
 //!
-//! Cycles are used ([`between`]) if the scenarios differ in a key that shapes the motion
+//! Cycles are used (`between`) if the scenarios differ in a key that shapes the motion
 //! (`provenance.rs`), no policy sets `window_s`, and more than half of the ruptures of both runs,
 //! without those that the other run is too short for, would find no counterpart in time.
 

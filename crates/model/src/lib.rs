@@ -29,7 +29,7 @@
 //! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reads texts and names places in them.
 //! - [`typed`]: reads texts that are no scenarios into types.
-//! - [`source`]: scenario texts and `--set` overrides as layers; each value keeps its place for
+//! - [`mod@source`]: scenario texts and `--set` overrides as layers; each value keeps its place for
 //!   error messages.
 //! - `defaults`: checks written values against their keys and fills in defaults.
 //! - `choices`: enumerations of the words that keys accept.

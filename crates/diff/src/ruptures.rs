@@ -86,7 +86,7 @@ pub(crate) fn reached(sides: &[Sorted; 2], blocks: [u32; 2]) -> Vec<LengthReache
 mod tests {
     use asperity_record::Rupture;
 
-    use super::{Sorted, compare, reached};
+    use super::{RuptureDiff, Sorted, compare, reached};
     use crate::column::Column;
     use crate::policy::Policy;
     use crate::report::{Class, Extent};
@@ -117,6 +117,20 @@ mod tests {
         serde_json::from_value(rupture).unwrap()
     }
 
+    fn compared(old: &[Rupture], new: &[Rupture]) -> RuptureDiff {
+        let comparison = Comparison {
+            columns: Rupture::COLUMNS,
+            window_s: 1e-3,
+            cycles: None,
+            policy: &Policy::default(),
+            old_until_s: None,
+            new_until_s: None,
+            keep_findings: 9,
+            keep_matches: 9,
+        };
+        compare(comparison, &[Sorted::new(old), Sorted::new(new)]).unwrap()
+    }
+
     #[test]
     fn ruptures_are_matched_by_onset_and_extent_whatever_order_they_became_certain_in() {
         // A long one that began first became certain last.
@@ -130,17 +144,7 @@ mod tests {
             rupture(1, 3_000_400, [1, 7], Some(3_010_400)),
             rupture(2, 7_000_000, [1, 2], None),
         ];
-        let comparison = Comparison {
-            columns: Rupture::COLUMNS,
-            window_s: 1e-3,
-            cycles: None,
-            policy: &Policy::default(),
-            old_until_s: None,
-            new_until_s: None,
-            keep_findings: 9,
-            keep_matches: 9,
-        };
-        let found = compare(comparison, &[Sorted::new(&old), Sorted::new(&new)]).unwrap();
+        let found = compared(&old, &new);
         let number = |events: &[Extent]| events.first().map(|event| event.event);
         let matches = found.table.matches.iter();
         let matches: Vec<_> = matches.map(|one| (one.class, number(&one.old), number(&one.new))).collect();
@@ -176,17 +180,7 @@ mod tests {
         let old = [rupture(0, 1_000, [1, 10], Some(2_000)), rupture(1, 500_000, [1, 20], Some(501_000))];
         let mut new = [rupture(0, 1_000, [1, 10], Some(2_000)), rupture(1, 500_000, [1, 24], Some(501_000))];
         new[1].ft_fn_onset += 0.5;
-        let comparison = Comparison {
-            columns: Rupture::COLUMNS,
-            window_s: 1e-3,
-            cycles: None,
-            policy: &Policy::default(),
-            old_until_s: None,
-            new_until_s: None,
-            keep_findings: 0,
-            keep_matches: 0,
-        };
-        let found = compare(comparison, &[Sorted::new(&old), Sorted::new(&new)]).unwrap();
+        let found = compared(&old, &new);
         let pairs = found.pairs.unwrap();
         assert_eq!((found.matches_in_time, pairs.pairs, pairs.same_blocks), (2, 2, 1));
         assert_eq!((pairs.median_length_blocks, pairs.median_ft_fn_onset), (2.0, 0.25));

@@ -267,10 +267,10 @@ impl<'a> Gathering<'a> {
             };
             if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts).map_err(failed)?;
-                let (page, about) =
+                let Drawn { short, page, about } =
                     drawn(what, &sheet, Keys::Beside, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
-                let shown = Caption { title: words(what, &sheet).0, caption: about.caption.clone() };
+                let shown = Caption { title: short, caption: about.caption.clone() };
                 captions.insert(figure.file().to_owned(), shown);
                 drop(captions);
                 print::write(&page, &about, files, &files_of(&self.folder.join(figure.file())))?;
@@ -286,18 +286,19 @@ impl<'a> Gathering<'a> {
     }
 }
 
-/// A sheet as a page, and what its files say of it.
-fn drawn(
-    what: &str,
-    sheet: &Sheet,
-    keys: Keys,
-    origins: Origins,
-    provenance: bool,
-) -> Result<(Page, About), String> {
-    let (_, title, caption) = words(what, sheet);
+/// A sheet as a page, its short name, and what its files say of it.
+struct Drawn {
+    short: String,
+    page: Page,
+    about: About,
+}
+
+fn drawn(what: &str, sheet: &Sheet, keys: Keys, origins: Origins, provenance: bool) -> Result<Drawn, String> {
+    let (short, title, caption) = words(what, sheet);
     let about = About { title, caption, origins, provenance };
     let foot = about.foot();
-    Ok((sheet.page(Layout { foot: foot.as_deref(), keys })?, about))
+    let page = sheet.page(Layout { foot: foot.as_deref(), keys })?;
+    Ok(Drawn { short, page, about })
 }
 
 /// Short name, title and caption of a sheet, given what figures of its kind show.

@@ -179,12 +179,10 @@ fn default_of(path: &str, as_coded: bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Scenario, ScenarioSource, builtin, resolve};
+    use crate::{builtin, resolve};
 
     fn warnings(sets: &[&str]) -> Vec<String> {
-        let source =
-            sets.iter().fold(ScenarioSource::new("test", ""), |source, set| source.with_override(set));
-        let scenario = Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}"));
+        let scenario = resolve("default", sets).unwrap_or_else(|errors| panic!("{errors}"));
         scenario.warnings().into_iter().map(|warning| warning.text).collect()
     }
 

@@ -62,6 +62,10 @@ fn agree(what: &str, tolerance: f64, run: Option<f64>, preview: Option<f64>) {
 /// Nothing slides before the load has reached `mu_d`, so high is `mu_s`.
 const STUCK: &str = "friction.static_coefficient=100";
 
+/// A coarse slab.
+const SLAB: [&str; 5] =
+    ["slider.blocks=15", "slider.rows=4", "slider.height_m=0.03", "drive.height_m=0.01", "time.step_s=5e-7"];
+
 #[test]
 fn loads_of_stuck_sliders_are_those_of_the_preview() {
     let unloading =
@@ -69,15 +73,7 @@ fn loads_of_stuck_sliders_are_those_of_the_preview() {
     let chain = ["slider.blocks=20", "time.step_s=2e-7", "time.duration_s=4", STUCK];
     let softer = "friction.interfacial_stiffness_ratio=0.01";
     let shear = "prestress.ratio=0.2";
-    let slab = [
-        "slider.blocks=15",
-        "slider.rows=4",
-        "slider.height_m=0.03",
-        "drive.height_m=0.01",
-        "time.step_s=5e-7",
-        "time.duration_s=0.3",
-        STUCK,
-    ];
+    let slab = [&SLAB[..], &["time.duration_s=0.3", STUCK]].concat();
     let slab_unloading =
         ["drive.hold_from_s=0.1", "normal_load.schedule_s=[0.1,0.3]", "normal_load.schedule_n=[1920,400]"];
     let cases: [(&str, &[&str], &[&str]); 9] = [
@@ -104,20 +100,13 @@ fn loads_of_stuck_sliders_are_those_of_the_preview() {
 #[test]
 fn the_first_block_slips_when_the_preview_says_so() {
     let chain = ["parameter_set=as-coded", "slider.blocks=20", "time.step_s=2e-7"];
-    let slab = [
-        "slider.blocks=15",
-        "slider.rows=4",
-        "slider.height_m=0.03",
-        "drive.height_m=0.01",
-        "time.step_s=5e-7",
-    ];
     let apart = ["drive.kind=left-right", "friction.reattach=two-way", "time.duration_s=0.5"];
     let cases: [(&str, &[&str], &[&str]); 5] = [
         ("default", &chain, &["time.duration_s=0.5"]),
         ("default", &chain, &apart),
         ("default", &chain, &["initial_shear.beta=0.3", "prestress.ratio=-0.1", "time.duration_s=1"]),
         ("unloading-top-driven", &chain, &["drive.tilt=0.3"]),
-        ("slab", &slab, &["time.duration_s=0.4"]),
+        ("slab", &SLAB, &["time.duration_s=0.4"]),
     ];
     for (name, first, more) in cases {
         let (preview, loads) = made(name, &[first, more].concat());

@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::calls::Call;
 use crate::case::{Case, try_all};
 use crate::file;
-use crate::ground::{DENSE, Error, Genuine, Ground, SMALL};
+use crate::ground::{DENSE, Error, Genuine, Ground, RUN, SMALL};
 use crate::verdict::Judged;
 use mcap::records::op;
 
@@ -148,18 +148,8 @@ pub(crate) fn stopped_log(
     // A few attempts: on a busy machine the run may be done before the signal comes.
     for _ in 0..5 {
         crate::ground::emptied(&folder)?;
-        let run = [
-            "run",
-            "default",
-            "--set",
-            "parameter_set=as-coded",
-            "--quiet",
-            "--out",
-            "run.mcap",
-            "--checkpoint-s",
-            "0.02",
-        ];
-        let mut run = Call::new(&ground.program, &folder, &[&run[..], set].concat())?.start()?;
+        let run = [&RUN[..], &["--checkpoint-s", "0.02"], set].concat();
+        let mut run = Call::new(&ground.program, &folder, &run)?.start()?;
         while !run.has_ended()? && fs::metadata(&log).map_or(0, |file| file.len()) < from_bytes {
             thread::sleep(Duration::from_millis(1));
         }

@@ -10,7 +10,7 @@ use mcap::records::op;
 use crate::case::{Case, try_all};
 use crate::file;
 use crate::forge::{Item, Log, Records, seal};
-use crate::ground::{DENSE, Error, Genuine, Ground, SMALL};
+use crate::ground::{DENSE, Error, Genuine, Ground, RUN, SMALL};
 use crate::parts::Part;
 use crate::random::Random;
 use crate::tally::say;
@@ -513,9 +513,7 @@ fn checkpoint(case: &mut Case<'_>, mut log: Log, undisturbed: &Genuine) -> Resul
     let Some((key, forged, what)) = tampered(&mut case.random, &data) else { return Ok(()) };
     *part = with_attached(part, &forged).ok_or("a checkpoint has all its fields")?;
     case.write("run.mcap.partial", &log.bytes()?)?;
-    let resume =
-        ["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--resume", "--out", "run.mcap"];
-    let resumed = case.call(&[&resume[..], &MEDIUM].concat())?;
+    let resumed = case.call(&[&RUN[..], &["--resume"], &MEDIUM].concat())?;
     let there = case.path("run.mcap").exists();
     let is_stopped = resumed.code == Some(1) && resumed.said().contains(": stopped: in step ");
     case.hold(

@@ -107,6 +107,10 @@ pub(crate) struct Ground {
     pub(crate) _lock: File,
 }
 
+/// A run of the slider of the thesis' program, in the folder of the case; what follows is set besides.
+pub(crate) const RUN: [&str; 7] =
+    ["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--out", "run.mcap"];
+
 /// A run that takes a twentieth of a second and has everything that a run may have.
 pub(crate) const SMALL: [&str; 4] = ["--set", "time.step_s=1e-7", "--set", "time.duration_s=1"];
 

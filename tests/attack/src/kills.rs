@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use crate::calls::{Call, Outcome};
 use crate::case::{Case, try_all};
 use crate::file;
-use crate::ground::{Error, Genuine, Ground, SMALL};
+use crate::ground::{Error, Genuine, Ground, RUN, SMALL};
 use crate::verdict::Verdict;
 use crate::writers::{self, Writer, Written, compared, found, prepare};
 
@@ -61,22 +61,7 @@ fn stopped_call(case: &mut Case<'_>, call: Call<'_>, within: Duration) -> Result
 }
 
 fn stopped_and_resumed(case: &mut Case<'_>, undisturbed: &Genuine, run: &[&str]) -> Result<(), Error> {
-    let arguments = [
-        &[
-            "run",
-            "default",
-            "--set",
-            "parameter_set=as-coded",
-            "--quiet",
-            "--resume",
-            "--checkpoint-s",
-            "0.01",
-            "--out",
-            "run.mcap",
-        ],
-        run,
-    ]
-    .concat();
+    let arguments = [&RUN[..], &["--resume", "--checkpoint-s", "0.01"], run].concat();
     let folder = case.folder.clone();
     for _ in 0..MOST_STOPS {
         let call = Call::new(&case.ground.program, &folder, &arguments)?;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::calls::Call;
 use crate::file;
-use crate::ground::{Error, Ground, OTHER, SMALL, emptied};
+use crate::ground::{Error, Ground, OTHER, RUN, SMALL, emptied};
 
 /// A command that writes.
 pub(crate) struct Writer {
@@ -54,20 +54,7 @@ impl Writer {
 
     fn learned(ground: &Ground) -> Result<Vec<Writer>, Error> {
         make_inputs(ground)?;
-        let small = |more: &[&'static str]| {
-            let run = [
-                "run",
-                "default",
-                "--set",
-                "parameter_set=as-coded",
-                "--quiet",
-                "--out",
-                "run.mcap",
-                "--checkpoint-s",
-                "0.01",
-            ];
-            [&run[..], &SMALL, more].concat()
-        };
+        let small = |more: &[&'static str]| [&RUN[..], &["--checkpoint-s", "0.01"], &SMALL, more].concat();
         let on = |command: &[&'static str], more: &[&'static str]| {
             [["in/a/run.mcap"], ["in/b/run.mcap"]].map(|log| [command, &log[..], more].concat())
         };

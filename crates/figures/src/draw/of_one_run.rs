@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 use super::kind::Parts;
 use super::plot::{Keys, Panel, Sheet};
 use super::print;
-use super::{FigureError, Figures, Origins, drawn};
+use super::{Drawn, FigureError, Figures, Origins, drawn};
 use crate::spelling::spelled;
 
 /// Kinds that compare runs, and show next to nothing of one.
@@ -238,7 +238,7 @@ impl OneFigure {
         files: &FileSet,
         target: &Target,
     ) -> Result<(), FigureError> {
-        let (page, about) = self
+        let Drawn { page, about, .. } = self
             .sheet(run)
             .and_then(|(what, sheet)| {
                 drawn(what, &sheet, Keys::Below, Origins::of_run(&run.header), provenance)

@@ -65,7 +65,16 @@ impl AttackArguments {
 
 pub(crate) fn command(arguments: &AttackArguments) -> Result<(), Failure> {
     let &AttackArguments { ref attacks, for_s, full, seed, case } = arguments;
-    run(&mut cargo(&["build", "--package", "xtask", "--bin", "asperity-attack", "--locked"]))?;
+    run(&mut cargo(&[
+        "build",
+        "--package",
+        "xtask",
+        "--features",
+        "attack",
+        "--bin",
+        "asperity-attack",
+        "--locked",
+    ]))?;
     let name = format!("asperity-attack{}", env::consts::EXE_SUFFIX);
     let mut attack = program(target_folder().join("debug").join(name));
     attack.arg("--program").arg(asperity()?.get_program());

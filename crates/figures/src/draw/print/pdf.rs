@@ -76,9 +76,9 @@ fn picture(pdf: &mut Pdf, raster: &Raster, at: Ref) {
             }
         }
     };
-    write(at, &raster.rgb(), false);
+    write(at, raster.rgb(), false);
     if let Some(mask) = mask {
-        write(mask, &raster.mask(), true);
+        write(mask, raster.mask(), true);
     }
 }
 

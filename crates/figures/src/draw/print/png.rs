@@ -1,13 +1,13 @@
 //! A page as PNG.
 
+use std::borrow::Cow;
+
 use png::{BitDepth, ColorType, Compression, Encoder, Filter, PixelDimensions, Unit};
-use tiny_skia::{
-    Color, ColorU8, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform,
-};
+use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 use super::about::About;
 use super::page::{self, Colour, PER_INCH, Page, Segment};
-use super::raster::Raster;
+use super::raster::{Raster, copy_colours};
 
 pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
     let mut pixels = Pixmap::new(page.width, page.height)
@@ -30,50 +30,35 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
                 };
                 pixels.stroke_path(&path, &paint(colour), &stroke, at, None);
             }
-            page::Paint::Raster(raster) => put(&mut pixels, raster),
+            page::Paint::Raster(raster) => raster.put(pixels.data_mut(), page.width as usize),
         }
     }
     encode(page, about, &opaque(pixels.data())).map_err(|error| error.to_string())
 }
 
 /// Red, green and blue of pixels on the white ground, which are all opaque. Most runs of pixels are
-/// white, and are not copied one by one, which would take a third of all drawing where this crate is
-/// compiled without optimisation.
+/// white, and need no copy.
 fn opaque(rgba: &[u8]) -> Vec<u8> {
     const RUN: usize = 32;
     const WHITE: [u8; 4 * RUN] = [255; 4 * RUN];
     let mut rgb = vec![255; rgba.len() / 4 * 3];
-    for (run, pixels) in rgba.chunks(WHITE.len()).enumerate() {
+    for (pixels, rgb) in rgba.chunks(WHITE.len()).zip(rgb.chunks_mut(3 * RUN)) {
         if *pixels != WHITE[..pixels.len()] {
-            for (pixel, rgba) in pixels.chunks_exact(4).enumerate() {
-                let at = 3 * (RUN * run + pixel);
-                rgb[at..at + 3].copy_from_slice(&rgba[..3]);
-            }
+            copy_colours((pixels, 4), (rgb, 3));
         }
     }
     rgb
-}
-
-/// Pixels upon those that are there.
-fn put(pixels: &mut Pixmap, raster: &Raster) {
-    let (width, height) = (pixels.width() as i32, pixels.height() as i32);
-    let page = pixels.pixels_mut();
-    for ((x, y), (r, g, b)) in raster.coloured() {
-        if (0..width).contains(&x) && (0..height).contains(&y) {
-            page[(y * width + x) as usize] = ColorU8::from_rgba(r, g, b, 255).premultiply();
-        }
-    }
 }
 
 /// Pixels alone, for a page that has them within.
 pub(super) fn of_raster(raster: &Raster) -> Result<Vec<u8>, String> {
     let (width, height) = raster.size();
     let (kind, samples) = if raster.has_gaps() {
-        let (rgb, mask) = (raster.rgb(), raster.mask());
-        let pixels = rgb.chunks_exact(3).zip(mask);
-        (ColorType::Rgba, pixels.flat_map(|(rgb, mask)| [rgb[0], rgb[1], rgb[2], mask]).collect())
+        let mut rgba: Vec<u8> = raster.mask().iter().flat_map(|mask| [*mask; 4]).collect();
+        copy_colours((raster.rgb(), 3), (&mut rgba, 4));
+        (ColorType::Rgba, Cow::Owned(rgba))
     } else {
-        (ColorType::Rgb, raster.rgb())
+        (ColorType::Rgb, Cow::Borrowed(raster.rgb()))
     };
     let mut bytes = Vec::new();
     let mut write = || {

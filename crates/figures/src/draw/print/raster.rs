@@ -15,8 +15,10 @@ pub(crate) struct Raster {
     /// Its upper left corner.
     corner: Pixel,
     width: usize,
-    /// Row by row from the top; nothing where the page shows through.
-    pixels: Vec<Option<Rgb>>,
+    /// Red, green and blue row by row from the top; white where the page shows through.
+    rgb: Vec<u8>,
+    /// 255 for each pixel that has a colour, 0 where the page shows through.
+    mask: Vec<u8>,
 }
 
 impl Raster {
@@ -29,15 +31,18 @@ impl Raster {
         let right = cells.iter().map(|(low, high, _)| end(low, high).0).max()?;
         let bottom = cells.iter().map(|(low, high, _)| end(low, high).1).max()?;
         let (width, height) = ((right - left) as usize, (bottom - top) as usize);
-        let mut pixels = vec![None; width * height];
-        for (low, high, rgb) in cells {
+        let (mut rgb, mut mask) = (vec![255; 3 * width * height], vec![0; width * height]);
+        for (low, high, colour) in cells {
             let (to_x, to_y) = end(low, high);
-            let columns = (low.0 - left) as usize..(to_x - left) as usize;
+            let columns = (to_x - low.0) as usize;
+            let row_of_cell = <[u8; 3]>::from(*colour).repeat(columns);
             for row in (low.1 - top) as usize..(to_y - top) as usize {
-                pixels[row * width..][columns.clone()].fill(Some(*rgb));
+                let first = row * width + (low.0 - left) as usize;
+                rgb[3 * first..][..3 * columns].copy_from_slice(&row_of_cell);
+                mask[first..][..columns].fill(255);
             }
         }
-        Some(Raster { corner: (left, top), width, pixels })
+        Some(Raster { corner: (left, top), width, rgb, mask })
     }
 
     /// Its upper left corner.
@@ -47,29 +52,62 @@ impl Raster {
 
     /// Width and height.
     pub(super) fn size(&self) -> (u32, u32) {
-        (self.width as u32, (self.pixels.len() / self.width) as u32)
+        (self.width as u32, (self.mask.len() / self.width) as u32)
     }
 
     /// Whether the page shows through somewhere.
     pub(super) fn has_gaps(&self) -> bool {
-        self.pixels.iter().any(Option::is_none)
+        self.mask.contains(&0)
     }
 
     /// Red, green and blue of all pixels, white where the page shows through.
-    pub(super) fn rgb(&self) -> Vec<u8> {
-        self.pixels.iter().flat_map(|pixel| <[u8; 3]>::from(pixel.unwrap_or((255, 255, 255)))).collect()
+    pub(super) fn rgb(&self) -> &[u8] {
+        &self.rgb
     }
 
     /// 255 for each pixel that has a colour, 0 where the page shows through.
-    pub(super) fn mask(&self) -> Vec<u8> {
-        self.pixels.iter().map(|pixel| if pixel.is_some() { 255 } else { 0 }).collect()
+    pub(super) fn mask(&self) -> &[u8] {
+        &self.mask
     }
 
-    /// The pixels that have a colour, with their place on the page.
-    pub(super) fn coloured(&self) -> impl Iterator<Item = (Pixel, Rgb)> {
-        let place =
-            |n: usize| (self.corner.0 + (n % self.width) as i32, self.corner.1 + (n / self.width) as i32);
-        self.pixels.iter().enumerate().filter_map(move |(n, pixel)| Some((place(n), (*pixel)?)))
+    /// Writes its colours upon a page of opaque pixels, four samples each, as far as they are within it.
+    pub(super) fn put(&self, page: &mut [u8], page_width: usize) {
+        let within = |from: i32, size: usize, page: usize| {
+            (-from).max(0) as usize..size.min((page as i32 - from).max(0) as usize)
+        };
+        let (width, height) = (self.width, self.mask.len() / self.width);
+        let columns = within(self.corner.0, width, page_width);
+        for row in within(self.corner.1, height, page.len() / 4 / page_width) {
+            let y = (self.corner.1 + row as i32) as usize;
+            let mut column = columns.start;
+            while column < columns.end {
+                let start = column;
+                let is_drawn = self.mask[row * width + column];
+                while column < columns.end && self.mask[row * width + column] == is_drawn {
+                    column += 1;
+                }
+                if is_drawn == 255 {
+                    let colours = &self.rgb[3 * (row * width + start)..3 * (row * width + column)];
+                    let x = (self.corner.0 + start as i32) as usize;
+                    copy_colours((colours, 3), (&mut page[4 * (y * page_width + x)..], 4));
+                }
+            }
+        }
+    }
+}
+
+/// Copies red, green and blue of each pixel; given with the samples are how many a pixel has.
+///
+/// It indexes slices in a plain loop, because this crate is compiled without optimisation, where a call for
+/// each pixel takes as long as all other drawing together.
+pub(super) fn copy_colours((from, from_step): (&[u8], usize), (to, to_step): (&mut [u8], usize)) {
+    let (mut at, mut to_at) = (0, 0);
+    while at < from.len() {
+        to[to_at] = from[at];
+        to[to_at + 1] = from[at + 1];
+        to[to_at + 2] = from[at + 2];
+        at += from_step;
+        to_at += to_step;
     }
 }
 
@@ -82,17 +120,26 @@ mod tests {
         let (red, blue) = ((255, 0, 0), (0, 0, 255));
         let raster = Raster::of(&[((10, 20), (13, 22), red), ((12, 21), (12, 23), blue)]).unwrap();
         assert_eq!((raster.corner(), raster.size(), raster.has_gaps()), ((10.0, 20.0), (3, 3), true));
-        let seen: Vec<_> = raster.coloured().collect();
-        let expected = [
-            ((10, 20), red),
-            ((11, 20), red),
-            ((12, 20), red),
-            ((10, 21), red),
-            ((11, 21), red),
-            ((12, 21), blue),
-            ((12, 22), blue),
-        ];
-        assert_eq!(seen, expected);
+        // A page that holds all of it, and one that ends within it on two sides.
+        for (width, height) in [(14, 24), (12, 22)] {
+            let mut page = vec![255; 4 * width * height];
+            raster.put(&mut page, width);
+            let expected = [
+                ((10, 20), red),
+                ((11, 20), red),
+                ((12, 20), red),
+                ((10, 21), red),
+                ((11, 21), red),
+                ((12, 21), blue),
+                ((12, 22), blue),
+            ];
+            let within: Vec<_> =
+                expected.into_iter().filter(|((x, y), _)| *x < width && *y < height).collect();
+            let drawn = page.chunks_exact(4).enumerate().filter(|(_, pixel)| **pixel != [255; 4]);
+            let seen: Vec<_> =
+                drawn.map(|(n, pixel)| ((n % width, n / width), (pixel[0], pixel[1], pixel[2]))).collect();
+            assert_eq!(seen, within);
+        }
         assert_eq!(raster.mask(), [255, 255, 255, 255, 255, 255, 0, 0, 255]);
         assert_eq!(raster.rgb()[18..], [255, 255, 255, 255, 255, 255, 0, 0, 255]);
         assert_eq!(Raster::of(&[]), None);

@@ -13,7 +13,7 @@ use crate::say::say;
 use crate::workspace::{Failure, asperity, root, run};
 
 const PIPELINE: &str = "convergence";
-const PAGE: &str = "docs/convergence.md";
+const PAGE: &str = "docs/internals/convergence.md";
 
 /// What stands between them on the page is written by this command.
 const BEGIN: &str = "<!-- begin: cargo xtask convergence -->";
@@ -49,7 +49,7 @@ Examples:
   cargo xtask convergence --out /tmp/convergence
 
 Makes 54 runs, those of pipelines/convergence.toml in both parameter sets, and
-writes the tables of docs/convergence.md. Runs found in the folder are used
+writes the tables of docs/internals/convergence.md. Runs found in the folder are used
 again if their scenario and the code that made them are the same.")]
 pub(crate) struct ConvergenceArguments {
     /// Folder for the runs and tables of both sets.

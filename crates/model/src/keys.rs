@@ -294,7 +294,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.spread_seed",
         symbol: "",
-        doc: "Which spread: SplitMix64 of seed and block (docs/rules.md), the same on every machine.",
+        doc: "Which spread: SplitMix64 of seed and block (docs/internals/rules.md), the same on every machine.",
         kind: Count(0, 4_294_967_295),
         default: Is(Value::Count(1)),
     },

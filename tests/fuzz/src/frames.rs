@@ -1,5 +1,5 @@
 //! Plans and segments of studies, taken apart and put together again with every checksum right. The
-//! forms are those of `docs/sweeps.md`.
+//! forms are those of `docs/internals/formats.md`.
 
 /// The kind of a result of a run that is done.
 pub const DONE: u8 = 1;

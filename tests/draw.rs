@@ -127,9 +127,16 @@ fn wrong_words_are_refused_at_once() {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("not-read.mcap");
     fs::write(&log, "not a log").expect("the folder can be written");
-    let refused: [(&[&str], &str); 7] = [
-        (&["--kind", "space-tim"], "--kind space-tim (accepted: arrest, "),
-        (&["--kind", "study"], "--kind study (accepted: "),
+    let refused: [(&[&str], &str); 8] = [
+        (
+            &["--kind", "space-tim"],
+            "--kind space-tim is no kind of figure; did you mean space-time? (accepted: ",
+        ),
+        (
+            &["-o", "map.jpg"],
+            "--out map.jpg: figures are not written in this format (accepted: a name that ends in",
+        ),
+        (&["--kind", "study"], "--kind study is no kind of figure"),
         (&["--set", "title=A"], "--set title=A: 5 kinds are drawn"),
         (&["--kind", "load,stress", "--set", "title=A"], "accepted: --set with one --kind"),
         (

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use asperity_figures::draw::FigureError;
 use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target, USUAL};
 use asperity_files::{Existing, FileSet, Inputs};
+use asperity_model::among;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Collector, NodeField};
 use asperity_record::RunHeader;
@@ -12,7 +13,7 @@ use asperity_run::{Checked, NodeState, Nodes};
 
 use crate::args::DrawArguments;
 use crate::exit::Failure;
-use crate::outputs::refused;
+use crate::outputs::{format_of, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal::say;
@@ -90,10 +91,8 @@ fn kinds(named: &[String]) -> Result<Vec<Kind>, Failure> {
     for name in named {
         let kind = Kind::find(name).ok_or_else(|| {
             let known: Vec<&str> = Kind::all().map(|kind| kind.name).collect();
-            Failure::BadInput(format!(
-                "--kind {name} (accepted: {}; asperity draw --list says what each shows)",
-                known.join(", ")
-            ))
+            let among = among(name, &known, "`asperity draw --list`");
+            Failure::BadInput(format!("--kind {name} is no kind of figure{among}"))
         })?;
         if !kinds.contains(&kind) {
             kinds.push(kind);
@@ -115,6 +114,13 @@ fn target(run: &Path, out: Option<&Path>, kinds: &[Kind]) -> Result<Target, Fail
             out.display(),
             kinds.len()
         ))),
+        Target::Folder(folder) if !folder.is_dir() && format_of(folder).is_some() => {
+            Err(Failure::BadInput(format!(
+                "--out {}: figures are not written in this format (accepted: a name that ends in .png, .svg or .pdf, \
+                 or a folder)",
+                folder.display()
+            )))
+        }
         _ => Ok(target),
     }
 }

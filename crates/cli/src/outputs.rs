@@ -7,10 +7,17 @@ use asperity_files::{FileError, create_folder as create};
 use crate::exit::Failure;
 
 /// Endings of names that say what a file is.
-const ENDINGS: [&str; 26] = [
-    "arrow", "csv", "db", "gz", "h5", "hdf5", "htm", "html", "jpg", "json", "log", "mat", "mcap", "md", "nc",
-    "ndjson", "npy", "npz", "parquet", "pdf", "png", "svg", "toml", "tsv", "txt", "zip",
+const ENDINGS: [&str; 32] = [
+    "arrow", "csv", "db", "eps", "gif", "gz", "h5", "hdf5", "htm", "html", "jpeg", "jpg", "json", "log",
+    "mat", "mcap", "md", "nc", "ndjson", "npy", "npz", "parquet", "pdf", "png", "svg", "tif", "tiff", "toml",
+    "tsv", "txt", "webp", "zip",
 ];
+
+/// The ending of a name that says which format a file is in, in small letters.
+pub(crate) fn format_of(path: &Path) -> Option<String> {
+    let ending = path.extension()?.to_str()?.to_lowercase();
+    ENDINGS.contains(&ending.as_str()).then_some(ending)
+}
 
 /// Refuses the name of an output whose ending says that it is something else than what is written: `what`,
 /// whose names end in `ending`, or which is a folder if that is empty. A file that exists is left to the
@@ -19,9 +26,7 @@ pub(crate) fn fits(option: &str, path: &Path, ending: &str, what: &str) -> Resul
     if path.exists() {
         return Ok(());
     }
-    let written =
-        path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase).unwrap_or_default();
-    if written == ending || !ENDINGS.contains(&written.as_str()) {
+    if format_of(path).is_none_or(|written| written == ending) {
         return Ok(());
     }
     let better = path.with_extension(ending);

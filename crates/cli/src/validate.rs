@@ -32,7 +32,8 @@ pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board
             say(scenario, &forecast)?;
             if let Some(time_s) = forecast.plain_solver_s {
                 board.line(&format!(
-                    "{}: the plain solver would take about {} here, an estimate from its first {} s",
+                    "{}: --solver plain, which computes every step, would take about {} here, as its first {} s \
+                     show; the default solver takes far less",
                     forecast.scenario,
                     duration(time_s),
                     TRIAL.as_secs_f64()

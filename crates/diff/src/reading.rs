@@ -11,13 +11,14 @@ const DIGITS: i32 = 6;
 const DIGITS_OF_DIFFERENCE: i32 = 3;
 
 /// The numbers of a summary that are shown first, in this order: precursors, the first slip of the whole
-/// slider and its load, how often such slips come back and what they take of the load, and how
-/// fast fronts run.
-pub(crate) const SHOWN: [&str; 11] = [
+/// slider with its load and the speed of its front, how often such slips come back and what they take of
+/// the load, and how fast fronts run, as a median.
+pub(crate) const SHOWN: [&str; 12] = [
     "precursor_count",
     "longest_precursor_ratio",
     "first_global_rupture_onset_s",
     "first_global_rupture_ft_fn",
+    "first_global_rupture_front_speed_m_per_s",
     "largest_ft_fn",
     "global_rupture_count",
     "recurrence_transient_s",

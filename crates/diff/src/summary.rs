@@ -7,7 +7,8 @@ mod physics;
 
 use crate::reading::{number, test};
 use crate::report::{
-    Class, ColumnChange, Finding, Horizon, KolmogorovSmirnov, PairedBy, Report, RunDiff, Sample, Verdict,
+    Class, ColumnChange, Counts, Finding, Horizon, KolmogorovSmirnov, PairedBy, Report, RunDiff, Sample,
+    Verdict,
 };
 use finding::{by_class, short, told};
 
@@ -23,6 +24,7 @@ const FINDINGS_BELOW_PHYSICS: usize = 2;
 const FINDINGS_OF_A_CLASS: usize = 3;
 const COLUMNS: usize = 2;
 const OTHERS: usize = 2;
+const MEANINGS_IN_A_LINE: usize = 4;
 /// Findings of each class that a report needs for its summary.
 pub const KEPT_OF_A_CLASS: usize = FINDINGS;
 
@@ -47,6 +49,7 @@ pub fn lines(report: &Report) -> Vec<String> {
     }
     downstream(report, &mut lines);
     others(report, &mut lines);
+    meanings(report, &mut lines);
     lines.push(verdict(report));
     lines
 }
@@ -153,7 +156,11 @@ fn columns(report: &Report, in_time: &[&RunDiff], lines: &mut Vec<String>) {
     }
     largest.sort_by_key(|(_, change)| (std::cmp::Reverse(change.beyond_tolerance), change.column));
     if !largest.is_empty() {
-        lines.push("columns that differ where one event stands against one:".to_owned());
+        let of = match largest.len() {
+            all if all > COLUMNS => format!(", {COLUMNS} of {all}"),
+            _ => String::new(),
+        };
+        lines.push(format!("columns that differ between paired events{of}:"));
     }
     for (run, change) in largest.iter().take(COLUMNS) {
         let of_run = if report.runs.len() > 1 { format!("{}, ", run.name()) } else { String::new() };
@@ -166,9 +173,6 @@ fn columns(report: &Report, in_time: &[&RunDiff], lines: &mut Vec<String>) {
             change.old_event,
             change.new_event
         ));
-    }
-    if largest.len() > COLUMNS {
-        lines.push(format!("  ... and {} more columns", largest.len() - COLUMNS));
     }
     let left_out = report.runs.iter().map(|run| run.events.left_out()).find(|columns| !columns.is_empty());
     if let Some(columns) = left_out {
@@ -199,7 +203,8 @@ fn horizon(run: &RunDiff, differing_runs: usize, lines: &mut Vec<String>) {
         lines.push(format!("  differing, by number of the match: {}", decades.join(", ")));
     }
     lines.push(format!(
-        "from {} s on, {} old and {} new events{which}, {} test of one distribution:",
+        "from {} s on, where the order of events is chaotic, compare statistics: {} old and {} new events{which}; {} \
+         test of one distribution:",
         number(*at_s),
         beyond.old_events,
         beyond.new_events,
@@ -277,11 +282,20 @@ fn others(report: &Report, lines: &mut Vec<String>) {
     }
     for (told, count) in seen.iter().take(OTHERS) {
         let of = if report.runs.len() > 1 { format!(" (in {count} pairs)") } else { String::new() };
-        lines.push(format!("made otherwise: {told}{of}"));
+        lines.push(format!("made differently: {told}{of}"));
     }
     if seen.len() > OTHERS {
         lines.push(format!("... and {} more settings, see --format json", seen.len() - OTHERS));
     }
+}
+
+/// What the classes mean into which events and ruptures that differ were sorted.
+fn meanings(report: &Report, lines: &mut Vec<String>) {
+    let of_ruptures = report.runs.iter().filter_map(|run| Some(&run.ruptures.as_ref()?.table.counts));
+    let all: Counts = of_ruptures.chain([&report.counts]).sum();
+    let there = BY_WEIGHT.into_iter().filter(|class| all[*class] > 0);
+    let meanings: Vec<String> = there.map(|class| format!("{}: {}", class.name(), class.meaning())).collect();
+    lines.extend(meanings.chunks(MEANINGS_IN_A_LINE).map(|meanings| meanings.join("; ")));
 }
 
 fn verdict(report: &Report) -> String {

@@ -24,6 +24,12 @@ const SHORTEST_PART: usize = 3;
 /// Symbols in use for keys besides those of the thesis' text.
 const OTHER_SYMBOLS: &[(&str, &str)] = &[("mu_k", "friction.dynamic_coefficient"), ("L", "slider.length_m")];
 
+/// Names that other programs have for what is known here by another.
+const MEANT: [(&str, &str); 2] = [("z", "colour"), ("value", "colour")];
+
+/// Words of names that say nearly the same.
+const ALIKE: [(&str, &str); 3] = [("load", "ft"), ("slip", "rupture"), ("time", "onset")];
+
 /// Most names that are listed where one of them is accepted.
 const MOST_LISTED: usize = 12;
 
@@ -40,6 +46,10 @@ pub(crate) fn names<'a>(written: &str, known: impl IntoIterator<Item = &'a str>)
     let plain = |name: &str| name.to_lowercase().replace(['-', ' ', '.'], "_");
     let known: Vec<(&str, String)> = known.into_iter().map(|name| (name, plain(name))).collect();
     let written = plain(written);
+    let meant = MEANT.iter().filter(|(other, _)| *other == written).map(|(_, meant)| *meant);
+    if let Some((name, _)) = known.iter().find(|(name, _)| meant.clone().any(|meant| meant == *name)) {
+        return vec![name];
+    }
     let spelt = known.iter().filter_map(|(name, plain)| Some((wrong_letters(&written, plain)?, *name)));
     if let Some((_, name)) = spelt.min_by_key(|(wrong, _)| *wrong) {
         return vec![name];
@@ -50,8 +60,10 @@ pub(crate) fn names<'a>(written: &str, known: impl IntoIterator<Item = &'a str>)
         found.extend(known.iter().filter(|(_, plain)| contains(plain)).map(|(name, _)| *name));
     }
     if found.is_empty() {
-        let shared =
-            |plain: &str| written.split('_').filter(|part| plain.split('_').any(|of| of == *part)).count();
+        let is_alike = |part: &str, of: &str| part == of || ALIKE.contains(&(part, of));
+        let shared = |plain: &str| {
+            written.split('_').filter(|part| plain.split('_').any(|of| is_alike(part, of))).count()
+        };
         let most = known.iter().map(|(_, plain)| shared(plain)).max().filter(|most| *most >= 2);
         let shares = |plain: &str| Some(shared(plain)) == most;
         found.extend(known.iter().filter(|(_, plain)| shares(plain)).map(|(name, _)| *name));
@@ -221,6 +233,15 @@ mod tests {
     }
 
     #[test]
+    fn names_of_other_programs_lead_to_those_known_here() {
+        assert_eq!(names("z", ["x", "y", "colour"]), ["colour"]);
+        assert_eq!(names("value", ["x", "y"]), [""; 0]);
+        let known = ["first_global_rupture_onset_s", "first_global_rupture_ft_fn", "first_slip_ft_fn"];
+        assert_eq!(names("first_global_slip_load", known), ["first_global_rupture_ft_fn"]);
+        assert_eq!(names("first_global_slip_time", known), ["first_global_rupture_onset_s"]);
+    }
+
+    #[test]
     fn names_are_found_where_few_letters_are_wrong() {
         let known = ["default", "ten-blocks", "unload-400", "unload-600", "first_slip_s", "first_slip_ft_fn"];
         for (written, meant) in [
@@ -233,6 +254,8 @@ mod tests {
             ("slip", "first_slip_s first_slip_ft_fn"),
             ("first_slip_time", "first_slip_s first_slip_ft_fn"),
             ("first", "first_slip_s first_slip_ft_fn"),
+            // By words that say nearly the same.
+            ("first_slip_load", "first_slip_ft_fn"),
             ("mine.toml", ""),
             ("s", ""),
             (&"default".repeat(1_000_000), ""),

@@ -16,6 +16,9 @@ const LEAST_LOAD_RATIO: f64 = 1e-9;
 /// exceeds rounding.
 const LEAST_REMAINDER_RATIO: f64 = 1e-6;
 
+/// The seed of a scenario that names none.
+const USUAL_SEED: u32 = 1;
+
 /// A warning about a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
@@ -67,8 +70,17 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     })
 }
 
-/// A key that older versions of the program obeyed.
+/// Warns of a key that older versions of the program obeyed, and of a seed by which nothing is drawn.
 fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
+    let friction = &scenario.friction;
+    let draws = friction.static_spread != 0.0 || friction.dynamic_spread != 0.0;
+    if friction.spread_seed != USUAL_SEED && !draws {
+        return Some(format!(
+            "friction.spread_seed = {} has no effect: friction.static_spread and friction.dynamic_spread are 0, so \
+             runs with other seeds are identical",
+            friction.spread_seed
+        ));
+    }
     (scenario.recording.energies == Energies::None).then(|| {
         "recording.energies = \"none\": energies are always recorded now, and the key has no effect"
             .to_owned()
@@ -305,6 +317,14 @@ mod tests {
             "recording.energies = \"none\": energies are always recorded now, and the key has no effect"
         );
         assert_eq!(warnings(&["recording.energies=every-record"]), Vec::<String>::new());
+        assert_eq!(
+            only(&["friction.spread_seed=7"]),
+            "friction.spread_seed = 7 has no effect: friction.static_spread and friction.dynamic_spread are 0, so runs \
+             with other seeds are identical"
+        );
+        for spread in ["friction.static_spread=0.1", "friction.dynamic_spread=0.1"] {
+            assert_eq!(warnings(&["friction.spread_seed=7", spread]), Vec::<String>::new());
+        }
     }
 
     #[test]

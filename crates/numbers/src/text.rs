@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use asperity_record::{printable, short};
 use serde_json::Value;
 
+use crate::key::Key;
 use crate::summary::Summary;
 
 /// Replaces a missing value.
@@ -18,7 +19,7 @@ pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
         .zip(&values)
         .map(|(key, value)| match parameter_set.filter(|_| key.column.name == "parameter_set") {
             Some(words) => (key.label(), words.to_owned()),
-            None => (key.label(), with_unit(value, key.column.unit)),
+            None => (key.label(), with_unit(value, key.column.unit) + &remark(summary, key)),
         })
         .collect();
     let label_width = lines.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
@@ -56,7 +57,7 @@ pub fn of_several<'a>(summaries: impl IntoIterator<Item = &'a Summary>) -> Strin
         COLUMNS.iter().map(|(_, below, _)| (*below).to_owned()).collect(),
     ];
     let place = |name: &str| {
-        let named = |key: &crate::Key| key.column.name == name;
+        let named = |key: &Key| key.column.name == name;
         Summary::KEYS.iter().position(named).expect("the columns are keys")
     };
     let places = COLUMNS.map(|(.., name)| place(name));
@@ -75,6 +76,21 @@ pub fn of_several<'a>(summaries: impl IntoIterator<Item = &'a Summary>) -> Strin
         writeln!(text, "{}", line.trim_end()).expect("a text can be written to");
     }
     text
+}
+
+/// What a reader of the number needs beside it: which fronts a speed is of, and the first one over the speed
+/// of waves.
+fn remark(summary: &Summary, key: &Key) -> String {
+    let of_waves =
+        |speed: f64| Some(speed.abs() / summary.wave_speed_m_per_s?).filter(|ratio| ratio.is_finite());
+    match key.column.name.as_ref() {
+        "first_global_rupture_front_speed_m_per_s" => {
+            let ratio = summary.first_global_rupture_front_speed_m_per_s.and_then(of_waves);
+            ratio.map_or(String::new(), |ratio| format!(", {} of the wave speed", short(ratio)))
+        }
+        "front_speed_m_per_s" if summary.front_speed_m_per_s.is_some() => ", median of all fronts".to_owned(),
+        _ => String::new(),
+    }
 }
 
 fn with_unit(value: &Value, unit: Option<&str>) -> String {

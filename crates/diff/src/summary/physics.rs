@@ -85,7 +85,14 @@ fn numbers(report: &Report, lines: &mut Vec<String>) {
         let of_run =
             |key: &str| run.summary.iter().find(|number| number.key == key).expect("it is shown").clone();
         let numbers: Vec<NumberChange> = shown.map(of_run).chain(reached(run)).collect();
-        return numbers_of_run(&numbers, lines);
+        numbers_of_run(&numbers, lines);
+        let differs = |number: &&NumberChange| number.old != number.new && is_there(number);
+        let is_shown = |number: &&NumberChange| numbers.iter().any(|shown| shown.key == number.key);
+        let more = run.summary.iter().filter(differs).filter(|number| !is_shown(number)).count();
+        if more > 0 {
+            lines.push(format!("  ... and {more} more numbers of the summary differ, see --format json"));
+        }
+        return;
     }
     let rows: Vec<[String; 5]> = shown
         .filter_map(|key| {

@@ -310,8 +310,8 @@ fn number(what: &str, name: &str, label: &Option<String>, scale: Option<Scale>) 
     let Some(Number { key, .. }) = numbers_of_summary().find(|number| number.name() == name) else {
         if Number::find(name).is_ok_and(|number| !number.is_of_summary()) {
             return Err(format!(
-                "{what} = {name:?} is taken of whole runs, and a sweep stores their summaries (accepted: a number of \
-                 the summary)"
+                "{what} = {name:?} needs all events of a run, of which a sweep stores the summary (accepted: a number of \
+                 the summary, see `asperity summary --schema`)"
             ));
         }
         let names: Vec<&str> = numbers_of_summary().map(Number::name).collect();
@@ -441,7 +441,7 @@ mod tests {
             ),
             (
                 MAP.replace("precursor_count", "precursor_event_count"),
-                "colour = \"precursor_event_count\" is taken of whole runs, and a sweep stores their summaries",
+                "colour = \"precursor_event_count\" needs all events of a run, of which a sweep stores the summary",
             ),
             (
                 MAP.replace("over = ['friction.seed']", ""),

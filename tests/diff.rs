@@ -193,7 +193,7 @@ fn the_summary_fits_a_screen() {
     let (code, out, _) = diff(&[text(&old), text(&new)]);
     assert_eq!(code, 1);
     assert!(out.lines().count() <= 40, "{} lines:\n{out}", out.lines().count());
-    assert!(out.contains("more, see --format json"), "{out}");
+    assert!(out.contains("what became of which events, 8 of 3562 (see --format json):"), "{out}");
     let (_, report) = json(&[text(&old), text(&new)]);
     assert_eq!(report["unpaired"].as_array().map(Vec::len), Some(14));
     let first = &report["runs"][0];

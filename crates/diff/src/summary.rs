@@ -124,14 +124,14 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     }
     let weight = |finding: &Finding| BY_WEIGHT.iter().position(|&class| class == finding.class);
     chosen.sort_by_key(|(_, finding)| (finding.allowed, weight(finding)));
-    lines.push("what became of which events:".to_owned());
+    let of = match total.saturating_sub(chosen.len() as u64) {
+        0 => String::new(),
+        _ => format!(", {} of {total} (see --format json)", chosen.len()),
+    };
+    lines.push(format!("what became of which events{of}:"));
     for (run, finding) in &chosen {
         let of_run = if report.runs.len() > 1 { format!("{} ", run.name()) } else { String::new() };
         lines.push(format!("  {of_run}{}", told(finding)));
-    }
-    let more = total.saturating_sub(chosen.len() as u64);
-    if more > 0 {
-        lines.push(format!("  ... and {more} more, see --format json"));
     }
 }
 
@@ -188,19 +188,20 @@ fn horizon(run: &RunDiff, differing_runs: usize, lines: &mut Vec<String>) {
     };
     let which = if differing_runs > 1 { format!(" of {}", run.name()) } else { String::new() };
     if run.events.paired_by == PairedBy::Time {
-        lines.push(format!(
-            "first difference{which}: {} at {} s, after {matches_before} events that agree",
-            class.name(),
-            number(*at_s)
-        ));
         let decades: Vec<String> = growth
             .iter()
             .map(|decade| {
                 let share = 100.0 * decade.differing as f64 / (decade.to - decade.from + 1) as f64;
-                format!("{}-{}: {share:.0} %", decade.from, decade.to)
+                format!("{share:.0} % of {}-{}", decade.from, decade.to)
             })
             .collect();
-        lines.push(format!("  differing, by number of the match: {}", decades.join(", ")));
+        lines.push(format!(
+            "first difference{which}: {} at {} s, after {matches_before} events that agree; by number of the match \
+             differ {}",
+            class.name(),
+            number(*at_s),
+            decades.join(", ")
+        ));
     }
     lines.push(format!(
         "from {} s on, where the order of events is chaotic, compare statistics: {} old and {} new events{which}; {} \

@@ -391,7 +391,7 @@ mod tests {
         toml::from_str(&text).unwrap()
     }
 
-    /// A number stated allows 2 %, and one that is approximate half its last digit as well, if that is more.
+    /// A number stated allows 2 %, and one that is approximate half a unit of its last digit as well, if that is more.
     #[test]
     fn a_number_stated_allows_two_percent_or_half_a_digit() {
         let range = |stated: &str| claim(&format!("run = \"a\"\nstated = {stated}")).range();

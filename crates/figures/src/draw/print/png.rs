@@ -1,13 +1,11 @@
 //! A page as PNG.
 
-use std::borrow::Cow;
-
 use png::{BitDepth, ColorType, Compression, Encoder, Filter, PixelDimensions, Unit};
 use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 use super::about::About;
 use super::page::{self, Colour, PER_INCH, Page, Segment};
-use super::raster::{Raster, copy_colours};
+use super::raster::Raster;
 
 pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
     let mut pixels = Pixmap::new(page.width, page.height)
@@ -44,27 +42,35 @@ fn opaque(rgba: &[u8]) -> Vec<u8> {
     let mut rgb = vec![255; rgba.len() / 4 * 3];
     for (pixels, rgb) in rgba.chunks(WHITE.len()).zip(rgb.chunks_mut(3 * RUN)) {
         if *pixels != WHITE[..pixels.len()] {
-            copy_colours((pixels, 4), (rgb, 3));
+            copy_colours(pixels, rgb);
         }
     }
     rgb
 }
 
+/// Copies pixels without their opacity. It indexes slices in a plain loop, because this crate is compiled
+/// without optimisation, where a call for each pixel takes as long as all other drawing together.
+fn copy_colours(rgba: &[u8], rgb: &mut [u8]) {
+    let (mut from, mut to) = (0, 0);
+    while from < rgba.len() {
+        rgb[to] = rgba[from];
+        rgb[to + 1] = rgba[from + 1];
+        rgb[to + 2] = rgba[from + 2];
+        from += 4;
+        to += 3;
+    }
+}
+
 /// Pixels alone, for a page that has them within.
 pub(super) fn of_raster(raster: &Raster) -> Result<Vec<u8>, String> {
     let (width, height) = raster.size();
-    let (kind, samples) = if raster.has_gaps() {
-        let mut rgba: Vec<u8> = raster.mask().iter().flat_map(|mask| [*mask; 4]).collect();
-        copy_colours((raster.rgb(), 3), (&mut rgba, 4));
-        (ColorType::Rgba, Cow::Owned(rgba))
-    } else {
-        (ColorType::Rgb, Cow::Borrowed(raster.rgb()))
-    };
+    let (kind, samples) =
+        if raster.has_gaps() { (ColorType::Rgba, raster.rgba()) } else { (ColorType::Rgb, raster.rgb()) };
     let mut bytes = Vec::new();
     let mut write = || {
         let encoder = packed(&mut bytes, width, height, kind);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(&samples)?;
+        writer.write_image_data(samples)?;
         writer.finish()
     };
     write().map_err(|error| error.to_string())?;

@@ -15,8 +15,12 @@ pub(crate) struct Raster {
     /// Its upper left corner.
     corner: Pixel,
     width: usize,
-    /// Red, green and blue row by row from the top; white where the page shows through.
+    /// Red, green and blue row by row from the top; white where the page shows through. Each kind of file
+    /// takes samples in an order of its own: a cell is copied into all of them at once, which is far quicker
+    /// than to convert pixel by pixel where this crate is compiled without optimisation.
     rgb: Vec<u8>,
+    /// Red, green, blue and opacity; transparent white where the page shows through.
+    rgba: Vec<u8>,
     /// 255 for each pixel that has a colour, 0 where the page shows through.
     mask: Vec<u8>,
 }
@@ -31,18 +35,22 @@ impl Raster {
         let right = cells.iter().map(|(low, high, _)| end(low, high).0).max()?;
         let bottom = cells.iter().map(|(low, high, _)| end(low, high).1).max()?;
         let (width, height) = ((right - left) as usize, (bottom - top) as usize);
-        let (mut rgb, mut mask) = (vec![255; 3 * width * height], vec![0; width * height]);
+        let pixels = width * height;
+        let (mut rgb, mut mask) = (vec![255; 3 * pixels], vec![0; pixels]);
+        let mut rgba = [255, 255, 255, 0].repeat(pixels);
         for (low, high, colour) in cells {
             let (to_x, to_y) = end(low, high);
             let columns = (to_x - low.0) as usize;
-            let row_of_cell = <[u8; 3]>::from(*colour).repeat(columns);
+            let (r, g, b) = *colour;
+            let (row_rgb, row_rgba) = ([r, g, b].repeat(columns), [r, g, b, 255].repeat(columns));
             for row in (low.1 - top) as usize..(to_y - top) as usize {
                 let first = row * width + (low.0 - left) as usize;
-                rgb[3 * first..][..3 * columns].copy_from_slice(&row_of_cell);
+                rgb[3 * first..][..3 * columns].copy_from_slice(&row_rgb);
+                rgba[4 * first..][..4 * columns].copy_from_slice(&row_rgba);
                 mask[first..][..columns].fill(255);
             }
         }
-        Some(Raster { corner: (left, top), width, rgb, mask })
+        Some(Raster { corner: (left, top), width, rgb, rgba, mask })
     }
 
     /// Its upper left corner.
@@ -70,6 +78,11 @@ impl Raster {
         &self.mask
     }
 
+    /// Red, green, blue and opacity of all pixels, transparent where the page shows through.
+    pub(super) fn rgba(&self) -> &[u8] {
+        &self.rgba
+    }
+
     /// Writes its colours upon a page of opaque pixels, four samples each, as far as they are within it.
     pub(super) fn put(&self, page: &mut [u8], page_width: usize) {
         let within = |from: i32, size: usize, page: usize| {
@@ -79,35 +92,20 @@ impl Raster {
         let columns = within(self.corner.0, width, page_width);
         for row in within(self.corner.1, height, page.len() / 4 / page_width) {
             let y = (self.corner.1 + row as i32) as usize;
+            let mask = &self.mask[row * width..][..width];
             let mut column = columns.start;
             while column < columns.end {
                 let start = column;
-                let is_drawn = self.mask[row * width + column];
-                while column < columns.end && self.mask[row * width + column] == is_drawn {
+                while column < columns.end && mask[column] == mask[start] {
                     column += 1;
                 }
-                if is_drawn == 255 {
-                    let colours = &self.rgb[3 * (row * width + start)..3 * (row * width + column)];
+                if mask[start] == 255 {
                     let x = (self.corner.0 + start as i32) as usize;
-                    copy_colours((colours, 3), (&mut page[4 * (y * page_width + x)..], 4));
+                    let drawn = &self.rgba[4 * (row * width + start)..4 * (row * width + column)];
+                    page[4 * (y * page_width + x)..][..drawn.len()].copy_from_slice(drawn);
                 }
             }
         }
-    }
-}
-
-/// Copies red, green and blue of each pixel; given with the samples are how many a pixel has.
-///
-/// It indexes slices in a plain loop, because this crate is compiled without optimisation, where a call for
-/// each pixel takes as long as all other drawing together.
-pub(super) fn copy_colours((from, from_step): (&[u8], usize), (to, to_step): (&mut [u8], usize)) {
-    let (mut at, mut to_at) = (0, 0);
-    while at < from.len() {
-        to[to_at] = from[at];
-        to[to_at + 1] = from[at + 1];
-        to[to_at + 2] = from[at + 2];
-        at += from_step;
-        to_at += to_step;
     }
 }
 

@@ -564,6 +564,10 @@ mod tests {
             "slider.height_m: 0.02 over 31 rows is no square lattice with slider.length_m = 0.1",
         ),
         (
+            "slider.blocks = 9\nslider.rows = 4\nslider.length_m = 0.14",
+            "over 9 blocks (accepted: 0.0525, or other numbers of rows and blocks)",
+        ),
+        (
             "slider.blocks = 11\nslider.rows = 3\nfriction.law = \"rigid\"",
             "friction.law: a slab at rest is held by friction springs",
         ),

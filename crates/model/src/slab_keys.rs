@@ -40,7 +40,11 @@ pub(crate) fn of_a_slab(scenario: &Scenario) -> Vec<Refusal> {
                 "{} over {} rows is no square lattice with slider.length_m = {} over {} blocks",
                 slider.height_m, slider.rows, slider.length_m, slider.blocks
             ),
-            format!("{height_m}, or other numbers of rows and blocks"),
+            // Rounded as far as it is accepted.
+            format!(
+                "{}, or other numbers of rows and blocks",
+                format!("{height_m:.10e}").parse().unwrap_or(height_m)
+            ),
         );
     }
     if scenario.friction.law.holds() {

@@ -1,8 +1,8 @@
 //! The cost of matching events of two tables.
 //!
 //! A matching is a set of groups: pairs, one old event with several new ones (split), several old with one
-//! new (merged), and single events. Its cost is the sum over its groups; the best matching has the lowest
-//! cost.
+//! new (merged), and events left over. Its cost is the sum over its groups; the best matching has the
+//! lowest cost.
 //!
 //! | group | costs |
 //! |---|---|
@@ -11,7 +11,7 @@
 //! | split, merge | [`GROUP`] + (1 - share of the whole's duration that its parts cover) + for each part ½ (share of its duration outside of the whole) + ½ (share of its blocks outside) |
 //!
 //! J_t and J_b are the Jaccard indices, common over covered, of the two events' times and of their ranges
-//! of blocks. So two events are paired if that costs less than leaving both single, 1.5: two events that
+//! of blocks. So two events are paired if that costs less than leaving both over, 1.5: two events that
 //! start together may differ in everything else, two that share their blocks may follow each other in time,
 //! but an event with a tenth of the other's time and blocks, away from its onset, is not its counterpart.
 //! Events of a group must share blocks.

@@ -414,9 +414,9 @@ impl ProvenanceChange {
 pub struct ColumnChange {
     /// The column.
     pub column: Column,
-    /// In how many pairs it differs at all.
+    /// Number of pairs in which it differs.
     pub differing: u64,
-    /// In how many it differs by more than its tolerance.
+    /// Number of pairs in which it differs by more than its tolerance.
     pub beyond_tolerance: u64,
     /// The largest difference that can be measured, in the column's unit.
     pub largest: f64,
@@ -479,7 +479,7 @@ pub struct Finding {
     /// The columns that differ by more than their tolerance; empty unless one event matches
     /// one.
     pub columns: Vec<CellChange>,
-    /// What of duration and blocks a split or merge kept; null for other classes.
+    /// Duration and blocks preserved by a split or merge; null for other classes.
     pub conservation: Option<Conservation>,
 }
 
@@ -499,13 +499,13 @@ pub struct CellChange {
     pub old: Value,
     /// The new value.
     pub new: Value,
-    /// How far apart; null between a number and nothing.
+    /// The difference; null between a number and an empty cell.
     pub difference: Option<f64>,
-    /// How far apart the policy lets them be.
+    /// The difference that the policy allows.
     pub tolerance: f64,
 }
 
-/// What a split or merge kept: the union of the durations, and of the blocks from
+/// The quantities preserved by a split or merge: the union of the durations, and of the blocks from
 /// `first_block` to `last_block`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Conservation {
@@ -523,7 +523,7 @@ pub struct Conservation {
     pub blocks_conserved: bool,
 }
 
-/// Where two runs part, and how they do.
+/// Where and how two runs part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Horizon {
     /// Onset of the first event that differs beyond tolerance, on whichever side it is earlier, s.
@@ -534,11 +534,11 @@ pub struct Horizon {
     pub old_event: Option<u64>,
     /// Its number on the new side; null where it is missing.
     pub new_event: Option<u64>,
-    /// How many matches there are before it.
+    /// Number of matches before it.
     pub matches_before: u64,
-    /// How much differs, by decades of the matches from the first one on.
+    /// Growth of the differences, by decades of the matches after the first one.
     pub growth: Vec<Growth>,
-    /// What is left to compare from there on.
+    /// Statistics of the events from there on.
     pub beyond: Statistics,
 }
 
@@ -592,20 +592,19 @@ pub struct KolmogorovSmirnov {
     pub name: &'static str,
     /// The largest distance of the distributions, 0 to 1.
     pub distance: f64,
-    /// Probability of such a distance or a larger one if the sides are of one distribution. An
-    /// upper bound: ties, and the bins in which values are counted, make it larger. Events
-    /// that depend on those before them make it smaller.
+    /// Probability of such a distance or a larger one if the sides are of one distribution. An upper bound
+    /// as far as ties and bins go; correlated events make it too small.
     pub p: f64,
 }
 
 impl KolmogorovSmirnov {
-    /// The test: whether two samples can be of one distribution, whatever that is.
+    /// The test whether two samples can have the same distribution, of any form.
     pub const NAME: &'static str = "two-sample Kolmogorov-Smirnov";
-    /// The sides are said to differ where p lies below this.
+    /// The sides are reported as different if p is below this.
     pub const SIGNIFICANT: f64 = 0.01;
 }
 
-/// What changed in the precursor table, Lp/L against F_T/F_N.
+/// Changes in the precursor table, Lp/L against F_T/F_N.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PrecursorChanges {
     /// Rows on the old side.
@@ -658,17 +657,17 @@ pub struct Exceeded {
 /// A claim whose verdict or value changed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClaimChange {
-    /// Where the source makes it.
+    /// Where the source states it.
     pub about: String,
     /// The run it is measured in.
     pub run: String,
-    /// What is measured.
+    /// The measured quantity.
     pub measure: String,
-    /// The value before; null where there was none.
+    /// The old value; null if there was none.
     pub old_value: Option<f64>,
     /// The value now.
     pub new_value: Option<f64>,
-    /// The verdict before; null where the claim was not made.
+    /// The old verdict; null if the claim was not made.
     pub old_verdict: Option<String>,
     /// The verdict now.
     pub new_verdict: Option<String>,

@@ -1,9 +1,8 @@
 //! `cargo xtask bench --against`: whether another revision is as fast as this checkout.
 //!
-//! The speed of a shared machine changes from minute to minute, and with it any time measured
-//! on it. So both binaries run in turn, the order changing from pair to pair, and what counts is
-//! the ratio within a pair. The verdict goes by CPU time, user and system: time that other
-//! processes took from a run is not in it.
+//! The speed of a shared machine changes from minute to minute, and with it any time measured on it. So
+//! both binaries run in turn, the order changing from pair to pair, and the ratio within a pair counts. The
+//! verdict uses CPU time, user and system, which excludes time that other processes took.
 
 use std::ffi::OsString;
 use std::fs;
@@ -19,7 +18,7 @@ use crate::revision;
 use crate::say::say;
 use crate::workspace::{Failure, asperity, not_started, program, root, target_folder};
 
-/// What is to be measured.
+/// The parts to measure.
 pub(crate) struct Task<'a> {
     /// The older revision.
     pub(crate) revision: &'a str,
@@ -61,7 +60,7 @@ impl Part {
     }
 }
 
-/// Those that were named, in the order in which they are listed.
+/// The named parts, in the order of the list.
 fn parts(names: &[String]) -> Result<Vec<Part>, Failure> {
     if let Some(unknown) = names.iter().find(|name| Part::ALL.iter().all(|part| part.name() != **name)) {
         return Err(Failure::Check(format!(
@@ -106,7 +105,7 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
     let mut sides = Vec::new();
     for ((binary, title), name) in binaries.into_iter().zip(titles).zip(["old", "new"]) {
         say!("==> {name}: {title}");
-        // A copy: whoever builds meanwhile changes nothing.
+        // A copy, which builds in the meantime do not change.
         let copy = folder.path().join(format!("asperity-{name}{}", std::env::consts::EXE_SUFFIX));
         fs::copy(&binary, &copy).map_err(|error| io_failure("copy", &binary, error))?;
         sides.push(Side { title, binary: copy, log: folder.path().join(format!("{name}.mcap")) });
@@ -119,7 +118,7 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
     let mut results = Vec::new();
     for part in parts {
         say!("==> {}: {} pairs", part.name(), task.pairs);
-        // Not counted: it fills caches, and tells whether both know the command.
+        // Not counted: it fills caches, and shows whether both know the command.
         for side in &sides {
             run_once(side, part, &out)?;
         }
@@ -136,7 +135,7 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
     report(&results, task).map_err(|error| Failure::Io { what: "write to stdout".to_owned(), error })
 }
 
-/// What the new side is called.
+/// The name of the new side.
 fn checkout(repository: &Repository) -> Result<String, Failure> {
     let title = repository.commit("HEAD")?.title;
     Ok(match repository.changed_files()? {
@@ -150,7 +149,7 @@ fn order(pair: usize) -> [usize; 2] {
     if pair.is_multiple_of(2) { [0, 1] } else { [1, 0] }
 }
 
-/// Runs one part by one side, and removes what it wrote.
+/// Runs one part with one side, and removes its files.
 fn run_once(side: &Side, part: Part, out: &Path) -> Result<Times, Failure> {
     let times = measure(side, &part.arguments(&side.log, out))?;
     let removed = if out.is_dir() {
@@ -164,7 +163,7 @@ fn run_once(side: &Side, part: Part, out: &Path) -> Result<Times, Failure> {
     Ok(times)
 }
 
-/// What one execution took.
+/// The times of one execution.
 #[derive(Debug, Clone, Copy, Default)]
 struct Times {
     /// User and system time of all its threads.
@@ -186,7 +185,7 @@ fn measure(side: &Side, arguments: &[OsString]) -> Result<Times, Failure> {
     })
 }
 
-/// Runs a command, which must succeed, and says what it took.
+/// Runs a command, which must succeed, and returns its times.
 fn timed(command: &mut Command) -> Result<Times, Failure> {
     interrupt::check()?;
     let usage = |error| Failure::Io { what: "ask for the CPU time of a process".to_owned(), error };
@@ -227,7 +226,7 @@ fn cpu_of_children_s() -> io::Result<f64> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "only Unix tells it"))
 }
 
-/// What both took for one part.
+/// The times of both sides for one part.
 #[derive(Debug)]
 struct Compared {
     /// Median of the old side's CPU time.
@@ -276,7 +275,7 @@ fn is_within(ratio: f64, share: f64) -> bool {
     ratio <= 1.0 + share && 1.0 <= ratio * (1.0 + share)
 }
 
-/// Prints the table and the verdict, and says whether all medians are near enough.
+/// Prints the table and the verdict, and returns whether all medians are within the limit.
 fn report(results: &[(Part, Compared)], task: &Task<'_>) -> io::Result<bool> {
     let mut out = io::stdout().lock();
     writeln!(out, "| part | old, CPU s | CPU time, new/old | quartiles | wall time, new/old | quartiles |")?;
@@ -324,7 +323,7 @@ mod tests {
         assert_eq!(of(&[3.0]), Quartiles { lower: 3.0, median: 3.0, upper: 3.0 });
         assert_eq!(of(&[4.0, 1.0, 3.0, 2.0]), Quartiles { lower: 1.75, median: 2.5, upper: 3.25 });
         assert_eq!(of(&[9.0, 1.0, 5.0, 2.0, 7.0]), Quartiles { lower: 2.0, median: 5.0, upper: 7.0 });
-        // One that was disturbed moves no median.
+        // A single disturbed pair moves no median.
         assert_eq!(of(&[1.0, 1.0, 1.0, 1.0, 50.0]).median, 1.0);
     }
 
@@ -371,7 +370,7 @@ mod tests {
     fn a_revision_without_the_command_is_named() {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let log = folder.path().join("a.mcap");
-        // A shell takes `reduce` for a script, which it looks for and does not find.
+        // A shell takes `reduce` for a script, and fails to find it.
         let side = Side { title: "1a2b3c4 An old one".to_owned(), binary: "/bin/sh".into(), log };
         let refused = run_once(&side, Part::Reduce, &folder.path().join("out"));
         let problem = refused.expect_err("it knows no such command").to_string();

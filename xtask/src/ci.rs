@@ -1,4 +1,4 @@
-//! `cargo xtask ci`: what a change must pass, stage by stage.
+//! `cargo xtask ci`: the checks that a change must pass, stage by stage.
 
 use std::time::{Duration, Instant};
 
@@ -102,8 +102,8 @@ fn test() -> Result<(), Failure> {
     test::command(&TestArguments::default())
 }
 
-/// Tests that are long and rarely fail, which `cargo xtask test` leaves out: it has a shorter one of each
-/// promise. Program and test, the longest ones first, so that no core is left alone with one at the end.
+/// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of each property.
+/// Program and test, the longest first, so that no core runs one alone at the end.
 const LONG_TESTS: [&str; 27] = [
     "root reference::the_plain_solver_gives_the_table_as_coded",
     "root reference::the_plain_solver_gives_the_table_as_stated",

@@ -1,5 +1,5 @@
-//! The independent readers of what asperity writes: locked packages of Python and
-//! of Node, each set in a folder of its own under the target folder.
+//! The independent readers of asperity's files: locked packages of Python and of Node, each set in its own
+//! folder under the target folder.
 
 use std::fs;
 use std::io;
@@ -7,12 +7,11 @@ use std::path::{Path, PathBuf};
 
 use crate::workspace::{Failure, program, root, run, target_folder};
 
-/// A set of clients: what tests call it, the variable that tells them where it is,
-/// and how it is set up.
+/// A set of clients: its name in tests, the variable with its path, and its setup.
 pub(crate) struct Clients {
     pub(crate) name: &'static str,
     pub(crate) variable: &'static str,
-    /// Gives what the variable is to say.
+    /// Returns the value of the variable.
     pub(crate) set_up: fn() -> Result<PathBuf, Failure>,
 }
 
@@ -65,7 +64,7 @@ fn node() -> Result<PathBuf, Failure> {
     Ok(modules)
 }
 
-/// Installs what a lock says into a folder, unless that was done before.
+/// Installs the packages of a lock file into a folder, unless that was done before.
 fn set_up_once(
     folder: &Path,
     lock: &Path,
@@ -84,7 +83,7 @@ fn set_up_once(
         _ => {}
     }
     install()?;
-    // Last, so that an installation that broke off is made again.
+    // Last, so that an interrupted installation is repeated.
     fs::write(&stamp, locked)
         .map_err(|error| Failure::Io { what: format!("write {}", stamp.display()), error })
 }

@@ -1,5 +1,5 @@
-//! `cargo xtask convergence`: how far each number of a summary moves with the time step and with the
-//! number of blocks, as a page of the manual.
+//! `cargo xtask convergence`: the dependence of each number of a summary on the time step and the number of
+//! blocks, as a page of the manual.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ use crate::workspace::{Failure, asperity, root, run};
 const PIPELINE: &str = "convergence";
 const PAGE: &str = "docs/internals/convergence.md";
 
-/// What stands between them on the page is written by this command.
+/// This command writes the text between these marks on the page.
 const BEGIN: &str = "<!-- begin: cargo xtask convergence -->";
 const END: &str = "<!-- end -->";
 
@@ -26,7 +26,7 @@ const BASE: &str = "50-ns";
 const STEPS: [&str; 5] = ["10-ns", "20-ns", BASE, "100-ns", "200-ns"];
 const BLOCKS: [&str; 5] = ["25-blocks", "50-blocks", BASE, "200-blocks", "400-blocks"];
 
-/// The keys whose numbers are what was put in, or say how the solver worked, and not what came out.
+/// The keys whose numbers are inputs or describe the work of the solver, and are no results.
 const LEFT_OUT: [&str; 12] = [
     "blocks",
     "time_step_s",
@@ -125,7 +125,7 @@ impl Table {
     }
 }
 
-/// Values, and how far they move with either.
+/// Values, and their changes with either.
 fn tables_of_page(tables: &[Table]) -> Result<String, String> {
     let mut text = String::new();
     let spread: fn(&[f64]) -> String = |values| percent(values);

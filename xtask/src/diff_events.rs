@@ -1,8 +1,8 @@
-//! `cargo xtask diff-events`: one pipeline by two revisions of this project,
-//! and what became of the events.
+//! `cargo xtask diff-events`: runs one pipeline with two revisions of this project, and compares the
+//! events.
 //!
-//! Old means the other revision, new this checkout as it stands, changes that
-//! are not committed included. The diff itself is always the present one.
+//! Old means the other revision, new this checkout, including changes that are not committed. The diff
+//! itself is always the present one.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -76,7 +76,7 @@ pub(crate) fn command(arguments: &DiffEventsArguments) -> Result<(), Failure> {
 
 /// One of the two.
 struct Side {
-    /// The commit; of the checkout, the one that it is based on.
+    /// The commit; for the checkout, the one that it is based on.
     commit: Commit,
     /// How many files differ from that commit; none of a revision.
     changed_files: usize,
@@ -104,7 +104,7 @@ impl Side {
         Ok(Side { commit, changed_files, is_checkout: revision.is_none(), out })
     }
 
-    /// What it is called in what is said.
+    /// Its name in messages.
     fn title(&self) -> String {
         match (self.is_checkout, self.changed_files) {
             (false, _) => self.commit.title.clone(),
@@ -190,8 +190,8 @@ fn run_side(
     if side.is_checkout {
         return Err(Failure::Check(format!("this checkout refuses {path}: {refused}")));
     }
-    // What it refuses may be a claim or a figure, and the runs would do. Its own pipeline
-    // has claims that it understands, so that comes first.
+    // It may refuse only a claim or a figure, and accept the runs. Its own pipeline has claims that it
+    // understands, so that is tried first.
     let why = lacking(repository, &side.commit, &refused)?;
     let (text, what) = match own {
         Some(own) => (own, "its own"),
@@ -210,8 +210,8 @@ fn run_side(
     }
 }
 
-/// A pipeline with its runs and without what is read off them. What is set in all of them is set in each,
-/// as older versions want it.
+/// A pipeline with its runs only, without outputs. Common overrides are set in each run, as older versions
+/// require.
 fn runs_alone(text: &str) -> Result<String, Failure> {
     let mut pipeline: toml::Table =
         text.parse().map_err(|error| Failure::Check(format!("this checkout's pipeline: {error}")))?;
@@ -229,7 +229,7 @@ fn runs_alone(text: &str) -> Result<String, Failure> {
 
 enum Outcome {
     Done,
-    /// Bad input, with what was said.
+    /// Bad input, with the message.
     Refused(String),
 }
 
@@ -255,8 +255,8 @@ fn reproduce(
     }
 }
 
-/// Runs a command, says on stderr what it says there, and keeps its errors for
-/// later: what they mean may be that the version is old.
+/// Runs a command, copies its stderr, and keeps its errors for later: they may mean that the version is
+/// old.
 fn with_errors(command: &mut Command) -> Result<(Result<(), Failure>, String), Failure> {
     let (reader, writer) =
         std::io::pipe().map_err(|error| Failure::Io { what: "make a pipe".to_owned(), error })?;
@@ -278,15 +278,14 @@ fn with_errors(command: &mut Command) -> Result<(Result<(), Failure>, String), F
         errors.join("\n")
     });
     let outcome = interrupt::run(command);
-    // Or the reader would wait for what this end might still write.
+    // Otherwise the reader would wait for further output of this end.
     command.stderr(Stdio::null());
     let errors = said.join().map_err(|_panic| Failure::Check("the reader of errors panicked".to_owned()))?;
     Ok((outcome, errors))
 }
 
-/// Which words of an error mean nothing to the old sources and something to the
-/// present ones, and which commit brought them, one line each; the error itself
-/// where there are none.
+/// The words of an error that the old sources lack and the present ones have, and the commit that
+/// introduced each, one line each; the error itself if there are none.
 fn lacking(repository: &Repository, old: &Commit, errors: &str) -> Result<String, Failure> {
     const SOURCES: [&str; 1] = ["crates"];
     let mut lines = String::new();
@@ -307,7 +306,7 @@ fn lacking(repository: &Repository, old: &Commit, errors: &str) -> Result<String
     Ok(lines)
 }
 
-/// How sources spell a word with hyphens in a file, which stands for a variant.
+/// The spelling in sources of a word with hyphens in a file: the variant of an enumeration.
 fn variant(word: &str) -> Option<String> {
     let capitalised = |part: &str| {
         let mut letters = part.chars();
@@ -332,13 +331,12 @@ fn words(text: &str) -> Vec<&str> {
     found
 }
 
-/// The pipeline that a folder was made of, written once all of it is there.
+/// The pipeline of a folder, written once the folder is complete.
 fn record(out: &Path, text: &str) -> Result<(), Failure> {
     write(&root().join(out).join("pipeline.toml"), text)
 }
 
-/// Removes an output that was made of another pipeline: runs that it no longer
-/// has would be compared all the same.
+/// Removes an output of another pipeline, whose extra runs would otherwise be compared too.
 fn discard_others(out: &Path, texts: &[Option<&str>]) -> Result<(), Failure> {
     let out = root().join(out);
     let made_of = fs::read_to_string(out.join("pipeline.toml")).ok();
@@ -424,7 +422,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let out = folder.path().join("out");
         let there = || out.join("runs").exists();
-        // Broken off before the record, made of this pipeline, of the revision's own, of another.
+        // Interrupted before the record, of this pipeline, of the revision's own, of another.
         for (made_of, stays) in [(None, false), (Some("new"), true), (Some("own"), true), (Some("x"), false)]
         {
             fs::create_dir_all(out.join("runs")).expect("folders can be made");

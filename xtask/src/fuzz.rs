@@ -1,5 +1,5 @@
-//! `cargo xtask fuzz`: inputs made up, by the hundred thousand, for everything that reads a
-//! file, and what must hold of all of them.
+//! `cargo xtask fuzz`: checks properties of everything that reads a file with hundreds of thousands of
+//! generated inputs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ const TARGETS: [(&str, u32); 7] = [
 /// Those that need the feature `analysis`, and with it polars.
 const OF_ANALYSIS: [&str; 2] = ["pipeline", "tables"];
 
-/// What an input may cost, MB in all and at once, and seconds.
+/// Limits of an input: MB in total and at once, and seconds.
 const LIMITS: [&str; 3] = ["-rss_limit_mb=1500", "-malloc_limit_mb=300", "-timeout=20"];
 
 #[derive(Debug, Args)]

@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::say::say;
 use crate::workspace::{Failure, not_started};
 
-/// What a hook or an alias of git hands down and what would lead elsewhere.
+/// Variables inherited from a hook or an alias of git that would redirect its commands.
 const HANDED_DOWN: [&str; 5] =
     ["GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_COMMON_DIR", "GIT_OBJECT_DIRECTORY"];
 
@@ -27,7 +27,7 @@ pub(crate) struct Commit {
 }
 
 impl Commit {
-    /// What folders of it are called: the same in every checkout, whatever git shows.
+    /// Prefix of the names of its folders: equal in every checkout, however git abbreviates.
     pub(crate) fn short(&self) -> &str {
         &self.id[..12]
     }
@@ -40,7 +40,7 @@ impl Repository {
 
     fn git(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new("git");
-        // No hook runs on what is only looked at, and `status` writes no index.
+        // Disables hooks for read-only work, and keeps `status` from writing the index.
         command.args(["-c", "core.hooksPath=/dev/null", "--no-optional-locks"]);
         command.args(arguments).current_dir(&self.root);
         for name in HANDED_DOWN {
@@ -49,10 +49,10 @@ impl Repository {
         command
     }
 
-    /// What git prints.
+    /// Returns the output of git.
     ///
     /// # Errors
-    /// If it does not succeed; with what it says.
+    /// If it fails; with its message.
     pub(crate) fn output(&self, arguments: &[&str]) -> Result<String, Failure> {
         let mut command = self.git(arguments);
         let output = command.output().map_err(|error| not_started(&command, error))?;
@@ -66,7 +66,7 @@ impl Repository {
         )))
     }
 
-    /// Whether git succeeds; what it prints is left out.
+    /// Whether git succeeds; discards its output.
     pub(crate) fn says_yes(&self, arguments: &[&str]) -> Result<bool, Failure> {
         let mut command = self.git(arguments);
         let output = command.output().map_err(|error| not_started(&command, error))?;
@@ -104,7 +104,7 @@ impl Repository {
         self.output(&["show", &format!("{}:{path}", commit.id)])
     }
 
-    /// Whether a word stands in one of the folders, of a commit or of the checkout.
+    /// Whether a word occurs in one of the folders, of a commit or of the checkout.
     pub(crate) fn mentions(
         &self,
         commit: Option<&Commit>,
@@ -153,19 +153,19 @@ impl Repository {
     /// One of an earlier call that was killed is replaced.
     pub(crate) fn worktree(&self, commit: &Commit, folder: &Path) -> Result<Worktree, Failure> {
         self.forget_worktree(folder)?;
-        // Before git starts, so that what it leaves when it is interrupted is removed as well.
+        // Before git starts, so that its leftovers after an interruption are removed as well.
         let worktree = Worktree { repository: self.clone(), folder: folder.to_owned() };
         self.output(&["worktree", "add", "--quiet", "--detach", utf8(folder)?, &commit.id])?;
         Ok(worktree)
     }
 
-    /// Removes a worktree, as far as there is one: its folder, and what git keeps of it.
+    /// Removes a worktree, as far as it exists: its folder, and the entry of git.
     ///
     /// Not by `git worktree prune`, which would forget worktrees of the user's
     /// as well, if their disk is not at hand.
     pub(crate) fn forget_worktree(&self, folder: &Path) -> Result<(), Failure> {
         if self.has_worktree(folder)? {
-            // Twice: also if it is locked, as git leaves one that it was making.
+            // Twice: also if it is locked, as an interrupted creation leaves it.
             self.output(&["worktree", "remove", "--force", "--force", utf8(folder)?])?;
         }
         match std::fs::remove_dir_all(folder) {
@@ -225,7 +225,7 @@ mod tests {
     use super::*;
     use std::fs;
 
-    /// A repository of two commits, the second of which brings `colour` in.
+    /// A repository of two commits; the second introduces `colour`.
     fn repository() -> (tempfile::TempDir, Repository) {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let repository = Repository::new(folder.path());
@@ -243,7 +243,7 @@ mod tests {
         (folder, repository)
     }
 
-    /// What a user would see changed.
+    /// The changes visible to a user.
     fn state(repository: &Repository) -> [String; 4] {
         let git = |arguments: &[&str]| repository.output(arguments).expect("git answers");
         [

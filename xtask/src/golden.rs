@@ -1,8 +1,7 @@
 //! `cargo xtask golden`: the golden event tables against the present code, and
 //! the one way to accept that they change.
 //!
-//! Accepting is meant to be work: somebody must say why, and the reason stands
-//! in the repository beside what changed.
+//! Accepting requires a reason, which the repository records beside the change.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +14,7 @@ use crate::reproduce::{CHAPTER5, pipeline};
 use crate::say::{print, say};
 use crate::workspace::{Failure, asperity, output, program, root, run};
 
-/// What the record starts with; entries follow.
+/// The head of the record; entries follow.
 const HEADING: &str = "\
 # Accepted changes of the golden tables
 
@@ -45,7 +44,7 @@ pub(crate) struct GoldenArguments {
     accept: Option<String>,
 }
 
-/// A reason must say something: words, in one paragraph.
+/// A reason must consist of words, in one paragraph.
 fn reason(text: &str) -> Result<String, String> {
     let words: Vec<&str> = text.split_whitespace().collect();
     if words.len() < 3 {
@@ -131,7 +130,7 @@ fn code_version(asperity: &mut Command) -> Result<String, Failure> {
     })
 }
 
-/// What was accepted so far.
+/// The accepted changes so far.
 fn record() -> Result<String, Failure> {
     let changes = root().join(CHANGES);
     match fs::read_to_string(&changes) {
@@ -141,7 +140,7 @@ fn record() -> Result<String, Failure> {
     }
 }
 
-/// Puts the tables in place of the golden ones, and says so in the record.
+/// Replaces the golden tables, and adds an entry to the record.
 fn accept(made: &Made, reason: &str, summary: &str) -> Result<(), Failure> {
     let golden = root().join(TABLES);
     let changes = root().join(CHANGES);
@@ -157,7 +156,7 @@ fn accept(made: &Made, reason: &str, summary: &str) -> Result<(), Failure> {
         fs::copy(&table, &to).map_err(|error| io("write", &to, error))?;
     }
     let signature = signature(&golden).map_err(|error| io("read", &golden, error))?;
-    // Temporary paths mean nothing to those who read it later.
+    // Temporary paths are meaningless to later readers.
     let summary = summary.replace(&made.tables.display().to_string(), "the present code");
     let entry = entry(&signature, &made.code_version, reason, &summary);
     fs::write(&changes, with_entry(&before, &entry)).map_err(|error| io("write", &changes, error))?;

@@ -1,5 +1,5 @@
-//! SIGINT and SIGTERM while something has to be put back afterwards: they end
-//! the program that runs, and not this one, which goes on to clean up.
+//! SIGINT and SIGTERM during work that needs a cleanup: they end the running child, while this program
+//! continues and cleans up.
 
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -18,7 +18,7 @@ const SIGNALS: [(i32, u8); 2] = [(SIGINT, 130), (SIGTERM, 143)];
 /// How often a program that runs is looked at.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// What Ctrl-C in a terminal reaches as well is left this time to end by itself.
+/// Time for children that Ctrl-C in a terminal also reaches to end by themselves.
 const GRACE: Duration = Duration::from_secs(5);
 
 static SIGNAL: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
@@ -42,7 +42,7 @@ pub(crate) fn check() -> Result<(), Failure> {
     }
 }
 
-/// Runs a command to its end, or to a signal; its output goes where it was told to.
+/// Runs a command to its end, or to a signal; its output goes where the command directs it.
 pub(crate) fn run(command: &mut Command) -> Result<(), Failure> {
     check()?;
     let mut child = command.spawn().map_err(|error| not_started(command, error))?;

@@ -18,11 +18,11 @@ pub(crate) const FRONT_SPEED: &str = "front-speed";
 pub(crate) const SLIP_PULSES: &str = "slip-pulses";
 pub(crate) const SLAB: &str = "slab";
 
-/// All of them, in the order in which `reproduce-all` runs them.
+/// All of them, in the order of `reproduce-all`.
 pub(crate) const ALL: [&str; 9] =
     [CHAPTER5, CHAPTER6, APPENDIX_A, GOALS, TOP_DRIVEN, RESOLUTION, FRONT_SPEED, SLIP_PULSES, SLAB];
 
-/// Where a pipeline stands, from the root of the workspace.
+/// Path of a pipeline, from the root of the workspace.
 pub(crate) fn pipeline(name: &str) -> String {
     format!("pipelines/{name}.toml")
 }
@@ -76,7 +76,7 @@ impl ParameterSet {
 /// Runs these pipelines, one after the other: each uses all cores.
 pub(crate) fn command(arguments: &ReproduceArguments, names: &[&str]) -> Result<(), Failure> {
     let set = arguments.parameter_set;
-    // What the user writes is meant from where the user stands, not from the root.
+    // Paths of the user are relative to the current folder, not to the root.
     let given = match &arguments.out {
         Some(out) => Some(
             std::path::absolute(out)

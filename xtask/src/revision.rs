@@ -1,8 +1,8 @@
 //! Builds the `asperity` command of another revision, beside this checkout and
 //! without touching it.
 //!
-//! What is built for a commit stays under `target/diff-events`, since a commit
-//! does not change: its sources are there only while they are compiled.
+//! Builds of a commit are kept under `target/diff-events`, since a commit does not change; its sources
+//! exist only while they are compiled.
 
 use std::env;
 use std::fs::{self, File};
@@ -25,7 +25,7 @@ pub(crate) fn kept() -> PathBuf {
     target_folder().join("diff-events")
 }
 
-/// Where what belongs to one commit is kept.
+/// The folder for the files of one commit.
 pub(crate) fn kept_of(commit: &Commit) -> PathBuf {
     kept().join(commit.short())
 }
@@ -78,8 +78,7 @@ pub(crate) fn build(repository: &Repository, commit: &Commit) -> Result<PathBuf,
         cargo.current_dir(checkout.folder()).env("CARGO_TARGET_DIR", &target);
         cargo
     };
-    // Asked first: a build that fails for want of the network and one that fails
-    // for its sources exit alike.
+    // Checked first: a build exits alike whether the network is missing or its sources fail.
     let mut resolved = cargo(&["tree", "--offline", "--edges", "normal,build"]);
     let is_at_hand = interrupt::run(resolved.stdout(Stdio::null()).stderr(Stdio::null())).is_ok();
     let mut build = cargo(&["build"]);
@@ -104,10 +103,10 @@ pub(crate) fn build(repository: &Repository, commit: &Commit) -> Result<PathBuf,
     Ok(binary)
 }
 
-/// Removes what is kept of one commit, or of all.
+/// Removes the files kept of one commit, or of all.
 pub(crate) fn clean(repository: &Repository, commit: Option<&Commit>) -> Result<(), Failure> {
     let folder = commit.map_or_else(kept, kept_of);
-    // A killed call may have left checkouts, which git would go on listing.
+    // A killed call may have left checkouts, which git would continue to list.
     let there = match fs::read_dir(kept()) {
         Ok(entries) => entries.collect::<Result<Vec<_>, _>>(),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
@@ -129,7 +128,7 @@ pub(crate) fn clean(repository: &Repository, commit: Option<&Commit>) -> Result<
     }
 }
 
-/// The end of a sentence that says what a revision lacks.
+/// The end of a sentence about something that a revision lacks.
 pub(crate) fn from_when(commit: Option<String>) -> String {
     match commit {
         Some(commit) => format!(": it is there from {commit} on"),

@@ -1,4 +1,4 @@
-//! Speaking on stderr, which may be full or closed: then the words are lost and nothing else.
+//! Messages on stderr, which may be full or closed: then only the message is lost.
 
 use std::fmt::Arguments;
 use std::io::Write;

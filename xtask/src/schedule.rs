@@ -14,10 +14,10 @@ use std::time::Instant;
 use crate::say::say;
 use crate::workspace::{Failure, not_started, output, program, root};
 
-/// What tests find in their environment; what has no value is removed from it.
+/// Environment variables for tests; those without a value are removed.
 pub(crate) type Variables = [(&'static str, Option<PathBuf>)];
 
-/// A program of tests, and the folder of its package, in which cargo would run it.
+/// A test program, and the folder of its package, where cargo would run it.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Program {
     /// That of its target, such as `root` or `asperity_model`.
@@ -26,12 +26,12 @@ pub(crate) struct Program {
     folder: PathBuf,
 }
 
-/// The programs of tests that `cargo test --no-run` says in JSON, a message per line.
+/// The test programs that `cargo test --no-run` reports in JSON, a message per line.
 pub(crate) fn programs(messages: &str) -> Vec<Program> {
     let of_line = |line: &str| {
         let path = PathBuf::from(text(line, "\"executable\":\"")?);
         let manifest = PathBuf::from(text(line, "\"manifest_path\":\"")?);
-        // Behind its name, a program of cargo has the hash of what it was made of.
+        // Cargo appends a hash of the inputs to the name of a program.
         let name = path.file_stem()?.to_str()?.rsplit_once('-')?.0.to_owned();
         let folder = manifest.parent()?.to_owned();
         let profile = line.split_once("\"profile\":{")?.1.split('}').next()?;
@@ -40,12 +40,12 @@ pub(crate) fn programs(messages: &str) -> Vec<Program> {
     messages.lines().filter_map(of_line).collect()
 }
 
-/// What stands in a line behind a key, up to the next quote.
+/// The text after a key in a line, up to the next quote.
 fn text<'a>(line: &'a str, key: &str) -> Option<&'a str> {
     line.split_once(key)?.1.split('"').next()
 }
 
-/// What one process does.
+/// The work of one process.
 #[derive(Debug)]
 pub(crate) struct Job {
     /// The program, and the module or the test.
@@ -56,8 +56,7 @@ pub(crate) struct Job {
 }
 
 impl Job {
-    /// The tests of one program that are not left out, a job per module; what is in no module is a job
-    /// of its own.
+    /// The selected tests of one program, a job per module; tests outside modules form one job.
     pub(crate) fn all_of(program: &Program) -> Result<Vec<Job>, Failure> {
         let mut modules: Vec<(String, Vec<String>)> = Vec::new();
         for test in tests(program)? {
@@ -102,7 +101,7 @@ fn tests(of: &Program) -> Result<Vec<String>, Failure> {
     Ok(list.lines().filter_map(|line| line.strip_suffix(": test")).map(str::to_owned).collect())
 }
 
-/// How a job went: whether well, and what it said.
+/// The result of a job: success, and its output.
 struct Outcome {
     passed: bool,
     said: String,
@@ -116,9 +115,9 @@ struct Waiting {
     is_complete: bool,
 }
 
-/// Runs jobs on all cores. One core begins by making them: `make` hands over jobs as soon as their
-/// program is compiled, so that the other cores have work meanwhile. Of what waits, the jobs named in
-/// `first` go first, in that order. What failed is shown at the end.
+/// Runs jobs on all cores. One core begins by making them: `make` submits jobs as soon as their program is
+/// compiled, so the other cores have work meanwhile. Among waiting jobs, those named in `first` go first,
+/// in that order. Failures are shown at the end.
 pub(crate) fn run_all(
     first: &[&str],
     variables: &Variables,
@@ -183,7 +182,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Runs one, and takes both its outputs in the order in which they came.
+/// Runs one, and collects both its outputs in order of arrival.
 fn run(job: &Job, variables: &Variables) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let mut command = Command::new(&job.program);
@@ -198,7 +197,7 @@ fn run(job: &Job, variables: &Variables) -> Result<Outcome, Failure> {
     let (mut from, to) = std::io::pipe().map_err(failed)?;
     command.stdout(to.try_clone().map_err(failed)?).stderr(to);
     let mut child = command.spawn().map_err(|error| not_started(&command, error))?;
-    // It holds the end that is written to, without which reading would not end.
+    // It owns the writing end; unless it is dropped, reading would not end.
     drop(command);
     let mut said = Vec::new();
     from.read_to_end(&mut said).map_err(failed)?;
@@ -206,12 +205,12 @@ fn run(job: &Job, variables: &Variables) -> Result<Outcome, Failure> {
     let outcome = Outcome { passed: status.success(), said: String::from_utf8_lossy(&said).into_owned() };
     let word = if outcome.passed { "ok    " } else { "FAILED" };
     say!("{word} {}, {:.1} s{}", job.name, began.elapsed().as_secs_f64(), counts(&outcome.said));
-    // A test that lacked what it needs has said so.
+    // A test without its requirements has reported it.
     outcome.said.lines().filter(|line| line.starts_with("SKIPPED")).for_each(|line| say!("{line}"));
     Ok(outcome)
 }
 
-/// How many tests passed and failed, as their program said at its end.
+/// Numbers of passed and failed tests, from the last line of their program.
 fn counts(said: &str) -> String {
     let result = said.lines().rev().find_map(|line| line.strip_prefix("test result: "));
     let counts = result.and_then(|result| result.split(". ").nth(1)).unwrap_or_default();

@@ -1,20 +1,19 @@
 //! Takes compiled dependencies over into a fresh target folder.
 //!
-//! Two revisions of this workspace share nearly all dependencies, and polars
-//! alone takes minutes. Cargo takes what was compiled elsewhere for its own if
-//! names and times of change agree; what a revision builds differently has
-//! another name, and is built. The workspace's own crates are left out: those
-//! must be compiled from the revision's sources.
+//! Two revisions of this workspace share nearly all dependencies, and polars alone takes minutes. Cargo
+//! accepts files compiled elsewhere if names and modification times agree; a package that a revision builds
+//! differently has another name, and is built. The workspace's own crates are left out: those must be
+//! compiled from the revision's sources.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-/// What packages of this workspace are called.
+/// Prefix of the packages of this workspace.
 const OURS: [&str; 2] = ["asperity", "xtask"];
 
-/// Takes over what there is in `from`, a folder of one profile such as
-/// `target/debug`, and gives the number of libraries; none if `to` is there.
+/// Copies the libraries in `from`, a folder of one profile such as `target/debug`, and returns their
+/// number; none if `to` exists.
 ///
 /// # Errors
 /// If a file cannot be read or written.
@@ -60,7 +59,7 @@ fn is_ours(name: &str) -> bool {
     OURS.iter().any(|ours| name.starts_with(ours))
 }
 
-/// Copies a file or a folder with all in it; files keep their times, by which cargo goes.
+/// Copies a file or a folder with its contents; files keep their modification times, which cargo compares.
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
     if from.is_dir() {
         fs::create_dir_all(to)?;
@@ -113,7 +112,7 @@ mod tests {
         for name in ours {
             assert!(!to.join(name).exists(), "{name}");
         }
-        // What cargo rewrites in one must not change in the other.
+        // Files that cargo rewrites in one must not change in the other.
         fs::write(to.join(theirs[2]), "other").expect("files can be written");
         assert_eq!(fs::read_to_string(from.join(theirs[2])).expect("it is there"), theirs[2]);
         assert_eq!(dependencies(&from, &to).expect("it is there"), 0, "only into a fresh folder");

@@ -30,10 +30,10 @@ pub(crate) struct TestArguments {
 }
 
 /// Libraries that are optimised but whose unit tests are not: optimising takes longer than those tests.
-/// Each is compiled by a call of its own, so that the libraries that it uses are optimised as ever.
+/// Each is compiled by a separate call, so that its dependencies stay optimised.
 const LIGHT: [&str; 2] = ["asperity-tables", "asperity-diff"];
 
-/// What takes longest, so that no core is left alone with it at the end.
+/// The longest jobs, so that no core runs one alone at the end.
 const FIRST: [&str; 17] = [
     EXAMPLES,
     "root print",
@@ -116,7 +116,7 @@ pub(crate) fn long(tests: &[&str]) -> Result<(), Failure> {
     })
 }
 
-/// Has cargo say in JSON what it made, and say the rest as ever.
+/// Makes cargo report its artefacts in JSON, and other messages as usual.
 const MESSAGES: &str = "--message-format=json-render-diagnostics";
 
 /// The package of the command and of the tests that call it.
@@ -155,7 +155,7 @@ fn of_packages(packages: &[&str], arguments: &[String]) -> Result<Vec<Program>, 
     Ok(programs(&output(build.args(arguments))?))
 }
 
-/// Tells tests where cargo builds and where the clients are, which are set up unless they are there.
+/// Passes to tests the target folder of cargo and the paths of the clients, which are set up if missing.
 fn variables() -> Vec<(&'static str, Option<PathBuf>)> {
     let set_up = |clients: &clients::Clients| {
         let found = (clients.set_up)().inspect_err(|failure| {

@@ -11,7 +11,7 @@ use crate::workspace::{Failure, asperity, run};
 /// Runs that are made for this comparison alone.
 const LONG_CHAINS: &str = "long-chains";
 
-/// The pipelines whose runs can be compared: all that are reproduced, and [`LONG_CHAINS`].
+/// The pipelines with comparable runs: all reproduced ones, and [`LONG_CHAINS`].
 const PIPELINES: [&str; ALL.len() + 1] = {
     let mut pipelines = [LONG_CHAINS; ALL.len() + 1];
     let mut at = 0;

@@ -23,7 +23,7 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
-    /// What the process tells the shell.
+    /// The exit code for the shell.
     pub(crate) fn code(&self) -> u8 {
         match self {
             Failure::Io { .. } | Failure::Check(_) => 1,
@@ -60,7 +60,7 @@ pub(crate) fn root() -> &'static Path {
 /// Where cargo builds.
 pub(crate) fn target_folder() -> PathBuf {
     match env::var_os("CARGO_TARGET_DIR") {
-        // Relative to where cargo was called, as cargo itself takes it.
+        // Relative to the folder in which cargo was called, as cargo itself interprets it.
         Some(folder) => std::path::absolute(&folder).unwrap_or_else(|_| folder.into()),
         None => root().join("target"),
     }
@@ -94,7 +94,7 @@ pub(crate) fn run(command: &mut Command) -> Result<(), Failure> {
     succeeded(command, status)
 }
 
-/// Runs a command to its end and takes its standard output.
+/// Runs a command to its end and returns its standard output.
 pub(crate) fn output(command: &mut Command) -> Result<String, Failure> {
     command.stderr(std::process::Stdio::inherit());
     let output = command.output().map_err(|error| not_started(command, error))?;

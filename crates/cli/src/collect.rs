@@ -100,7 +100,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
     outcome(counts)
 }
 
-/// Makes tables and figures of the runs of a plan over axes, in its folder, and says what stands there.
+/// Makes tables and figures of the runs of a plan over axes, in its folder, and reports the files.
 #[cfg(feature = "analysis")]
 pub(crate) fn of_grid(
     plan: &Plan,
@@ -115,7 +115,7 @@ pub(crate) fn of_grid(
     Ok(beside(plan, folder, made.claimed))
 }
 
-/// The tables and figures of runs over axes, as they stand beside what is made of runs with names.
+/// The tables and figures of runs over axes, which accompany the outputs of named runs.
 #[cfg(feature = "analysis")]
 fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Beside {
     let of_grid = [RUNS, EventKind::of::<SlipEvent>().table, EventKind::of::<Rupture>().table];
@@ -196,7 +196,7 @@ fn format(table: SweepTable) -> &'static dyn Format {
     }
 }
 
-/// A study and what to make of it.
+/// A study and its requested outputs.
 struct Study<'a> {
     plan: &'a Plan,
     inputs: Inputs,
@@ -231,7 +231,7 @@ impl Study<'_> {
         self.make(results, tables, formats, &figures)
     }
 
-    /// Makes everything, or nothing if something fails. Returns the files.
+    /// Makes all outputs, or none if something fails. Returns the files.
     fn make(
         self,
         results: &Results,
@@ -337,7 +337,7 @@ fn write_page(
     files.write(page, html).map_err(Failure::failed)
 }
 
-/// The origin of the tables: the first run stands for all, except for what varies.
+/// The origin of the tables: the first run represents all, except for the axes.
 #[cfg(feature = "analysis")]
 fn origins(plan: &Plan, scenario_of: ScenarioOf<'_>) -> Origins {
     let accepted = plan.rows.iter().find(|row| row.refused.is_none());
@@ -361,7 +361,7 @@ struct Passing {
     drawer: Drawer,
 }
 
-/// What is made of runs over axes.
+/// The outputs of runs over axes.
 struct Made {
     paths: Vec<PathBuf>,
     #[cfg(feature = "analysis")]

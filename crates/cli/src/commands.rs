@@ -1,5 +1,5 @@
-//! The command that somebody may mean who writes another word: one of another group (`validate` is
-//! `scenario validate`), a word of other programs (`plot`), or a file alone.
+//! Suggests a command for an unknown word: a command of another group (`validate` is `scenario validate`),
+//! a word of other programs (`plot`), or a file alone.
 
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -35,7 +35,7 @@ pub(crate) fn advised(mut error: Error, all: &Command) -> Error {
     error
 }
 
-/// What is meant by a word, as advice.
+/// The probable meaning of a word, as advice.
 fn meant(word: &str, all: &Command) -> Vec<String> {
     let advice =
         |path: &str| format!("the command is 'asperity {path}'; 'asperity {path} --help' explains it");

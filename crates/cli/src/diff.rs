@@ -1,5 +1,5 @@
-//! `asperity diff`: compares the events of two runs, or of all runs in two folders. Exits with 0
-//! where the policy is kept, 1 where not, 2 where there is nothing to compare or it cannot be read.
+//! `asperity diff`: compares the events of two runs, or of all runs in two folders. Exits with 0 if the
+//! policy is kept, 1 if not, 2 if there is nothing to compare or an input cannot be read.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -83,11 +83,11 @@ fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
     Ok(logs)
 }
 
-/// Checks a log, and collects what a diff needs of it in the same pass.
+/// Checks a log, and collects the data for a diff in the same pass.
 fn read_log(path: &Path, most_slip_events: usize) -> Result<RunLog, Failure> {
     let begin = |header: &RunHeader, toml: &str| {
         let log = RunLog::begin(header, toml, most_slip_events);
-        // Without a summary, the comparison says why.
+        // Without a summary, the comparison gives the reason.
         Ok((log, Summarizing(summary::begin(path, header, toml))))
     };
     let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);

@@ -73,7 +73,7 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
         match figure.draw(&data, !no_provenance, &files, &target) {
             Ok(()) => drawn.extend(target.files(figure.kind)),
             Err(FigureError::File(error)) => return Err(not_written(error)),
-            // What most runs have, this one may lack.
+            // This run may lack data that most runs have.
             Err(error) if named.is_empty() => lacking.push(error),
             Err(error) => return Err(Failure::failed(error)),
         }
@@ -138,7 +138,7 @@ fn add_nodes(run: &Path, checked: &Checked, collector: &mut Collector) -> Result
     Ok(())
 }
 
-/// Prints the kinds, what each shows, and its keys.
+/// Prints the kinds with their descriptions and keys.
 fn tell_kinds() -> Result<(), Failure> {
     for kind in Kind::all() {
         say(format_args!("{}: {}", kind.name, kind.shows()))?;

@@ -31,7 +31,7 @@ pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), 
 /// Prints the events of a log that is read.
 struct Printing {
     format: TableFormat,
-    /// What has been begun with the first event, or the first failure to print.
+    /// State from the first event on, or the first failure to print.
     printed: Option<Result<Printed<terminal::Data>, Failure>>,
 }
 

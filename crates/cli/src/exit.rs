@@ -91,7 +91,7 @@ impl From<Code> for ExitCode {
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    /// Invalid input; the message names the place, the problem and what is accepted.
+    /// Invalid input; the message names the place, the problem and the accepted values.
     #[error("{0}")]
     BadInput(String),
     /// The verdict on a log is worse than the command accepts.
@@ -162,8 +162,8 @@ pub(crate) fn each_of<T: Sync, Done: Send>(
     })
 }
 
-/// Most lines, and most characters per line, that are printed of one failure: errors quote what
-/// they refuse, which may be a file of one line.
+/// Most lines, and most characters per line, that are printed of one failure: errors quote the refused
+/// input, which may be a file of one line.
 const MOST_LINES: usize = 100;
 const MOST_CHARACTERS: usize = 2000;
 

@@ -132,7 +132,7 @@ fn export_one(
     }
     match ran {
         Ran { problem: Some(problem), last_step, last_s, state } => {
-            // The export finds damage in what the check lets pass, such as a column that comes and goes.
+            // The export detects damage that the check accepts, such as a column that comes and goes.
             let verdict = if state == State::Damaged { Verdict::Damaged } else { checked.verdict };
             Err(Failure::Log(
                 verdict,

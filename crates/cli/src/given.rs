@@ -1,5 +1,4 @@
-//! What commands say of a path that leads to another thing than they take: what it is, and the command
-//! for it.
+//! Errors for a path of the wrong kind: they name the kind, and the command for it.
 
 use std::path::Path;
 
@@ -7,7 +6,7 @@ use asperity_study::given::Given;
 
 use crate::exit::Failure;
 
-/// What a command takes at a path.
+/// The kinds of paths that a command accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Taken {
     /// A scenario, or a log for its scenario.
@@ -23,7 +22,7 @@ pub(crate) enum Taken {
 impl Taken {
     fn accepts(self, given: Given) -> bool {
         use Given::{Folder, Log, Other, Parquet, Pipeline, Reproduced, Scenario, Sweep, Toml};
-        // Whoever opens another thing says what is wrong with it.
+        // Other kinds are reported when they are opened.
         let is_open = matches!(given, Folder | Other);
         is_open
             || match self {
@@ -44,7 +43,7 @@ impl Taken {
     }
 }
 
-/// Refuses what is clearly another thing than a command takes.
+/// Refuses a path that is clearly of a kind that the command does not accept.
 ///
 /// # Errors
 /// If it is, with the command for it.
@@ -58,13 +57,13 @@ pub(crate) fn check(path: &Path, taken: Taken) -> Result<(), Failure> {
     }
 }
 
-/// What stands at a path that is no run log, if that is known.
+/// The kind of a path that is no run log, if known.
 pub(crate) fn instead_of_log(path: &Path) -> Option<String> {
     let given = Given::of(path);
     said(path, given).filter(|_| given != Given::Log)
 }
 
-/// What it is, and what to call for it.
+/// The kind of the path, and the command for it.
 fn said(path: &Path, given: Given) -> Option<String> {
     let path = path.display();
     Some(match given {

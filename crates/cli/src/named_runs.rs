@@ -32,8 +32,7 @@ pub(crate) fn not_written(error: StudyError) -> Failure {
     }
 }
 
-/// Makes tables, figures and claims of the runs of a plan that have names, all of whose logs are in its
-/// folder.
+/// Makes tables, figures and claims of the named runs of a plan, whose logs are all in its folder.
 pub(crate) fn of_plan(
     plan: &Plan,
     folder: &Path,
@@ -58,7 +57,7 @@ pub(crate) fn of_plan(
     source.reduce(inputs, Missing::Refuse, board)
 }
 
-/// What to do about runs without a usable log.
+/// The remedy for runs without a usable log.
 pub(crate) enum Missing {
     /// Make them, `at_once` on as many threads; `fresh`: all of them.
     Make { fresh: bool, at_once: Option<NonZeroUsize> },
@@ -66,7 +65,7 @@ pub(crate) enum Missing {
     Refuse,
 }
 
-/// Runs that have names, and what is made of them.
+/// Named runs, and their outputs.
 pub(crate) struct Source<'a> {
     pub(crate) pipeline: &'a Pipeline,
     pub(crate) jobs: Vec<Job>,

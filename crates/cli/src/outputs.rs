@@ -6,22 +6,22 @@ use asperity_files::{FileError, create_folder as create};
 
 use crate::exit::Failure;
 
-/// Endings of names that say what a file is.
+/// Endings of names that denote the type of a file.
 const ENDINGS: [&str; 32] = [
     "arrow", "csv", "db", "eps", "gif", "gz", "h5", "hdf5", "htm", "html", "jpeg", "jpg", "json", "log",
     "mat", "mcap", "md", "nc", "ndjson", "npy", "npz", "parquet", "pdf", "png", "svg", "tif", "tiff", "toml",
     "tsv", "txt", "webp", "zip",
 ];
 
-/// The ending of a name that says which format a file is in, in small letters.
+/// The ending of a name that denotes the format of a file, in small letters.
 pub(crate) fn format_of(path: &Path) -> Option<String> {
     let ending = path.extension()?.to_str()?.to_lowercase();
     ENDINGS.contains(&ending.as_str()).then_some(ending)
 }
 
-/// Refuses the name of an output whose ending says that it is something else than what is written: `what`,
-/// whose names end in `ending`, or which is a folder if that is empty. A file that exists is left to the
-/// checks of what may be replaced.
+/// Refuses the name of an output whose ending denotes another type than `what` is written, whose names end
+/// in `ending`, or which is a folder if that is empty. Existing files are left to the checks for
+/// replacement.
 pub(crate) fn fits(option: &str, path: &Path, ending: &str, what: &str) -> Result<(), Failure> {
     if path.exists() {
         return Ok(());
@@ -38,7 +38,7 @@ pub(crate) fn fits(option: &str, path: &Path, ending: &str, what: &str) -> Resul
     )))
 }
 
-/// What [`fits`] says of folders.
+/// The result of [`fits`] for folders.
 pub(crate) const A_FOLDER: &str = "a folder of files";
 
 /// Why a file is not written: invalid input, if another name would do.

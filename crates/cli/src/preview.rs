@@ -1,11 +1,11 @@
-//! Words for what is known of runs in advance.
+//! Formats predictions about runs.
 
 use std::collections::BTreeMap;
 
 use asperity_model::text::short;
 use asperity_model::{Preview, Scenario, Warning};
 
-/// Material, load and first slip of a run, each in a line, with what the line is about.
+/// Material, load and first slip of a run, one line each, with the topic of the line.
 pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, String); 3] {
     let Preview { density_kg_per_m3, wave_speed_m_per_s, decay_length_m, .. } = preview;
     let decay = decay_length_m.map(|length_m| format!(", decay length l_0 = {} m", short(length_m)));
@@ -37,7 +37,7 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
     [("material", material), ("load", load), ("first slip", first_slip)]
 }
 
-/// Load, first slip and time step of several runs, from the least to the greatest; nothing of none.
+/// Load, first slip and time step of several runs, from the least to the greatest; empty without runs.
 pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
     let range = |value: fn(&Preview) -> Option<f64>| {
         let values = || previews.iter().filter_map(|preview| value(preview));

@@ -55,7 +55,7 @@ impl Board {
         }
     }
 
-    /// Prints a note above the bars where somebody watches: on a terminal only, as the bars.
+    /// Prints a note above the bars; on a terminal only, like the bars.
     pub(crate) fn aside(&self, text: &str) {
         if self.on_terminal {
             self.line(text);
@@ -66,7 +66,7 @@ impl Board {
     pub(crate) fn answer(&self, text: &str) {
         for line in text.lines() {
             if self.on_terminal {
-                // If it cannot be written, nobody reads it.
+                // A failure to write is ignored, since nobody reads it.
                 self.bars.println(printable(line)).ok();
             } else {
                 terminal::note(line);
@@ -152,7 +152,7 @@ pub(crate) struct Stages {
 }
 
 impl Stages {
-    /// Sets how many items of a stage are done.
+    /// Sets the number of completed items of a stage.
     pub(crate) fn reached(&self, stage: &str, done: usize, of: usize) {
         self.bar.set_length(of as u64);
         self.bar.set_position(done as u64);

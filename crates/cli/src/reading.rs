@@ -1,4 +1,4 @@
-//! Reads a log once: checks it, and meanwhile passes what is sound to what a command makes of it.
+//! Reads a log once: checks it, and meanwhile passes its sound part to the observer of a command.
 
 use std::path::Path;
 
@@ -13,14 +13,14 @@ use crate::verdict_exit::{self, unreadable};
 /// A log that has been read.
 pub(crate) struct Reading<O> {
     pub(crate) checked: Checked,
-    /// What observed it.
+    /// The observer.
     pub(crate) observer: O,
     /// Where the ruptures that it observed are from.
     pub(crate) ruptures_from: RupturesFrom,
 }
 
-/// Reads a log. `begin` makes the observer of its header and scenario, or says why it cannot; `accept`
-/// refuses verdicts. Ruptures that a whole log of an older version lacks pass at its end.
+/// Reads a log. `begin` creates the observer from its header and scenario, or returns an error; `accept`
+/// may refuse verdicts. Ruptures that a complete log of an older version lacks are passed at its end.
 ///
 /// # Errors
 /// If it is not a run log, is not accepted, or cannot be observed.

@@ -95,7 +95,7 @@ fn none_is_taken(runs: &[PathBuf], out: &Path) -> Result<(), Failure> {
 struct ReplayFile<'a> {
     format: &'static str,
     version: u32,
-    /// Of the program whose detectors found the events.
+    /// Code version of the program whose detectors found the events.
     code_version: &'static str,
     settings: &'a Settings,
     runs: &'a [ReplayedRun],
@@ -104,7 +104,7 @@ struct ReplayFile<'a> {
 /// One run of it.
 #[derive(Debug, Serialize)]
 struct ReplayedRun {
-    /// As text, with U+FFFD for what is not UTF-8.
+    /// As text, with U+FFFD for invalid UTF-8.
     log: String,
     run_id: String,
     scenario_hash: String,

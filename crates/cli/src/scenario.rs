@@ -45,7 +45,7 @@ impl ScenarioChoice {
         resolve(&self.scenario, &self.set)
     }
 
-    /// Resolves it, and says which parameter set a file gets that names none.
+    /// Resolves it, and reports the parameter set if the file names none.
     pub(crate) fn resolve_and_tell(&self, board: &Board) -> Result<Scenario, Failure> {
         let path = Path::new(&self.scenario);
         let (source, is_log) = source_of(path)?;

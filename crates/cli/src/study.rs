@@ -39,7 +39,7 @@ pub(crate) fn unreadable(folder: &Path, error: &io::Error) -> Failure {
     Failure::Failed(format!("{}: {error}", folder.display()))
 }
 
-/// Formats the contradictions among the results or with the plan, a line each, and what to do.
+/// Formats the contradictions among the results or with the plan, a line each, with the remedy.
 pub(crate) fn faults(results: &Results) -> impl Iterator<Item = String> {
     let advice = (!results.faults.is_empty()).then(|| WHAT_TO_DO.to_owned());
     results.faults.iter().map(ToString::to_string).chain(advice)
@@ -70,7 +70,7 @@ pub(crate) fn runs(count: u64) -> String {
 /// Most names of runs in a line.
 const MOST_NAMED: usize = 5;
 
-/// Lists names, and how many more there are of a long list.
+/// Lists names; for a long list, the first ones and the number of the others.
 pub(crate) fn some_of(names: &[&str]) -> String {
     match names.len().saturating_sub(MOST_NAMED) {
         0 => names.join(", "),

@@ -42,7 +42,7 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// For a study: what it varies, and what its phase maps show.
+    /// For a study: its axes, and its phase maps.
     pub(crate) fn of(plan: &Plan) -> Rows {
         let keys =
             plan.common.keys.iter().cloned().chain(maps(&plan.common.figures).map(|[.., value]| value));
@@ -85,7 +85,7 @@ fn maps(figures: &[asperity_figures::Figure]) -> impl Iterator<Item = [String; 3
     })
 }
 
-/// What the page of a study shows besides its runs.
+/// Parts of a study's page besides its runs.
 pub(crate) struct Shown<'a> {
     /// Its figures.
     pub(crate) figures: &'a [asperity_figures::Figure],

@@ -46,7 +46,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
     Code::worst(codes).said()
 }
 
-/// Prints the summaries; `as_coded` says of a single run that it is one of the thesis' program.
+/// Prints the summaries; `as_coded` marks a single run as one of the thesis' program.
 fn print(
     arguments: &SummaryArguments,
     summaries: &[&Summary],

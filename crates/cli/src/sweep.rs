@@ -85,7 +85,7 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     outcome_of(&results, counts)
 }
 
-/// Plans a study, makes what is missing of it, and its tables and figures.
+/// Plans a study, makes its missing runs, and its tables and figures.
 fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
     let SweepGoArguments { sweep, out, skip_refused, jobs, max_fails, to, no_provenance } = arguments;
     let plan = sweep_plan::begun(sweep, out, *skip_refused, *jobs, board)?;
@@ -96,7 +96,7 @@ fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
     collect::tables(&SweepCollectArguments { folder, to: to.clone(), out: None, no_provenance }, board)
 }
 
-/// Makes the runs over axes of a plan that are not made yet; `collect` says which have failed.
+/// Makes the runs over axes of a plan that are not made yet; `collect` reports which have failed.
 #[cfg(feature = "analysis")]
 pub(crate) fn make_numbered(
     plan: &Plan,
@@ -206,15 +206,15 @@ fn make_chosen(
     Ok(results)
 }
 
-/// Prints the state after runs were made, of which some were requested.
+/// Prints the state after runs were made; some of them were requested.
 fn made(plan: &Plan, results: &Results, counts: Counts, board: &Board) -> Result<(), Failure> {
     board.line(&in_words(plan, results.counts()));
     faults(results).for_each(|fault| board.line(&fault));
     outcome_of(results, counts)
 }
 
-/// Removes logs of runs that are not missing any more, left by workers that died between a result
-/// and clearing its log, or whose run another process finished first.
+/// Removes logs of runs that are no longer missing: left by workers that died between storing a result and
+/// clearing its log, or whose run another process finished first.
 fn clear_done(folder: &Path, results: &Results) -> Result<(), Failure> {
     let left = staging::left(folder).map_err(|error| unreadable(folder, &error))?;
     left.into_iter()

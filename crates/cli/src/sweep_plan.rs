@@ -28,7 +28,7 @@ pub(crate) fn command(arguments: &SweepPlanArguments, board: &Board) -> Result<(
     Ok(say(out.join(FILE).display())?)
 }
 
-/// Reads a study with overrides for its runs that have names, and says what its author should change.
+/// Reads a study with overrides for its named runs, and prints advice to its author.
 pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<Study, Failure> {
     given::check(file, Taken::Runs)?;
     let mut study = Study::read(file).map_err(Failure::bad_input)?;
@@ -37,7 +37,7 @@ pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<S
     Ok(study)
 }
 
-/// Says which parameter sets the runs of a study have, and what chose them.
+/// Prints the parameter sets of the runs of a study, and their sources.
 pub(crate) fn tell_parameter_sets(study: &Study, file: &Path, board: &Board) {
     board.line(&format!("{}: {}", file.display(), study.parameter_sets()));
 }
@@ -123,7 +123,7 @@ fn is_of(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     )))
 }
 
-/// Says how many runs are planned, and what the first of them are warned of.
+/// Prints the number of planned runs, and the warnings of the first of them.
 fn tell(plan: &Plan, board: &Board) {
     let warned = plan.rows.iter().filter(|row| !row.warnings.is_empty());
     let warned = warned.map(|row| (plan.label(row.run), &row.warnings[..]));

@@ -15,7 +15,7 @@ pub(crate) fn failure(run: &Path, checked: &Checked) -> Failure {
     Failure::Log(checked.verdict, format!("{}: {}", run.display(), words(run, checked)))
 }
 
-/// A verdict in words; of what is no run log, what it is instead.
+/// A verdict in words; if the path is no run log, its kind.
 pub(crate) fn words(run: &Path, checked: &Checked) -> String {
     let instead = if checked.verdict == Verdict::NoRunLog { given::instead_of_log(run) } else { None };
     instead.map_or_else(|| checked.to_string(), |instead| format!("{}: {instead}", checked.verdict))
@@ -29,7 +29,7 @@ pub(crate) fn unreadable(run: &Path, verdict: Verdict, problem: impl Display) ->
     Failure::Log(verdict, format!("{}: {verdict}: {problem}", run.display()))
 }
 
-/// Refuses a log that does not hold all of its run.
+/// Refuses an incomplete log.
 ///
 /// # Errors
 /// If it does not.
@@ -37,7 +37,7 @@ pub(crate) fn must_hold_all(run: &Path, checked: &Checked) -> Result<(), Failure
     if checked.verdict.holds_all() { Ok(()) } else { Err(failure(run, checked)) }
 }
 
-/// Refuses a damaged log, of which only `asperity salvage` finds what is sound.
+/// Refuses a damaged log; only `asperity salvage` finds its sound parts.
 ///
 /// # Errors
 /// If it is damaged.
@@ -53,7 +53,7 @@ pub(crate) fn must_be_sound(run: &Path, checked: &Checked) -> Result<(), Failure
 /// code version or other detectors.
 ///
 /// # Errors
-/// If the log does not hold all of its run.
+/// If the log is incomplete.
 pub(crate) fn finish(run: &Path, checked: &Checked, board: &Board) -> Result<(), Failure> {
     match checked.verdict {
         Verdict::Whole => Ok(()),

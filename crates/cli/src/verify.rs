@@ -84,8 +84,8 @@ fn compare(job: &Job, for_s: Option<f64>, board: &Board) -> Result<Outcome, Fail
     Ok(Outcome { run: job.name.clone(), verified })
 }
 
-/// Reads the proofs in a folder, by file. They list the known near ties, each of which is proved
-/// again when it occurs.
+/// Reads the proofs in a folder, by file. They list the known near ties; each is proved again when it
+/// occurs.
 fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
     let unreadable = |path: &Path, problem: &dyn std::fmt::Display| {
         Failure::BadInput(format!(

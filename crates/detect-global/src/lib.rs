@@ -1,5 +1,5 @@
-//! Finds global slips: slip events in which every block slid, how long after
-//! the one before, and how far the load fell.
+//! Finds global slips: slip events in which every block slid, with the time since the previous one and the
+//! drop in load.
 //!
 //! ```
 //! use asperity_detect::{Detectors, SlipRules};

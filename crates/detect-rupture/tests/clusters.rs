@@ -199,7 +199,7 @@ fn ruptures_are_the_connected_sets_of_detachments() {
         found_signatures.sort_unstable();
         assert_eq!(found_signatures, expected_signatures, "seed {seed}");
 
-        // Which overlap follows from when each slid.
+        // Overlap follows from the steps in which each slid.
         let span = |one: &Rupture| (one.onset_step, one.end_step.unwrap_or(u64::MAX));
         for one in &found {
             let (from, to) = span(one);

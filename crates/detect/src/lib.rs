@@ -71,7 +71,7 @@ pub use slip::{Change, Slip, SlipEnd, SlipOnset, SlipRules, SlipTracker};
 
 use asperity_record::{Contacts, Event, EventKind, StepRecord};
 
-/// Finds events in step records, which come one by one in order of time.
+/// Finds events in step records, which arrive one by one in order of time.
 ///
 /// A new detector is a crate that implements this trait, with a payload declared by
 /// [`payload!`](asperity_record::payload), and a line in the list of detectors. Log, replay, tables and
@@ -81,11 +81,11 @@ pub trait Detector: Send {
     /// The kind of its events.
     fn emits(&self) -> EventKind;
 
-    /// Takes a slip event that the next record begins or ends, before that record is observed, and
+    /// Receives a slip event that the next record begins or ends, before that record is observed, and
     /// passes events that are now certain to `emit`.
     fn slip(&mut self, _change: &Change, _emit: &mut dyn FnMut(Event)) {}
 
-    /// Takes a rupture that the next record makes certain, before that record is observed, and passes
+    /// Receives a rupture that the next record makes certain, before that record is observed, and passes
     /// events that are now certain to `emit`.
     fn rupture(&mut self, _rupture: &Slipped, _emit: &mut dyn FnMut(Event)) {}
 
@@ -101,11 +101,11 @@ pub trait Detector: Send {
 /// The detectors of a run, and the trackers of slip events and ruptures that they read from.
 pub struct Detectors {
     slips: SlipTracker,
-    /// What the current record changed; a reused buffer.
+    /// Slip events that the current record begins or ends; a reused buffer.
     changes: Vec<Change>,
-    /// None where nothing says what links detachments, so that no rupture is found.
+    /// None where the scales that link detachments are unknown; then no ruptures are found.
     ruptures: Option<RuptureTracker>,
-    /// What the current record makes certain; a reused buffer.
+    /// Ruptures that the current record makes certain; a reused buffer.
     slipped: Vec<Slipped>,
     list: Vec<Box<dyn Detector>>,
 }
@@ -160,7 +160,7 @@ impl Detectors {
         self.pass_on(emit, |detector, emit| detector.finish(emit));
     }
 
-    /// Passes slip events and ruptures to each detector, and then what follows them.
+    /// Passes slip events and ruptures to each detector, and then calls `then` on it.
     fn pass_on(
         &mut self,
         emit: &mut dyn FnMut(Event),

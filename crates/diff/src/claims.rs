@@ -14,11 +14,11 @@ use crate::report::ClaimChange;
 pub struct ClaimsError {
     /// The table.
     pub path: PathBuf,
-    /// What is wrong.
+    /// The error.
     pub error: ReadError,
 }
 
-/// What identifies a claim in both tables: about, run, measure and quote.
+/// Key of a claim in both tables: about, run, measure and quote.
 type ClaimKey = [String; 4];
 
 /// Which claims changed between two tables of them.

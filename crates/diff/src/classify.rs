@@ -1,4 +1,4 @@
-//! What became of the events of a group: its class, and by which rule.
+//! Classifies the events of a group, and names the rule.
 //!
 //! | class | rule |
 //! |---|---|
@@ -23,8 +23,8 @@ use crate::row::Row;
 /// duration changed rather than its place.
 pub const END_MOVES_ALONG: f64 = 3.0;
 
-/// Why an event stands alone: it starts after the end of the new run or of the old one, or nothing
-/// there fits.
+/// Why an event has no counterpart: it starts after the end of the new run or of the old one, or nothing
+/// fits.
 const ALONE_IN_TIME: [&str; 4] = [
     "starts after the end of the new run",
     "starts after the end of the old run",
@@ -38,7 +38,7 @@ const ALONE_IN_CYCLES: [&str; 4] = [
     "no old event overlaps it in blocks and starts within the window of its place in the cycle, or another fits better",
 ];
 
-/// What became of a group.
+/// The class of a group, with details.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Outcome {
     pub(crate) class: Class,
@@ -55,7 +55,7 @@ pub(crate) struct Outcome {
 pub(crate) struct Rules<'a> {
     pub(crate) columns: Columns,
     pub(crate) policy: &'a Policy,
-    /// By what events are paired, if not by times.
+    /// Quantity by which events are paired, if not by times.
     pub(crate) cycles: Option<&'a Cycles>,
     /// When the old run and the new one ended, s, if that is known.
     pub(crate) until_s: [Option<f64>; 2],
@@ -69,7 +69,7 @@ impl Rules<'_> {
             Some(cycles) => cycles.progress[side].place(time_s),
             None => time_s,
         };
-        // Whether an event of a side starts where the other one has ended.
+        // Whether an event of one side starts after the other run has ended.
         let is_after = |event: &R, side: usize| {
             let other = 1 - side;
             self.until_s[other].is_some_and(|end_s| place(side, event.onset_s()) > place(other, end_s))
@@ -108,7 +108,7 @@ impl Rules<'_> {
             let mut of_kind = cells.iter().filter(|cell| kinds.contains(&cell.column.kind()));
             of_kind.any(|cell| cell.is_beyond() && (cell.column.is_of_onset() || !of_onset))
         };
-        // What the end of a run has cut short is compared only in what is known at its onset.
+        // Events truncated by the end of a run are compared only in columns known at the onset.
         let cut = old.is_cut() || new.is_cut();
         const ALL: [Kind; 5] = [Kind::Time, Kind::Step, Kind::Extent, Kind::Load, Kind::Edge];
         let (class, rule) = if cells.is_empty() {

@@ -1,6 +1,5 @@
-//! The columns of the event table, which ruptures share, and what each describes: when, where, at what
-//! load. Rules about columns are rules about these kinds, so that the matching and the classes know
-//! no column by name.
+//! The columns of the event table, which ruptures share, and the kind of each: time, place, load. Rules
+//! refer to these kinds; matching and classes know no column by name.
 
 use asperity_record::{EventPayload, SlipEvent};
 use serde::{Serialize, Serializer};
@@ -26,7 +25,7 @@ macro_rules! columns {
                 }
             }
 
-            /// What it describes of an event.
+            /// The aspect of an event that it describes.
             pub fn kind(self) -> Kind {
                 match self {
                     $(Column::$column => Kind::$kind,)+
@@ -45,7 +44,7 @@ macro_rules! columns {
 }
 
 columns! {
-    // column, its field, what it says
+    // column, its field, its kind
     OnsetS onset_s Time,
     EndS end_s Time,
     FirstBlock first_block Extent,
@@ -63,18 +62,18 @@ columns! {
     Open open Edge,
 }
 
-/// What a column describes of an event.
+/// The aspect of an event that a column describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// When it starts or ends.
     Time,
     /// Start or end as an integer step, which follows from its time in seconds.
     Step,
-    /// Which blocks slid, or how many.
+    /// The blocks that slid, or their number.
     Extent,
-    /// At what load.
+    /// The load.
     Load,
-    /// Whether the run ended before it did.
+    /// Whether the run ended before the event.
     Edge,
     /// Its number in the table: it follows from the events before it.
     Number,
@@ -138,8 +137,7 @@ impl<T: Into<Value>> From<Option<T>> for Value {
 }
 
 impl Value {
-    /// How far apart two cells are; `None` where no distance can be given, as
-    /// between a number and nothing.
+    /// Distance between two cells; `None` where there is none, as between a number and an empty cell.
     pub fn distance(self, other: Value) -> Option<f64> {
         match (self, other) {
             (Value::Empty, Value::Empty) => Some(0.0),
@@ -150,7 +148,7 @@ impl Value {
         }
     }
 
-    /// Its magnitude, for relative tolerances; 0 where it is no number.
+    /// Its magnitude, for relative tolerances; 0 if it is no number.
     pub fn magnitude(self) -> f64 {
         match self {
             Value::Number(value) => value.abs(),
@@ -211,7 +209,7 @@ impl Columns {
         Columns(self.0 & other.0)
     }
 
-    /// Whether it holds this one.
+    /// Whether it contains this one.
     pub fn has(self, column: Column) -> bool {
         self.0 & 1 << column as u16 != 0
     }

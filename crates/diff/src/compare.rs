@@ -1,5 +1,5 @@
-//! Compares two sides: finds and pairs their runs, reads them, and puts what became of the events
-//! of each pair into one report.
+//! Compares two sides: finds and pairs their runs, reads them, and reports the fate of the events of each
+//! pair.
 
 use std::path::{Path, PathBuf};
 
@@ -30,14 +30,14 @@ use crate::tally::{self, Comparison, Draft};
 use crate::without_analysis::{Matches, Precursors};
 use crate::{claims, progress, provenance};
 
-/// How two sides are compared, and what is kept of it.
+/// How two sides are compared, and which results are kept.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
-    /// Which differences are none, and which are allowed.
+    /// Which differences are ignored, and which are allowed.
     pub policy: Policy,
     /// The policy's file, for the report; `None` for the default.
     pub policy_file: Option<PathBuf>,
-    /// By what the runs of two folders are paired.
+    /// How the runs of two folders are paired.
     pub pair_by: PairBy,
     /// How many findings of each class the report keeps of a pair of runs.
     pub keep_findings: usize,
@@ -49,18 +49,17 @@ pub struct Settings {
     pub matches_file: Option<PathBuf>,
 }
 
-/// What a comparison gives.
+/// The result of a comparison.
 #[derive(Debug, Clone)]
 pub struct Compared {
-    /// What was found.
+    /// The report.
     pub report: Report,
     /// The tightest policy under which the new side passes.
     pub draft: Draft,
 }
 
-/// Compares two paths: run logs or event tables, folders of them, or outputs of
-/// `asperity reproduce`. No file of the set, which is published by whoever made it, may be one that
-/// is read.
+/// Compares two paths: run logs or event tables, folders of them, or outputs of `asperity reproduce`. No
+/// file of the set, which the caller publishes, may be an input.
 ///
 /// # Errors
 /// If a side has no runs, a table cannot be read or is not in order, or the file of matches
@@ -116,7 +115,7 @@ fn compare_runs(
     let (old_table, new_table) = (open(old)?, open(new)?);
     let (old_events, old_step_s) = step_s(old, old_table.columns, old_table.events);
     let (new_events, new_step_s) = step_s(new, new_table.columns, new_table.events);
-    // Where a table does not tell its step, its steps are taken for the other's.
+    // A table without a time step is assumed to have that of the other.
     let same_step = old_step_s.zip(new_step_s).is_none_or(|(old, new)| (old - new).abs() < 1e-6 * old);
     let logs = old.log.as_deref().zip(new.log.as_deref());
     if let Some((of_old, of_new)) = logs {
@@ -224,7 +223,7 @@ fn compare_ruptures(
     }
     ruptures.found_anew = sides.iter().any(|(_, log)| log.ruptures_from == RupturesFrom::Steps);
     let blocks = sides.map(|(run, _)| run.header().map_or(1, |header| header.blocks));
-    // Where the drive pulls both ways, F_T is a difference and the ratio says nothing.
+    // Where the drive pulls both ways, F_T is a difference, and the ratio is meaningless.
     let has_ratio = |log: &RunLog| !log.summary.contains(&("largest_ft_fn".to_owned(), Value::Null));
     if sides.iter().all(|(_, log)| has_ratio(log)) {
         ruptures.reached = ruptures::reached(&sorted, blocks);

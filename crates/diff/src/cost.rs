@@ -1,8 +1,8 @@
-//! What it costs to say that events of two tables belong together.
+//! The cost of matching events of two tables.
 //!
-//! A matching is a set of groups: pairs, one old event with several new ones
-//! (split), several old with one new (merged), and events left over. It costs
-//! the sum over its groups, and the best one is that which costs least.
+//! A matching is a set of groups: pairs, one old event with several new ones (split), several old with one
+//! new (merged), and events left over. Its cost is the sum over its groups; the best matching has the
+//! lowest cost.
 //!
 //! | group | costs |
 //! |---|---|
@@ -10,24 +10,22 @@
 //! | pair | ½ (1 - J_t) + ½ min(1, \|onset - onset'\| / window) + (1 - J_b) |
 //! | split, merge | [`GROUP`] + (1 - share of the whole's duration that its parts cover) + for each part ½ (share of its duration outside of the whole) + ½ (share of its blocks outside) |
 //!
-//! J_t and J_b are the Jaccard indices, common over covered, of the two
-//! events' times and of their ranges of blocks. So a pair is made where it
-//! costs less than its two events do alone, 1.5: two events that start
-//! together may differ in everything else, two that share their blocks may lie
-//! side by side, and one that is a tenth of another, in time and in blocks and
-//! away from its onset, is another event. No group without a common block.
+//! J_t and J_b are the Jaccard indices, common over covered, of the two events' times and of their ranges
+//! of blocks. So two events are paired if that costs less than leaving both over, 1.5: two events that
+//! start together may differ in everything else, two that share their blocks may follow each other in time,
+//! but an event with a tenth of the other's time and blocks, away from its onset, is not its counterpart.
+//! Events of a group must share blocks.
 //!
-//! Every term is made of sums, differences and products that commute, and in
-//! split and merge whole and part have the same roles. So the cost of a group
-//! is the same, to the bit, with the sides swapped; it is an integer, in units
-//! of 2⁻³², so that the sum is the same in any order.
+//! Every term consists of sums, differences and products that commute, and split and merge treat whole and
+//! part alike. So swapping the sides leaves the cost of a group unchanged to the bit. It is an integer, in
+//! units of 2⁻³², so the order of summation does not matter.
 //!
 //! Where events are paired by cycles (`progress.rs`), onsets are places in the cycle, and events have no
 //! duration: J_t is 0, or 1 at one place, and nothing is split or merged.
 //!
-//! Of matchings that cost the same, that is taken whose groups end earlier
-//! (the sum of the ranks of their events among all onsets of both sides), and of
-//! those that of the lower checksum. Both are symmetric too.
+//! Among matchings of equal cost, the one whose groups end earlier wins (by the sum of the ranks of their
+//! events among all onsets of both sides), then the one with the lower checksum. Both rules are symmetric
+//! too.
 
 use std::ops::Add;
 
@@ -39,7 +37,7 @@ use crate::row::Row;
 /// The cost of an event without a counterpart.
 pub(crate) const ALONE: i64 = UNIT / 4 * 3;
 
-/// The cost of a split or merge as such: a pair is preferred where it explains as much.
+/// Base cost of a split or merge: a pair that explains as much is preferred.
 const GROUP: i64 = UNIT / 4;
 
 const UNIT: i64 = 1 << 32;
@@ -47,11 +45,11 @@ const UNIT: i64 = 1 << 32;
 /// The cost of a matching, or of a part of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Cost {
-    /// What counts, in units of 2⁻³².
+    /// The primary cost, in units of 2⁻³².
     pub(crate) primary: i64,
     /// Breaks ties: sum of ranks.
     pub(crate) ranks: u64,
-    /// Breaks what ties are left: sum of checksums.
+    /// Breaks the remaining ties: sum of checksums.
     pub(crate) checksum: u64,
 }
 
@@ -77,8 +75,8 @@ impl Add for Cost {
     }
 }
 
-/// What the matching compares of an event, and what breaks ties. Times and the window are in
-/// seconds, or places in cycles (`progress.rs`).
+/// The quantities of an event that the matching compares, and those that break ties. Times and the window
+/// are in seconds, or places in cycles (`progress.rs`).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
     pub(crate) onset_s: f64,
@@ -95,13 +93,13 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// Of an event, whose times the run's clock turns into places. Paired by cycles, it has no duration.
+    /// From an event, whose times the run's clock converts to places. Paired by cycles, it has no duration.
     pub(crate) fn new(event: &impl Row, progress: &Progress, rank: u64, window_s: f64) -> Span {
         let (onset_s, blocks) = (progress.place(event.onset_s()), event.reach());
         let end_s = if progress.is_time() { event.end_s() } else { Some(onset_s) };
         let mut checksum = onset_s.to_bits();
         let end = end_s.map_or(0, f64::to_bits);
-        // With its number, which distinguishes two equal rows.
+        // Includes its number, which distinguishes two equal rows.
         for word in [end, blocks.first.into(), blocks.last.into(), event.number()] {
             checksum = mixed(checksum ^ word);
         }
@@ -128,7 +126,7 @@ impl Span {
     }
 }
 
-/// What two events have in common: no group without a common block.
+/// Overlap of two events; a group needs a common block.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Overlap {
     /// Time, s.
@@ -159,7 +157,7 @@ fn tied(primary: i64, a: &Span, b: &Span) -> Cost {
     Cost { primary, ranks: a.rank.max(b.rank), checksum }
 }
 
-/// A cost, which is not negative, to the next unit.
+/// Rounds a non-negative cost to the nearest unit.
 fn units(cost: f64) -> i64 {
     (cost * UNIT as f64 + 0.5) as i64
 }
@@ -172,7 +170,7 @@ pub(crate) fn pair(a: &Span, b: &Span, overlap: Overlap, window_s: f64) -> Optio
     if common_s == 0.0 && apart_s > window_s {
         return None;
     }
-    // Open events last as long as what they are compared with.
+    // Open events count as long as those that they are compared with.
     let time = if a.is_open() && b.is_open() {
         1.0
     } else {

@@ -28,7 +28,7 @@ pub enum CompareError {
     Order {
         /// The table.
         path: PathBuf,
-        /// Which events are not in order.
+        /// The events that are out of order.
         problem: String,
     },
     /// The scenario in a run log is no TOML.
@@ -38,7 +38,7 @@ pub enum CompareError {
         old: PathBuf,
         /// The new run.
         new: PathBuf,
-        /// What is wrong in one of them.
+        /// The error in one of them.
         error: Box<toml::de::Error>,
     },
     /// A table of claims cannot be read.
@@ -55,7 +55,7 @@ pub enum CompareError {
     #[cfg(feature = "analysis")]
     #[error(transparent)]
     Matches(asperity_tables::TableFileError),
-    /// Matches are asked for, which only the analysis writes.
+    /// Matches were requested, which need the feature `analysis`.
     #[cfg(not(feature = "analysis"))]
     #[error(
         "{}: built without the feature `analysis`, this program writes no Parquet (accepted: no file of matches)",

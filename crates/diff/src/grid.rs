@@ -1,9 +1,9 @@
-//! The grid through which the cheapest path is looked for, row by row: a cell
-//! for a number of old and a number of new events taken, a state for each mode in it.
+//! The grid for the search of the cheapest path, row by row: one cell per number of old and new events
+//! consumed, with one state per mode.
 
 use crate::cost::{self, ALONE, BEGUN, Cost, Overlap, Span};
 
-/// What a path through the grid is in the middle of.
+/// The group that is still open on a path through the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub(crate) enum Mode {
@@ -68,7 +68,7 @@ const MOVES: [Move; 9] = [
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Moves(u32);
 
-/// Where the bits of states with a path begin.
+/// Offset of the bits that mark states with a path.
 const LIVE: u32 = 20;
 
 impl Moves {
@@ -94,12 +94,12 @@ impl Moves {
     }
 }
 
-/// A state: how many old and new events are taken, and the mode.
+/// A state: the numbers of old and new events consumed, and the mode.
 pub(crate) type State = (usize, usize, Mode);
 
-/// A row of the grid: the cells with one number of old events taken.
+/// A row of the grid: all cells with the same number of old events consumed.
 pub(crate) struct CostRow {
-    /// New events taken in its first cell.
+    /// Number of new events consumed in its first cell.
     pub(crate) from: usize,
     /// At least as many as cells; valid for states that a path leads to.
     pub(crate) costs: Vec<[Cost; 5]>,
@@ -108,8 +108,7 @@ pub(crate) struct CostRow {
 }
 
 impl CostRow {
-    /// A row without paths, of cells from one number of new events taken to another; `costs` is
-    /// memory to be used again.
+    /// A row without paths, for a range of numbers of new events consumed; `costs` is reused memory.
     pub(crate) fn cleared(from: usize, to: usize, costs: Vec<[Cost; 5]>) -> CostRow {
         let mut row = CostRow { from, costs, moves: Vec::new() };
         row.reach_to(to);
@@ -123,7 +122,7 @@ impl CostRow {
         row
     }
 
-    /// Makes room for cells with up to this many new events taken.
+    /// Makes room for cells with up to this many new events consumed.
     pub(crate) fn reach_to(&mut self, taken: usize) {
         let cells = taken + 1 - self.from;
         if self.moves.len() < cells {
@@ -134,7 +133,7 @@ impl CostRow {
         }
     }
 
-    /// Takes a path to a state if it is cheaper than that known.
+    /// Stores a path to a state if it is cheaper than the known one.
     #[inline]
     pub(crate) fn offer(&mut self, taken: usize, mode: Mode, cost: Cost, last: Move) {
         let cell = taken - self.from;
@@ -145,9 +144,9 @@ impl CostRow {
         }
     }
 
-    /// Moves along the row and from it to the next, which has taken the old event `whole` more.
-    /// `news` are the new events from the next row's first cell to its last: those before are too
-    /// far from this old event and all that follow.
+    /// Extends paths along the row and to the next one, which also consumes the old event `whole`. `news`
+    /// are the new events from the next row's first cell to its last: earlier ones are too far from this
+    /// old event and all later ones.
     pub(crate) fn advance(&mut self, next: &mut CostRow, whole: &Span, news: &[Span], window_s: f64) {
         let near = next.from;
         let end = near + news.len();

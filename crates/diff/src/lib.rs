@@ -1,5 +1,5 @@
-//! What became of the slip events and ruptures of one run, or of many, in another: runs are found,
-//! paired and read, and their events matched by when and where blocks slid.
+//! Compares the slip events and ruptures of runs: finds, pairs and reads the runs, and matches their events
+//! by the times and blocks of slip.
 //!
 //! ```
 //! use asperity_diff::report::Class;
@@ -66,28 +66,29 @@
 //! In reading order, first the matching of two tables, which reads no files:
 //!
 //! - [`mod@column`], [`row`]: the columns of the event table, and the rows that have them.
-//! - [`progress`]: cycles between global slips, by which runs of two parameter sets are paired.
-//! - `cost`: what it costs to say that events belong together.
+//! - [`progress`]: cycles between global slips, used to pair runs of two parameter sets.
+//! - `cost`: the cost of matching events.
 //! - `grid`: one step of looking for the matching that costs least.
 //! - `pending`: one table as it is read.
 //! - [`matching`]: that matching, found as the tables are read.
-//! - [`policy`]: which differences are none, and which are allowed.
-//! - [`classify`]: what became of the events that belong together.
-//! - [`statistics`]: distributions, where there are no counterparts.
-//! - [`tally`]: one pair of tables, from rows to what became of them.
+//! - [`policy`]: which differences are ignored, and which are allowed.
+//! - [`classify`]: classes of matched events.
+//! - [`statistics`]: distributions, where events have no counterparts.
+//! - [`tally`]: one pair of tables, from rows to classes.
 //!
 //! Then the sides and their files:
 //!
-//! - [`run_log`], [`table`]: what is read of a run log; slip events of a table, one at a time.
-//! - [`sides`]: the runs of each side, and which of them belong together.
-//! - [`provenance`]: what differs between two runs beside their events.
+//! - [`run_log`], [`table`]: reads run logs, and the slip events of tables one at a time.
+//! - [`sides`]: the runs of each side, and their pairs.
+//! - [`provenance`]: differences between two runs beside their events.
 //! - `ruptures`: the ruptures of two runs, and how those that pair differ.
-//! - `precursors`: what a change of events does to the precursor table.
-//! - `claims`: which claims changed between two outputs of a pipeline.
+//! - `precursors`: the effect of changed events on the precursor table.
+//! - `claims`: changed claims between two outputs of a pipeline.
 //! - `matches`: every match as a row of a Parquet file.
 //! - [`compare()`]: all of this, for two sides.
 //!
-//! And what is found: [`report`] as data, rounded by `reading`: [`summary`] on a terminal, [`page`] as one HTML page.
+//! And the results: [`report`] as data, rounded by `reading`: [`summary`] on a terminal, [`page`] as one
+//! HTML page.
 //!
 //! Parquet and the precursor table need the feature `analysis`.
 

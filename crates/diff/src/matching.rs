@@ -1,24 +1,19 @@
 //! The matching of least cost (`cost.rs`) between two tables, as they are read.
 //!
-//! Slip events of one run follow each other in time, so a matching need not
-//! cross itself: it is a path through the grid of (old events taken, new events
-//! taken), and the cheapest path is found row by row, as in the alignment of
-//! sequences (Needleman and Wunsch 1970). The modes of a state stand for a
-//! split or merge that is still open, so that it may have any number of parts
-//! and each costs one move.
+//! Slip events of one run follow each other in time, so a matching need not cross itself: it is a path
+//! through the grid of (old events consumed, new events consumed), and the cheapest path is found row by
+//! row, as in the alignment of sequences (Needleman and Wunsch 1970). The modes of a state represent an
+//! open split or merge, which may thus have any number of parts at one move each.
 //!
-//! Three things keep this near linear, and none of them makes the result less
-//! than optimal among the matchings that they allow:
+//! Three restrictions keep this near linear; the result is optimal among the matchings that they allow:
 //!
 //! - Events that are equal in every column compared are the same event; the path
 //!   must go through them.
-//! - An event is compared with those that start before it ends, or up to one
-//!   window after its onset, and not after the [`NEAREST`]th event after it on
-//!   its own side: of two chattering runs each event meets a few dozen others.
-//!   Which of two events starts first decides, not its side.
-//! - Once all paths that are still open go through one state, what lies before it is
-//!   settled and leaves memory. Only the stretch on which the best matching
-//!   is still undecided stays, not the table.
+//! - An event is compared with those that start before its end or within one window of its onset, and
+//!   before the [`NEAREST`]th later event of its own side; in two chattering runs that leaves a few dozen
+//!   candidates. The rule applies to the earlier of two events, whichever its side.
+//! - Once all open paths share one state, everything before it is settled and freed. Only the undecided
+//!   stretch stays in memory, not the table.
 
 use std::collections::VecDeque;
 
@@ -32,7 +27,7 @@ pub use crate::pending::{MOST_AT_ONCE, MatchError, NEAREST};
 use crate::progress::Cycles;
 use crate::row::Row;
 
-/// Rows after which it is looked for a state that all paths go through.
+/// Rows between searches for a state that all paths share.
 const ROWS_BETWEEN_FLUSHES: usize = 64;
 
 /// Events that belong together, in order of onset on each side.
@@ -42,7 +37,7 @@ pub struct Group<R> {
     pub old: Vec<R>,
     /// The new events.
     pub new: Vec<R>,
-    /// Whether they are one old and one new event, equal in every column compared.
+    /// Whether they are one old and one new event, equal in all compared columns.
     pub identical: bool,
 }
 
@@ -109,7 +104,7 @@ struct Matcher<O, N, R, F> {
     onsets: u64,
     /// Rows that are finished and not settled: their first cells, and the moves.
     rows: VecDeque<(usize, Vec<Moves>)>,
-    /// The state that all paths go through: old and new events taken.
+    /// The state that all paths share: old and new events consumed.
     settled: (usize, usize),
     /// The row at hand, number `settled.0 + rows.len()`.
     row: CostRow,
@@ -135,7 +130,7 @@ where
                 if !self.read_onset()? {
                     return self.finish();
                 }
-                // Not if an old event of this onset has come as well, which may meet the new ones.
+                // Not if there is also an old event with this onset, which may match the new ones.
                 let is_at_end = taken == self.old.read();
                 if is_at_end && self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
                     self.roll()?;
@@ -179,7 +174,7 @@ where
         self.columns.iter().all(|column| old.cell(column) == new.cell(column))
     }
 
-    /// Reads all that the old event `taken` is compared with.
+    /// Reads all events that the old event `taken` is compared with.
     fn read_ahead(&mut self, taken: usize) -> Result<(), MatchError<E>> {
         loop {
             let next_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
@@ -190,8 +185,8 @@ where
         }
     }
 
-    /// New events that the row of an old event takes in: up to those that it reaches, and to
-    /// the next event that has a twin.
+    /// New events in the row of an old event: those within its reach, and up to the next event that has a
+    /// twin.
     fn row_end(&self, taken: usize) -> usize {
         let mut end = self.row.from + self.row.moves.len() - 1;
         let reach_s = self.old.span(taken).reach_s;
@@ -201,7 +196,7 @@ where
         self.twins.front().map_or(end, |&(_, new)| end.min(new))
     }
 
-    /// Moves along the row at hand and from it to the next, which takes one old event more.
+    /// Extends paths along the current row and to the next one, which consumes one more old event.
     fn take_row(&mut self, taken: usize) {
         let end = self.row_end(taken);
         let whole = *self.old.span(taken);
@@ -265,7 +260,7 @@ where
         self.release()
     }
 
-    /// After the last old event: what is left of the new side is extra.
+    /// After the last old event: the remaining new events are extra.
     fn finish(&mut self) -> Result<(), MatchError<E>> {
         let old = self.settled.0 + self.rows.len();
         let end = self.new.read();
@@ -276,7 +271,7 @@ where
         self.release()
     }
 
-    /// Settles what all open paths have in common.
+    /// Settles the common part of all open paths.
     fn flush(&mut self) -> Result<(), MatchError<E>> {
         let start = (self.settled.0, self.settled.1, Mode::Between);
         let Some(common) = self.common() else { unreachable!("there is a path to every row") };
@@ -296,7 +291,7 @@ where
     /// through.
     fn common(&self) -> Option<State> {
         let mut row = self.settled.0 + self.rows.len();
-        // Which states of a row some open path goes through: a bit for each mode.
+        // States of a row that lie on an open path: one bit per mode.
         let mut from = self.row.from;
         let mut open: Vec<u8> = self.row.moves.iter().map(|moves| moves.live()).collect();
         loop {
@@ -356,7 +351,7 @@ where
         (before, last)
     }
 
-    /// Holds the groups of the path up to a state, and forgets their events.
+    /// Stores the groups of the path up to a state, and drops their events.
     fn settle(&mut self, end: State) {
         let empty = Group { old: Vec::new(), new: Vec::new(), identical: false };
         let start = (self.settled.0, self.settled.1, Mode::Between);
@@ -370,7 +365,7 @@ where
                 Move::SkipOld => self.held.push(Group { old: vec![old()], ..empty.clone() }),
                 Move::SkipNew => self.held.push(Group { new: vec![new()], ..empty.clone() }),
                 Move::Pair => self.held.push(Group { old: vec![old()], new: vec![new()], identical: false }),
-                // Walking back, a group opens where it closed.
+                // Walking back, a group begins at its end.
                 Move::CloseSplit => group.old.push(old()),
                 Move::CloseMerge => group.new.push(new()),
                 Move::Start | Move::Second | Move::Further => {
@@ -393,7 +388,7 @@ where
         self.new.settle(end.1);
     }
 
-    /// Hands out what no later group can come before, in order of onset.
+    /// Emits the groups that no later group can precede, in order of onset.
     fn release(&mut self) -> Result<(), MatchError<E>> {
         let front = |s: Option<f64>, next_s: f64| s.unwrap_or(next_s);
         let old_s = front(self.old.onset_s(self.old.first), self.old.next_onset_s()?);
@@ -425,8 +420,8 @@ where
     }
 }
 
-/// Columns in which two tables can be compared: those that both have, but
-/// for the steps where the tables count steps of different length.
+/// Columns in which two tables can be compared: those that both have, without steps if the time steps
+/// differ.
 pub fn comparable(old: Columns, new: Columns, same_step: bool) -> Columns {
     let is_comparable = |column: &Column| same_step || column.kind() != Kind::Step;
     old.and(new).iter().filter(is_comparable).collect()
@@ -476,7 +471,7 @@ mod tests {
         groups
     }
 
-    /// An event and what the matching compares.
+    /// An event and its features.
     type Ranked = (SlipEvent, Span);
 
     fn ranked(events: &[SlipEvent]) -> Vec<Ranked> {
@@ -486,7 +481,7 @@ mod tests {
             .collect()
     }
 
-    /// What a group costs by the table at the head of `cost.rs`.
+    /// The cost of a group by the table at the head of `cost.rs`.
     fn cost_of(old: &[Ranked], new: &[Ranked]) -> Option<i64> {
         let parts = |whole: &Ranked, parts: &[Ranked]| {
             let costs = parts.iter().map(|part| {
@@ -524,8 +519,8 @@ mod tests {
     fn least_without_twins(old: &[Ranked], new: &[Ranked]) -> i64 {
         let ([_, ..], [_, ..]) = (old, new) else { return ALONE * (old.len() + new.len()) as i64 };
         let mut best = i64::MAX;
-        // What the first old event is part of: nothing, a pair or split with any choice of new
-        // events, or a merge with any choice of old ones.
+        // Tries all groups of the first old event: none, a pair or split with any choice of new events, or
+        // a merge with any choice of old ones.
         best = best.min(ALONE + least_without_twins(&old[1..], new));
         for (whole_side, part_side, is_split) in [(old, new, true), (new, old, false)] {
             for (at, whole) in whole_side.iter().enumerate() {
@@ -546,7 +541,7 @@ mod tests {
                     else {
                         continue;
                     };
-                    // What lies before and between stays alone; the rest follows.
+                    // Events before and between stay single; the rest follows.
                     let last = 32 - choice.leading_zeros() as usize;
                     let passed = last - chosen.len() + at;
                     let rest = if is_split {
@@ -554,7 +549,7 @@ mod tests {
                     } else {
                         least_without_twins(&old[last..], &new[at + 1..])
                     };
-                    // New events before a part may still belong to no earlier old one: there is none.
+                    // New events before a part cannot belong to an earlier old event: there is none.
                     best = best.min(cost + ALONE * passed as i64 + rest);
                 }
             }

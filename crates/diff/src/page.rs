@@ -1,5 +1,4 @@
-//! A report as one HTML page: for people who want to see what became of their
-//! events, and to show it to others.
+//! A report as one HTML page: shows the fate of events to people, who may share it.
 //!
 //! The page is a single file that fetches nothing, so that it can be sent and
 //! kept; a policy in its head makes the browser enforce that. Its words
@@ -51,7 +50,7 @@ pub fn page(report: &Report) -> String {
     Document { title, main: sections.concat(), data: vec![data], parts: &[MAP, OWN] }.html()
 }
 
-/// What everybody reads: the outcome in one word and one sentence.
+/// The head: the outcome in one word and one sentence.
 fn heading(report: &Report) -> String {
     let (word, class) = match report.verdict {
         Verdict::WithinPolicy => ("within policy", "within"),
@@ -224,7 +223,7 @@ mod tests {
         Extent { event, onset_s, end_s: Some(end_s), first_block: blocks[0], last_block: blocks[1] }
     }
 
-    /// A run of a few events, one of which splits, one moves, one is missing.
+    /// A run of a few events: one splits, one moves, one is missing.
     fn made_up(name: &str) -> Report {
         let at = |event: u64| 0.1 * (event + 1) as f64;
         let lasting =
@@ -345,7 +344,7 @@ mod tests {
         }
     }
 
-    /// What the script is given.
+    /// The data for the script.
     fn data(page: &str) -> serde_json::Value {
         let (_, rest) = page.split_once("id=\"data\">").expect("the page has data");
         let (data, _) = rest.split_once("</script>").expect("the data end");
@@ -371,7 +370,7 @@ mod tests {
         }
         // One row each for the finding, its old and its new events.
         assert_eq!(words.matches("data-finding=").count(), 3);
-        // What was set differently comes before all else.
+        // Differences in settings come first.
         let place = |heading: &str| words.find(&format!("<h2>{heading}</h2>"));
         assert!(
             place("Set differently").is_some() && place("Set differently") < place("The runs in numbers")

@@ -1,13 +1,12 @@
-//! One side of the matching: a table as it is read, in order, and the part of it that is not
-//! matched for good yet.
+//! One side of the matching: a table that is read in order, and the part whose matches are not final yet.
 
 use crate::column::{Columns, Value};
 use crate::cost::Span;
 use crate::progress::Progress;
 use crate::row::Row;
 
-/// How many events of its own side an event may look past. Where more than that
-/// start within one window of each other it is arbitrary which is which.
+/// Number of later events of its own side up to which an event is compared. If more of them start within
+/// one window, their assignment is arbitrary anyway.
 pub const NEAREST: usize = 32;
 
 /// Two tables that cannot be matched.
@@ -44,7 +43,7 @@ pub enum MatchError<E> {
     },
 }
 
-/// Most events of one onset. In a run there is one; all of them would be compared with each other.
+/// Most events with the same onset, which are all compared with each other. A run has one per onset.
 pub const MOST_AT_ONCE: usize = 100;
 
 /// A table as it is read: the events that are not settled, and the one after them.
@@ -54,9 +53,9 @@ pub(crate) struct Pending<I, R> {
     progress: Progress,
     ahead: Option<R>,
     started: bool,
-    /// Events from number `first` of the table on, but for `gone` settled ones in front.
+    /// Events from number `first` of the table on, after `gone` settled ones.
     events: Vec<R>,
-    /// What the matching compares of each.
+    /// Their features.
     spans: Vec<Span>,
     gone: usize,
     pub(crate) first: usize,
@@ -75,7 +74,7 @@ where
         Pending { name, source, progress, ahead: None, started: false, events, spans, gone: 0, first: 0 }
     }
 
-    /// Where an event starts: its onset, s, or its place in the cycles.
+    /// Start of an event: its onset, s, or its place in the cycles.
     pub(crate) fn place(&self, event: &R) -> f64 {
         self.progress.place(event.onset_s())
     }
@@ -133,7 +132,7 @@ where
         if let Some(next) = &next {
             let (event, onset_s) = (next.number(), next.onset_s());
             let before_s = self.ahead.as_ref().map_or(f64::NEG_INFINITY, R::onset_s);
-            // Written so that an onset that is no number is not in order either.
+            // Written so that a NaN onset counts as out of order.
             let in_order = onset_s >= before_s && onset_s.is_finite();
             if !in_order {
                 return Err(MatchError::Order { side: self.name, event, onset_s, before_s });
@@ -168,7 +167,7 @@ where
         }
         for index in from..self.events.len() {
             self.spans.push(Span::new(&self.events[index], &self.progress, rank, window_s));
-            // Nothing looks past the events of its own side that come after it.
+            // No event reaches beyond the later events of its own side.
             if let Some(before) = index.checked_sub(NEAREST) {
                 let before = &mut self.spans[before];
                 before.reach_s = before.reach_s.min(onset_s);

@@ -1,4 +1,4 @@
-//! Which differences are none, and which are allowed: a TOML file.
+//! Which differences are ignored, and which are allowed: a TOML file.
 //!
 //! ```toml
 //! window_s = 1e-3            # how far from an onset its counterpart is looked for; this is the
@@ -15,11 +15,10 @@
 //! ruptures = true            # ruptures may differ where no slip event does
 //! ```
 //!
-//! What is not named is exact, or not allowed. Two kinds of columns are what others make them,
-//! and no finding of their own: `event`, the number in the table, moves by one after every
-//! event that is missing, and is not compared, nor can it have a tolerance; `onset_step` and
-//! `end_step` say the same as `onset_s` and `end_s` in units of the time step, and are compared
-//! only where those are equal.
+//! Columns that are not named must be exact, and classes not named are not allowed. Two kinds of columns
+//! depend on others, and give no findings of their own: `event`, the number in the table, shifts by one
+//! after every missing event; it is not compared and cannot have a tolerance. `onset_step` and `end_step`
+//! are `onset_s` and `end_s` in units of the time step, and are compared only where those are equal.
 
 use std::fmt::{self, Write};
 use std::ops::Range;
@@ -31,8 +30,8 @@ use toml::de::{DeTable, DeValue};
 use crate::column::{Column, Kind, Value};
 use crate::report::{Class, Counts, Exceeded};
 
-/// How far from an event's onset its counterpart is looked for if a policy does not say, s.
-/// Precursors are some 0.02 s apart in the runs of Chapter 5, and last up to 1e-2 s.
+/// Default window around an event's onset in which its counterpart is searched for, s. Precursors are some
+/// 0.02 s apart in the runs of Chapter 5, and last up to 1e-2 s.
 ///
 /// Runs of different time steps part within a few events, as chaotic ones do, and the shift of
 /// the n-th event grows to the time between events. There [`between_events_s`] is the window.
@@ -45,7 +44,7 @@ pub fn between_events_s(old: Spread, new: Spread) -> f64 {
     between_s(old).max(between_s(new)).max(WINDOW_S)
 }
 
-/// Over which time how many events are spread.
+/// A time span and the number of events in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// How many.
@@ -73,7 +72,7 @@ impl Tolerance {
 /// How many matches of a class are allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Allowed {
-    /// However many there are.
+    /// Any number.
     Any,
     /// This many in the whole diff.
     UpTo(u64),
@@ -87,15 +86,15 @@ pub struct Policy {
     pub window_s: Option<f64>,
     /// The farthest that a pair may be shifted, s; infinite if the policy sets no limit.
     pub max_shift_s: f64,
-    /// Whether ruptures may differ where every slip event is identical. Where slip events differ,
-    /// the rules for them decide, for both follow from the same switches.
+    /// Whether ruptures may differ where every slip event is identical. Where slip events differ, their
+    /// rules decide, since both follow from the same switches.
     pub allows_ruptures: bool,
     pub(crate) tolerances: [Tolerance; Column::ALL.len()],
     pub(crate) allowed: [Allowed; Class::ALL.len()],
 }
 
 impl Default for Policy {
-    /// Exact, and nothing allowed.
+    /// Exact, with no differences allowed.
     fn default() -> Policy {
         let mut allowed = [Allowed::UpTo(0); Class::ALL.len()];
         for class in Class::ALL.into_iter().filter(|class| class.is_no_difference()) {
@@ -122,8 +121,8 @@ impl Policy {
         self.allowed[class as usize]
     }
 
-    /// The classes of which there are more than the number allowed. Of a class of which none is
-    /// allowed each match is refused by itself.
+    /// The classes with more matches than allowed. If a class allows none, each of its matches is refused
+    /// individually.
     pub fn exceeded(&self, counts: &Counts) -> Vec<Exceeded> {
         let exceeded = |class| match self.allowed(class) {
             Allowed::UpTo(allowed) if allowed > 0 && counts[class] > allowed => {
@@ -151,8 +150,7 @@ impl Policy {
     /// Reads a policy; `origin` is its file, for errors.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each with file, line, column, key, value and what would
-    /// be accepted.
+    /// All errors in it, each with file, line, column, key, value and the accepted values.
     pub fn parse(origin: &str, text: &str) -> Result<Policy, PolicyErrors> {
         let mut reader = Reader { origin, text, policy: Policy::default(), errors: Vec::new() };
         match check_toml(text).map(|()| DeTable::parse(text)) {
@@ -172,7 +170,7 @@ impl Policy {
         Err(PolicyErrors(reader.errors.into_iter().map(|(_, error)| error).collect()))
     }
 
-    /// The policy as TOML, which [`Policy::parse`] reads back as the same.
+    /// The policy as TOML; [`Policy::parse`] restores it.
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
         let mut line = |line: String| {
@@ -226,9 +224,9 @@ pub struct PolicyError {
     pub place: String,
     /// Dotted key; empty where the file is no TOML.
     pub key: String,
-    /// What is wrong, with the value.
+    /// The problem, with the value.
     pub problem: String,
-    /// What would be accepted.
+    /// The accepted values.
     pub accepted: String,
 }
 
@@ -432,7 +430,7 @@ mod tests {
         assert_eq!(Policy::parse("p.toml", ""), Ok(Policy::default()));
     }
 
-    /// So that swapping the sides changes nothing.
+    /// Makes the result symmetric in the sides.
     #[test]
     fn a_relative_tolerance_is_of_the_larger_value_on_whichever_side() {
         let tolerance = Tolerance { absolute: 0.5, relative: 0.25 };

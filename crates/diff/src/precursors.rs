@@ -1,5 +1,5 @@
-//! What a change of events does to the precursor table, `L_p / L` against `F_T / F_N`, by the
-//! default rules: nothing merged or dropped.
+//! The effect of changed events on the precursor table, `L_p / L` against `F_T / F_N`, by the default
+//! rules: nothing merged or dropped.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,8 +10,8 @@ use crate::report::{PrecursorChange, PrecursorChanges};
 use crate::sides::Run;
 use crate::tally::Matched;
 
-/// The precursors of both runs, collected from the matches; `None` where a table does not give
-/// how many blocks its run has.
+/// The precursors of both runs, collected from the matches; `None` if a table lacks the number of blocks of
+/// its run.
 pub(crate) struct Precursors(Option<[Table; 2]>);
 
 /// The precursor table of a run.

@@ -1,17 +1,17 @@
-//! How far a run has come, in cycles between slips of the whole slider: by this, ruptures and slip
-//! events of two parameter sets are paired where their times do not match.
+//! Progress of a run in cycles between global slips. It pairs ruptures and slip events of two parameter
+//! sets where their times do not match.
 //!
-//! A *cycle* ends with a global rupture; the first one begins at 0 s. An event that starts at t in
-//! cycle k, from T_k to T_(k+1), is compared with those of cycle k of the other run, by its share of
-//! the cycle, (t - T_k) / (T_(k+1) - T_k), and by its blocks. So global slips pair by rank, and what
-//! lies between two of them by blocks and by share: under a drive of constant speed, the share of the
-//! load that builds up between two global slips. Durations do not count, and one event pairs with one.
+//! A *cycle* ends with a global rupture; the first one begins at 0 s. An event that starts at t in cycle k,
+//! from T_k to T_(k+1), is compared with those of cycle k of the other run, by its share of the cycle, (t -
+//! T_k) / (T_(k+1) - T_k), and by its blocks. So global slips pair by rank, and events between two of them
+//! by blocks and share: under a drive of constant speed, the share of the load that builds up between two
+//! global slips. Durations do not count, and one event pairs with one.
 //!
 //! - A global rupture that follows another within [`AFTERSHOCK`] of the usual cycle, as when the
 //!   slider slips twice at once, ends no cycle: it would move all later ranks by one.
 //! - In a cycle that not both runs complete, both use one unit of time: the length of that cycle in
 //!   the run that completes it; else of the longer of the last complete ones; else of the longer run.
-//! - Later cycles lie beyond the end of the run that does not come to them, and pair with nothing.
+//! - Later cycles, which only one run reaches, pair with nothing.
 //!
 //! All of this is symmetric, and never decreases with time, which the matching relies on.
 //!
@@ -25,11 +25,11 @@ use asperity_record::Rupture;
 use crate::policy::{Spread, WINDOW_S};
 use crate::report::{Class, RuptureDiff};
 
-/// The share of a run's median time between global ruptures within which another one ends no cycle.
+/// Share of a run's median time between global ruptures within which another one does not end a cycle.
 pub const AFTERSHOCK: f64 = 0.1;
 
-/// How far apart the beginnings of two cycles lie, as places: farther than a share and the window, so
-/// that no event pairs with one of another cycle.
+/// Distance between the beginnings of two cycles, in places: more than a share plus the window, so that
+/// events of different cycles never pair.
 const STRIDE: f64 = 3.0;
 
 /// A run's clock: the time itself, or the cycles that it has completed.
@@ -37,13 +37,13 @@ const STRIDE: f64 = 3.0;
 pub struct Progress {
     /// When each cycle begins, and how long it is, s; empty for the time itself.
     cycles_s: Vec<(f64, f64)>,
-    /// Cycles that the other run does not come to: when they begin, s, and their place.
+    /// Cycles that the other run does not reach: their beginning, s, and their place.
     beyond: Option<(f64, f64)>,
 }
 
 impl Progress {
-    /// Where an event that starts at this time lies: its share of its cycle, the cycles [`STRIDE`] apart;
-    /// or the time itself, s.
+    /// The place of an event that starts at this time: its share of its cycle, with cycles [`STRIDE`]
+    /// apart; or the time itself, s.
     #[inline]
     pub(crate) fn place(&self, time_s: f64) -> f64 {
         if self.cycles_s.is_empty() {
@@ -82,8 +82,8 @@ pub struct Cycles {
 }
 
 impl Cycles {
-    /// The clocks of two runs: when their global ruptures began, s, in order, and over which time
-    /// their ruptures are spread.
+    /// The clocks of two runs: the onsets of their global ruptures, s, in order, and the time span of their
+    /// ruptures.
     pub fn new(global_s: [&[f64]; 2], ruptures: [Spread; 2]) -> Cycles {
         let ends_s = global_s.map(ends_of_cycles);
         let complete = ends_s[0].len().min(ends_s[1].len());
@@ -143,7 +143,7 @@ impl Cycles {
     }
 }
 
-/// When cycles end, s: at global ruptures, but for those that follow another one at once.
+/// Ends of cycles, s: the global ruptures, except those that follow another one at once.
 fn ends_of_cycles(global_s: &[f64]) -> Vec<f64> {
     let usual_s = median(global_s.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
     let mut ends_s: Vec<f64> = Vec::new();
@@ -156,8 +156,7 @@ fn ends_of_cycles(global_s: &[f64]) -> Vec<f64> {
     ends_s
 }
 
-/// The cycles by which two runs are paired, if their ruptures do not match in time; both sides in
-/// the order of their onsets.
+/// The cycles for pairing two runs, if their ruptures do not match in time; both sides in order of onset.
 pub(crate) fn between(
     in_time: &RuptureDiff,
     sides: [&[Rupture]; 2],
@@ -208,7 +207,7 @@ mod tests {
     fn cycles_that_one_run_does_not_come_to_lie_beyond_its_end() {
         let cycles = Cycles::new([&[2.0, 3.0], &[]], [spread(4.0), spread(5.0)]);
         let [old, new] = &cycles.progress;
-        // The new run goes on building up load in its first cycle, in units of the old one.
+        // The new run continues to build up load in its first cycle, in units of the old one.
         assert_eq!((old.place(2.0), new.place(2.0), new.place(5.0)), (1.0, 1.0, 2.5));
         assert!(old.place(2.0_f64.next_up()) > new.place(5.0) + 1.0);
         assert!(old.place(3.5) > old.place(3.0));

@@ -1,4 +1,4 @@
-//! What differs between two runs beside their events: the keys of their scenarios, and their headers.
+//! Differences between two runs beside their events: the keys of their scenarios, and their headers.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,12 @@ use toml::{Table, Value};
 
 use crate::report::{NumberChange, ProvenanceChange, SettingChange};
 
-/// Beginnings of keys that leave the motion as it is: names, what is detected and recorded, and how
-/// long the run is.
+/// Prefixes of keys that do not affect the motion: names, detection, recording, and the duration of the
+/// run.
 const OUTSIDE_THE_MOTION: [&str; 6] =
     ["name", "summary", "parameter_set", "detection.", "recording.", "time.duration_s"];
 
-/// What a run log records of its run.
+/// Provenance of a run, from its log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Provenance {
     /// Its header.
@@ -29,8 +29,8 @@ impl Provenance {
     }
 }
 
-/// What differs between two runs: first the program and its settings, then the scenario's keys.
-/// Numbers that follow from scenario and program, such as hashes, are left out.
+/// Differences between two runs: first the program and its settings, then the scenario's keys. Numbers that
+/// follow from scenario and program, such as hashes, are left out.
 ///
 /// # Errors
 /// If a scenario is no TOML.
@@ -74,7 +74,7 @@ pub fn settings(old: &Provenance, new: &Provenance) -> Result<Vec<SettingChange>
     let names: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
     let differing = names.into_iter().filter(|name| old.get(*name) != new.get(*name));
     let json = |value: Option<&Value>| {
-        // JSON has no numbers that are not finite, and no dates: both are null, as what is not there.
+        // JSON has no non-finite numbers and no dates: both become null, like missing values.
         value.and_then(|value| serde_json::to_value(value).ok()).unwrap_or(Json::Null)
     };
     let mut settings: Vec<SettingChange> = differing

@@ -5,14 +5,14 @@ use serde_json::Value;
 use crate::column;
 use crate::report::{KolmogorovSmirnov, NumberChange, Sample};
 
-/// Digits of a value: enough to see what a difference of a part in a million is one of.
+/// Digits of a value: enough to show a relative difference of one in a million.
 const DIGITS: i32 = 6;
 /// Digits of a difference.
 const DIGITS_OF_DIFFERENCE: i32 = 3;
 
 /// The numbers of a summary that are shown first, in this order: precursors, the first slip of the whole
-/// slider with its load and the speed of its front, how often such slips come back and what they take of
-/// the load, and how fast fronts run, as a median.
+/// slider with its load and the speed of its front, the recurrence and load drop of such slips, and the
+/// median speed of fronts.
 pub(crate) const SHOWN: [&str; 12] = [
     "precursor_count",
     "longest_precursor_ratio",
@@ -90,7 +90,7 @@ pub(crate) fn signed(difference: f64) -> String {
     format!("{}{text}", if difference < 0.0 { "-" } else { "+" })
 }
 
-/// The difference of both sides; nothing where there is none, or it is no number.
+/// The difference of both sides; empty if there is none, or it is no number.
 pub(crate) fn difference(number: &NumberChange) -> String {
     match number.difference {
         Some(difference) if number.old != number.new => signed(difference),
@@ -108,7 +108,7 @@ pub(crate) fn change(number: &NumberChange) -> String {
     }
 }
 
-/// What the test says of both sides of a quantity.
+/// The test result for both sides of a quantity.
 pub(crate) fn test(sample: &Sample) -> String {
     match sample.test {
         None => "too few values for the test".to_owned(),

@@ -1,6 +1,5 @@
-//! What a diff found, as data: the terminal summary, the page and `--format json` are made of
-//! this and of nothing else. The JSON is these structs, field by field; a change to a field's
-//! name or meaning raises [`VERSION`].
+//! The result of a diff as data: the only input of the terminal summary, the page and `--format json`. The
+//! JSON is these structs, field by field; a change to a field's name or meaning raises [`VERSION`].
 
 use std::array;
 use std::iter::Sum;
@@ -19,7 +18,7 @@ pub const VERSION: u32 = 1;
 /// Declares the classes once: variant, name, field of counts in JSON, and meaning.
 macro_rules! classes {
     ($($class:ident $name:literal $field:literal $meaning:literal,)+) => {
-        /// What became of an event, or of several that belong together.
+        /// The class of an event, or of several that belong together.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Class {
             $(#[doc = $meaning] $class,)+
@@ -43,7 +42,7 @@ macro_rules! classes {
                 }
             }
 
-            /// What it means, in words.
+            /// Its meaning, in words.
             pub fn meaning(self) -> &'static str {
                 match self {
                     $(Class::$class => $meaning,)+
@@ -71,7 +70,7 @@ impl Class {
         Class::ALL.into_iter().find(|class| class.name() == name)
     }
 
-    /// What it becomes when the sides are swapped.
+    /// The class when the sides are swapped.
     #[must_use]
     pub fn mirrored(self) -> Class {
         match self {
@@ -83,7 +82,7 @@ impl Class {
         }
     }
 
-    /// Whether it needs no leave from the policy.
+    /// Whether it is allowed without an entry in the policy.
     pub fn is_no_difference(self) -> bool {
         matches!(self, Class::Identical | Class::WithinTolerance)
     }
@@ -102,21 +101,21 @@ pub struct Report {
     pub format: &'static str,
     /// [`VERSION`].
     pub version: u32,
-    /// The old side, as it was given.
+    /// The old side, as given.
     pub old: String,
-    /// The new side, as it was given.
+    /// The new side, as given.
     pub new: String,
     /// The policy's file; null for the default, exact.
     pub policy: Option<String>,
     /// The outcome.
     pub verdict: Verdict,
-    /// How many matches of each class there are, over all runs.
+    /// Number of matches in each class, over all runs.
     pub counts: Counts,
     /// The pairs of runs, in the order of their names.
     pub runs: Vec<RunDiff>,
     /// Runs that only one side has. Any makes the verdict `differs`.
     pub unpaired: Vec<Unpaired>,
-    /// Classes of which the policy allows a number, and there are more.
+    /// Classes with more matches than the policy allows.
     pub exceeded: Vec<Exceeded>,
     /// Claims whose verdict or value changed; only between outputs of `asperity reproduce`.
     pub claims: Vec<ClaimChange>,
@@ -126,7 +125,7 @@ pub struct Report {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// Nothing differs but what the policy allows.
+    /// All differences are allowed by the policy.
     WithinPolicy,
     /// Something does.
     Differs,
@@ -148,7 +147,7 @@ impl Counts {
         self.total() - self[Class::Identical] - self[Class::WithinTolerance]
     }
 
-    /// The classes that there are, with how many of each.
+    /// The classes that occur, with their numbers of matches.
     pub fn there(&self) -> impl Iterator<Item = (Class, u64)> {
         Class::ALL.into_iter().zip(self.0).filter(|(_, count)| *count > 0)
     }
@@ -190,29 +189,28 @@ pub struct RunDiff {
     pub old: RunSide,
     /// The new run.
     pub new: RunSide,
-    /// The summaries of both runs, number by number; empty where a side is a table, of which there
-    /// is no summary.
+    /// The summaries of both runs, number by number; empty if a side is a table, which has no summary.
     pub summary: Vec<NumberChange>,
-    /// What became of the ruptures; null where a side has none to compare.
+    /// The fate of the ruptures; null if a side has none to compare.
     pub ruptures: Option<RuptureDiff>,
     /// Why ruptures were not compared; null where they were, and between tables.
     pub no_ruptures: Option<String>,
-    /// What differs between the runs beside their events: scenario keys, code version, solver, ...
+    /// Differences between the runs beside their events: scenario keys, code version, solver, ...
     pub provenance: Vec<ProvenanceChange>,
-    /// What became of the slip events. In JSON its fields stand here.
+    /// The fate of the slip events. In JSON its fields are inlined here.
     #[serde(flatten)]
     pub events: TableDiff,
-    /// What changed in the precursor table; null where it cannot be made of both sides.
+    /// Changes in the precursor table; null if it cannot be computed for both sides.
     pub precursors: Option<PrecursorChanges>,
 }
 
 impl RunDiff {
-    /// What the pair is called.
+    /// The name of the pair.
     pub fn name(&self) -> String {
         pair_name(&self.old.name, &self.new.name)
     }
 
-    /// Whether ruptures differ that both logs hold, and every slip event is identical.
+    /// Whether ruptures logged in both runs differ although every slip event is identical.
     pub fn ruptures_alone_differ(&self) -> bool {
         let logged = self.ruptures.as_ref().filter(|ruptures| !ruptures.found_anew);
         logged.is_some_and(|ruptures| ruptures.table.counts.differing() > 0)
@@ -220,7 +218,7 @@ impl RunDiff {
     }
 }
 
-/// By what the events of two runs are paired.
+/// How the events of two runs are paired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PairedBy {
@@ -234,21 +232,19 @@ pub enum PairedBy {
 /// The ruptures of two runs, rupture by rupture.
 #[derive(Debug, Clone, Serialize)]
 pub struct RuptureDiff {
-    /// How many pairs, splits and merges there are in time; fewer than `counts` where ruptures are
-    /// paired by cycles.
+    /// Number of pairs, splits and merges in time; fewer than `counts` if ruptures are paired by cycles.
     pub matches_in_time: u64,
     /// How the new one of a pair differs from the old one, over all pairs; null without pairs.
     pub pairs: Option<PairDifferences>,
     /// The load at which a precursor, or the first global slip, first reached a share of the slider.
     pub reached: Vec<LengthReached>,
-    /// Whether those of a side were found in its step records, since its log holds none.
+    /// Whether the ruptures of a side were found in its step records, since its log has none.
     pub found_anew: bool,
     /// How many ruptures the old run has.
     pub old: u64,
     /// How many the new run has.
     pub new: u64,
-    /// What became of them; numbers of events in it are those of ruptures. In JSON its fields stand
-    /// here.
+    /// Their fate; event numbers in it are those of ruptures. In JSON its fields are inlined here.
     #[serde(flatten)]
     pub table: TableDiff,
 }
@@ -278,7 +274,7 @@ pub struct LengthReached {
     pub new_ft_fn: Option<f64>,
 }
 
-/// What became of the rows of two tables, slip events or ruptures.
+/// The fate of the rows of two tables, slip events or ruptures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct TableDiff {
     /// Number of old rows.
@@ -287,11 +283,11 @@ pub struct TableDiff {
     /// Number of new rows.
     #[serde(skip)]
     pub new_rows: u64,
-    /// By what they were paired.
+    /// How they were paired.
     pub paired_by: PairedBy,
     /// How far from an event's onset its counterpart is looked for in time, s.
     pub window_s: f64,
-    /// How far from its place in the cycle instead, as a share of the cycle. Absent where paired by time.
+    /// Window around its place in the cycle instead, as a share of the cycle. Absent if paired by time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window_cycles: Option<f64>,
     /// The columns that were compared.
@@ -302,8 +298,8 @@ pub struct TableDiff {
     pub columns_left_out: Option<Vec<Column>>,
     /// How many matches of each class.
     pub counts: Counts,
-    /// Numbers of differences that the policy does not allow, by class. Absent of ruptures, which
-    /// are judged as a whole ([`RunDiff::ruptures_alone_differ`]).
+    /// Numbers of differences that the policy does not allow, by class. Absent for ruptures, which are
+    /// judged as a whole ([`RunDiff::ruptures_alone_differ`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_allowed: Option<Counts>,
     /// Per column: how often it differs in a pair of events, and how far.
@@ -314,7 +310,7 @@ pub struct TableDiff {
     pub findings: Vec<Finding>,
     /// How many findings were counted and left out of `findings`, for want of room.
     pub findings_left_out: u64,
-    /// Every match, identical ones too, in order of time: what a timeline is drawn from.
+    /// Every match, including identical ones, in order of time, for timelines.
     pub matches: Vec<Match>,
     /// How many matches were counted and left out of `matches`, for want of room.
     pub matches_left_out: u64,
@@ -334,7 +330,7 @@ impl TableDiff {
     }
 }
 
-/// What a pair of runs is called: by the name that both have, or by both names.
+/// The name of a pair of runs: the common name, or both.
 pub fn pair_name(old: &str, new: &str) -> String {
     if old == new { old.to_owned() } else { format!("{old} / {new}") }
 }
@@ -344,9 +340,9 @@ pub fn pair_name(old: &str, new: &str) -> String {
 pub struct NumberChange {
     /// Its key in the summary.
     pub key: String,
-    /// What the old run has; null where there is nothing to measure.
+    /// Value of the old run; null where there is nothing to measure.
     pub old: serde_json::Value,
-    /// What the new run has.
+    /// Value of the new run.
     pub new: serde_json::Value,
     /// The new number less the old one; null unless both are numbers.
     pub difference: Option<f64>,
@@ -374,24 +370,23 @@ pub struct RunSide {
     pub path: String,
     /// How many slip events it has.
     pub events: u64,
-    /// When the run ended, s; null where the file does not say, as tables do not.
+    /// End of the run, s; null if the file lacks it, as tables do.
     pub duration_s: Option<f64>,
-    /// Number of blocks; null where the file does not say.
+    /// Number of blocks; null if the file lacks it.
     pub blocks: Option<u32>,
-    /// Hash of the resolved scenario; null where the file does not say.
+    /// Hash of the resolved scenario; null if the file lacks it.
     pub scenario_hash: Option<String>,
 }
 
 /// A key of the scenario that was set differently.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SettingChange {
-    /// The key and both values; null where a scenario does not have it.
+    /// The key and both values; null if a scenario lacks it.
     #[serde(flatten)]
     pub change: NumberChange,
     /// The unit in which its name ends; null without one.
     pub unit: Option<&'static str>,
-    /// Whether it shapes the motion, rather than naming the run, how long it is, or what is detected
-    /// and recorded.
+    /// Whether it affects the motion, unlike names, the duration, detection and recording.
     pub shapes_motion: bool,
 }
 
@@ -401,9 +396,9 @@ pub struct ProvenanceChange {
     /// `scenario: KEY` for a key of the resolved scenario, else the field of the run header:
     /// `code_version`, `solver`, `parameter_set`, `record_schema_version`.
     pub key: String,
-    /// What the old run has; null where it has none.
+    /// Value of the old run; null if it has none.
     pub old: Option<String>,
-    /// What the new run has; null where it has none.
+    /// Value of the new run; null if it has none.
     pub new: Option<String>,
 }
 
@@ -419,19 +414,19 @@ impl ProvenanceChange {
 pub struct ColumnChange {
     /// The column.
     pub column: Column,
-    /// In how many pairs it differs at all.
+    /// Number of pairs in which it differs.
     pub differing: u64,
-    /// In how many it differs by more than its tolerance.
+    /// Number of pairs in which it differs by more than its tolerance.
     pub beyond_tolerance: u64,
     /// The largest difference that can be measured, in the column's unit.
     pub largest: f64,
-    /// Number of the old event where it is largest.
+    /// Number of the old event with the largest one.
     pub old_event: u64,
     /// Number of the new event there.
     pub new_event: u64,
 }
 
-/// Where an event lies, for timelines.
+/// Time and blocks of an event, for timelines.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Extent {
     /// Its number in its table, from 0.
@@ -447,7 +442,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// From which block to which it reached.
+    /// First and last block.
     pub fn reach(&self) -> Reach {
         Reach { first: self.first_block, last: self.last_block }
     }
@@ -456,9 +451,9 @@ impl Extent {
 /// Events of both sides that belong together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Match {
-    /// What became of them.
+    /// Their class.
     pub class: Class,
-    /// Whether the policy lets it pass.
+    /// Whether the policy allows it.
     pub allowed: bool,
     /// The old events; none for `extra`, several for `merged`.
     pub old: Vec<Extent>,
@@ -471,7 +466,7 @@ pub struct Match {
 pub struct Finding {
     /// What became of the events.
     pub class: Class,
-    /// Whether the policy lets it pass.
+    /// Whether the policy allows it.
     pub allowed: bool,
     /// The rule that put it there, in words.
     pub rule: String,
@@ -484,7 +479,7 @@ pub struct Finding {
     /// The columns that differ by more than their tolerance; empty unless one event matches
     /// one.
     pub columns: Vec<CellChange>,
-    /// What of duration and blocks a split or merge kept; null for other classes.
+    /// Duration and blocks preserved by a split or merge; null for other classes.
     pub conservation: Option<Conservation>,
 }
 
@@ -504,13 +499,13 @@ pub struct CellChange {
     pub old: Value,
     /// The new value.
     pub new: Value,
-    /// How far apart; null between a number and nothing.
+    /// The difference; null between a number and an empty cell.
     pub difference: Option<f64>,
-    /// How far apart the policy lets them be.
+    /// The difference that the policy allows.
     pub tolerance: f64,
 }
 
-/// What a split or merge kept: the union of the durations, and of the blocks from
+/// The quantities preserved by a split or merge: the union of the durations, and of the blocks from
 /// `first_block` to `last_block`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Conservation {
@@ -528,7 +523,7 @@ pub struct Conservation {
     pub blocks_conserved: bool,
 }
 
-/// Where two runs part, and how they do.
+/// Where and how two runs part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Horizon {
     /// Onset of the first event that differs beyond tolerance, on whichever side it is earlier, s.
@@ -539,11 +534,11 @@ pub struct Horizon {
     pub old_event: Option<u64>,
     /// Its number on the new side; null where it is missing.
     pub new_event: Option<u64>,
-    /// How many matches there are before it.
+    /// Number of matches before it.
     pub matches_before: u64,
-    /// How much differs, by decades of the matches from the first one on.
+    /// Growth of the differences, by decades of the matches after the first one.
     pub growth: Vec<Growth>,
-    /// What is left to compare from there on.
+    /// Statistics of the events from there on.
     pub beyond: Statistics,
 }
 
@@ -597,20 +592,19 @@ pub struct KolmogorovSmirnov {
     pub name: &'static str,
     /// The largest distance of the distributions, 0 to 1.
     pub distance: f64,
-    /// Probability of such a distance or a larger one if the sides are of one distribution. An
-    /// upper bound: ties, and the bins in which values are counted, make it larger. Events
-    /// that depend on those before them make it smaller.
+    /// Probability of such a distance or a larger one if the sides are of one distribution. An upper bound
+    /// as far as ties and bins go; correlated events make it too small.
     pub p: f64,
 }
 
 impl KolmogorovSmirnov {
-    /// The test: whether two samples can be of one distribution, whatever that is.
+    /// The test whether two samples can have the same distribution, of any form.
     pub const NAME: &'static str = "two-sample Kolmogorov-Smirnov";
-    /// The sides are said to differ where p lies below this.
+    /// The sides are reported as different if p is below this.
     pub const SIGNIFICANT: f64 = 0.01;
 }
 
-/// What changed in the precursor table, Lp/L against F_T/F_N.
+/// Changes in the precursor table, Lp/L against F_T/F_N.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PrecursorChanges {
     /// Rows on the old side.
@@ -663,17 +657,17 @@ pub struct Exceeded {
 /// A claim whose verdict or value changed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClaimChange {
-    /// Where the source makes it.
+    /// Where the source states it.
     pub about: String,
     /// The run it is measured in.
     pub run: String,
-    /// What is measured.
+    /// The measured quantity.
     pub measure: String,
-    /// The value before; null where there was none.
+    /// The old value; null if there was none.
     pub old_value: Option<f64>,
     /// The value now.
     pub new_value: Option<f64>,
-    /// The verdict before; null where the claim was not made.
+    /// The old verdict; null if the claim was not made.
     pub old_verdict: Option<String>,
     /// The verdict now.
     pub new_verdict: Option<String>,

@@ -1,11 +1,11 @@
-//! What a diff needs of the rows that it matches: slip events and ruptures. Both have a place in
-//! time and space, and columns of the event table.
+//! Interface of the rows that a diff matches: slip events and ruptures. Both have times, blocks, and
+//! columns of the event table.
 
 use asperity_record::{Reach, Rupture, SlipEvent};
 
 use crate::column::{Column, Columns, Value, slip_event_cell};
 
-/// A row of a table, which is matched by when and where blocks slid.
+/// A row of a table, matched by the times and blocks of slip.
 pub trait Row: Clone {
     /// The columns that such rows have.
     const COLUMNS: Columns;
@@ -19,19 +19,19 @@ pub trait Row: Clone {
     /// Its end, s; `None` if the run ended before.
     fn end_s(&self) -> Option<f64>;
 
-    /// From which block to which it reached.
+    /// First and last block.
     fn reach(&self) -> Reach;
 
     /// How many blocks slid.
     fn blocks_slipped(&self) -> u32;
 
-    /// Whether the run may have ended before it did.
+    /// Whether the run may have ended before the event.
     fn is_open(&self) -> bool;
 
-    /// Its cell in a column; empty in one that such rows do not have.
+    /// Its cell in a column; empty if such rows lack the column.
     fn cell(&self, column: Column) -> Value;
 
-    /// Whether the run cut it short, so that only what is known at its onset counts.
+    /// Whether the end of the run truncated it, so that only columns known at its onset count.
     fn is_cut(&self) -> bool {
         self.is_open() || self.end_s().is_none()
     }

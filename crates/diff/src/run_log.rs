@@ -1,4 +1,4 @@
-//! What a diff takes of a run log: header and scenario, slip events, ruptures, and the numbers of
+//! Data that a diff reads from a run log: header and scenario, slip events, ruptures, and the numbers of
 //! its summary, all collected in one pass over the file.
 
 use std::path::Path;
@@ -21,7 +21,7 @@ pub struct RunLog {
     pub summary: Vec<(String, Value)>,
     /// Why summary or ruptures could not be determined; then it is not compared.
     pub problem: Option<String>,
-    /// Where its ruptures are from.
+    /// The source of its ruptures.
     pub ruptures_from: RupturesFrom,
     ruptures: Vec<Rupture>,
     slip_events: Vec<SlipEvent>,
@@ -30,8 +30,8 @@ pub struct RunLog {
 }
 
 impl RunLog {
-    /// Begins with a log of which nothing has been read but its header and scenario. Of a log with more
-    /// slip events than `most_slip_events`, they are read again, one at a time.
+    /// Begins with a log after its header and scenario have been read. If it has more slip events than
+    /// `most_slip_events`, they are read again later, one at a time.
     pub fn begin(header: &RunHeader, scenario_toml: &str, most_slip_events: usize) -> RunLog {
         RunLog {
             provenance: Provenance { header: header.clone(), scenario_toml: scenario_toml.to_owned() },
@@ -68,7 +68,7 @@ impl RunLog {
         (self.slip_events.len() as u64 == self.slip_event_count).then_some(&self.slip_events)
     }
 
-    /// Its ruptures, or why there are none.
+    /// Its ruptures, or the reason why there are none.
     pub(crate) fn ruptures(&self, path: &Path) -> Result<&[Rupture], String> {
         if self.ruptures_from != RupturesFrom::None {
             return Ok(&self.ruptures);
@@ -81,12 +81,12 @@ impl RunLog {
         ))
     }
 
-    /// Over which time its slip events are spread.
+    /// The time span of its slip events.
     pub(crate) fn spread_of_slip_events(&self) -> Spread {
         self.spread(self.slip_event_count)
     }
 
-    /// Over which time its ruptures are spread.
+    /// The time span of its ruptures.
     pub(crate) fn spread_of_ruptures(&self) -> Spread {
         self.spread(self.ruptures.len() as u64)
     }

@@ -1,4 +1,4 @@
-//! The ruptures of two runs: what became of each, how those that pair differ, and at which load
+//! Compares the ruptures of two runs: their classes, the differences of pairs, and the loads at which
 //! precursors reached a quarter of the slider, half of it, and so on.
 
 use std::convert::Infallible;
@@ -62,8 +62,8 @@ pub(crate) fn compare(comparison: Comparison<'_>, sides: &[Sorted; 2]) -> Result
     })
 }
 
-/// At which load ruptures from block 1 first reached each of some shares of the slider, for shares
-/// that one of the runs came to.
+/// Loads at which ruptures from block 1 first reached given shares of the slider, for shares that one of
+/// the runs reached.
 pub(crate) fn reached(sides: &[Sorted; 2], blocks: [u32; 2]) -> Vec<LengthReached> {
     let growing = sides.each_ref().map(|Sorted(ruptures)| {
         let mut growth = RuptureGrowth::default();
@@ -93,7 +93,7 @@ mod tests {
     use crate::row::Row;
     use crate::tally::Comparison;
 
-    /// With nothing but when and where; the rest is null.
+    /// With times and blocks only; other fields are null.
     fn rupture(number: u64, onset_step: u64, blocks: [u32; 2], end_step: Option<u64>) -> Rupture {
         let time_s = |step: u64| step as f64 / 1e7;
         let rupture = serde_json::json!({

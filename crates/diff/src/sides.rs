@@ -1,4 +1,4 @@
-//! What is compared with what: the runs of each side, and which of them belong together.
+//! Finds the runs of each side, and pairs them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,17 +10,17 @@ use crate::report::{RunSide, Unpaired};
 use crate::run_log::RunLog;
 use crate::table::TableError;
 
-/// By what the runs of two folders are paired.
+/// How the runs of two folders are paired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PairBy {
-    /// The hash of the resolved scenario; the file's name where one of the two has none.
+    /// By the hash of the resolved scenario; by the file's name if one of the two has none.
     #[default]
     Hash,
     /// The file's name, also between scenarios that differ.
     Name,
 }
 
-/// A path at which there is nothing to compare.
+/// A path without anything to compare.
 #[derive(Debug, thiserror::Error)]
 pub enum SideError {
     /// It is a file of another kind.
@@ -107,14 +107,14 @@ fn name_of(path: &Path) -> String {
     stem.strip_suffix(".events").map_or(stem.clone(), str::to_owned)
 }
 
-/// What was given as one side: a file, a folder of them, or the output of `asperity reproduce`.
+/// The input for one side: a file, a folder of them, or the output of `asperity reproduce`.
 #[derive(Debug, Clone)]
 pub struct Side {
     /// Its runs, in the order of their names.
     pub runs: Vec<Run>,
     /// Whether it is one file, to be compared with any file on the other side.
     is_file: bool,
-    /// The table of claims, where there is one.
+    /// The table of claims, if any.
     pub claims: Option<PathBuf>,
 }
 
@@ -142,7 +142,7 @@ struct Files {
     claims: Option<PathBuf>,
 }
 
-/// The run logs of a side, which whoever compares may want to judge before.
+/// The run logs of a side, for callers that check them first.
 ///
 /// # Errors
 /// If the side has no runs.
@@ -171,7 +171,7 @@ impl Files {
             let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
             is_table(file) && (stem == "events" || stem.ends_with(".events"))
         };
-        // Logs say more than tables, and other tables than those of events are none of ours.
+        // Logs contain more than tables, and only event tables can be compared.
         let mut chosen = of_kind(&|file| ending(file) == Some("mcap"));
         if chosen.is_empty() {
             chosen = of_kind(&is_events);
@@ -207,7 +207,7 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>, SideError> {
     Ok(files)
 }
 
-/// The runs that belong together, and those that do not.
+/// Pairs of runs, and runs without a counterpart.
 #[derive(Debug)]
 pub struct Paired {
     /// Old and new, in the order of the old side.
@@ -226,7 +226,7 @@ pub fn pair(old: &Side, new: &Side, by: PairBy) -> Paired {
     let by_hash =
         |old: &Run, new: &Run| by == PairBy::Hash && old.hash().is_some() && old.hash() == new.hash();
     let same_name = |old: &Run, new: &Run| old.name == new.name;
-    // A hash that both have decides, where one has none the name does.
+    // If both have a hash, it decides; otherwise the name does.
     let by_name = |old: &Run, new: &Run| {
         same_name(old, new) && (by == PairBy::Name || old.hash().is_none() || new.hash().is_none())
     };

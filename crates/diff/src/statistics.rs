@@ -1,31 +1,28 @@
-//! Distributions of what events are like, and whether two of them may be one.
+//! Distributions of the quantities of events, and a test whether two of them may be equal.
 //!
 //! Beyond the horizon of a chaotic run no event has its counterpart, and only
 //! statistics can be compared. The values are counted in bins of a 256th of
 //! their octave, so that memory does not grow with the table.
 //!
-//! The test is that of Kolmogorov and Smirnov for two samples; its probability
-//! is that of the asymptotic distribution with the correction for small samples
-//! of M. A. Stephens, J. R. Stat. Soc. B 32, 115 (1970): with
-//! n = n₁n₂/(n₁+n₂) and λ = (√n + 0.12 + 0.11/√n) D,
-//! p = 2 Σ (-1)^(k-1) exp(-2k²λ²). For values with ties, as lengths in blocks
-//! are, and for those in one bin, p is too large and never too small
-//! (G. E. Noether, Metrika 7, 115 (1963)). It takes the events for independent,
-//! which slip events of one chain are not: a small p shows that something
-//! changed only where the runs are long against what they remember.
+//! The test is that of Kolmogorov and Smirnov for two samples; its probability is that of the asymptotic
+//! distribution with the correction for small samples of M. A. Stephens, J. R. Stat. Soc. B 32, 115 (1970):
+//! with n = n₁n₂/(n₁+n₂) and λ = (√n + 0.12 + 0.11/√n) D, p = 2 Σ (-1)^(k-1) exp(-2k²λ²). For values with
+//! ties, as lengths in blocks are, and for those in one bin, p is too large and never too small (G. E.
+//! Noether, Metrika 7, 115 (1963)). The test assumes independent events, but slip events of one chain are
+//! correlated: a small p indicates a change only if the runs are long compared with the correlation time.
 
 use std::collections::BTreeMap;
 
 use crate::report::{KolmogorovSmirnov, Sample};
 
-/// Fewest values on either side for a test: below, it can hardly find anything, and
-/// the asymptotic distribution is no longer good to a few per cent.
+/// Fewest values on either side for a test: below this, it has hardly any power, and the asymptotic
+/// distribution is no longer accurate to a few per cent.
 pub const FEWEST: u64 = 20;
 
-/// Bits of a double that a bin does not tell apart: all but 8 of the mantissa.
+/// Bits of a double that a bin ignores: all but 8 of the mantissa.
 const DROPPED_BITS: u32 = 44;
 
-/// How often which values occur, none of them negative.
+/// Histogram of non-negative values.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Distribution {
     counts: BTreeMap<u64, u64>,

@@ -1,6 +1,5 @@
-//! A report on a terminal, on one screen whatever the tables, with what matters most first: what was
-//! set differently, the numbers that describe the runs, their ruptures, and then what became of the
-//! slip events.
+//! A report on a terminal, on one screen whatever the tables, most important parts first: differences in
+//! settings, the summary numbers of the runs, their ruptures, and then the fate of the slip events.
 
 mod finding;
 mod physics;
@@ -12,7 +11,7 @@ use crate::report::{
 };
 use finding::{by_class, short, told};
 
-/// The classes by how much they matter: what came and went, what changed, what moved.
+/// The classes by importance: events that appeared or vanished, changed, or moved.
 const BY_WEIGHT: [Class; 7] =
     [Class::Missing, Class::Extra, Class::Split, Class::Merged, Class::Changed, Class::Open, Class::Shifted];
 
@@ -54,7 +53,7 @@ pub fn lines(report: &Report) -> Vec<String> {
     lines
 }
 
-/// By how much a run differs: first in what is not allowed.
+/// Sort key by the differences of a run: those that are not allowed come first.
 fn weight(run: &RunDiff) -> (u64, u64) {
     (run.events.refused(), run.events.counts.differing())
 }
@@ -106,7 +105,7 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     let is_below = report.runs.iter().any(|run| run.ruptures.is_some());
     let most = if is_below { FINDINGS_BELOW_PHYSICS } else { FINDINGS };
     let mut chosen: Vec<(&RunDiff, &Finding)> = Vec::new();
-    // What is not allowed first, a few of each class before more of any.
+    // Findings that are not allowed come first, with a few of each class before more of any.
     for of_a_class in [FINDINGS_OF_A_CLASS.min(most.div_ceil(2)), most] {
         for allowed in [false, true] {
             for class in BY_WEIGHT {
@@ -271,7 +270,7 @@ fn others(report: &Report, lines: &mut Vec<String>) {
         lines.push(format!("... and {} more runs on one side only", report.unpaired.len() - OTHERS));
     }
     let mut seen: Vec<(String, usize)> = Vec::new();
-    // Keys of scenarios come first of all.
+    // Keys of scenarios come first.
     let changes = report.runs.iter().flat_map(|run| &run.provenance);
     for change in changes.filter(|change| !change.is_of_scenario()) {
         let value = |value: &Option<String>| value.clone().unwrap_or("nothing".to_owned());
@@ -290,7 +289,7 @@ fn others(report: &Report, lines: &mut Vec<String>) {
     }
 }
 
-/// What the classes mean into which events and ruptures that differ were sorted.
+/// Meanings of the classes of differing events and ruptures.
 fn meanings(report: &Report, lines: &mut Vec<String>) {
     let of_ruptures = report.runs.iter().filter_map(|run| Some(&run.ruptures.as_ref()?.table.counts));
     let all: Counts = of_ruptures.chain([&report.counts]).sum();

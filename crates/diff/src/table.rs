@@ -1,5 +1,5 @@
-//! Slip events out of a run log, a CSV or a Parquet file, one at a time where
-//! the format lets them be, with the columns that there are.
+//! Reads slip events from a run log, a CSV or a Parquet file, one at a time where the format permits, with
+//! the columns that exist.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
 use crate::column::{Column, Columns, Kind, Value};
 
-/// The columns without which there is nothing to match by.
+/// The columns required for matching.
 const NEEDED: [Column; 4] = [Column::OnsetS, Column::EndS, Column::FirstBlock, Column::LastBlock];
 
 /// A table that cannot be read.
@@ -31,7 +31,7 @@ pub enum TableError {
     Csv {
         /// The table.
         path: PathBuf,
-        /// What is wrong, with its line.
+        /// The error, with its line.
         error: csv::Error,
     },
     /// A heading that is no event table's.
@@ -39,7 +39,7 @@ pub enum TableError {
     Heading {
         /// The table.
         path: PathBuf,
-        /// What is wrong.
+        /// The error.
         problem: String,
     },
     /// A cell that its column does not accept.
@@ -53,7 +53,7 @@ pub enum TableError {
         column: Column,
         /// The cell, as written.
         value: String,
-        /// What would be accepted.
+        /// The accepted values.
         accepted: &'static str,
     },
     /// A Parquet file.
@@ -115,12 +115,12 @@ fn log(path: &Path) -> Result<Table<'static>, TableError> {
     Ok(Table { columns: Columns::ALL, events })
 }
 
-/// The events that a function returns until there are no more.
+/// Iterates over the events that a function returns, until `None`.
 fn one_by_one(mut next: impl FnMut() -> Result<Option<SlipEvent>, TableError> + 'static) -> Events<'static> {
     Box::new(std::iter::from_fn(move || next().transpose()))
 }
 
-/// Where the columns of a table stand: the place of each in its rows.
+/// Positions of the columns in the rows of a table.
 struct Places {
     path: PathBuf,
     places: Vec<(Column, usize)>,
@@ -149,8 +149,8 @@ impl Places {
         Ok(Places { path: path.to_owned(), places, columns })
     }
 
-    /// Makes an event of a row. Cells of columns that the table lacks are filled with what
-    /// follows from the others, or 0; they are not compared.
+    /// Converts a row to an event. Fields whose columns the table lacks follow from the others, or are 0;
+    /// they are not compared.
     fn event(
         &self,
         line: u64,
@@ -195,7 +195,7 @@ impl Places {
     }
 }
 
-/// What a column takes, in words.
+/// Accepted values of a column, in words.
 fn kind_accepted(column: Column) -> &'static str {
     match column {
         Column::EndS | Column::FtFnEnd => "a number, or nothing where the run ended before",
@@ -207,7 +207,7 @@ fn kind_accepted(column: Column) -> &'static str {
     }
 }
 
-/// Stores a cell in its field, or returns what would be accepted.
+/// Stores a cell in its field, or returns the accepted values.
 fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'static str> {
     const BLOCK: &str = "a whole number from 1 to 100000";
     const _: () = assert!(MOST_BLOCKS == 100_000);
@@ -217,7 +217,7 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
         _ => Err(kind_accepted(column)),
     };
     let whole = || match value {
-        // What is counted is counted on in doubles too.
+        // Counts must also be exact as doubles.
         Value::Whole(whole @ 0..=MOST_WHOLE) => Ok(whole),
         Value::Whole(_) => Err("a whole number up to 9007199254740992"),
         _ => Err(kind_accepted(column)),
@@ -259,7 +259,7 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
     Ok(())
 }
 
-/// The largest whole number up to which doubles have all of them.
+/// The largest whole number up to which doubles are exact.
 const MOST_WHOLE: u64 = 1 << 53;
 
 fn csv(path: &Path) -> Result<Table<'static>, TableError> {
@@ -288,7 +288,7 @@ fn csv(path: &Path) -> Result<Table<'static>, TableError> {
     Ok(Table { columns, events })
 }
 
-/// A cell without spaces around it, which few have.
+/// A cell without the spaces around it, which are rare.
 fn trimmed(text: &str) -> &str {
     let is_plain = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_graphic);
     let bytes = text.as_bytes();

@@ -22,9 +22,9 @@ pub struct Comparison<'a> {
     pub columns: Columns,
     /// How far from an event's onset its counterpart is looked for, s.
     pub window_s: f64,
-    /// By what events are paired instead of by times; the window is theirs then.
+    /// How events are paired if not by times; the window then has that unit.
     pub cycles: Option<&'a Cycles>,
-    /// Which differences are none, and which are allowed.
+    /// Which differences are ignored, and which are allowed.
     pub policy: &'a Policy,
     /// When the old run ended, s, if that is known.
     pub old_until_s: Option<f64>,
@@ -39,9 +39,9 @@ pub struct Comparison<'a> {
 /// One match on its way to a file.
 #[derive(Debug)]
 pub struct Matched<'a, R> {
-    /// What became of the events.
+    /// The classes of the events.
     pub class: Class,
-    /// Whether the policy lets it pass.
+    /// Whether the policy allows it.
     pub allowed: bool,
     /// The farther of the shifts of onset and end, s; of one against one.
     pub shift_s: Option<f64>,
@@ -49,8 +49,8 @@ pub struct Matched<'a, R> {
     pub group: &'a Group<R>,
 }
 
-/// Compares two tables, row by row. `on_match` is handed every match, in order of time or cycles; `draft`
-/// widens to a policy under which all of them pass.
+/// Compares two tables, row by row. `on_match` receives every match, in order of time or cycles; `draft`
+/// widens to a policy that allows all of them.
 ///
 /// # Errors
 /// If a table cannot be read or is not in order, or `on_match` fails.
@@ -286,11 +286,11 @@ fn extent(event: &impl Row) -> Extent {
     }
 }
 
-/// The tightest policy under which what was observed passes.
+/// The tightest policy that allows all observed differences.
 ///
-/// Numbers get tolerances: for every column of time or load the largest difference of any
-/// pair of events of the same blocks. What differs in kind gets a count: pairs of other blocks,
-/// splits, merges, what is missing, extra or open.
+/// Numbers get tolerances: for every column of time or load the largest difference of any pair of events
+/// with equal blocks. Differences in kind get counts: pairs with different blocks, splits, merges, missing,
+/// extra and open events.
 #[derive(Debug, Clone, Default)]
 pub struct Draft {
     tolerances: [f64; Column::ALL.len()],
@@ -300,7 +300,7 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// Lets ruptures differ where no slip event does.
+    /// Allows ruptures to differ where no slip event does.
     pub fn allow_ruptures(&mut self) {
         self.ruptures = true;
     }
@@ -341,7 +341,7 @@ impl Draft {
         }
     }
 
-    /// The policy; with the window of that under which the events were matched.
+    /// The policy, with the window of the policy used for matching.
     pub fn policy(&self, window_s: Option<f64>) -> Policy {
         let mut policy = Policy { window_s, allows_ruptures: self.ruptures, ..Policy::default() };
         if self.counts[Class::Changed] + self.counts[Class::Open] > 0 {

@@ -1,4 +1,4 @@
-//! What takes the place of `matches` and `precursors` without the feature `analysis`.
+//! Stubs for `matches` and `precursors` without the feature `analysis`.
 
 use std::path::Path;
 

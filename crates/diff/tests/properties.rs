@@ -1,5 +1,4 @@
-//! What a diff must do whatever the tables: thousands of made-up tables, and changes put
-//! into them on purpose, which it must find again.
+//! Properties of a diff for any tables: in thousands of made-up tables, it must find the injected changes.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -107,7 +106,7 @@ fn pieces(random: &mut Random, event: &SlipEvent, count: u64) -> Vec<SlipEvent> 
             let end = if piece + 1 == count { event.end_step.unwrap() } else { onset + length - 1 };
             let wide = event.last_block - event.first_block + 1;
             let first = event.first_block + random.below(u64::from(wide)) as u32;
-            // The first piece has all blocks, so that the union is theirs.
+            // The first piece has all blocks, so the union does too.
             let first = if piece == 0 { event.first_block } else { first };
             self::event(onset, end, first, event.last_block)
         })
@@ -173,7 +172,7 @@ fn a_table_equals_itself() {
     assert_eq!(compare(&[], &[], &Policy::default()).counts.total(), 0);
 }
 
-/// What is done to an event on purpose.
+/// A change injected into an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Injected {
     Nothing,
@@ -196,7 +195,7 @@ const ALL: [Injected; 7] = [
     Injected::Add,
 ];
 
-/// Both tables, with what was injected into the second, and the matches that a diff has to find: by
+/// Both tables, with the changes injected into the second, and the matches that a diff has to find: by
 /// class, with the onsets of the first events of both sides.
 type Expected = Vec<(Class, Vec<u64>, Vec<u64>)>;
 
@@ -216,8 +215,8 @@ fn inject(
             0 => kinds[random.below(kinds.len() as u64) as usize],
             _ => Injected::Nothing,
         };
-        // Where a change is not what it is meant to be, as an event that is dropped where
-        // another is added next to it, none is made.
+        // A change whose class would be ambiguous is skipped, such as dropping an event next to an added
+        // one.
         let injected = match injected {
             Injected::Drop | Injected::Add if room < 4 * window_steps => Injected::Nothing,
             Injected::Split | Injected::Merge if length < 8 => Injected::Nothing,
@@ -270,7 +269,7 @@ fn inject(
                 expected.push((Class::Missing, vec![o], Vec::new()));
             }
             Injected::Add => {
-                // Half way to what comes next.
+                // Halfway to the next event.
                 old.push(event.clone());
                 new.push(event.clone());
                 expected.push(one(Class::Identical));
@@ -307,7 +306,7 @@ fn what_is_injected_is_found_singly_and_mixed() {
             7 => &ALL[..],
             kind => &ALL[kind..=kind],
         };
-        // Some long enough that what is settled leaves memory on the way.
+        // Some are long enough that settled events are freed on the way.
         let events = 1 + random.below(if case % 16 < 8 { 60 } else { 300 }) as usize;
         let base = table(&mut random, events);
         let (old, new, mut expected) = inject(&mut random, &base, kinds);
@@ -329,8 +328,8 @@ fn what_is_injected_is_found_singly_and_mixed() {
     }
 }
 
-/// In dense chatter too, as long as what is left is the same: a missing event does not make others
-/// look different.
+/// In dense chatter too, provided that the other events are unchanged: a missing event must not make others
+/// differ.
 #[test]
 fn drops_and_additions_in_chatter_make_no_others_look_different() {
     let mut random = Random::new(13);
@@ -351,7 +350,7 @@ fn drops_and_additions_in_chatter_make_no_others_look_different() {
     }
 }
 
-/// As of two parameter sets: cycles of other lengths, in which the same happens at the same share.
+/// As between two parameter sets: cycles of different lengths, with the same events at the same shares.
 #[test]
 fn by_cycles_every_event_finds_its_counterpart_and_swapping_the_sides_mirrors_it() {
     let mut random = Random::new(15);
@@ -408,7 +407,7 @@ fn swapping_the_sides_mirrors_everything() {
     for case in 0..2000 {
         let events = 1 + random.below(if case % 8 < 6 { 80 } else { 400 }) as usize;
         let base = table(&mut random, events);
-        // Changes that suit each other, and tables that have nothing to do with each other.
+        // Changes that interact, and unrelated tables.
         let (old, new) = match case % 3 {
             0 => (base, table(&mut random, events)),
             _ => {
@@ -436,8 +435,8 @@ fn swapping_the_sides_mirrors_everything() {
     }
 }
 
-/// The tightest policy lets pass what it was drafted from, and with any of its numbers made
-/// smaller does not.
+/// The tightest policy allows the differences that it was drafted from, but not if any of its numbers is
+/// reduced.
 #[test]
 fn a_drafted_policy_passes_and_is_tight() {
     let mut random = Random::new(15);
@@ -549,7 +548,7 @@ fn what_the_end_of_a_run_cuts_short_is_open() {
     assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, 1), (Class::Open, 1), (Class::Missing, 1)]));
 }
 
-/// Columns that one table lacks are not compared, whatever stands there.
+/// Columns that one table lacks are not compared, whatever the other contains.
 #[test]
 fn only_shared_columns_are_compared() {
     let mut random = Random::new(16);

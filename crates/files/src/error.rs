@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// Why a file is not written, or not renamed to its final name.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// The name is taken, and existing files must not be replaced.
+    /// The name is in use, and existing files must not be replaced.
     #[error("{} exists already", .0.display())]
     Exists(PathBuf),
     /// It would overwrite an input of the same command.
@@ -14,7 +14,7 @@ pub enum FileError {
     Input {
         /// The output.
         path: PathBuf,
-        /// The input that it would overwrite, or whose unfinished log it would.
+        /// The input that would be overwritten, or whose unfinished log would be.
         input: PathBuf,
     },
     /// Two outputs of one command have the same name.

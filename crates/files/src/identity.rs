@@ -20,8 +20,8 @@ impl Identity {
         file.metadata().map(Identity::of)
     }
 
-    /// The identity of what a path leads to, through links. Does not open it, since opening a pipe
-    /// would block.
+    /// The identity of the target of a path, through links. Does not open it, since opening a pipe would
+    /// block.
     pub(crate) fn of_path(path: &Path) -> io::Result<Identity> {
         fs::metadata(path).map(Identity::of)
     }

@@ -1,4 +1,4 @@
-//! Bounds the length of lines in text files that somebody else wrote.
+//! Bounds the length of lines in text files from outside.
 
 use std::io::{self, Read};
 

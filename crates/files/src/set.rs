@@ -316,7 +316,7 @@ impl Output {
     }
 }
 
-/// Renames files to their names, the records last; on a failure takes back those that were free.
+/// Renames files to their names, the records last; on a failure undoes the renames to free names.
 fn give_all_names(
     others: &[Output],
     records: &[Output],

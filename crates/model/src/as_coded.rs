@@ -1,5 +1,5 @@
-//! Says which slider a parameter set gives, in words: the thesis' program computed another one than its text
-//! states, and no front speed of it is that of a solid.
+//! Describes the slider of a parameter set, in words: the thesis' program computed a different slider from
+//! the one stated in its text, with front speeds unlike those of a solid.
 
 use crate::choices::ParameterSet;
 use crate::keys::{self, KEYS};
@@ -48,7 +48,7 @@ mod tests {
         assert_eq!(of(&[]).as_coded_in_words(), None);
         let coded = of(&["parameter_set=as-coded"]);
         assert_eq!(coded.as_coded_in_words().as_deref(), Some("as coded: 12 kg, c = 46 m/s"));
-        // The set names the slider, but nothing of it is left.
+        // The set is named, but none of its values remains.
         let own = ["parameter_set=as-coded", "slider.mass_kg=0.012", "slider.relative_damping=0"];
         assert_eq!(of(&own).as_coded_in_words(), None);
         assert_eq!(of(&["slider.mass_kg=12000"]).mass_and_wave_speed(), "12000 kg, c = 1.45 m/s");

@@ -62,7 +62,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
     table
 }
 
-/// At most this many unknown keys get a suggestion, since each search takes time.
+/// Most unknown keys that get a suggestion, since each search costs time.
 const MOST_GUESSED: usize = 100;
 
 fn unknown_keys(

@@ -268,7 +268,7 @@ impl Scenario {
         Springs::of(self).scales(self)
     }
 
-    /// What holds its slider together, without the rest of its plan.
+    /// The elastic body of its slider, without the rest of its plan.
     pub fn elastic(&self) -> Elastic {
         Springs::of(self).elastic
     }

@@ -65,8 +65,8 @@ impl Elastic {
         self.as_lattice().nodes()
     }
 
-    /// Number of freedoms, for each of which there is a displacement and a velocity. Those along
-    /// the sliding direction come first, and of these those of the contacts.
+    /// Number of freedoms; each has a displacement and a velocity. Freedoms along the sliding direction
+    /// come first, those of the contacts before all others.
     pub fn freedoms(&self) -> usize {
         self.as_lattice().freedoms()
     }

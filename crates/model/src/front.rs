@@ -146,8 +146,8 @@ pub fn curve(relative_damping: f64, top_stiffness: f64, fastest: f64) -> Vec<(f6
     points
 }
 
-/// The slowest front that the theory describes, over `c`: at the wave speed in a free slider; under
-/// a stopped top drive the one whose wave alternates from block to block.
+/// The slowest front that the theory describes, over `c`: at the wave speed in a free slider; under a
+/// stopped top drive, the front whose wave alternates from block to block.
 pub fn slowest(top_stiffness: f64) -> f64 {
     // Slightly more, since zero prestress belongs to the wave speed.
     if top_stiffness == 0.0 { 1.0 + 1e-9 } else { (top_stiffness + 4.0).sqrt() / PI }

@@ -1,5 +1,5 @@
-//! Warns of sliders that no solid is like, and of runs in which nothing can slip, and names the unit that
-//! was probably mistaken.
+//! Warns of sliders unlike any solid and of runs in which nothing can slip, and names the unit that was
+//! probably mistaken.
 
 use std::ops::RangeInclusive;
 
@@ -18,8 +18,8 @@ const MODULI: RangeInclusive<f64> = 1e4..=1.3e12;
 /// Speeds of waves in solids, m/s: from a few in soft gels to 18,000 in diamond.
 const SPEEDS: RangeInclusive<f64> = 1.0..=20_000.0;
 
-/// A value must be this many times its default, or this part of it, to be taken for one in another unit,
-/// and come closer than that if it is: within 100 times the default there are other sliders.
+/// A value must differ from its default by this factor to count as one in another unit, and be closer to it
+/// in that unit: within a factor of 100 of the default there are other sliders.
 const FAR: f64 = 100.0;
 
 /// A key, its value in a scenario, and units in which it may have been written, with their values in SI.
@@ -89,9 +89,9 @@ fn slips(scenario: &Scenario, preview: &Preview) -> bool {
         || preview.first_slip_s.is_some_and(|time_s| time_s <= scenario.time.duration_s)
 }
 
-/// What solids do not have, in words, each with the key to name.
+/// Properties that no solid has, in words, each with the key to name.
 fn outside(scenario: &Scenario) -> Vec<(&'static str, f64, String)> {
-    // The mass of the set as-coded is by intent a thousand times that of the slider it stands for.
+    // The mass of the set as-coded is intentionally a thousand times that of the real slider.
     let [as_coded_kg, as_stated_kg] = [true, false].map(|set| default_of("slider.mass_kg", set));
     let is_of_set = scenario.parameter_set == ParameterSet::AsCoded && scenario.slider.mass_kg == as_coded_kg;
     let heavier = if is_of_set { as_coded_kg / as_stated_kg } else { 1.0 };
@@ -118,7 +118,7 @@ fn outside(scenario: &Scenario) -> Vec<(&'static str, f64, String)> {
 struct Meant {
     /// Key and value as they are written.
     written: String,
-    /// What was probably meant, as the end of a sentence.
+    /// The value that was probably meant, as the end of a sentence.
     question: String,
 }
 
@@ -129,8 +129,8 @@ impl Meant {
     }
 }
 
-/// The value that was probably written in another unit: the one which, read so, comes closest to its default
-/// and leaves nothing to warn of.
+/// The value that was probably written in another unit: converted, it is closest to its default among the
+/// candidates that leave no warning.
 fn meant(scenario: &Scenario) -> Option<Meant> {
     let is_good = |other: &Scenario| outside(other).is_empty() && slips(other, &other.preview());
     let read = |slots: &[Slot], unit: usize| {

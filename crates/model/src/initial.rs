@@ -103,7 +103,7 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
     let steady = SteadyLoading::of(plan, &stiffness, true);
     let anchors = plan.initial.stick_position_m.clone();
     let mut position_m = vec![0.0; plan.blocks];
-    // The first step is taken from these positions.
+    // The first step starts from these positions.
     steady.position_m(plan, &stiffness, &anchors, plan.drive_point_m(1, u64::MAX), &mut position_m);
     let kt = plan.friction.interfacial_stiffness_n_per_m;
     let mut steps = plan.steps as f64 - 1.0;
@@ -171,7 +171,7 @@ mod tests {
         let plan = plan(&[&set, "slider.blocks=9"]);
         std::fs::remove_dir_all(&folder).unwrap();
         for (n, ratio) in [(0, 0.2), (1, 0.125), (4, -0.1), (6, 0.1), (8, 0.3)] {
-            // The last block takes what the others leave.
+            // The last block balances the others.
             let anchor = plan.initial.stick_position_m[n];
             let held =
                 plan.friction.interfacial_stiffness_n_per_m * (plan.initial.displacement_m[n] - anchor);

@@ -1,8 +1,7 @@
 //! Every key of a scenario, declared once.
 //!
-//! The table is the single definition of what may be written: resolving
-//! checks against it, `asperity scenario show` comments with it, and a test
-//! compares it with the fields of [`Scenario`](crate::Scenario).
+//! The table is the single definition of valid keys: resolving checks against it, `asperity scenario show`
+//! comments with it, and a test compares it with the fields of [`Scenario`](crate::Scenario).
 
 use asperity_record::MOST_BLOCKS;
 
@@ -15,11 +14,11 @@ pub struct Key {
     pub path: &'static str,
     /// The symbol of the source thesis, or empty.
     pub symbol: &'static str,
-    /// What it means, in a line or two.
+    /// Its meaning, in a line or two.
     pub doc: &'static str,
     /// Type and accepted range.
     pub kind: Kind,
-    /// The value of a scenario that does not say otherwise.
+    /// The default value.
     pub default: Default,
 }
 
@@ -36,7 +35,7 @@ pub enum Kind {
     Flag,
     /// Any text on one line.
     Text,
-    /// A list of finite numbers within bounds, as long as it says elsewhere or empty.
+    /// A list of finite numbers within bounds, empty or of a length defined elsewhere.
     Numbers(Bound, Bound),
 }
 
@@ -51,7 +50,7 @@ pub enum Bound {
     Excluding(f64),
 }
 
-/// The value of a key that nothing sets.
+/// The default of a key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Default {
     /// One value for both parameter sets.
@@ -78,7 +77,7 @@ pub enum Value {
     Text(&'static str),
     /// Of a [`Kind::Flag`].
     Flag(bool),
-    /// Of a [`Kind::Numbers`]: none.
+    /// Of a [`Kind::Numbers`]: the empty list.
     NoNumbers,
 }
 
@@ -86,7 +85,7 @@ use self::Default::{BySet, Is};
 use Bound::{Excluding, Including, Open};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
-/// `k_f / k` of a slab that does not say otherwise.
+/// Default `k_f / k` of a slab.
 pub(crate) const FOUNDATION_RATIO: f64 = 0.5;
 
 /// Most rows of a slab.
@@ -574,8 +573,7 @@ pub const KEYS: &[Key] = &[
     },
 ];
 
-/// What was drawn at random, in texts that the program writes, for other programs: it follows from
-/// the other keys.
+/// Random draws, written into texts for other programs; they follow from the other keys.
 pub const DRAWN_KEYS: &[Key] = &[
     Key {
         path: "drawn.static_offsets",
@@ -619,7 +617,7 @@ impl Value {
 }
 
 impl Kind {
-    /// Whether a finite number is in range; false for kinds that hold no number.
+    /// Whether a finite number is in range; false for kinds that are not numeric.
     pub fn accepts_number(&self, value: f64) -> bool {
         match self {
             Number(low, high) | Numbers(low, high) => {
@@ -639,8 +637,8 @@ impl Kind {
         }
     }
 
-    /// Whether one can calculate with a number, see [`LEAST_MAGNITUDE`]. Lists of what is added, block by
-    /// block, may hold the rounding of a 0.
+    /// Whether a number is large enough to calculate with, see [`LEAST_MAGNITUDE`]. Lists of increments,
+    /// block by block, may contain the rounding of a 0.
     pub(crate) fn is_usable(&self, value: f64) -> bool {
         let is_added = matches!(self, Numbers(low, _) if !matches!(low, Including(0.0) | Excluding(0.0)));
         let least = if is_added { 0.0 } else { LEAST_MAGNITUDE };

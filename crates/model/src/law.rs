@@ -66,7 +66,7 @@ pub struct Affine {
     pub forward_only: bool,
 }
 
-/// The numbers of a scenario's `[friction]` that laws take.
+/// The parameters of a scenario's `[friction]` that laws use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawKeys {
     /// Whether `friction.reattach` is `two-way`.
@@ -93,14 +93,14 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// The law with the numbers of a scenario.
     fn of(keys: &LawKeys) -> Self;
 
-    /// What resists the motion of a sliding contact, N: positive against a positive velocity.
+    /// The friction on a sliding contact, N: positive against a positive velocity.
     fn drag_n(&self, sliding: &Sliding<'_, D>) -> [f64; D];
 
     /// Whether a sliding contact re-attaches in a step.
     fn re_attaches(&self, turn: &Turn<D>) -> bool;
 
-    /// A number whose sign bit is clear wherever [`ContactLaw::re_attaches`]: loops collect sign bits
-    /// faster than answers.
+    /// A number whose sign bit is clear wherever [`ContactLaw::re_attaches`]: loops combine sign bits
+    /// faster than booleans.
     fn turned_by(&self, turn: &Turn<D>) -> f64 {
         if self.re_attaches(turn) { 1.0 } else { -1.0 }
     }
@@ -120,7 +120,7 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     }
 
     /// Updates the memory of a contact after a step, except the one in which it detaches: records of that
-    /// give the strength that it had.
+    /// step contain the strength at detachment.
     fn remember(&self, _after: &Stepped<D>, _memory: &mut [f64]) {}
 
     /// The timer of a contact: the next step in which its memory changes although it sticks, after the last
@@ -134,8 +134,8 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
         0.0
     }
 
-    /// Does what is compiled for each law with this one. A law with a choice that loops must not make at
-    /// every contact passes on a type for each answer.
+    /// Runs the code compiled for this law. A law with a choice that loops must not repeat at every contact
+    /// passes on one type per alternative.
     fn with<W: WithLaw>(self, what: W) -> W::Output
     where
         Self: ContactLaw<1>,
@@ -143,7 +143,7 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
         what.with(self)
     }
 
-    /// The form by which solvers may leap while contacts slide; `None` where it has none, and they take
+    /// The form that lets solvers leap while contacts slide; `None` if it has none, so that they take
     /// single steps.
     fn affine(&self) -> Option<Affine> {
         None
@@ -156,7 +156,7 @@ pub fn memory_of<const D: usize, L: ContactLaw<D>>(memory: &[f64], n: usize) -> 
     &memory[n * L::MEMORY..][..L::MEMORY]
 }
 
-/// `mu_d p sign(v)`: what Amontons-Coulomb friction resists with.
+/// `mu_d p sign(v)`: Amontons-Coulomb friction.
 #[inline(always)]
 pub fn amontons_coulomb_n(sliding: &Sliding<'_>) -> f64 {
     let [v] = sliding.velocity_m_per_s;
@@ -169,9 +169,9 @@ pub fn magnitude<const D: usize>(vector: [f64; D]) -> f64 {
     if D == 1 { vector[0].abs() } else { vector.iter().map(|x| x * x).sum::<f64>().sqrt() }
 }
 
-/// What is to be compiled for each law.
+/// Code to compile for each law.
 pub trait WithLaw {
-    /// What it gives.
+    /// The result.
     type Output;
     /// The work, with the law.
     fn with<L: ContactLaw>(self, law: L) -> Self::Output;

@@ -8,14 +8,14 @@ use crate::keys::KEYS;
 use crate::laws::FrictionLaw;
 use crate::source::{Entries, LayerKind, ScenarioError};
 
-/// A key that not all laws take.
+/// A key that only some laws use.
 struct LawKey {
     path: &'static str,
-    /// What the laws do that do not take it, where it differs from the key's default.
+    /// The behaviour of laws without the key, if it differs from the key's default.
     elsewhere: Option<&'static str>,
 }
 
-/// The keys that some law takes.
+/// The keys that only some laws use.
 fn law_keys() -> impl Iterator<Item = LawKey> {
     let mut paths: Vec<&str> = Vec::new();
     for path in FrictionLaw::ALL.iter().flat_map(|law| law.keys()) {
@@ -40,7 +40,7 @@ impl LawKey {
         law.keys().contains(&self.path)
     }
 
-    /// The laws that take it, in the order of the key table: `friction.law = "..."`.
+    /// The laws that use it, in the order of the key table: `friction.law = "..."`.
     fn laws(&self) -> String {
         let laws = FrictionLaw::ALL.iter().filter(|law| self.is_of(**law));
         let words: Vec<String> = laws.map(|law| format!("{:?}", law.word())).collect();
@@ -48,7 +48,7 @@ impl LawKey {
     }
 }
 
-/// Sets keys that the law alone decides to what the law does, in a table that has every key. Other
+/// Sets keys that the law alone determines to the behaviour of the law, in a table with all keys. Other
 /// values are refused in scenarios and ignored in logs.
 pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Vec<ScenarioError>) {
     let law = text(table, "friction.law").expect("the law is a word").clone();
@@ -142,7 +142,7 @@ mod tests {
             assert_eq!(plain.friction.reattach, Reattach::TwoWay);
             for shown in [plain.to_commented_toml(), plain.to_editable_toml()] {
                 assert!(shown.contains("# reattach = \"two-way\"  # from friction.law"), "{shown}");
-                // A change of the law changes what the law decided.
+                // A change of the law also changes the values that the law determined.
                 let source =
                     ScenarioSource::new("mine.toml", shown).with_override("friction.law=interfacial-springs");
                 assert_eq!(Scenario::resolve(&source).unwrap().friction.reattach, Reattach::OneWay);

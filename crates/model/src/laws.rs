@@ -20,7 +20,7 @@ macro_rules! laws {
     ($($law:ident in $file:ident: $word:literal, $meaning:literal;)*) => {
         $(mod $file;)*
 
-        /// Which law a scenario asks for.
+        /// The law that a scenario selects.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
         pub enum FrictionLaw {
             $(#[doc = $meaning] #[serde(rename = $word)] $law,)*
@@ -125,7 +125,7 @@ macro_rules! laws {
                 }
             }
 
-            /// Does what is compiled for each law with this one.
+            /// Runs the code compiled for this law.
             pub fn with<W: WithLaw>(self, what: W) -> W::Output {
                 match self {
                     $(Law::$law(law) => law.with(what),)*

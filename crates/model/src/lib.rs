@@ -34,7 +34,7 @@
 //! - `defaults`: checks written values against their keys and fills in defaults.
 //! - `choices`: enumerations of the words that keys accept.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
-//! - [`lattice`]: bodies given by a table of bonds, as that of a slab.
+//! - [`lattice`]: bodies given by a table of bonds, such as the slab.
 //! - [`elastic`]: the elastic body, chain or lattice.
 //! - [`law`]: how a contact sticks and slides; [`laws`]: the laws, a file for each.
 //! - [`load`]: normal load per block, and its course in time.
@@ -47,7 +47,7 @@
 //! - [`preview`]: material and load of a run in advance.
 //! - `law_keys`: keys that only some friction laws use.
 //! - `random_offsets`: checks listed offsets of friction against the drawn ones.
-//! - `as_coded`: says which slider a parameter set gives.
+//! - `as_coded`: describes the slider of a parameter set.
 //! - `show`: formats a scenario as commented TOML.
 //! - `implausible`: values that no solid has, and the unit that was probably mistaken.
 //! - `warnings`: accepted values that may surprise.

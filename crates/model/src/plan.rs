@@ -40,7 +40,7 @@ pub struct Plan {
     pub longest_stable_step_s: f64,
     /// Number of steps to take.
     pub steps: u64,
-    /// Scales by which detectors convert blocks and steps to fronts.
+    /// Scales for converting blocks and steps to fronts, for detectors.
     pub scales: Scales,
     /// What to record besides switches and event edges.
     pub recording: RecordingPlan,
@@ -150,7 +150,7 @@ impl Drive {
         self.springs.iter().any(|spring| spring.block != 0 && spring.block != blocks - 1)
     }
 
-    /// Sum of the driving forces, with the point at `point_m` from where it started.
+    /// Sum of the driving forces, with the point at `point_m` from its start.
     pub fn total_force_n(&self, point_m: f64, displacement_m: &[f64]) -> f64 {
         self.springs.iter().map(|spring| spring.force_n(point_m, displacement_m[spring.block])).sum()
     }
@@ -170,8 +170,7 @@ pub struct InitialState {
     pub stick_position_m: Vec<f64>,
 }
 
-/// When to record what is not required. Cadences are in steps; 0 means never. None of it influences the
-/// run.
+/// Cadences of optional records. Cadences are in steps; 0 means never. None of it influences the run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordingPlan {
     /// Cadence of load samples.

@@ -1,4 +1,4 @@
-//! What follows from a scenario before it is run: its material, and its load while nothing slides.
+//! Predictions from a scenario before it is run: its material, and its load while nothing slides.
 //!
 //! While every contact sticks, body, friction springs and drive are linear. Under slow driving the
 //! displacements are those of the start plus `b X`, where `X` is the way of the drive point,
@@ -26,11 +26,11 @@ use crate::plan::Plan;
 use crate::scenario::{Scenario, Time};
 use crate::slab;
 
-/// Relative difference of times within which contacts slip together: some rounding errors of the
+/// Contacts slip together if their times differ relatively by at most this: some rounding errors of the
 /// displacements.
 const TOGETHER: f64 = 1e-9;
 
-/// What is known of a run from its scenario alone.
+/// Predictions about a run from its scenario alone.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Preview {
     /// Density of the slider, `rho = M / (L_x L_y L_z)`.
@@ -48,7 +48,7 @@ pub struct Preview {
     /// That contact; `None` as well if several reach it together.
     pub first_slip_block: Option<u32>,
     /// The time at which `F_T / F_N` reaches `mu_d` if nothing slides before; `None` if it never does, and
-    /// for a left-right drive, the forces of which cancel in `F_T`.
+    /// for a left-right drive, whose forces cancel in `F_T`.
     pub dynamic_load_s: Option<f64>,
     /// The time at which it reaches `mu_s`, likewise.
     pub static_load_s: Option<f64>,
@@ -58,7 +58,7 @@ pub struct Preview {
 }
 
 impl Scenario {
-    /// What is known of its run in advance.
+    /// Predictions about its run.
     pub fn preview(&self) -> Preview {
         Preview::of(self, &self.plan_at_rest())
     }
@@ -219,7 +219,7 @@ impl Stuck {
             None => {
                 let lattice = plan.elastic.as_lattice();
                 let driven = slab::stuck_m(&lattice, kt, &plan.drive.springs, pull_n_per_m);
-                // Without a course of the load it does not matter what follows the load.
+                // If the load is constant, the loaded state is not needed.
                 let loaded = if plan.load_course.is_constant() {
                     plan.initial.displacement_m.clone()
                 } else {
@@ -246,7 +246,7 @@ impl Stuck {
                     .collect()
             }
         };
-        // What the contacts bear together, but for what they bear at the start without a drive.
+        // Sum of the forces on the contacts, less their initial values without a drive.
         let sum = |part: fn(&Linear) -> f64| contacts.iter().map(|(shear, _)| part(shear)).sum::<f64>();
         let per_factor = sum(|shear| shear.per_factor);
         let driving_n = Linear {
@@ -270,7 +270,8 @@ impl Stuck {
         }
     }
 
-    /// The first step in which a contact reaches its static friction, and that contact if it is one alone.
+    /// The first step in which a contact reaches its static friction, and that contact if it is a single
+    /// one.
     fn first_slip(&self, stretches: &[Stretch]) -> (Option<f64>, Option<u32>) {
         let mut first = (f64::INFINITY, None);
         for (block, (shear, strength)) in (1..).zip(&self.contacts) {
@@ -407,7 +408,7 @@ mod tests {
             falls[0],
         ];
         is(rigid(&from_hold).dynamic_load_s, unloaded.dynamic_load_s.expect("it is reached"), 1e-6);
-        // Without a drive that moves nothing changes.
+        // Without a moving drive nothing changes.
         let still = rigid(&["drive.velocity_m_per_s=0"]);
         assert_eq!((still.first_slip_s, still.static_load_s), (None, None));
         assert_eq!(still.largest_load_ratio, Some(0.0));

@@ -27,7 +27,7 @@ pub(crate) fn read(path: &Path, blocks: usize) -> Result<Vec<f64>, String> {
     Ok((0..blocks).map(at_block).collect())
 }
 
-/// Parses pairs of place and value; the error is the line number and what is wrong.
+/// Parses pairs of place and value; the error is the line number and a description.
 fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
     let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
     let header = lines.next().map_or("", |(_, line)| line);

@@ -20,8 +20,8 @@ use crate::{builtin, contradictions, defaults, law_keys, profile, random_offsets
 /// ```
 ///
 /// # Errors
-/// If there is neither a built-in scenario nor a readable file of that name; or everything that is
-/// wrong with the scenario, each with its place.
+/// If there is neither a built-in scenario nor a readable file of that name; or all errors in the scenario,
+/// each with its place.
 pub fn resolve<T: AsRef<str>>(name: impl AsRef<Path>, overrides: &[T]) -> Result<Scenario, ResolveError> {
     let source = source(name.as_ref())?;
     Ok(source.resolve(&name.as_ref().to_string_lossy(), overrides)?)
@@ -55,12 +55,12 @@ impl ScenarioSource {
     /// Resolves it with overrides of the form `key=value`, later ones over earlier ones.
     ///
     /// # Errors
-    /// Everything that is wrong, each with its place; where that is in no text, with `name`.
+    /// All errors, each with its place, or with `name` if the place is in no text.
     pub fn resolve<T: AsRef<str>>(self, name: &str, overrides: &[T]) -> Result<Scenario, ScenarioErrors> {
         let source =
             overrides.iter().fold(self, |source, assignment| source.with_override(assignment.as_ref()));
         Scenario::resolve(&source).map_err(|mut errors| {
-            // Defaults have no place in a text, but what they contradict comes from this scenario.
+            // Defaults have no place in a text, but the values that they contradict are in this scenario.
             for error in errors.0.iter_mut().filter(|error| error.place.is_none()) {
                 error.place = Some(name.to_owned());
             }
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(levelled, coded);
     }
 
-    /// Programs before took `as-coded` where a text names no set; what they stored keeps it.
+    /// Older programs used `as-coded` for texts that name no set; their stored texts keep that meaning.
     #[test]
     fn what_an_older_program_stored_keeps_its_parameter_set() {
         let text = "slider.blocks = 20";

@@ -22,8 +22,8 @@ const MOST_STEPS: usize = 10;
 const SOLUTIONS_KEPT: usize = 32;
 const FREEDOMS_KEPT: usize = 1_000_000;
 
-/// The displacements of a lattice at rest under a load on every node of its top row. Friction springs
-/// hold every contact, anchored at its position on the grid; there is no drive.
+/// The displacements of a lattice at rest under a load on every node of its top row. A friction spring
+/// restrains every contact, anchored at its position on the grid; there is no drive.
 ///
 /// The foundation is assumed to support every contact; without one nothing is displaced. The lattice
 /// would expand along the surface by Poisson's ratio; friction springs resist that, which leaves a
@@ -47,8 +47,8 @@ pub(crate) fn pressed_n(lattice: &Lattice, top_load_n: &[f64]) -> Vec<f64> {
     force_n
 }
 
-/// The displacements at which a lattice balances forces on its freedoms while every contact is stuck to
-/// the grid by a friction spring and supported by the foundation, with a drive that stands still.
+/// The displacements at which a lattice balances forces on its freedoms while every contact is stuck to the
+/// grid by a friction spring and supported by the foundation, with a drive at rest.
 ///
 /// Recent solutions are kept: a run is planned, previewed and checked for warnings before it starts, and
 /// most runs of a study vary what does not move the body at rest.
@@ -184,7 +184,7 @@ pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
 pub(crate) fn shear_at_start_n(plan: &Plan) -> Vec<f64> {
     let mut shear_n = tangential_force_n(plan);
     for spring in &plan.drive.springs {
-        // What pulls nodes that do not rub is relaxed at the start.
+        // Driving springs of nodes without contacts are relaxed at the start.
         if let Some(shear_n) = shear_n.get_mut(spring.block) {
             *shear_n += spring.force_n(0.0, plan.initial.displacement_m[spring.block]);
         }

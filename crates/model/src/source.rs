@@ -1,8 +1,8 @@
 //! Scenario texts as layers, and the errors that point into them.
 //!
-//! A scenario consists of a file or a built-in text and any number of `--set key=value` overrides,
-//! each of which is parsed as a line of TOML. Every value keeps the place where it was written, so
-//! that an error found later, when values are compared, still names file, line and column.
+//! A scenario consists of a file or a built-in text and any number of `--set key=value` overrides, each
+//! parsed as a line of TOML. Every value keeps the place where it was written, so that an error found
+//! later, when values are compared, still names file, line and column.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -196,7 +196,7 @@ pub(crate) struct Entries {
 }
 
 impl Entries {
-    /// The place at which a key was written, if it was.
+    /// The place at which a key was written, if any.
     pub(crate) fn place(&self, key: &str) -> Option<String> {
         self.values.get(key).map(|entry| entry.place.clone())
     }
@@ -259,9 +259,9 @@ pub struct ScenarioError {
     pub place: Option<String>,
     /// Dotted key.
     pub key: Option<String>,
-    /// What is wrong, with the value.
+    /// The error, with the value.
     pub problem: String,
-    /// What would be accepted.
+    /// The accepted values.
     pub accepted: Option<String>,
 }
 

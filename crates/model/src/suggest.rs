@@ -24,10 +24,10 @@ const SHORTEST_PART: usize = 3;
 /// Symbols in use for keys besides those of the thesis' text.
 const OTHER_SYMBOLS: &[(&str, &str)] = &[("mu_k", "friction.dynamic_coefficient"), ("L", "slider.length_m")];
 
-/// Names that other programs have for what is known here by another.
+/// Names from other programs, with their equivalents here.
 const MEANT: [(&str, &str); 2] = [("z", "colour"), ("value", "colour")];
 
-/// Words of names that say nearly the same.
+/// Words in names with nearly the same meaning.
 const ALIKE: [(&str, &str); 3] = [("load", "ft"), ("slip", "rupture"), ("time", "onset")];
 
 /// Most names that are listed where one of them is accepted.
@@ -124,8 +124,8 @@ pub fn key_suggestion(written: &str) -> String {
     did_you_mean(&keys(written, KEYS))
 }
 
-/// `; did you mean ...? (accepted: ...)` for a name that is not among those known. Of a long list, the
-/// nearest names are given, and where it is found in full.
+/// `; did you mean ...? (accepted: ...)` for a name that is not among those known. For a long list, gives
+/// the nearest names and the place of the full list.
 pub fn among(written: &str, known: &[&str], listed_in: &str) -> String {
     let meant = suggestion(written, known.iter().copied());
     if known.len() <= MOST_LISTED {
@@ -254,7 +254,7 @@ mod tests {
             ("slip", "first_slip_s first_slip_ft_fn"),
             ("first_slip_time", "first_slip_s first_slip_ft_fn"),
             ("first", "first_slip_s first_slip_ft_fn"),
-            // By words that say nearly the same.
+            // By words with nearly the same meaning.
             ("first_slip_load", "first_slip_ft_fn"),
             ("mine.toml", ""),
             ("s", ""),

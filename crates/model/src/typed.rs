@@ -6,30 +6,30 @@ use toml::de::DeTable;
 
 use crate::suggest;
 
-/// What is wrong with a text, and where.
+/// An error in a text, and its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TypedError {
     /// The place, an offset in bytes.
     pub at: usize,
-    /// What is wrong there, with key, value and what is accepted.
+    /// A description with key, value and accepted values.
     pub problem: String,
 }
 
 /// Most numbers such as `100.0` that are read as whole ones, since each costs a pass over the text.
 const MOST_WHOLE: usize = 100;
 
-/// Reads a text. Where a whole number is meant, `100.0` and `1e2` are accepted as well. `listed_in` says
-/// where long lists of names are found in full.
+/// Reads a text. Where a whole number is meant, `100.0` and `1e2` are accepted as well. `listed_in` names
+/// the place of long lists of names.
 ///
 /// # Errors
-/// If it is not TOML, or not what the type holds.
+/// If it is not TOML, or does not match the type.
 pub fn parse<T: DeserializeOwned>(text: &str, listed_in: &str) -> Result<T, TypedError> {
     if let Err(error) = DeTable::parse(text) {
         let at = error.span().map_or(0, |span| span.start);
         return Err(TypedError { at, problem: format!("not TOML: {}", error.message()) });
     }
     let mut read = text.to_owned();
-    // Where digits took more room than what was written, and how much more.
+    // Places where the digits are longer than the original text, and by how much.
     let mut longer: Vec<(usize, usize)> = Vec::new();
     for _ in 0..MOST_WHOLE {
         let error = match toml::from_str(&read) {
@@ -62,12 +62,12 @@ fn written_at(longer: &[(usize, usize)], at: usize) -> usize {
     at - longer.iter().fold(0, |shift, (from, by)| if at > from + shift { shift + by } else { shift })
 }
 
-/// The whole number that a number such as `100.0` is.
+/// Converts a number such as `100.0` to a whole number.
 pub fn whole(value: f64) -> Option<u64> {
     (value.fract() == 0.0 && (0.0..=2f64.powi(53)).contains(&value)).then_some(value as u64)
 }
 
-/// An error of the TOML library by place, key and what is accepted.
+/// Rewrites an error of the TOML library, with key and accepted values.
 fn in_words(text: &str, span: &std::ops::Range<usize>, message: &str, listed_in: &str) -> String {
     let names = names_in(message);
     if let Some(unknown) = message.strip_prefix("unknown field ") {
@@ -105,13 +105,13 @@ fn quoted(text: &str) -> &str {
     text.split('`').nth(1).unwrap_or(text)
 }
 
-/// The names that a message of serde's says were expected.
+/// The names listed as expected in a message of serde.
 fn names_in(message: &str) -> Vec<&str> {
     let expected = message.split_once(", expected ").map_or("", |(_, expected)| expected);
     expected.split('`').skip(1).step_by(2).collect()
 }
 
-/// The key whose value begins there, if it stands on the same line.
+/// The key whose value begins there, if it is on the same line.
 fn key_before(text: &str, at: usize) -> Option<&str> {
     let line = text[..at].rsplit('\n').next()?;
     let (key, _) = line.split_once('=')?;
@@ -119,10 +119,10 @@ fn key_before(text: &str, at: usize) -> Option<&str> {
     Some(key.trim()).filter(|key| !key.is_empty() && key.chars().all(is_bare))
 }
 
-/// Whether a key that a table does not have is one of the file.
+/// Whether a key that a table lacks exists in the file.
 fn is_of_the_top<T: DeserializeOwned>(message: &str) -> bool {
     let Some(unknown) = message.strip_prefix("unknown field ") else { return false };
-    // The error about a key that nothing has lists those of the file.
+    // The error about an unknown key lists those of the file.
     let Err(error) = toml::from_str::<T>("\"?\" = 0") else { return false };
     let top = names_in(error.message());
     top != names_in(message) && top.contains(&quoted(unknown))

@@ -22,7 +22,7 @@ const USUAL_SEED: u32 = 1;
 /// A warning about a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
-    /// What it is about, in a word: the same for all scenarios that it may concern.
+    /// Its topic, in a word that does not depend on the scenario.
     pub kind: &'static str,
     /// A sentence that begins with the key.
     pub text: String,
@@ -46,7 +46,7 @@ const CHECKS: [(&str, Check); 10] = [
 ];
 
 impl Scenario {
-    /// What may surprise in this scenario. `asperity run` and `asperity scenario validate` print it.
+    /// Possible surprises in this scenario, printed by `asperity run` and `asperity scenario validate`.
     pub fn warnings(&self) -> Vec<Warning> {
         // A loaded start continues from the state of a start at rest.
         let plan = self.plan_at_rest();
@@ -70,7 +70,7 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     })
 }
 
-/// Warns of a key that older versions of the program obeyed, and of a seed by which nothing is drawn.
+/// Warns of a key that only older versions of the program obeyed, and of a seed without random draws.
 fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let friction = &scenario.friction;
     let draws = friction.static_spread != 0.0 || friction.dynamic_spread != 0.0;
@@ -87,8 +87,8 @@ fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     })
 }
 
-/// Relative error of a front's speed by the time step from which `run`, `scenario validate` and
-/// `summary` warn of it.
+/// Relative error of a front's speed due to the time step above which `run`, `scenario validate` and
+/// `summary` warn.
 pub const WRONG_FRONT: f64 = 0.04;
 
 /// Warns of a time step so long that it changes the speeds of fronts.
@@ -106,7 +106,7 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// Warns of a re-attachment rule by which the contacts of a slab chatter.
+/// Warns of a re-attachment rule that makes the contacts of a slab chatter.
 fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
     (scenario.friction.is_two_way() && plan.elastic.freedoms_per_node() > 1).then(|| {
         "friction.reattach = \"two-way\": the contacts of a slab chatter by it, thousands of times where by \

@@ -1,4 +1,4 @@
-//! The keys of a dense window, of which a scenario may have any number.
+//! The keys of dense windows; a scenario may have any number of windows.
 
 use asperity_record::MOST_BLOCKS;
 

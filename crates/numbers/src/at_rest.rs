@@ -1,16 +1,16 @@
 //! Numbers of the state before the first step, which of a slab is that of rest under its load.
 //!
-//! A slab that is pressed would grow along x by Poisson's ratio; what holds it at its foot leaves a
-//! shear. How much of either there is follows from each other: by the theorem of Betti, with a slab
-//! stretched evenly along x as the second state,
+//! A pressed slab would expand along x by Poisson's ratio; the restraint at its foot leaves a shear. The
+//! expansion and the shear determine each other by the theorem of Betti, with a slab stretched evenly along
+//! x as the second state,
 //!
 //! ```text
 //! E B H <dL> = nu F_N H - sum of x_n tau_n
 //! ```
 //!
-//! for a thickness `B`, a height `H`, the mean `<dL>` over the height of how much longer the slab has
-//! become, and `x_n` from any point on, since the `tau_n` of a slab at rest add up to nothing. The
-//! stiffness of contacts and foundation is not in it.
+//! for a thickness `B`, a height `H`, the mean `<dL>` over the height of the elongation of the slab, and
+//! `x_n` from any origin, since the `tau_n` of a slab at rest add up to 0. The stiffness of contacts and
+//! foundation does not enter.
 
 use crate::run_data::RunEvents;
 use crate::states::States;
@@ -61,7 +61,7 @@ pub(crate) fn poisson_ratio(run: &RunEvents, states: &States) -> Option<f64> {
     let (tau_n, _) = forces_n(run, states)?;
     let (u, last) = (&run.plan.initial.displacement_m, lattice.rows - 1);
     let longer_m = |row: usize| u[lattice.row(row).end - 1] - u[lattice.row(row).start];
-    // The rows at top and bottom stand for half a spacing each.
+    // The rows at top and bottom represent half a spacing each.
     let ends_m = 0.5 * (longer_m(0) + longer_m(last));
     let mean_m = (ends_m + (1..last).map(longer_m).sum::<f64>()) / last as f64;
     let slider = &run.scenario.slider;
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(poisson_ratio(&chain, &chain.states), None, "of a chain");
     }
 
-    /// Poisson's ratio is that of the sheet, whatever holds its foot, but for what edges cost.
+    /// Poisson's ratio is that of the sheet, whatever restrains its foot, apart from effects of the edges.
     #[test]
     fn growth_and_shear_add_up_to_poissons_ratio() {
         for ratio in ["1e-3", "1", "10"] {

@@ -1,39 +1,39 @@
 //! Claims as they were judged, and their table, `tables/claims.csv`.
 //!
-//! The columns are listed once, in [`columns`]: whoever writes the table takes them from there, and
-//! [`read`] finds them by the same names.
+//! The columns are listed once, in [`columns`], for writing the table, and [`read`] finds them by the same
+//! names.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 
-/// A claim, what was measured, and the verdict.
+/// A claim, the measured value, and the verdict.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Claim {
-    /// What it is about: a figure, equation or section.
+    /// Its subject: a figure, equation or section.
     pub about: String,
-    /// Whose it is: `the source` or `this project`.
+    /// Its author: `the source` or `this project`.
     pub of: String,
     /// The run that it is measured in.
     pub run: String,
     /// Its words.
     pub quote: String,
-    /// What is measured.
+    /// The measured quantity.
     pub measure: String,
     /// The number stated, as it is written; empty where there are words alone.
     pub stated: String,
-    /// What was measured.
+    /// The measured value.
     pub own: Judgement,
     /// The measured number minus the stated one.
     pub deviation: Option<f64>,
-    /// What an agreement is worth.
+    /// The weight of an agreement.
     pub kind: String,
-    /// What a reader should know.
+    /// A remark for readers.
     pub note: String,
     /// The judgement in runs with the parameter set `as-stated`.
     pub as_stated: Option<Judgement>,
 }
 
-/// What was measured, and how it compares with what is claimed.
+/// The measured value, and its comparison with the claim.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Judgement {
     /// The number; none where the run does not have it.
@@ -42,8 +42,8 @@ pub struct Judgement {
     pub error: Option<f64>,
     /// The rule in words.
     pub rule: String,
-    /// `agrees`, `differs`, `undecided` where the standard error reaches over the limit, `not
-    /// reached`, or `in the spread` where no more can be said.
+    /// `agrees`, `differs`, `undecided` if the standard error reaches across the limit, `not reached`, or
+    /// `in the spread` if no more can be concluded.
     pub verdict: String,
 }
 

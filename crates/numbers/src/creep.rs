@@ -4,7 +4,7 @@
 #[derive(Debug, Clone)]
 pub(crate) struct CreepFront {
     slid: Vec<bool>,
-    /// The first step by which the front had reached a block, for each block it reached; at most as
+    /// The first step in which the front had reached a block, for each block that it reached; at most as
     /// many entries as blocks.
     came: Vec<(u64, u32)>,
 }

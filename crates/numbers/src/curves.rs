@@ -1,5 +1,4 @@
-//! Curves and points read off a run: what the list of numbers is taken of, and the figures and
-//! tables show.
+//! Curves and points of a run: the basis of the numbers, and of figures and tables.
 
 use asperity_model::analytic::{self, LengthLaw, LengthLawParameters};
 use asperity_record::{Rupture, SlipEvent, WindowRecord};
@@ -16,7 +15,7 @@ pub struct PrecursorPoint {
     pub lp_l: f64,
     /// `F_T / F_N` at its onset.
     pub ft_fn: f64,
-    /// What the length law predicts for it.
+    /// The prediction of the length law for it.
     pub predicted: f64,
 }
 
@@ -66,7 +65,7 @@ pub struct Residuals {
 /// The residuals of a run against a length law; `None` without precursors.
 ///
 /// # Errors
-/// If the rules ask for what was not kept of the run.
+/// If the rules need data that were not kept of the run.
 pub fn residuals(
     run: &RunData,
     law: LengthLaw,
@@ -87,9 +86,9 @@ pub fn residuals(
     }))
 }
 
-/// The straight line through precursors by least squares, `F_T / F_N` against what a law says of
-/// it: slope and intercept. A law that holds has 1 and 0, and unlike a mean residual they tell an
-/// offset from scatter. `None` of fewer than three precursors.
+/// The straight line through precursors by least squares, `F_T / F_N` against the prediction of a law:
+/// slope and intercept. A correct law gives 1 and 0; unlike a mean residual, they distinguish an offset
+/// from scatter. `None` for fewer than three precursors.
 pub fn line_beside_law(points: &[PrecursorPoint]) -> Option<[Estimate; 2]> {
     line(&points.iter().map(|point| (point.predicted, point.ft_fn)).collect::<Vec<_>>())
 }
@@ -110,7 +109,7 @@ pub fn front_profile<'a>(
 ) -> Option<(Precursor<'a>, Vec<f64>)> {
     let precursor = nearest_precursor(run, blocks)?;
     let fields = states.at_precursor_end(precursor.end.end_step?)?;
-    // Of that step, whose load need not be that of the start.
+    // Of that step, whose load may differ from the initial one.
     loads.iter().find(|record| record.step == fields.step)?;
     let normal_load_n = run.normal_load_n(loads, fields)?;
     let profile = fields.tangential_force_n.iter().zip(normal_load_n).map(|(tau, p)| tau / p).collect();

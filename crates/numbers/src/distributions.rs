@@ -1,11 +1,11 @@
-//! Distributions of sizes and of times between events: what is found, between which bounds it is
-//! certain, and what is fitted to it.
+//! Distributions of sizes and of times between events: the empirical distribution, its confidence band, and
+//! fits.
 //!
-//! What is found is the share of values that are at least as large as each of them. With 95 %
-//! probability the share in a sample of any size differs from the true one, everywhere at once, by
-//! less than `sqrt(ln(2 / 0.05) / (2 n))`: Dvoretzky, Kiefer and Wolfowitz, Ann. Math. Statist. 27,
-//! 642 (1956), with the constant of Massart, Ann. Probab. 18, 1269 (1990). That holds for values
-//! that are independent, which those of one run are not quite.
+//! The empirical distribution is the share of values that are at least as large as each of them. With 95 %
+//! probability the share in a sample of any size differs from the true one, everywhere at once, by less
+//! than `sqrt(ln(2 / 0.05) / (2 n))`: Dvoretzky, Kiefer and Wolfowitz, Ann. Math. Statist. 27, 642 (1956),
+//! with the constant of Massart, Ann. Probab. 18, 1269 (1990). This requires independent values, and those
+//! of one run are not quite independent.
 //!
 //! Fits are by maximum likelihood, with the standard error that follows from the Fisher information.
 //! It is one only if the sample is from the law, which [`crate::goodness`] tests.
@@ -311,7 +311,7 @@ mod tests {
         near(mean_s, 0.2, 0.2 / root);
         assert!((fit.survival(0.4) - (-2f64).exp()).abs() < 1e-3);
 
-        // Two values stand one spread from their median.
+        // Two values lie one spread from their median.
         let times = [[1.0; 3], [4.0; 3]].concat();
         let fit = TimeFit::of(&times, TimeLaw::LogNormal).unwrap();
         let TimeFit::LogNormal { median_s, spread } = fit else { panic!("{fit:?}") };

@@ -1,11 +1,11 @@
-//! Numbers with their standard errors: statistics of what happened several times in one run, or once
-//! in several.
+//! Numbers with their standard errors: statistics of repeated events in one run, or of single ones in
+//! several.
 //!
-//! Precursors follow each other, so that their scatter is not that of independent draws. Errors are
+//! Successive precursors are correlated, so their scatter is not that of independent draws. Errors are
 //! those of Newey and West, Econometrica 55, 703 (1987), who add the covariances of neighbours, with
-//! weights that fall to zero over `4 (n / 100)^(2/9)` of them (Rev. Econ. Stud. 61, 631 (1994)). They
-//! need neither independent nor even scatter. Of a dozen values the covariances are hardly known, so
-//! that they only make an error larger, never smaller.
+//! weights that fall to zero over `4 (n / 100)^(2/9)` of them (Rev. Econ. Stud. 61, 631 (1994)). They need
+//! neither independent nor even scatter. A dozen values hardly determine the covariances, so these may only
+//! increase an error, never reduce it.
 
 use crate::median;
 
@@ -14,7 +14,7 @@ use crate::median;
 pub struct Estimate {
     /// The number.
     pub value: f64,
-    /// Its standard error; 0 of what is no statistic of a sample.
+    /// Its standard error; 0 for numbers that are no statistics of a sample.
     pub error: f64,
 }
 
@@ -24,7 +24,7 @@ impl Estimate {
         Estimate { value, error: 0.0 }
     }
 
-    /// How far it is from another number.
+    /// Its distance from another number.
     pub fn distance_from(self, other: f64) -> Estimate {
         Estimate { value: (self.value - other).abs(), ..self }
     }
@@ -46,8 +46,8 @@ impl From<f64> for Estimate {
     }
 }
 
-/// The error of a statistic, given by how much each value of a sample moves it, in the order in which
-/// they came, and how many parameters are estimated from the sample.
+/// The error of a statistic, from the influence of each value of a sample on it, in chronological order,
+/// and the number of parameters estimated from the sample.
 fn error_of(moves: &[f64], parameters: usize) -> f64 {
     let count = moves.len();
     let lags = (4.0 * (count as f64 / 100.0).powf(2.0 / 9.0)) as usize;

@@ -1,5 +1,4 @@
-//! Fronts read off the switches of a run: when they came to each block, how fast they ran, what
-//! they left behind.
+//! Fronts from the switches of a run: their arrival at each block, their speed, and the slip behind them.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +8,7 @@ use asperity_record::Direction;
 use crate::precursors::{PrecursorRules, among_ruptures};
 use crate::run_data::{OfFronts, RunEvents};
 
-/// What happened to a block.
+/// The passage of a front at a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passage {
     /// The block, counted from 1.
@@ -18,12 +17,11 @@ pub struct Passage {
     pub arrival_s: f64,
     /// Time of the first step after the last one in which it slid; None if it slid at the end.
     pub stop_s: Option<f64>,
-    /// How far it slid between the two.
+    /// Its slip between the two.
     pub slip_m: Option<f64>,
 }
 
-/// The blocks that a front has passed which came from block 1: all up to the first one that never
-/// slid.
+/// The blocks passed by a front from block 1: all up to the first one that never slid.
 pub fn passages(run: &RunEvents) -> Vec<Passage> {
     // A switch takes effect in the next step.
     let after = |step: u64| run.plan.grid.time_s(step + 1);
@@ -40,8 +38,8 @@ pub fn passages(run: &RunEvents) -> Vec<Passage> {
     .collect()
 }
 
-/// The blocks over which a front is taken to be steady: from the middle of the slider to 11/12 of
-/// it, 300 to 550 of 600. Transients are over before; waves from the far end have not come yet.
+/// The blocks over which a front is assumed to be steady: from the middle of the slider to 11/12 of it, 300
+/// to 550 of 600. Transients have decayed before; waves from the far end have not arrived yet.
 pub fn steady_span(blocks: usize) -> std::ops::RangeInclusive<usize> {
     blocks / 2..=blocks * 11 / 12
 }
@@ -51,7 +49,7 @@ pub fn crossing_s(run: &RunEvents) -> f64 {
     run.plan.scales.block_time_s
 }
 
-/// The passages of the blocks of the steady span; None if the front did not come to all of them.
+/// The passages of the blocks of the steady span; None if the front did not reach all of them.
 fn steady(run: &RunEvents) -> Option<Vec<Passage>> {
     let span = steady_span(run.plan.blocks);
     let passages = passages(run);
@@ -86,15 +84,15 @@ pub fn local_speeds(run: &RunEvents) -> Vec<(f64, f64)> {
     forward.map(|pair| (f64::from(pair[1].block), crossing_s / took(pair))).collect()
 }
 
-/// Over how many spacings a speed is taken, if nothing else is asked for: between two neighbours it
-/// comes in whole steps, and jumps where an earlier rupture has left a peak of stress.
+/// Default number of spacings over which a speed is measured: between two neighbours the time is a whole
+/// number of steps, and it jumps where an earlier rupture has left a peak of stress.
 pub const ACROSS: u32 = 4;
 
-/// How fast the fronts of precursors, and that of the first global slip, ran over the wave speed,
-/// behind the stress that they found: the mean of `tau_n / p_n` over the blocks between which the
-/// speed is taken, in the state at the onset of the slip event in which the rupture began. (When a
-/// front comes to a block, the block bears its threshold, by what a detachment is.) Stretches that a
-/// front passed in no time or backwards are left out.
+/// Speeds of the fronts of precursors and of the first global slip over the wave speed, each preceded by
+/// the stress ahead of the front: the mean of `tau_n / p_n` over the blocks between which the speed is
+/// measured, in the state at the onset of the slip event in which the rupture began. (When a front reaches
+/// a block, the block is at its threshold, by the definition of detachment.) Stretches that a front passed
+/// in no time or backwards are left out.
 pub fn over_stress(
     run: &RunEvents,
     (loads, states, arrivals): OfFronts<'_>,
@@ -124,8 +122,8 @@ pub fn over_stress(
     all
 }
 
-/// How far faster fronts go with more stress: Spearman's rank correlation of all that
-/// [`over_stress`] finds of ruptures of five blocks or more, -1 to 1.
+/// Correlation of front speed and stress: Spearman's rank correlation over the results of [`over_stress`]
+/// for ruptures of five blocks or more, -1 to 1.
 pub fn speed_stress_correlation(run: &RunEvents, passed: OfFronts<'_>) -> Option<f64> {
     let points = over_stress(run, passed, 5, ACROSS).concat();
     let ranks = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
@@ -221,7 +219,7 @@ mod tests {
         assert_eq!((speed_over_c(&run), pulse_length_blocks(&run)), (None, None));
         // Block 7: (0.54 - 0.45) / 0.25.
         assert!((arrest_prestress(&run).unwrap() - 0.36).abs() < 1e-9);
-        // One that slides at the end may still go on; one far away is not of this front.
+        // A block that slides at the end may continue to slide; one far away does not belong to this front.
         let [first, last] = run.switches[6].as_mut().unwrap();
         *last = *first;
         assert_eq!(arrest_prestress(&run), None);

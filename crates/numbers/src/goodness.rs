@@ -10,8 +10,8 @@
 //! 243 (1993); for power laws Clauset, Shalizi and Newman, SIAM Rev. 51, 661 (2009), section 4.1).
 //! The draws are the same every time and on every machine.
 //!
-//! The test takes values for independent. What it rejects may be from the law and depend on each
-//! other; either way the standard error of the fit is not that of the sample.
+//! The test assumes independent values. Rejected values may follow the law but be correlated; either way
+//! the standard error of the fit is invalid.
 
 use asperity_model::mixed;
 
@@ -33,12 +33,12 @@ const LARGEST: usize = 400;
 pub struct Test {
     /// The largest distance between the shares found and those of the law.
     pub statistic: f64,
-    /// What 5 % of the samples from such a law exceed.
+    /// The distance that 5 % of the samples from such a law exceed.
     pub critical: f64,
 }
 
 impl Test {
-    /// That of a fit to sizes, of which only those count that it was fitted to.
+    /// That of a fit to sizes, over the sizes included in the fit.
     pub fn of_sizes(fit: &SizeFit, sizes: &[u32], law: SizeLaw) -> Test {
         Test::of_sizes_with(fit, sizes, law, DRAWS)
     }
@@ -70,7 +70,7 @@ impl Test {
 
     /// Whether the sample is not from the law.
     pub fn rejects(&self) -> bool {
-        // A law of two sizes fits every sample but for rounding.
+        // A law of two sizes fits every sample up to rounding.
         self.statistic > self.critical + 1e-9
     }
 
@@ -91,7 +91,7 @@ fn critical(count: usize, draws: usize, distance: impl Fn(usize, &mut Random) ->
     distances[rank - 1] * (drawn as f64 / count as f64).sqrt()
 }
 
-/// Numbers without pattern, by how many have been drawn.
+/// Pseudo-random numbers, a function of their index.
 struct Random(u64);
 
 impl Random {
@@ -177,7 +177,7 @@ mod tests {
         0.2 * (-random.uniform(1e-12, 1.0).ln()).powf(1.0 / shape)
     }
 
-    /// A size from 1 to 60, as often as the weights say.
+    /// A size from 1 to 60, distributed according to the weights.
     fn size(random: &mut Random, weight: impl Fn(f64) -> f64) -> u32 {
         let total: f64 = (1..=60).map(|size| weight(f64::from(size))).sum();
         let mut left = random.uniform(0.0, total);

@@ -1,14 +1,14 @@
-//! The two definitions of what grows from block 1: among ruptures, known in any order, and among slip
-//! events, one after the other.
+//! The two definitions of growth from block 1: among ruptures, which become known in any order, and among
+//! slip events, one after the other.
 
 use asperity_record::Reach;
 
 /// The growing ruptures: those that include block 1 and reach farther than every rupture that does and
-/// began before. They are the precursors, and the first rupture of the whole slider, which ends them.
-/// Of each, the caller chooses what to keep.
+/// began before. They are the precursors, and the first rupture of the whole slider, which ends them. The
+/// caller chooses the data to keep of each.
 ///
-/// Ruptures are known once nothing can join them any more, which need not be in the order in which
-/// they began. No more than one for each block is kept.
+/// Ruptures become known once nothing can join them any more, not necessarily in the order of their onsets.
+/// No more than one for each block is kept.
 #[derive(Debug, Clone)]
 pub struct RuptureGrowth<T> {
     /// By onset, each farther than the one before it.
@@ -29,8 +29,8 @@ impl<T> Default for RuptureGrowth<T> {
 }
 
 impl<T> RuptureGrowth<T> {
-    /// Takes the next rupture, by the step of its onset and its number: of two that begin in one
-    /// step, the one that was known first comes first.
+    /// Adds the next rupture, by the step of its onset and its number: of two with the same onset, the one
+    /// that became known first comes first.
     pub fn take(&mut self, starts: (u64, u64), reach: Reach, keep: impl FnOnce() -> T) {
         let place = self.farthest.partition_point(|known| known.starts <= starts);
         let before = self.farthest[..place].last().map_or(0, |known| known.to);
@@ -41,7 +41,7 @@ impl<T> RuptureGrowth<T> {
         }
     }
 
-    /// By onset, the block that each reached and what is kept of it.
+    /// By onset, the block that each reached and the data kept of it.
     pub fn iter(&self) -> impl Iterator<Item = (u32, &T)> {
         self.farthest.iter().map(|grown| (grown.to, &grown.kept))
     }

@@ -1,4 +1,4 @@
-//! Numbers of a run before its drive is held and after it.
+//! Numbers of a run before and after its drive stops.
 
 use asperity_model::analytic::LengthLaw;
 
@@ -7,7 +7,7 @@ use crate::precursors::{self, Precursor};
 use crate::run_data::{Load, RunEvents};
 use crate::theory_residuals::largest;
 
-/// One side of the step from which on the drive is held.
+/// One side of the step in which the drive stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Side {
     BeforeHold,
@@ -15,8 +15,7 @@ pub(crate) enum Side {
 }
 
 impl Side {
-    /// Whether steps from the first to the second lie wholly on this side; `None`
-    /// if the drive is never held.
+    /// Whether steps from the first to the second lie wholly on this side; `None` if the drive never stops.
     fn holds(self, run: &RunEvents, (from, to): (u64, u64)) -> Option<bool> {
         let hold = run.plan.drive.hold_from_step?;
         Some(match self {
@@ -50,7 +49,7 @@ pub(crate) fn longest_flank<'a>(run: &RunEvents, loads: &'a [Load], side: Side) 
     Some(&loads[first..end])
 }
 
-/// Mean of what step records hold, linear between them.
+/// Mean of a quantity in step records, linear between them.
 pub(crate) fn mean_in_time(records: &[Load], of: impl Fn(&Load) -> f64) -> Option<f64> {
     let (first, last) = (records.first()?, records.last()?);
     let area: f64 = records
@@ -87,8 +86,8 @@ pub(crate) fn hyperbola_error(flank: &[Load]) -> Option<f64> {
     largest(flank.iter().map(deviation)).filter(|_| rise != 0.0)
 }
 
-/// The precursors on one side of the hold, beside the law that the scenario calls for; after it with
-/// the first global slip, often the one point of what is shown there.
+/// The precursors on one side of the hold, beside the law that the scenario calls for; after it with the
+/// first global slip, often the only point shown.
 pub(crate) fn points_beside_hold(run: &RunEvents, side: Side) -> Option<Vec<PrecursorPoint>> {
     run.plan.drive.hold_from_step?;
     let mut precursors = match side {

@@ -1,5 +1,5 @@
-//! The numbers of a run, and what is claimed of them: when it slipped, how far its precursors reached,
-//! the speed of its fronts, its energy balance.
+//! The numbers of a run, and claims about them: when it slipped, how far its precursors reached, the speed
+//! of its fronts, its energy balance.
 //!
 //! A [`Summarizer`] receives a run live or from a log, and returns a [`Summary`]. [`Summary::KEYS`]
 //! defines the meaning and unit of every number; the page that explains them, the tables and
@@ -33,10 +33,10 @@
 //! assert_eq!(Summary::KEYS.len(), summary.row().len());
 //! ```
 //!
-//! A [`run_data::Collector`] keeps what else is made of a run, as far as somebody asks for it
-//! ([`required_data`]), the summary included; each [`Number`] is read off that by its name, curves by [`curves`], fronts by
-//! [`fronts`], distributions and their fits by [`distributions`] and [`goodness`], and [`claims`] sets
-//! numbers beside what a text states.
+//! A [`run_data::Collector`] keeps the requested data of a run ([`required_data`]), including the summary;
+//! each [`Number`] is computed from these by its name, curves by [`curves`], fronts by [`fronts`],
+//! distributions and their fits by [`distributions`] and [`goodness`], and [`claims`] compares numbers with
+//! the statements of a text.
 //!
 //! ```
 //! use asperity_numbers::{Number, precursors};

@@ -66,14 +66,14 @@ impl Number {
         self.name().ends_with("_count")
     }
 
-    /// What must be kept of a run for it.
+    /// The data of a run that it requires.
     pub fn required_data(self) -> RequiredData {
         self.of.required_data()
     }
 
-    /// The number of a run; `None` where the run does not have it, or did not keep what it is taken of.
-    /// `near` is a number of blocks, for numbers of the nearest precursor, or the load `F_T / F_N` for
-    /// those that are taken at one.
+    /// The number of a run; `None` if the run does not have it, or its data were not kept. `near` is a
+    /// number of blocks, for numbers of the nearest precursor, or the load `F_T / F_N` for numbers at a
+    /// given load.
     pub fn of(self, run: &RunData, near: Option<f64>) -> Option<f64> {
         self.estimate(run, near).map(|estimate| estimate.value)
     }
@@ -136,7 +136,7 @@ mod tests {
                 (40_000_000, 40_000_100, &[1, 2, 3]),
             ],
         );
-        // Between slips the drive pulls evenly up to the hold and stands still after it.
+        // Between slips the drive pulls evenly up to the hold, and rests after it.
         let between = (0..450).map(|n| {
             let step = n * 100_000 + 50_000;
             StepRecord {
@@ -187,7 +187,7 @@ mod tests {
         assert!(number("global_event_middle_error_ratio", &run, None).unwrap() < 1e-12);
         assert!((number("largest_global_event_drop_ft_fn", &run, None).unwrap() - 0.5).abs() < 1e-12);
         assert!((number("largest_global_event_drop_middle_ft_fn", &run, None).unwrap() - 0.45).abs() < 1e-12);
-        // One that is still going on has no extrema yet.
+        // An unfinished event has no extrema yet.
         run.slips[4].open = true;
         assert!((number("largest_global_event_drop_ft_fn", &run, None).unwrap() - 0.1).abs() < 1e-12);
     }
@@ -289,7 +289,7 @@ mod tests {
         assert!(Number::find("status").is_err(), "a word is no number");
     }
 
-    /// Without what it is taken of a number is not there, and nothing panics.
+    /// Without its data a number is absent, and nothing panics.
     #[test]
     fn what_was_not_kept_gives_no_number() {
         let run = RunData { kept: RequiredData::NOTHING, ..unloaded() };

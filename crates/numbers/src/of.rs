@@ -1,5 +1,5 @@
-//! What a number is taken of. The variant says at once what must be kept of a run for it and what its
-//! function receives, so that a function cannot read what nobody keeps.
+//! The source of a number. The variant determines both the data kept of a run and the argument of the
+//! function, so a function cannot read data that were not kept.
 
 use asperity_record::WindowRecord;
 
@@ -8,16 +8,16 @@ use crate::required_data::RequiredData;
 use crate::run_data::{Load, NotKept, OfFronts, RunData, RunEvents};
 use crate::states::States;
 
-/// A number of blocks, for numbers of the nearest precursor, or the load `F_T / F_N` at which one is
-/// taken.
+/// A number of blocks, for numbers of the nearest precursor, or the load `F_T / F_N` for numbers at a given
+/// load.
 pub(crate) type Near = Option<f64>;
 
-/// What a number is taken of, and the function that takes it: `None` where the run does not have it.
+/// The source of a number, and the function that computes it: `None` if the run does not have it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Of {
-    /// The summary, of which it is the key at this place.
+    /// The summary, where it is the key at this index.
     Summary(usize),
-    /// What is kept of every run.
+    /// The data kept of every run.
     Events(fn(&RunEvents, Near) -> Option<Estimate>),
     /// The loads as well.
     Loads(fn(&RunEvents, &[Load], Near) -> Option<Estimate>),
@@ -27,12 +27,12 @@ pub(crate) enum Of {
     LoadsAndStates(fn(&RunEvents, &[Load], &States, Near) -> Option<Estimate>),
     /// Dense windows.
     Windows(fn(&RunEvents, &[WindowRecord], Near) -> Option<Estimate>),
-    /// How fronts passed, and what they found.
+    /// The passage of fronts, and the stress ahead of them.
     Fronts(fn(&RunEvents, OfFronts<'_>) -> Option<Estimate>),
 }
 
 impl Of {
-    /// What must be kept of a run for it.
+    /// The data of a run that it requires.
     pub(crate) fn required_data(self) -> RequiredData {
         match self {
             Of::Summary(_) | Of::Events(_) => RequiredData::NOTHING,
@@ -62,8 +62,8 @@ impl Of {
     }
 }
 
-/// Declares the numbers that are taken of a run when a file asks for them: a list of each key and
-/// the function that takes it, which the variant of [`Of`] gives what it reads.
+/// Declares the numbers that are computed when a file requests them: a list of keys and functions, whose
+/// arguments follow from the variant of [`Of`].
 macro_rules! numbers {
     ($(
         $group:literal {
@@ -74,7 +74,7 @@ macro_rules! numbers {
             )+
         }
     )+) => {
-        /// The numbers in their order on pages, each with the function that takes it.
+        /// The numbers in their order on pages, each with its function.
         pub(crate) const NUMBERS: &[($crate::key::Key, $crate::of::Of)] = &[
             $($((
                 $crate::key::key!(

@@ -1,5 +1,5 @@
-//! Ruptures of a part of the slider, whichever end they begin at: what comes before the first slip
-//! of all blocks where that need not be precursors from block 1.
+//! Partial ruptures from either end of the slider: those before the first global slip, for sliders whose
+//! precursors need not begin at block 1.
 
 use asperity_record::Rupture;
 
@@ -36,7 +36,7 @@ pub(crate) fn largest_share(run: &RunEvents) -> Option<f64> {
     Some(f64::from(largest) / f64::from(run.header.blocks))
 }
 
-/// How far from the driven end the first rupture that counts began, global or not, mm.
+/// Distance from the driven end at which the first rupture that counts began, global or not, mm.
 pub(crate) fn nucleation_mm(run: &RunEvents) -> Option<f64> {
     let first = counted(run)?.next()?;
     Some(f64::from(first.nucleation_block - 1) * run.plan.spacing_m * 1e3)

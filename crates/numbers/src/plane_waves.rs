@@ -1,10 +1,10 @@
 //! Plane waves in the lattice of a slab.
 //!
-//! What the springs of a lattice do to a wave is asked of the lattice itself: displacements
-//! `U cos(q . r)` are laid over a node and its eight neighbours, and the pull on that node is
-//! `-D(q) U` with a symmetric matrix `D`, since the bonds of a node come in opposite pairs. Its
-//! eigenvalues over the mass are the squares of two frequencies. The formula beside it is derived
-//! from the bonds: with `q_x` and `q_z` the phases from node to node,
+//! The dispersion is computed with the lattice itself: displacements `U cos(q . r)` are applied to a node
+//! and its eight neighbours, and the pull on that node is `-D(q) U` with a symmetric matrix `D`, since the
+//! bonds of a node come in opposite pairs. Its eigenvalues over the mass are the squares of two
+//! frequencies. The formula beside it is derived from the bonds: with `q_x` and `q_z` the phases from node
+//! to node,
 //!
 //! ```text
 //! D_xx = k (2 (1 - cos q_x) + 1 - cos q_x cos q_z)
@@ -30,11 +30,11 @@ impl Waves {
     /// From the matrix over `k`.
     fn of([[xx, xz], [_, zz]]: [[f64; 2]; 2]) -> Waves {
         let (middle, half) = (0.5 * (xx + zz), (0.25 * (xx - zz) * (xx - zz) + xz * xz).sqrt());
-        // Of long waves nothing but rounding may be left of the lower one.
+        // For long waves the lower one may consist of rounding only.
         Waves { shear: (middle - half).max(0.0).sqrt(), longitudinal: (middle + half).sqrt() }
     }
 
-    /// By what the bonds of a lattice pull with, with phases along `x` and along the next axis along
+    /// Computed from the pull of the bonds of a lattice, with phases along `x` and the next axis along
     /// which its nodes move.
     pub fn in_lattice(lattice: &Lattice, phase: [f64; 2]) -> Waves {
         let counts = [0, 1, 2].map(|axis| if lattice.table.freedom(axis).is_some() { 3 } else { 1 });
@@ -67,7 +67,7 @@ impl Waves {
     }
 }
 
-/// The speeds, m/s, of waves along a row whose length is this many spacings; `None` of a chain.
+/// The speeds, m/s, of waves along a row whose length is this many spacings; `None` for a chain.
 pub fn speeds_along_rows_m_per_s(plan: &asperity_model::Plan, spacings: f64) -> Option<[f64; 2]> {
     plan.elastic.longitudinal_over_shear()?;
     let lattice = plan.elastic.as_lattice();

@@ -1,8 +1,8 @@
 //! Which ruptures, and which slip events, count as precursors.
 //!
-//! Of ruptures: those that include block 1 and reach farther than every one before that does.
-//! The list ends with the first that reaches every block; it is flagged, and no count of
-//! precursors includes it. What follows is about raw slip events, which the thesis counts.
+//! Of ruptures: those that include block 1 and reach farther than every one before that does. The list ends
+//! with the first that reaches every block; it is flagged, and no count of precursors includes it. The rest
+//! is about raw slip events, which the thesis counts.
 //!
 //! A precursor starts at block 1 and runs farther than any before it; the list
 //! ends with the first slip of the whole slider, even if an event before it has
@@ -65,7 +65,7 @@ pub struct Precursor<'a> {
     pub start: &'a SlipEvent,
     /// The slip event that it ends with; the same where nothing was merged.
     pub end: &'a SlipEvent,
-    /// How many slip events it is made of.
+    /// Number of slip events that it consists of.
     pub merged: u32,
     /// Farthest block reached.
     pub last_block: u32,
@@ -95,8 +95,7 @@ pub fn one_by_one(run: &RunEvents) -> Vec<Precursor<'_>> {
     among_groups(run, &PrecursorRules::default(), &[])
 }
 
-/// These without the slip of the whole slider that ends the list: what is said of precursors is
-/// measured in them.
+/// These without the global slip that ends the list: measures of precursors use them.
 pub fn alone(run: &RunEvents) -> Vec<Precursor<'_>> {
     let mut precursors = one_by_one(run);
     precursors.retain(|precursor| precursor.blocks_slipped < run.header.blocks);
@@ -134,10 +133,10 @@ fn among_groups<'a>(
     precursors
 }
 
-/// The ruptures that include block 1 and reach farther than every one that does and began before,
-/// by onset. The last may be the first slip of the whole slider, which
-/// [`Rupture::reached_every_block`] tells. Ruptures of fewer blocks than the rules ask for are left
-/// out; none are merged, since what belongs together is one rupture already.
+/// The ruptures that include block 1 and reach farther than every one that does and began before, by onset.
+/// The last may be the first slip of the whole slider, which [`Rupture::reached_every_block`] tells.
+/// Ruptures of fewer blocks than the rules require are left out; none are merged, since a rupture already
+/// contains everything that belongs together.
 pub fn among_ruptures<'a>(run: &'a RunEvents, rules: &PrecursorRules) -> Vec<&'a Rupture> {
     let mut growth = RuptureGrowth::default();
     for rupture in run.ruptures.iter().flatten() {

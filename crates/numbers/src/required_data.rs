@@ -1,13 +1,13 @@
-//! What is to be kept of a run while its records pass: each number, figure and table says what it
-//! reads, and nothing else stays in memory.
+//! The data to keep of a run while its records pass: each number, figure and table declares its inputs, and
+//! nothing else stays in memory.
 
 use std::collections::BTreeSet;
 use std::ops::{BitOr, BitOrAssign};
 
 use asperity_runlog::Topics;
 
-/// What tables, figures and numbers want of a run beside its summary, slip events, ruptures and what
-/// became of each block, which are always kept.
+/// Data of a run that tables, figures and numbers require besides its summary, slip events, ruptures and
+/// the history of each block, which are always kept.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RequiredData {
     /// The loads at every step record.
@@ -63,7 +63,7 @@ impl RequiredData {
         RequiredData { arrivals: true, precursor_onsets: true, ..RequiredData::LOADS | RequiredData::STATES }
     }
 
-    /// All that numbers can be taken of.
+    /// The inputs of all numbers.
     pub fn all() -> RequiredData {
         RequiredData::fronts() | RequiredData::WINDOWS | RequiredData::DETACHMENTS
     }
@@ -73,7 +73,7 @@ impl RequiredData {
         self.states || !self.states_near_s.is_empty() || !self.displacements_of.is_empty()
     }
 
-    /// What of a log must be decoded.
+    /// The parts of a log that must be decoded.
     pub fn topics(&self) -> Topics {
         Topics { steps: true, events: true, fields: self.reads_states(), windows: self.windows }
     }
@@ -111,7 +111,7 @@ mod tests {
         let near = RequiredData { states_near_s: vec![0.5], ..RequiredData::default() };
         let both = RequiredData::LOADS | near;
         assert!(both.loads && !both.states && both.states_near_s == [0.5]);
-        // States are decoded for whatever is made of them, and windows only where they are shown.
+        // States are decoded for any use, windows only where they are shown.
         assert!(both.topics().fields && !both.topics().windows);
         assert!(!RequiredData::LOADS.topics().fields && RequiredData::all().topics().windows);
     }

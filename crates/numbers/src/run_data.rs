@@ -1,8 +1,7 @@
-//! What tables, figures and numbers are made of: kept of a run while its records pass, live or out
-//! of its log.
+//! The inputs of tables, figures and numbers, collected from the records of a run, live or from its log.
 //!
-//! A run has far more records than anything is made of. [`Collector`] sees each once and keeps what
-//! [`RequiredData`] names, in a form that holds no more than is read.
+//! A run has far more records than its outputs need. [`Collector`] reads each once and keeps the data named
+//! by [`RequiredData`], in a form without unused fields.
 
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
@@ -19,18 +18,18 @@ use crate::states::States;
 use crate::summarizer::{RupturesFrom, Slider, Summarizer};
 use crate::summary::Summary;
 
-/// A log of which nothing can be made.
+/// A log that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum UnreadRun {
     /// It cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// It holds a scenario that cannot be understood.
+    /// It contains an invalid scenario.
     #[error("{run}: {problem}")]
     Run {
         /// The run.
         run: String,
-        /// What is wrong.
+        /// The error.
         problem: String,
     },
 }
@@ -75,7 +74,7 @@ impl Load {
 /// When a block switched, and where it was.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Switched {
-    /// The step at whose end it did.
+    /// The step at whose end it switched.
     pub step: u64,
     /// Whether it detached or re-attached.
     pub direction: Direction,
@@ -95,12 +94,12 @@ pub struct NodeField {
     pub displacement_m: Vec<f64>,
 }
 
-/// What is kept of every run.
+/// The data kept of every run.
 #[derive(Debug, Clone)]
 pub struct RunEvents {
     /// The run's name in its pipeline.
     pub name: String,
-    /// What the run is.
+    /// The header of the run.
     pub header: RunHeader,
     /// Its scenario.
     pub scenario: Scenario,
@@ -117,12 +116,12 @@ pub struct RunEvents {
     pub switches: Vec<Option<[Switched; 2]>>,
 }
 
-/// What is kept of a run: [`RunEvents`], and of its records what is in [`RequiredData`].
+/// The data kept of a run: [`RunEvents`], and the parts of its records named by [`RequiredData`].
 #[derive(Debug, Clone)]
 pub struct RunData {
-    /// What is kept of every run.
+    /// The data kept of every run.
     pub run: RunEvents,
-    /// What was wanted of the run, and so stays.
+    /// The required data, which are kept.
     pub kept: RequiredData,
     /// See [`RunData::loads()`].
     pub loads: Vec<Load>,
@@ -154,10 +153,10 @@ impl DerefMut for RunData {
     }
 }
 
-/// What the speeds of fronts are taken of: loads, states, and how ruptures passed their blocks.
+/// Inputs for the speeds of fronts: loads, states, and the passage of ruptures at their blocks.
 pub type OfFronts<'a> = (&'a [Load], &'a States, &'a [Arrival]);
 
-/// Something of a run that is read, and not in the [`RequiredData`] of whoever collected it.
+/// Data that are read but were not in the [`RequiredData`] of the collector.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{what} of run {run} are not kept")]
 pub struct NotKept {
@@ -172,10 +171,10 @@ impl From<NotKept> for String {
 }
 
 impl RunData {
-    /// Reads a run log and keeps all that numbers can be taken of.
+    /// Reads a run log and keeps the inputs of all numbers.
     ///
     /// # Errors
-    /// If the log is damaged, incomplete, or holds what cannot be understood.
+    /// If the log is damaged, incomplete, or its scenario invalid.
     pub fn read(name: &str, path: &Path) -> Result<RunData, UnreadRun> {
         let mut reader = RunReader::open(path, Topics::ALL)?;
         let collector = Collector::of_log(name, reader.header(), reader.scenario_toml(), RequiredData::all());
@@ -244,7 +243,7 @@ impl RunData {
         self.if_kept(self.kept.arrivals, "arrivals", self.arrivals.as_slice())
     }
 
-    /// What the speeds of fronts are taken of, see [`RequiredData::fronts`].
+    /// Inputs for the speeds of fronts, see [`RequiredData::fronts`].
     ///
     /// # Errors
     /// If any of it was not kept.
@@ -302,8 +301,8 @@ impl RunEvents {
         slip.end_step.is_none_or(|end| rupture.onset_step < end).then_some(slip)
     }
 
-    /// What each contact bore in a state: of a slab what the state says, of a chain its share of the
-    /// load of that instant. `None` without step records.
+    /// Normal load of each contact in a state: for a slab from the state, for a chain its share of the load
+    /// at that time. `None` without step records.
     pub fn normal_load_n(&self, loads: &[Load], state: &FieldRecord) -> Option<Vec<f64>> {
         let load = load_at(loads, state.step)?;
         if !state.normal_load_n.is_empty() {
@@ -329,7 +328,7 @@ impl RunEvents {
     }
 }
 
-/// Sees a run go by, keeps of it what is wanted, and makes its summary.
+/// Reads the records of a run, keeps the required data, and computes its summary.
 pub struct Collector {
     run: RunData,
     ruptures: Vec<Rupture>,
@@ -376,13 +375,13 @@ impl Collector {
         scenario_toml: &str,
         required: RequiredData,
     ) -> Result<Collector, String> {
-        // Of a log that breaks off so early, or was salvaged without it, no scenario says what it is of.
+        // A log that ends so early, or was salvaged without it, has no scenario.
         if scenario_toml.is_empty() {
             return Err("it has no attachment `scenario.toml`".to_owned());
         }
         let source = ScenarioSource::logged("scenario.toml", scenario_toml);
         let scenario = Scenario::resolve(&source).map_err(|errors| errors.to_string())?;
-        // What is read by block and step from here on is that of the header.
+        // From here on, blocks and steps are those of the header.
         if scenario.hash() != header.scenario_hash {
             return Err(format!(
                 "scenario.toml has the hash {}, metadata `run` says {}",
@@ -398,7 +397,7 @@ impl Collector {
         &self.run.name
     }
 
-    /// How many steps it is to take.
+    /// The planned number of steps.
     pub fn steps(&self) -> u64 {
         self.run.header.steps
     }
@@ -428,8 +427,8 @@ impl Collector {
         }
     }
 
-    /// The times at which all nodes of a slab are wanted, s: no record has them, and whoever makes the
-    /// run gives them to [`Collector::nodes`]. None of a chain.
+    /// The times at which all nodes of a slab are wanted, s: no record has them, so the caller that makes
+    /// the run passes them to [`Collector::nodes`]. None for a chain.
     pub fn nodes_at_s(&self) -> &[f64] {
         if self.run.plan.elastic.has_inside() { &self.run.kept.nodes_at_s } else { &[] }
     }
@@ -439,7 +438,7 @@ impl Collector {
         self.run.nodes.push(nodes);
     }
 
-    /// What was kept, once all has passed: where its ruptures are from, and how it ended if known.
+    /// Finishes: returns the data kept, given the source of its ruptures, and its end if known.
     pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> RunData {
         let Collector { mut run, ruptures, summarizer } = self;
         run.states.end();
@@ -553,7 +552,7 @@ mod tests {
                     switches: vec![switch(1, Direction::Detach)],
                     ..quiet_step(step, step as f64, 0.0)
                 };
-                // Event 1 takes one block more, event 500 all three.
+                // Event 1 has one more block, event 500 all three.
                 let last = if event >= 500 { 3 } else { 1 + event.min(1) as u32 };
                 let slip = slip_event(onset, end, 1..=last);
                 states.step(&step(onset, 1));

@@ -1,9 +1,8 @@
 //! The states of all blocks that something is measured in, picked out as they pass.
 //!
-//! A log has a state at the onset and at the end of every slip event, and whether it is one that
-//! counts is known only from the event, which comes after its end. So states at onsets and ends
-//! wait until the next event says which of them are kept. A run has at most as many precursors as
-//! blocks, however long it is.
+//! A log has a state at the onset and at the end of every slip event. Whether the event counts is known
+//! only from its record, which follows its end. So states at onsets and ends wait until the next event says
+//! which of them are kept. A run has at most as many precursors as blocks, however long it is.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +11,7 @@ use asperity_record::{FieldRecord, SlipEvent, StepRecord};
 use crate::growth::EventGrowth;
 use crate::required_data::RequiredData;
 
-/// States and what was read off them.
+/// States and quantities derived from them.
 #[derive(Debug, Clone)]
 pub struct States {
     first: Option<FieldRecord>,
@@ -26,16 +25,16 @@ pub struct States {
     keeps_onsets: bool,
     /// States at onsets and ends since the last slip event.
     waiting: Vec<FieldRecord>,
-    /// Ends of precursors whose state is still to come.
+    /// Ends of precursors whose states are still to come.
     awaited: Vec<u64>,
     growth: EventGrowth,
     any_slip: bool,
-    /// The last step, how many blocks slid in it, and whether that had changed from or to none.
+    /// The last step, the number of blocks that slid in it, and whether it changed from or to 0.
     last: (u64, u32, bool),
 }
 
 impl States {
-    /// Of nothing yet, for a slider of this many blocks.
+    /// Without data yet, for a slider of this many blocks.
     pub fn new(blocks: u32, required: &RequiredData) -> States {
         States {
             first: None,
@@ -134,13 +133,13 @@ impl States {
         self.at_first_onset.as_ref()
     }
 
-    /// That at the onset of a precursor, raw slip events taken one by one: after the first step in
+    /// The state at the onset of a precursor, for raw slip events without merging: after the first step in
     /// which a block slid.
     pub fn at_precursor_onset(&self, step: u64) -> Option<&FieldRecord> {
         self.at_precursor_onsets.iter().find(|state| state.step == step)
     }
 
-    /// That at the end of a precursor, raw slip events taken one by one.
+    /// The state at the end of a precursor, for raw slip events without merging.
     pub fn at_precursor_end(&self, step: u64) -> Option<&FieldRecord> {
         self.at_precursor_ends.iter().find(|state| state.step == step)
     }

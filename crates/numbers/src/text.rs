@@ -78,8 +78,8 @@ pub fn of_several<'a>(summaries: impl IntoIterator<Item = &'a Summary>) -> Strin
     text
 }
 
-/// What a reader of the number needs beside it: which fronts a speed is of, and the first one over the speed
-/// of waves.
+/// Information shown beside the number: which fronts a speed refers to, and the first one over the wave
+/// speed.
 fn remark(summary: &Summary, key: &Key) -> String {
     let of_waves =
         |speed: f64| Some(speed.abs() / summary.wave_speed_m_per_s?).filter(|ratio| ratio.is_finite());

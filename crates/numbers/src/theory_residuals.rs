@@ -40,8 +40,8 @@ pub(crate) fn affected_blocks_error(run: &RunEvents, states: &States) -> Option<
     }))
 }
 
-/// How far the shear on the first block ahead of a front that has come to rest is from the
-/// `alpha p` of (5.48), over it: the mean of all precursors before the first global slip.
+/// Relative deviation of the shear on the first block ahead of an arrested front from the `alpha p` of
+/// (5.48): the mean of all precursors before the first global slip.
 pub(crate) fn ahead_of_front_error(run: &RunEvents, states: &States) -> Option<Estimate> {
     let friction = &run.plan.friction;
     let alpha = (friction.static_coefficient + friction.dynamic_coefficient) / 2.0;
@@ -73,25 +73,25 @@ pub(crate) fn intercept_error(run: &RunEvents, law: LengthLaw) -> Option<Estimat
     intercept_error_of(run, &points(run, law))
 }
 
-/// Root mean square of what precursors exceed a law by, over `mu_d`.
+/// Root mean square of the deviations of precursors from a law, over `mu_d`.
 pub(crate) fn rms_over_mu_d(run: &RunEvents, points: &[PrecursorPoint]) -> Option<Estimate> {
     let residuals: Vec<f64> = points.iter().map(|point| point.ft_fn - point.predicted).collect();
     Some(estimate::root_mean_square(&residuals)?.over(run.mu_d()))
 }
 
-/// How far the slope of the straight line through precursors is from that of the law.
+/// Deviation of the slope of the straight line through precursors from that of the law.
 pub(crate) fn slope_error_of(points: &[PrecursorPoint]) -> Option<Estimate> {
     let [slope, _] = line_beside_law(points)?;
     Some(slope.distance_from(1.0))
 }
 
-/// How far its intercept is from that of the law, over `mu_d`.
+/// Deviation of its intercept from that of the law, over `mu_d`.
 pub(crate) fn intercept_error_of(run: &RunEvents, points: &[PrecursorPoint]) -> Option<Estimate> {
     let [_, intercept] = line_beside_law(points)?;
     Some(intercept.distance_from(0.0).over(run.mu_d()))
 }
 
-/// How far the load is from its theory in the step records up to `mu_d`.
+/// Deviation of the load from its theory in the step records up to `mu_d`.
 pub(crate) fn load_curve_error(run: &RunEvents, loads: &[Load]) -> Option<f64> {
     let curve = LoadCurve::of(&run.scenario)?.points();
     let end_s = time_to_reach(loads, run.mu_d())?.min(curve.last()?.0);
@@ -217,7 +217,7 @@ mod tests {
         assert!(number("time_to_dynamic_coefficient_error_ratio", &run, None).unwrap() < 1e-12);
         run.loads[100].driving_force_n -= 400.0 * 0.045;
         assert!((number("load_curve_error_ratio", &run, None).unwrap() - 0.1).abs() < 1e-9);
-        // Behind the end of the theory nothing counts.
+        // Records after the end of the theory's range do not count.
         run.loads.push(record(0.0, 40_000_000, 4.0));
         assert!((number("load_curve_error_ratio", &run, None).unwrap() - 0.1).abs() < 1e-9);
     }

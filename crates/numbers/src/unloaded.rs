@@ -43,7 +43,7 @@ impl Unloaded {
 
     /// The numbers of contacts, detachments and raw slip events without load in a finished run.
     pub(crate) fn counts(mut self) -> [u64; 3] {
-        // What detached in the last step has not slid.
+        // Blocks that detached in the last step have not slid.
         if self.slides {
             self.end_event();
         }

@@ -195,7 +195,7 @@ fn recurrence_is_that_of_the_first_times_and_of_the_later_half() {
     assert_eq!(of(&[1000, 1500, 2250, 2500]), (Some(0.5), None));
     // 1, 0.25, 0.5 and 0.75 s: the first of them; the middle of the last two.
     assert_eq!(of(&[1000, 2000, 2250, 2750, 3500]), (Some(1.0), Some(0.625)));
-    // Five times, of which two are the first quarter and two the later half.
+    // Five times: two are in the first quarter and two in the later half.
     assert_eq!(of(&[1000, 2000, 2250, 2750, 3500, 4000]), (Some(0.625), Some(0.625)));
 }
 
@@ -244,10 +244,10 @@ fn raw_events_mislead_where_they_outlast_fronts_or_join_them() {
     // An event in progress lasts up to the end of the run.
     let found = of(&[slip(0, 1000, None, 10)], &crossing);
     assert_eq!((found.raw_events_mislead, found.longest_event_s), (Some(true), Some(29.0)));
-    // Without fronts, ten seconds are twenty times what a wave takes.
+    // Without fronts, ten seconds are twenty times the travel time of a wave.
     assert_eq!(of(&[slip(0, 1000, Some(11_001), 10)], &[]).raw_events_mislead, Some(true));
 
-    // Two of four wide events hold two ruptures each; one rupture lies in none.
+    // Two of four wide events contain two ruptures each; one rupture lies in none.
     let slips = [1000, 2000, 3000, 4000].map(|onset| slip(0, onset, Some(onset + 500), 8));
     let onsets = [1000, 1200, 1500, 2100, 2300, 3000];
     let ruptures: Vec<Rupture> =

@@ -1,4 +1,4 @@
-//! Claims on a page: the score, what is said beside a figure or a run, and the table of all.
+//! Claims on a page: the score, the lines beside a figure or a run, and the table of all.
 
 use std::collections::BTreeMap;
 
@@ -16,10 +16,10 @@ const VERDICTS: [(&str, &str, &str); 5] = [
     ("not reached", "○", "none"),
 ];
 
-/// The verdict on a claim that what was measured contradicts.
+/// The verdict on a claim that the measurement contradicts.
 const DIFFERS: &str = "differs";
 
-/// What the sections of claims are called: of those that differ, and of all.
+/// Headings of the sections of claims: those that differ, and all.
 pub(crate) const DIFFERING: &str = "Claims that differ";
 pub(crate) const ALL: &str = "Claims";
 
@@ -62,7 +62,7 @@ impl Score {
     }
 }
 
-/// Whose claims there may be, and what a heading calls them.
+/// Possible authors of claims, and their headings.
 pub(crate) const SPEAKERS: [(&str, &str); 2] =
     [("the source", "The source"), ("this project", "This project")];
 
@@ -119,14 +119,14 @@ pub(crate) fn scores(claims: &[Claim]) -> String {
     table("", &headings, rows)
 }
 
-/// A verdict, told apart by word, mark and colour.
+/// A verdict, distinguished by word, mark and colour.
 fn verdict(verdict: &str) -> String {
     let found = VERDICTS.iter().find(|(word, ..)| *word == verdict);
     let (mark, class) = found.map_or(("", "none"), |(_, mark, class)| (mark, class));
     format!("<span class=\"outcome {class}\">{mark} {}</span>", text(verdict))
 }
 
-/// What was measured, with its standard error.
+/// The measured value, with its standard error.
 fn with_error(judgement: &Judgement) -> String {
     let ours = judgement.ours.map_or("–".to_owned(), |ours| rounded(ours, 4));
     judgement.error.map_or(ours.clone(), |error| format!("{ours} ± {}", rounded(error, 2)))
@@ -136,8 +136,8 @@ fn measured(judgement: &Judgement) -> String {
     format!("<span title=\"{}\">{}</span>", text(&judgement.rule), with_error(judgement))
 }
 
-/// What is said beside what it is about: those of the source first, those of this project apart. What
-/// has the same words stands below them.
+/// The claims beside their subject: first those of the source, then separately those of this project.
+/// Claims with the same words are grouped below them.
 pub(crate) fn beside(claims: &[&Claim]) -> String {
     let mut out = String::new();
     for (speaker, title) in SPEAKERS {
@@ -177,7 +177,7 @@ pub(crate) fn beside(claims: &[&Claim]) -> String {
     out
 }
 
-/// The name of a run as a link to what the page says of it.
+/// The name of a run as a link to its section of the page.
 pub(crate) fn link(run: &str) -> String {
     format!("<a href=\"#run-{0}\" data-run=\"{0}\">{0}</a>", text(run))
 }
@@ -188,7 +188,7 @@ fn quoted(claim: &Claim) -> String {
     if claim.of == "the source" { format!("“{words}”") } else { words }
 }
 
-/// The claims that differ, each with what it is about: a reader who trusts the rest looks at these.
+/// The claims that differ, each with its subject, for readers who trust the rest.
 pub(crate) fn differing(claims: &[Claim]) -> String {
     let mut out = String::new();
     let differing: Vec<&Claim> = claims.iter().filter(|claim| claim.own.verdict == DIFFERS).collect();

@@ -1,5 +1,6 @@
-//! What the record of a pipeline (`reproduce.json`) says of its page, and the page made of that and
-//! of what was measured: the same whether the runs have just gone by or are read again.
+//! The description of the page in the record of a pipeline (`reproduce.json`), and the page built from it
+//! and the measurements. The result does not depend on whether the runs have just been made or are read
+//! again.
 
 use asperity_numbers::claim::Claim;
 use asperity_record::RunHeader;
@@ -8,13 +9,13 @@ use serde::{Deserialize, Serialize};
 use crate::figures::{Figure, Picture};
 use crate::study::{Link, Run, Study};
 
-/// What a record says of the page.
+/// The description of the page in a record.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Contents {
-    /// What the pipeline is about.
+    /// The subject of the pipeline.
     pub title: String,
-    /// Its figures, in the order in which the page has them.
+    /// Its figures, in the order of the page.
     pub figures: Vec<Shown>,
 }
 
@@ -27,9 +28,9 @@ pub struct Shown {
     /// Its title; none in records of older versions.
     #[serde(default)]
     pub title: String,
-    /// What it shows.
+    /// Its caption.
     pub caption: String,
-    /// The runs that it is made of.
+    /// The runs that it shows.
     pub runs: Vec<String>,
 }
 
@@ -42,7 +43,7 @@ pub struct Recorded {
     pub runs: Vec<RecordedRun>,
     /// The files that were written with it, from its folder.
     pub files: Vec<String>,
-    /// What it says of the page; none in those of older versions.
+    /// Its description of the page; none in older versions.
     #[serde(default)]
     pub page: Option<Contents>,
 }
@@ -52,7 +53,7 @@ pub struct Recorded {
 pub struct RecordedRun {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its header.
     pub run: RunHeader,
 }
 
@@ -87,10 +88,10 @@ impl Recorded {
     }
 }
 
-/// What names are made of, as pipelines hold them to.
+/// Characters of names, as pipelines require.
 const PLAIN: &str = "letters, digits, -, _ and dots inside";
 
-/// Whether a name is one of a file in the folder that it is looked for in, and in a link nothing else.
+/// Whether a name denotes a file directly in the searched folder, and nothing else when used in a link.
 fn is_plain(name: &str) -> bool {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     !name.is_empty() && !name.starts_with('.') && name.chars().all(plain)
@@ -99,15 +100,15 @@ fn is_plain(name: &str) -> bool {
 /// A picture of this size or less is embedded as SVG; a larger one as PNG, if there is one.
 const SVG_MOST: usize = 600_000;
 
-/// The files in which a picture is looked for: SVG beside PNG.
+/// The candidate files of a picture: SVG beside PNG.
 pub fn files_of_picture(png: &str) -> [String; 2] {
     let stem = png.rsplit_once('.').map_or(png, |(stem, _)| stem);
     [format!("{stem}.svg"), png.to_owned()]
 }
 
-/// The picture of a figure: SVG if there is one beside the PNG and it has no more than 600 kB, else
-/// PNG. `read` gives what a file holds, if it is there. What is no picture is not shown: under the name
-/// of one there may be a link to anything.
+/// The picture of a figure: SVG if there is one beside the PNG and it has no more than 600 kB, else PNG.
+/// `read` returns the contents of a file, if it exists. Files that are no pictures are not shown, since the
+/// name may be a link to anything.
 pub fn picture(file: &str, read: &dyn Fn(&str) -> Option<Vec<u8>>) -> Picture {
     let [svg, png] = files_of_picture(file);
     let is_svg = |bytes: &Vec<u8>| {
@@ -124,7 +125,7 @@ pub fn picture(file: &str, read: &dyn Fn(&str) -> Option<Vec<u8>>) -> Picture {
 }
 
 impl Study {
-    /// The page of a folder: `runs` without links, `files` of its record, and `read` for what they hold.
+    /// The page of a folder: `runs` without links, `files` of its record, and `read` for their contents.
     pub fn of(
         contents: &Contents,
         files: &[String],
@@ -172,7 +173,7 @@ impl Study {
     }
 }
 
-/// A path as the target of a link: what means something else there is spelled out.
+/// A path as the target of a link, with special characters escaped.
 pub fn encoded(path: &[u8]) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"/-_.~".contains(&byte);
     path.iter()
@@ -198,7 +199,7 @@ mod tests {
         assert!(matches!(picture("figures/a.png", &both(SVG_MOST)), Picture::Svg(_)));
         assert_eq!(picture("figures/a.png", &both(SVG_MOST + 1)), Picture::Png(PNG.to_vec()));
         assert_eq!(picture("figures/a.png", &|_| None), Picture::None);
-        // Whatever else has the name of one.
+        // Any other file with such a name.
         assert_eq!(picture("figures/a.png", &|_| Some(b"PRETTY_NAME=\"x\"".to_vec())), Picture::None);
     }
 

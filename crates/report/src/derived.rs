@@ -1,4 +1,4 @@
-//! What follows from the parameters of scenarios before they are run.
+//! Quantities that follow from the parameters of scenarios before they are run.
 
 use asperity_model::{Preview, Scenario};
 
@@ -18,7 +18,7 @@ pub(crate) struct Derived {
     pub(crate) meaning: &'static str,
 }
 
-/// How a number is found, and what it is.
+/// How a number is computed, and its meaning.
 type Number = (&'static str, fn(&Preview) -> Option<f64>, &'static str, &'static str);
 
 const NUMBERS: [Number; 8] = [

@@ -41,10 +41,10 @@ impl Curve {
     }
 }
 
-/// Makes those of a list wider that are to stay, by the blocks beside them.
+/// Widens the elements of a list that must be kept, by the given blocks.
 pub(crate) type Stays<T> = dyn Fn(&mut [(u32, T)]);
 
-/// The widest of what comes, of equals the first; a few more while it is gathered.
+/// Collects the widest elements, the first among equals; holds a few more while collecting.
 #[derive(Debug, Clone)]
 pub(crate) struct Widest<T> {
     kept: Vec<(u32, T)>,
@@ -67,7 +67,7 @@ impl<T> Widest<T> {
         }
     }
 
-    /// Those gathered so far, each beside the blocks by which it is ranked.
+    /// Those collected so far, each with the blocks that rank it.
     pub(crate) fn ranked(&mut self, stays: &Stays<T>) -> &[(u32, T)] {
         stays(&mut self.kept);
         &self.kept
@@ -80,7 +80,7 @@ impl<T> Widest<T> {
         self.kept.truncate(self.most);
     }
 
-    /// Those that stay, and how many there were.
+    /// Those that are kept, and the number of all.
     pub(crate) fn finish(mut self, stays: &Stays<T>) -> (Vec<T>, u64) {
         if self.kept.len() > self.most {
             self.thin(stays);
@@ -121,7 +121,7 @@ mod tests {
         let mut all = Widest::new(3);
         all.push(1, 'a', &|_| {});
         assert_eq!(all.finish(&|_| {}), (vec!['a'], 1));
-        // What is to stay is made wide by whoever knows.
+        // The caller widens elements that must be kept.
         let mut marked = Widest::new(2);
         let stays = |kept: &mut [(u32, usize)]| {
             kept.iter_mut().filter(|(_, one)| *one == 1).for_each(|(blocks, _)| *blocks = u32::MAX);

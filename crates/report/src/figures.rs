@@ -1,4 +1,4 @@
-//! Figures on a page, each with its caption, its runs, and what is claimed of it.
+//! Figures on a page, each with its caption, its runs, and its claims.
 
 use asperity_numbers::claim::Claim;
 use base64::Engine;
@@ -17,7 +17,7 @@ pub struct Figure {
     pub title: String,
     /// What it shows.
     pub caption: String,
-    /// The runs that it is made of.
+    /// The runs that it shows.
     pub runs: Vec<String>,
     /// The picture.
     pub picture: Picture,
@@ -28,7 +28,7 @@ pub fn data_url(kind: &str, bytes: &[u8]) -> String {
     format!("data:image/{kind};base64,{}", STANDARD.encode(bytes))
 }
 
-/// What a figure looks like.
+/// The picture of a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Picture {
     /// PNG.
@@ -40,7 +40,7 @@ pub enum Picture {
 }
 
 impl Figure {
-    /// What a heading calls it.
+    /// Its name in headings.
     pub(crate) fn name(&self) -> String {
         name(&self.path, &self.title, &self.caption)
     }
@@ -59,7 +59,7 @@ impl Figure {
         figures_named(&claim.about).iter().any(|named| named.holds(&chapter, number))
     }
 
-    /// What it shows, for those who see it and those who do not.
+    /// Its description, for sighted and blind readers.
     fn alternative(&self) -> String {
         let runs = match self.runs.as_slice() {
             [] => String::new(),
@@ -97,7 +97,7 @@ impl Figure {
             more => format!(" and {more} more"),
         };
         let name = self.name();
-        // A caption that begins with the name goes on behind it.
+        // A caption that begins with the name continues after it.
         let (end, rest) = match self.caption.strip_prefix(&name) {
             Some(rest) => ("", rest),
             None => (". ", self.caption.as_str()),
@@ -124,7 +124,7 @@ fn number(path: &str) -> Option<(String, u32)> {
     numbered(stem(path).strip_prefix("figure-")?)
 }
 
-/// What a figure is called: by the number of the source, its title, or the first sentence of its caption.
+/// The name of a figure: its number in the source, its title, or the first sentence of its caption.
 pub(crate) fn name(path: &str, title: &str, caption: &str) -> String {
     match number(path) {
         Some((chapter, number)) => format!("Figure {chapter}.{number}"),
@@ -141,7 +141,7 @@ pub(crate) fn stem(path: &str) -> &str {
     file.rsplit_once('.').map_or(file, |(stem, _)| stem)
 }
 
-/// What the place of a figure on the page is called: nothing else there, however its file is called.
+/// The anchor of a figure on the page, unique whatever the name of its file.
 pub(crate) fn place_of(path: &str) -> String {
     format!("figure-of-{}", stem(path))
 }
@@ -155,7 +155,7 @@ pub(crate) fn figures(figures: &[Figure], claims: &[Claim]) -> String {
     format!("<div class=\"figures\">\n{all}</div>\n")
 }
 
-/// Whether a claim stands beside a figure of these.
+/// Whether a claim appears beside one of these figures.
 pub(crate) fn is_beside_one(claim: &Claim, figures: &[Figure]) -> bool {
     figures.iter().any(|figure| figure.is_meant_by(claim))
 }

@@ -1,8 +1,7 @@
-//! Pages: one HTML file each, that fetches nothing, so that it can be sent and kept.
+//! Pages: single HTML files that fetch nothing, so they can be sent and kept.
 //!
-//! What a page says in words and tables it says without scripts; scripts add what one can touch.
-//! The look (`look.css`: light, dark and print, told apart without colours) and the parts are the
-//! same on all pages.
+//! Words and tables of a page need no scripts; scripts add interaction. The look (`look.css`: light, dark
+//! and print, told apart without colours) and the components are shared by all pages.
 //!
 //! ```
 //! use asperity_report::html::{Document, markup};

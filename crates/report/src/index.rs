@@ -13,7 +13,7 @@ use crate::symbols::lettered;
 /// A study among several.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// What it is about.
+    /// Its subject.
     pub title: String,
     /// Its report, from the folder of the page; none if it has none.
     pub report: Option<String>,
@@ -21,11 +21,11 @@ pub struct Entry {
     pub runs: u64,
     /// Its claims.
     pub claims: Vec<Claim>,
-    /// Its figures: path from the folder of the page, title, and what each shows.
+    /// Its figures: path from the folder of the page, title, and caption.
     pub figures: Vec<[String; 3]>,
 }
 
-/// The page of several studies. Its pictures stand beside it.
+/// The page of several studies. Its pictures are files beside it.
 pub fn index(title: &str, entries: &[Entry]) -> String {
     let mut main = format!("<header>\n<h1>{}</h1>\n", text(title));
     for (speaker, title) in SPEAKERS {
@@ -71,7 +71,7 @@ pub fn index(title: &str, entries: &[Entry]) -> String {
     Document { title: title.to_owned(), main, data: Vec::new(), parts: &[STYLE] }.html_beside_pictures()
 }
 
-/// What a caption says first: a thumbnail has no room for more.
+/// The first part of a caption: a thumbnail has no room for more.
 fn first_sentence(words: &str) -> &str {
     words.find(". ").map_or(words, |end| &words[..=end])
 }

@@ -1,8 +1,8 @@
-//! A run or a whole study as one page: what was asked, how the claims came out, the figures, and of
-//! every run its load curve beside the space-time map of its ruptures.
+//! A run or a whole study as one page: parameters, results of the claims, figures, and for every run its
+//! load curve beside the space-time map of its ruptures.
 //!
-//! It reads and writes no files. Whoever sees the runs go by tells [`PageCollector`] of them, which keeps
-//! no more than the page will hold; the page is made of the parts by [`Study::html`].
+//! It reads and writes no files. The caller passes the records of runs to [`PageCollector`], which keeps
+//! only the data for the page; [`Study::html`] assembles the parts.
 //!
 //! ```
 //! use asperity_report::{PageCollector, Limits};
@@ -21,13 +21,13 @@
 //! In reading order:
 //!
 //! - `downsample`: a load curve of few points that has lost no drop; the widest of many.
-//! - `page_collector`: what stays of a run that goes by.
-//! - `study`: what a page is made of.
+//! - `page_collector`: the data kept of a run.
+//! - `study`: the parts of a page.
 //! - `symbols`: symbols and numbers as they are printed.
 //! - `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
-//! - `parameter_table`: the parameters of scenarios; `derived`: what follows from them.
+//! - `parameter_table`: the parameters of scenarios; `derived`: quantities that follow from them.
 //! - `verdict`, `claims`, `figures`, `runs`: parts of the page.
-//! - `contents`: what a folder says of its page.
+//! - `contents`: the description of a page in its folder.
 //! - `page`: the page of a study; `sweep`: that of a parameter study; `index`: that of several.
 
 mod claims;

@@ -15,7 +15,7 @@ use crate::symbols::number;
 use crate::verdict::verdict;
 use crate::{figures, runs};
 
-/// What reports have beside the look of all pages.
+/// Additions of reports to the look of all pages.
 pub(crate) const STYLE: Part = Part { style: include_str!("report.css"), script: "" };
 const SCRIPT: Part = Part { style: "", script: include_str!("report.js") };
 
@@ -94,7 +94,7 @@ impl Study {
         if out.is_empty() { out } else { format!("<div class=\"model\">{out}</div>\n") }
     }
 
-    /// What everybody reads; of a page with one run also the verdict on it.
+    /// The head of the page; for a single run also the verdict on it.
     fn heading(&self, verdict: &str) -> String {
         let count = |one: fn(&Run) -> u64| self.runs.iter().map(one).sum::<u64>();
         let mut out = format!("<header>\n<h1>{}</h1>\n", text(&self.title));
@@ -112,7 +112,7 @@ impl Study {
         out
     }
 
-    /// Says that runs are of the thesis' program, with its slider.
+    /// States that runs are those of the thesis' program, with its slider.
     fn as_coded(&self) -> String {
         let coded = self.runs.iter().filter_map(|run| run.scenario.as_coded_in_words());
         let coded: Vec<String> = coded.collect();

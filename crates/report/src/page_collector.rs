@@ -1,4 +1,5 @@
-//! What stays of a run that goes by: a thinned load curve, its ruptures with their fronts, its slip events.
+//! Keeps the data of a run for its page: a thinned load curve, its ruptures with their fronts, its slip
+//! events.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -7,7 +8,7 @@ use asperity_record::{Arrival, Event, Observer, Record, Rupture, SlipEvent};
 
 use crate::downsample::{Curve, Widest};
 
-/// How much of a run a page holds.
+/// Limits on the data of a run on a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Columns of time of its load curve, each with the smallest and the largest load.
@@ -26,7 +27,7 @@ impl Limits {
     const RUPTURES: usize = 20_000;
     /// Most passages of a run: some 14 bytes of a page each.
     const PASSAGES: usize = 50_000;
-    /// What all runs share, as soon as that is less.
+    /// The limit for all runs together, where that is lower.
     const ALL_COLUMNS: usize = 100_000;
     const ALL_RUPTURES: usize = 100_000;
     const ALL_PASSAGES: usize = 200_000;
@@ -53,15 +54,15 @@ pub struct CollectedRupture {
     pub rupture: Rupture,
     /// Whether it is a precursor.
     pub is_precursor: bool,
-    /// How its front passed the blocks of every [stride](Collected::block_stride), from its first to its last; none if
-    /// the log does not say, or the page has no room for it.
+    /// Passage of its front at every [stride](Collected::block_stride)-th block, from its first to its
+    /// last; none if the log lacks it or the page has no room for it.
     pub front: Option<Vec<Passage>>,
 }
 
 /// The steps in which a block began to slide, and in which it no longer slid; none if it slid to the end of the run.
 pub(crate) type Passage = (u64, Option<u64>);
 
-/// What a page holds of a run.
+/// The data of a run on a page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Collected {
     /// Step and `F_T / F_N`.
@@ -93,7 +94,7 @@ pub struct PageCollector {
     block_stride: u32,
 }
 
-/// Blocks of a slider whose fronts a map shows block by block: it is not more dots high.
+/// Most blocks of a slider whose fronts a map shows block by block: the height of the map in dots.
 const ROWS: u32 = 400;
 
 impl Observer for PageCollector {
@@ -130,7 +131,7 @@ impl PageCollector {
         }
     }
 
-    /// How a rupture, which has gone by, passed a block.
+    /// How a completed rupture passed a block.
     fn arrival(&mut self, arrival: &Arrival) {
         if arrival.block.saturating_sub(1).is_multiple_of(self.block_stride) {
             let passage = (arrival.block, (arrival.arrival_step, arrival.stop_step));
@@ -179,7 +180,7 @@ impl PageCollector {
         }
     }
 
-    /// It has gone by.
+    /// Completes the run.
     pub fn finish(mut self) -> Collected {
         self.thin_fronts();
         let widest = std::mem::replace(&mut self.ruptures, Widest::new(0));
@@ -197,14 +198,14 @@ impl PageCollector {
     }
 }
 
-/// The blocks of a rupture of which its front has passages.
+/// The blocks of a rupture whose passages its front lists.
 fn places(rupture: &Rupture, stride: u32) -> std::iter::StepBy<std::ops::RangeInclusive<u32>> {
     let from = 1 + rupture.first_block.saturating_sub(1).div_ceil(stride) * stride;
     (from..=rupture.last_block).step_by(stride as usize)
 }
 
-/// Whoever reaches farther than all before it is kept, however narrow. One that another began before
-/// and reached as far is none, whatever else there is.
+/// A rupture that reaches farther than all before is kept, however narrow. It does not count as such if an
+/// earlier one reached as far.
 fn precursors_stay(kept: &mut [(u32, CollectedRupture)]) {
     let mut in_order: Vec<&mut (u32, CollectedRupture)> = kept.iter_mut().collect();
     in_order.sort_by_key(|(_, seen)| (seen.rupture.onset_step, seen.rupture.rupture));
@@ -269,7 +270,7 @@ mod tests {
         let all = gone_by(10, 100, &ruptures);
         assert_eq!(lengths(&all), [3, 5, 6, 7, 10, 8].map(Some));
         assert_eq!(all.ruptures[2].front.as_ref().unwrap()[5], (2005, Some(2999)));
-        // What extends the slip is worth more than what is wide: 3 + 6 + 10, then 8.
+        // Ruptures that extend the slip rank before wide ones: 3 + 6 + 10, then 8.
         assert_eq!(lengths(&gone_by(10, 27, &ruptures)), [Some(3), None, Some(6), None, Some(10), Some(8)]);
         assert_eq!(lengths(&gone_by(10, 19, &ruptures)), [Some(3), None, Some(6), None, Some(10), None]);
         assert_eq!(lengths(&gone_by(10, 5, &ruptures)), [Some(3), None, None, None, None, None]);

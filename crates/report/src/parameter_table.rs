@@ -1,4 +1,4 @@
-//! What was asked: the parameters of scenarios, with symbols and units.
+//! The parameters of scenarios, with symbols and units.
 
 use asperity_model::Scenario;
 use asperity_model::keys::{KEYS, Key};
@@ -15,7 +15,7 @@ pub(crate) struct Parameters(Vec<(&'static Key, Value)>);
 const NAMES: [&str; 2] = ["name", "summary"];
 
 impl Parameters {
-    /// Of a scenario; what the friction law has no use for is not among them.
+    /// Those of a scenario, without keys that its friction law does not use.
     pub(crate) fn of(scenario: &Scenario) -> Parameters {
         let toml: Table = toml::from_str(&scenario.to_commented_toml())
             .expect("a scenario is written as the TOML that it is read from");
@@ -28,7 +28,7 @@ impl Parameters {
         Parameters(keys.filter_map(|key| Some((key, value(key)?))).collect())
     }
 
-    /// Whether a key speaks of what another one leaves out.
+    /// Whether a key concerns something that another one disables.
     fn is_idle(&self, key: &Key) -> bool {
         const NEEDS: [(&str, &[&str]); 4] = [
             ("friction.ageing_time_s", &["friction.ageing_coefficient"]),
@@ -55,8 +55,8 @@ pub(crate) fn differing(all: &[Parameters]) -> Vec<&'static Key> {
     KEYS.iter().filter(|key| !NAMES.contains(&key.path)).filter(differs).collect()
 }
 
-/// The parameters that are the same in all scenarios, as a table. Those that nobody asked for and that
-/// do nothing are left out.
+/// The parameters common to all scenarios, as a table, without those that are at their default and have no
+/// effect.
 pub(crate) fn parameters(first: &Parameters, differing: &[&'static Key]) -> String {
     let same = first.0.iter().filter(|(key, value)| {
         !differing.iter().any(|other| other.path == key.path) && !does_nothing(value) && !first.is_idle(key)
@@ -73,7 +73,7 @@ pub(crate) fn parameters(first: &Parameters, differing: &[&'static Key]) -> Stri
     table("", &["symbol", "#value", "unit", "key", "meaning"], rows)
 }
 
-/// What describes the model in a few numbers, for the place beside its sketch.
+/// The model in a few numbers, shown beside its sketch.
 const MAIN: [&str; 16] = [
     "slider.blocks",
     "slider.length_m",
@@ -93,8 +93,8 @@ const MAIN: [&str; 16] = [
     "time.duration_s",
 ];
 
-/// The parameters that describe the model, in short; those that do nothing are left out, and of those
-/// that runs differ in it says so.
+/// The parameters that describe the model, in short; those without effect are left out, and those that
+/// differ between runs are marked.
 pub(crate) fn main(first: &Parameters, differing: &[&'static Key]) -> String {
     let row = |path: &&str| {
         let key = KEYS.iter().find(|key| key.path == *path)?;
@@ -121,12 +121,12 @@ pub(crate) fn name(key: &Key) -> String {
     if key.symbol.is_empty() { markup::name(key.path) } else { symbol(key.symbol) }
 }
 
-/// What a key means.
+/// The meaning of a key.
 pub(crate) fn meaning(key: &Key) -> String {
     format!("<span class=\"soft\">{}</span>", lettered(key.doc))
 }
 
-/// The unit of a key; none for what is counted or chosen.
+/// The unit of a key; none for counts and choices.
 pub(crate) fn unit(key: &Key) -> &'static str {
     unit_of(key.path).filter(|unit| *unit != "1").unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! What the sketches of all bodies are drawn with: lines, springs, arrows, the surface, and labels.
+//! Drawing primitives for the sketches of all bodies: lines, springs, arrows, the surface, and labels.
 
 use asperity_model::Plan;
 

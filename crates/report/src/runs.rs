@@ -1,5 +1,5 @@
-//! Runs on a page: the pair of load curve and space-time map, the table of ruptures, and of each run
-//! what was asked, its numbers and its widest ruptures in words.
+//! Runs on a page: the pair of load curve and space-time map, the table of ruptures, and for each run its
+//! parameters, its numbers and its widest ruptures in words.
 
 use asperity_model::Energies;
 use asperity_model::keys::Key;
@@ -17,11 +17,11 @@ use crate::study::{Link, Run};
 use crate::symbols::{lettered, number, round, rounded};
 use crate::verdict::verdict;
 
-/// Ruptures of a run that stand on the page in words.
+/// Most ruptures of a run described in words.
 const LISTED: usize = 10;
 /// Keys in which runs differ that have a column in the table of runs.
 const KEYS_SHOWN: usize = 6;
-/// Numbers of the summary that have one, and what heads it.
+/// Numbers of the summary with a column, and its heading.
 const NUMBERS: [(&str, &str); 6] = [
     ("precursor_count", "#precursors"),
     ("global_rupture_count", "#global slips"),
@@ -31,7 +31,7 @@ const NUMBERS: [(&str, &str); 6] = [
     ("recurrence_steady_s", "#recurrence (s)"),
 ];
 
-/// What the script knows of a run.
+/// Data of a run for the script.
 #[derive(Serialize)]
 struct Known<'a> {
     name: &'a str,
@@ -40,7 +40,7 @@ struct Known<'a> {
     dt: f64,
     /// The last step that went by: a run may stop before it was planned to, and a log break off.
     last: u64,
-    /// What is missing, if not all of the run is there.
+    /// The missing part, if the run is incomplete.
     lacks: Option<&'a str>,
     /// Speed of waves, m/s.
     c: Option<f64>,
@@ -120,7 +120,7 @@ fn last_step(run: &Run) -> u64 {
     ruptures.chain(events).fold(simulated.max(curve), u64::max)
 }
 
-/// What a rupture is: its number and its word.
+/// The kind of a rupture: its number and its word.
 fn kind(seen: &CollectedRupture) -> (u8, &'static str) {
     if seen.rupture.reached_every_block {
         (2, "global slip")
@@ -233,7 +233,7 @@ pub(crate) fn pair(runs: &[Run]) -> String {
     )
 }
 
-/// What there is to say of each run.
+/// The section about each run.
 pub(crate) fn details(
     runs: &[Run],
     asked: &[Parameters],

@@ -9,7 +9,7 @@ const HEIGHT: f64 = 216.0;
 /// Where the surface is, and how large a block is.
 const SURFACE: f64 = 170.0;
 const BLOCK: [f64; 2] = [44.0, 34.0];
-/// Where the blocks stand when they stick to springs.
+/// Height of the blocks if they stick to springs.
 const TOP: f64 = 108.0;
 /// The longest arrow of a normal load.
 const LONGEST: f64 = 30.0;
@@ -26,7 +26,7 @@ pub(crate) fn sketch(scenario: &Scenario) -> String {
     Sketch::of(&plan, scenario.drive.kind).svg(&words)
 }
 
-/// What tells the sketches of scenarios apart: where the drive pulls, and what holds the blocks.
+/// Features that distinguish the sketches of scenarios: where the drive pulls, and how blocks stick.
 pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
     let plan = Plan::new(scenario);
     if plan.elastic.has_inside() {
@@ -52,7 +52,7 @@ fn drive(plan: &Plan, kind: DriveKind) -> &'static str {
     }
 }
 
-/// What is seen in it.
+/// The description of the sketch.
 fn words(plan: &Plan, kind: DriveKind) -> String {
     let (contact, drive) = (contact(plan), drive(plan, kind));
     let first = plan.normal_load_n.first().copied().unwrap_or_default();
@@ -73,7 +73,7 @@ fn words(plan: &Plan, kind: DriveKind) -> String {
 struct Sketch<'a> {
     plan: &'a Plan,
     kind: DriveKind,
-    /// The blocks that are drawn, from 0, and the place left of which there is a gap.
+    /// The blocks that are drawn, from 0, and the position that a gap precedes.
     blocks: Vec<usize>,
     gap_before: Option<usize>,
     pen: Pen,
@@ -95,7 +95,7 @@ impl Sketch<'_> {
         self.chain();
         self.loads();
         self.drive();
-        // Without a bar above there is nothing above the loads.
+        // Without a driving bar nothing is drawn above the loads.
         let from = if self.has_top_drive() { 0.0 } else { self.top() - 5.0 - LONGEST - 10.0 };
         self.pen.svg(from, HEIGHT, words)
     }
@@ -108,7 +108,7 @@ impl Sketch<'_> {
         130.0 + (place + shift) as f64 * pitch
     }
 
-    /// Whether blocks stand on springs.
+    /// Whether blocks rest on springs.
     fn on_springs(&self) -> bool {
         !self.plan.friction.law.holds()
     }

@@ -5,7 +5,7 @@ use asperity_model::{DriveKind, Lattice, Plan};
 use crate::pen::{Pen, length_label, load_label, velocity_label};
 
 const HEIGHT: f64 = 236.0;
-/// Where the lattice stands.
+/// Position of the lattice.
 const LEFT: f64 = 180.0;
 const RIGHT: f64 = 540.0;
 const BOTTOM: f64 = 196.0;

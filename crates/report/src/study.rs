@@ -1,4 +1,4 @@
-//! What a page is made of.
+//! The parts of a page.
 
 use asperity_model::Scenario;
 use asperity_numbers::Summary;
@@ -8,10 +8,10 @@ use asperity_record::RunHeader;
 use crate::figures::Figure;
 use crate::page_collector::Collected;
 
-/// A run or several, with the figures and claims that are made of them.
+/// One or more runs, with their figures and claims.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// What it is about.
+    /// Its subject.
     pub title: String,
     /// Its runs, in order.
     pub runs: Vec<Run>,
@@ -21,7 +21,7 @@ pub struct Study {
     pub figures: Vec<Figure>,
     /// Tables of several runs.
     pub links: Vec<Link>,
-    /// Whether the page says by which code its runs were made.
+    /// Whether the page names the code version of its runs.
     pub provenance: bool,
 }
 
@@ -36,9 +36,9 @@ pub struct Run {
     pub scenario: Scenario,
     /// Its numbers.
     pub summary: Summary,
-    /// What went by.
+    /// The data collected from it.
     pub collected: Collected,
-    /// What is missing of it, if its log does not hold all of it.
+    /// The missing part, if its log is incomplete.
     pub lacks: Option<String>,
     /// Its log and its tables.
     pub links: Vec<Link>,
@@ -49,6 +49,6 @@ pub struct Run {
 pub struct Link {
     /// Its path from the folder of the page.
     pub path: String,
-    /// What it is called.
+    /// Its name.
     pub words: String,
 }

@@ -1,4 +1,4 @@
-//! The page of a parameter study: what varies, its figures, and a table of its runs.
+//! The page of a parameter study: its axes, its figures, and a table of its runs.
 
 use asperity_model::Scenario;
 use asperity_model::keys::{KEYS, Key};
@@ -20,7 +20,7 @@ use crate::symbols::{lettered, rounded, symbol};
 /// A parameter study.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// What it is about.
+    /// Its subject.
     pub title: String,
     /// The scenario of its first run that one accepts; none where there is none.
     pub scenario: Option<Scenario>,
@@ -30,7 +30,7 @@ pub struct Sweep {
     pub state: String,
     /// The headings of the table of runs: name and unit.
     pub columns: Vec<(String, Option<&'static str>)>,
-    /// The rows that there is room for.
+    /// The rows that fit on the page.
     pub rows: Vec<Vec<Stored>>,
     /// How many there are.
     pub row_count: u64,
@@ -46,7 +46,7 @@ pub struct Sweep {
     pub claims: Vec<Claim>,
     /// Its tables.
     pub links: Vec<Link>,
-    /// The code that made its runs; none if the page is not to say.
+    /// The code that made its runs; none if the page must not name it.
     pub code_version: Option<String>,
 }
 
@@ -109,7 +109,7 @@ impl Sweep {
         Document { title: self.title.clone(), main: main.concat(), data: Vec::new(), parts: &[STYLE] }.html()
     }
 
-    /// A phase map as a table, in which each cell leads to its runs; none if its places are too scattered for one.
+    /// A phase map as a table whose cells link to their runs; none if its places are too scattered for one.
     fn cells_of(&self, [x, y, value]: &[String; 3]) -> Option<String> {
         let column = |name: &String| self.columns.iter().position(|(column, _)| column == name);
         let [x, y, value] = [column(x)?, column(y)?, column(value)?];
@@ -158,7 +158,7 @@ impl Sweep {
         Some(format!("<h3>{}</h3>\n{}", self.heading(value), table("", &headings, rows)))
     }
 
-    /// What a column is called, with its unit.
+    /// The name of a column, with its unit.
     fn heading(&self, column: usize) -> String {
         let (name, unit) = &self.columns[column];
         let of_summary = Summary::KEYS.iter().find(|key| key.column.name == name.as_str());
@@ -173,7 +173,7 @@ impl Sweep {
     fn runs(&self) -> String {
         let headings: Vec<String> = (0..self.columns.len())
             .map(|n| {
-                // Numbers, and what stands for one that there is none of, are set to the right.
+                // Numbers, and the mark for a missing one, are aligned to the right.
                 let is_word = |cells: &Vec<Stored>| {
                     let number = |cell: &Stored| {
                         matches!(cell, Stored::Empty | Stored::Number(_) | Stored::Count(_) | Stored::Step(_))
@@ -207,7 +207,7 @@ impl Sweep {
         said + &sortable_table("runs", "", &headings, rows)
     }
 
-    /// The number of a run, with what there is of it and the command that makes its log.
+    /// The number of a run, with its state and the command that makes its log.
     fn run(&self, run: u64, is_done: bool) -> Cell {
         let log = self.logs.as_ref().filter(|_| is_done).map_or_else(String::new, |logs| {
             format!("<br><a href=\"{}{run}.mcap\">{run}.mcap</a>", text(logs))

@@ -2,7 +2,7 @@
 
 use crate::html::markup::text;
 
-/// Names of Greek letters in symbols, and the letters. A name that holds another stands before it.
+/// Names of Greek letters in symbols, and the letters. A name that contains another one comes before it.
 const GREEK: [(&str, &str); 11] = [
     ("alpha", "α"),
     ("gamma", "γ"),
@@ -89,9 +89,9 @@ pub(crate) fn formulas(words: &str) -> String {
     parts.iter().enumerate().map(set).collect()
 }
 
-/// Words of our own with symbols among them, as HTML: `F_T/F_N`, `mu_{k}`, `10^-8`, `1e-8`, `sqrt(k m)` and `<=` as
-/// they are printed, and what is between backquotes as code. What else has an underscore, as the name of a key or
-/// of a column, stays as it is.
+/// Words of our own with symbols among them, as HTML: `F_T/F_N`, `mu_{k}`, `10^-8`, `1e-8`, `sqrt(k m)` and
+/// `<=` as they are printed, and text between backquotes as code. Other words with an underscore, such as
+/// names of keys or columns, are unchanged.
 pub(crate) fn lettered(words: &str) -> String {
     let mut out = String::new();
     let mut rest = words;
@@ -104,7 +104,7 @@ pub(crate) fn lettered(words: &str) -> String {
     out
 }
 
-/// What a text begins with, as HTML, and its length; none for a character that stands for itself.
+/// The first symbol of a text, as HTML, and its length; none for an ordinary character.
 fn token(before: &str, rest: &str) -> Option<(String, usize)> {
     const SIGNS: [(&str, &str); 3] = [("<=", "≤"), (">=", "≥"), ("sqrt(", "√(")];
     if let Some((sign, printed)) = SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)) {

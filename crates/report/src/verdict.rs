@@ -1,5 +1,4 @@
-//! What a reader wants to know of a run before anything else: when it slipped, its precursors, the speed of its
-//! fronts, and which slider it was.
+//! The main facts of a run: when it slipped, its precursors, the speed of its fronts, and the slider.
 
 use crate::html::markup::{counted, text};
 use crate::page_collector::CollectedRupture;

@@ -24,7 +24,7 @@ pub struct Checked {
     pub header: Option<RunHeader>,
     /// The part that was found sound.
     pub seen: Seen,
-    /// Why the log does not hold all of its run, if it does not.
+    /// Why the log is incomplete, if it is.
     pub problem: Option<CheckProblem>,
 }
 
@@ -58,8 +58,8 @@ pub fn check_seen(log: &Path, observer: &mut dyn Observer) -> Checked {
     Unchecked::open(log).map_or_else(|checked| *checked, |log| log.check(observer))
 }
 
-/// Checks a log as [`check`] does and, if it is of this code version, repeats its run with the same
-/// solver: every record and the status must agree. Takes about as long as the run did.
+/// Checks a log as [`check`] does and, if it is of this code version, repeats its run with the same solver:
+/// every record and the status must agree. This costs about as much time as the run.
 pub fn check_again(log: &Path) -> Checked {
     Unchecked::open(log).map_or_else(|checked| *checked, |log| log.judge(true, &mut ()))
 }
@@ -120,7 +120,7 @@ impl Checked {
     }
 }
 
-/// Why a log does not hold all of its run.
+/// Why a log is incomplete.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckProblem {
     /// It cannot be read to its end.
@@ -267,7 +267,7 @@ impl Seen {
         let mut both = Some(EventCheck::with(&detectors, &header, reader.event_topics()));
         // The difference in a salvaged log, kept until the reader finds a gap that explains it.
         let mut differs = None;
-        // The log of a stopped run holds everything that there is of it.
+        // The log of a stopped run contains all of its records.
         let mut stopped = None;
         // Events that the log has no topic for, of the current record.
         let mut lacking = Vec::new();

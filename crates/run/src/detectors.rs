@@ -16,7 +16,7 @@ use asperity_record::{Contacts, EventKind, RunEnd, RunHeader, Scales, TimeGrid};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-/// What a detector may know of its run.
+/// The facts about its run that a detector may use.
 #[derive(Debug, Clone, Copy)]
 struct OfRun {
     /// How its blocks lie.
@@ -150,7 +150,7 @@ pub struct SettingsError {
     pub file: PathBuf,
     /// Line and column, for a file that could be read.
     pub place: Option<String>,
-    /// What is wrong, and what is accepted.
+    /// The error, and the accepted values.
     pub problem: String,
 }
 
@@ -178,7 +178,7 @@ impl Settings {
         })
     }
 
-    /// Parses settings; the error is a byte offset and what is wrong there.
+    /// Parses settings; the error is a byte offset and a description.
     fn parse(text: &str) -> Result<Settings, (usize, String)> {
         check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
         let written: Written = typed::parse(text, "`asperity replay --help`")

@@ -1,6 +1,6 @@
-//! What is known of a run without making it: its material and its load while nothing slides, the ratio of
-//! its time step to the limit of stability, an upper bound on its log, and an estimate of the plain solver's
-//! time.
+//! Predictions about a run without making it: its material and its load while nothing slides, the ratio of
+//! its time step to the limit of stability, an upper bound on its log, and an estimate of the plain
+//! solver's time.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ use crate::detectors;
 use crate::header::header;
 use crate::run::CHECKPOINT_BYTES_PER_S;
 
-/// What is known of a run in advance.
+/// Predictions about a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Forecast {
     /// The scenario's name.
@@ -112,7 +112,7 @@ fn plain_step_s(plan: Plan, trial: Duration) -> f64 {
     started.elapsed().as_secs_f64() / (solver.step() - first).max(1) as f64
 }
 
-/// Events of which each slip event has at most one; each switch may have one of the others.
+/// Kinds of events with at most one per slip event; of the other kinds there may be one per switch.
 const OF_SLIP_EVENTS: [&str; 3] = [Onset::TOPIC, SlipEvent::TOPIC, GlobalSlip::TOPIC];
 
 /// Bytes per block in a checkpoint: its numbers, times their length in JSON.

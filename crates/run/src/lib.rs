@@ -4,7 +4,7 @@
 //! functions. In reading order:
 //!
 //! - [`Task`], [`run`]: simulator, detectors and log, observed by the caller ([`Observer`]).
-//! - [`Forecast`]: what is known of a run without making it.
+//! - [`Forecast`]: predictions about a run without making it.
 //! - [`detectors`]: the registered detectors, and how to choose among them.
 //! - [`Replay`]: sends a log through detectors.
 //! - [`check`], [`Unchecked`], [`Verdict`]: judges a log, for observers of it as well; [`salvage`]: recovers the sound parts of a damaged one.

@@ -248,7 +248,7 @@ mod tests {
             assert!(log.waiting.is_empty());
             match checkpoint_after {
                 Some(expected) => assert_eq!(steps, expected),
-                // A state takes between three and four kilobytes.
+                // A state has between three and four kilobytes.
                 None => assert!(
                     (MOST_WAITING_BYTES / 4000..MOST_WAITING_BYTES / 3000).contains(&(steps as usize))
                 ),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use asperity_record::RunHeader;
 use asperity_runlog::{LogError, LogProblem, NoRunLog, RunReader, Topics, partial_path};
 
-/// The target holds something that must not be replaced.
+/// The target contains something that must not be replaced.
 #[derive(Debug, thiserror::Error)]
 pub enum LogTargetError {
     /// It is not a run log.
@@ -60,8 +60,8 @@ pub(crate) const SOLVER: Part = ("solver", |header| &header.solver);
 pub(crate) const CODE_VERSION: Part = ("code version", |header| &header.code_version);
 pub(crate) const RUN_ID: Part = ("run", |header| &header.run_id);
 
-/// Checks that a path and its [`partial_path`] may be replaced: they are free, or hold a log of the
-/// same scenario and solver, or, with `fresh`, of any run.
+/// Checks that a path and its [`partial_path`] may be replaced: they are free, or contain a log of the same
+/// scenario and solver, or, with `fresh`, of any run.
 pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), LogTargetError> {
     for path in [&partial_path(log), log] {
         match RunReader::open(path, Topics::NONE) {

@@ -74,7 +74,7 @@ pub enum NodesError {
     NoState {
         /// The step that the checkpoint claims.
         step: u64,
-        /// What does not fit.
+        /// The mismatch.
         problem: String,
     },
     /// The solver stops before the requested time.
@@ -139,8 +139,8 @@ impl Nodes {
         if let Some((_, state)) = checkpoint.filter(|(at, _)| **at > solver.step()) {
             solver.restore(state);
         }
-        // The last state up to there, taken after each record. While the solver reports records
-        // within a leap, it is at the start of the leap.
+        // The last state up to there, saved after each record. While the solver reports records within a
+        // leap, it is at the start of the leap.
         let mut last = self.last.take().filter(|state| state.slider.step <= step);
         loop {
             if solver.step() <= step {

@@ -23,12 +23,12 @@ pub struct Replay {
 /// The result of a replay.
 #[derive(Debug)]
 pub struct Replayed {
-    /// The verdict on the log, which holds all of its run.
+    /// The verdict on the log, which is complete.
     pub checked: Checked,
     /// Number of slip events found.
     pub slip_events: u64,
-    /// Comparison of found and logged events. None with rules other than those of a live run, which
-    /// find other events without contradicting the log.
+    /// Comparison of found and logged events. None for rules other than those of a live run, which find
+    /// other events without contradicting the log.
     pub comparison: Option<Comparison>,
 }
 
@@ -44,7 +44,7 @@ pub struct Comparison {
 /// Why a replay did not complete.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The log does not hold all of its run.
+    /// The log is incomplete.
     #[error("{0}")]
     Log(Box<Checked>),
     /// A custom detector uses a topic that it must not.
@@ -83,12 +83,11 @@ impl Replay {
         self.detectors.kinds().collect()
     }
 
-    /// Replays the log while it is checked: the verdict, at the end, decides whether what the observer
-    /// has received is of a whole log. `stop` is polled between records.
+    /// Replays the log while it is checked: the verdict, at the end, decides whether the observer received
+    /// a complete log. `stop` is polled between records.
     ///
     /// # Errors
-    /// If the log does not hold all of its run, a detector uses a topic that it must not, or the caller
-    /// stops the replay.
+    /// If the log is incomplete, a detector uses a topic that it must not, or the caller stops the replay.
     pub fn run(self, stop: &dyn Fn() -> bool, observer: &mut dyn Observer) -> Result<Replayed, ReplayError> {
         let Replay { log, detectors, compares } = self;
         kinds_of(&detectors)?;
@@ -127,7 +126,7 @@ struct Detecting<'a> {
     is_stopped: bool,
 }
 
-/// What receives the events that detectors find.
+/// Receives the events that detectors find.
 struct Found<'a> {
     observer: &'a mut dyn Observer,
     event_check: Option<EventCheck>,

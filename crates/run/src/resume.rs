@@ -75,7 +75,7 @@ impl Saved {
     }
 }
 
-/// Most interruptions of a run, each of which takes some time.
+/// Most interruptions of a run; each costs some time.
 const MOST_RESUMED: u64 = 1 << 32;
 
 /// What is left of an interrupted run.
@@ -84,7 +84,7 @@ pub(crate) enum Left {
     Nothing,
     /// A complete log that lacks only its final name.
     Whole { unfinished: Unfinished, end: Box<RunEnd> },
-    /// A state, decoded and as text in the log; the log holds the records before it.
+    /// A state, decoded and as text in the log; the log contains the records before it.
     Part { unfinished: Unfinished, saved: Box<Saved>, state: String },
 }
 

@@ -132,7 +132,7 @@ pub struct Outcome {
 /// Why a run did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The solver stopped. The log, if any, holds everything that there is of the run.
+    /// The solver stopped. The log, if any, contains all records up to there.
     #[error(
         "stopped: {error}{}",
         log.as_ref().map_or(String::new(), |log| {
@@ -163,7 +163,7 @@ pub enum RunError {
     /// A custom detector uses a topic that it must not.
     #[error(transparent)]
     Topic(#[from] TopicError),
-    /// The caller stopped the run. The log, if any, holds its records up to there.
+    /// The caller stopped the run. The log, if any, contains its records up to there.
     #[error(
         "interrupted{}",
         log.as_ref().map_or(String::new(), |log| {

@@ -98,8 +98,8 @@ const CHANNEL_CAPACITY: usize = 64;
 /// events, into `sink`, which runs on the calling thread.
 ///
 /// # Errors
-/// The first failure of source, sink or thread creation. After a failure the detectors are not
-/// finished, so that they end no event that a whole run would not have ended.
+/// The first failure of source, sink or thread creation. After a failure the detectors are not finished,
+/// since they would end events that a complete run would not have ended.
 pub fn run<SourceError, SinkError>(
     mut source: impl FnMut() -> Result<Option<Given>, SourceError> + Send,
     mut detectors: Detectors,
@@ -132,7 +132,7 @@ where
     })
 }
 
-/// Does what [`run`] does on the calling thread, one record after the other.
+/// As [`run`], but on the calling thread, one record after the other.
 ///
 /// # Errors
 /// The first failure of source or sink; the detectors are then not finished.

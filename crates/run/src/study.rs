@@ -14,7 +14,7 @@ use crate::log_target::{self, LogTargetError, OtherRun, SCENARIO, SOLVER};
 use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
 use crate::verdict::Verdict;
 
-/// What exists of a run.
+/// The existing log of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stored {
     /// Its log is whole, of this code version with its detectors, and of this scenario and solver.
@@ -76,11 +76,11 @@ impl Job {
         }
     }
 
-    /// Checks that the target of its log, whole or unfinished, may be replaced: it is free, or
-    /// holds a log of the same scenario and solver, or, with `fresh`, of any run.
+    /// Checks that the target of its log, whole or unfinished, may be replaced: it is free, or contains a
+    /// log of the same scenario and solver, or, with `fresh`, of any run.
     ///
     /// # Errors
-    /// If it holds anything else.
+    /// If it contains anything else.
     pub fn check_log_target(
         &self,
         folder: &Path,

@@ -5,14 +5,14 @@ use std::fmt;
 /// The verdicts from best to worst; the worst of several logs counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Verdict {
-    /// It holds all of its run, and this code version with its detectors made it.
+    /// It is complete, and was made by this code version with its detectors.
     Whole,
-    /// It holds all of its run, but another code version or other detectors made it: it is
-    /// consistent, and cannot be compared with what this program makes.
+    /// It is complete, but was made by another code version or other detectors: it is consistent, and
+    /// cannot be compared with runs of this program.
     OtherCode,
     /// It ends before its run does; the part that exists is sound.
     Incomplete,
-    /// It holds all of a run that the solver stopped: its time step was too long, or a number
+    /// It contains all of a run that the solver stopped: its time step was too long, or a number
     /// overflowed.
     Stopped,
     /// It was recovered from a damaged log, and states what it lacks.
@@ -48,7 +48,7 @@ impl Verdict {
         }
     }
 
-    /// Whether the log holds all of its run, whichever program made it.
+    /// Whether the log is complete, whichever program made it.
     pub fn holds_all(self) -> bool {
         matches!(self, Verdict::Whole | Verdict::OtherCode)
     }

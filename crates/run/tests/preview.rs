@@ -1,11 +1,11 @@
-//! What a preview computes without a run is what runs do while nothing slides.
+//! A preview, computed without a run, agrees with runs while nothing slides.
 
 use asperity_model::{Preview, resolve};
 use asperity_record::Record;
 use asperity_run::{Begin, Observer, Task, run};
 
-/// Largest relative difference of loads, and of the times at which they are reached. Samples are interpolated,
-/// so what remains is inertia: a drive that starts at once leaves a vibration.
+/// Largest relative difference of loads, and of the times at which they are reached. Samples are
+/// interpolated, so the difference is inertia: a drive that starts at once leaves a vibration.
 const OF_LOADS: f64 = 1e-4;
 
 /// Largest relative difference of the time of the first slip: as coded, viscosity delays the shear on a

@@ -192,14 +192,14 @@ pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<Event, se
     } else if topic == GlobalSlip::TOPIC {
         Ok(Event::new(serde_json::from_str::<GlobalSlip>(payload)?))
     } else {
-        // Of an unknown detector, which must still emit a JSON object.
+        // An event of an unknown detector, which must still be a JSON object.
         serde_json::from_str::<Map<String, Value>>(payload)?;
         Ok(Event::of_json(topic, payload))
     }
 }
 
-/// From which block to which an event of a chain of `blocks` blocks reached, and where it began; how
-/// many blocks that are.
+/// Checks the first and last block of an event in a chain of `blocks` blocks, and the block where it began;
+/// returns their number.
 fn reach(reach: Reach, nucleation_block: u32, blocks: u32) -> Result<u32, String> {
     let Reach { first, last } = reach;
     if !reach.is_within(blocks) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// What was kept and what was lost.
+/// The parts that were kept and lost.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Salvaged {
     /// Messages kept, by topic.
@@ -36,6 +36,6 @@ pub struct Damage {
     pub from_byte: u64,
     /// The first byte after them.
     pub to_byte: u64,
-    /// What is wrong there.
+    /// The damage there.
     pub what: String,
 }

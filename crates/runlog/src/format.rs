@@ -59,11 +59,11 @@ pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
 /// lengths.
 pub(crate) const LONGEST_READ_BYTES: usize = 1 << 20;
 
-/// Most bytes stored of the schemas of a log's topics; ours take some thousand.
+/// Most bytes stored of the schemas of a log's topics; ours have some thousand.
 pub(crate) const MOST_SCHEMA_BYTES: usize = 1 << 20;
 
-/// Most channels, and so topics, of a log: four of records, and one per detector. Each takes a hash
-/// state of some two thousand bytes.
+/// Most channels, and so topics, of a log: four of records, and one per detector. Each needs a hash state
+/// of some two thousand bytes.
 pub(crate) const MOST_CHANNELS: usize = 1000;
 
 /// Most schemas: one for each channel.
@@ -76,8 +76,8 @@ pub(crate) const LONGEST_TOPIC_BYTES: usize = 256;
 /// damage.
 pub(crate) const LONGEST_METADATA_BYTES: usize = 1 << 22;
 
-/// The longest payload of an event, in bytes: a flat object of some twenty numbers. Parsing takes
-/// ten times as much.
+/// The longest payload of an event, in bytes: a flat object of some twenty numbers. Parsing needs ten times
+/// as much memory.
 pub(crate) const LONGEST_EVENT_BYTES: usize = 1 << 16;
 
 /// The longest payload of a step or a switch, in bytes: some twenty numbers.

@@ -27,7 +27,7 @@
 //! | `number` | counted from 0, which is that of the scenario |
 //! | `crc` | the checksum of the piece right before it: of a chunk as in its header, of an attachment as at its end, of `salvage` and `run_end` the CRC-32 of the record behind its length |
 //! | `before_crc` | `crc` of the record `chunk` before it; 0 in the first |
-//! | `bytes` | how many bytes of the file stand before this record |
+//! | `bytes` | number of bytes of the file before this record |
 //! | `bytes_crc` | their CRC-32 |
 //!
 //! Checksums have eight hexadecimal digits. A log of version 3 or later contains nothing besides

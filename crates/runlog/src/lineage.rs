@@ -146,7 +146,7 @@ impl Found {
         self.ends.iter().find(|(crc, _)| run.numbers.contains_key(crc)).map(|(_, end)| end)
     }
 
-    /// Keeps nothing: nothing identifies the run of the log.
+    /// Keeps no entries, since none identifies the run of the log.
     pub(crate) fn keep_none(&self) -> Kept {
         let refused = |entry: &Entry| Damage {
             from_byte: entry.at,

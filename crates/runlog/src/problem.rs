@@ -207,7 +207,7 @@ pub enum LogProblem {
     /// The contents contradict `run_end`.
     #[error("metadata `{RUN_END}` says {what} {promised}, the file has {found}")]
     EndMismatch {
-        /// What differs.
+        /// The difference.
         what: String,
         /// The value in `run_end`.
         promised: String,
@@ -324,7 +324,7 @@ pub enum MetadataError {
         key: String,
         /// The value.
         value: String,
-        /// What would be accepted.
+        /// The accepted values.
         accepted: Cow<'static, str>,
     },
 }

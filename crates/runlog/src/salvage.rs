@@ -55,8 +55,8 @@ pub enum SalvageError {
     Write(#[from] WriteError),
 }
 
-/// Lets the caller compare header and scenario, either of which may be missing. Returns the header
-/// to use and remarks about it, or why there is none.
+/// Callback that compares header and scenario, where either may be missing. Returns the header to use and
+/// remarks about it, or the reason why there is none.
 pub type Settle<'a> =
     dyn Fn(Option<RunHeader>, Option<&str>) -> Result<(RunHeader, Vec<String>), String> + 'a;
 

@@ -1,7 +1,7 @@
 //! Upper bounds on the length of a log before its run.
 //!
-//! A message takes the length of its JSON, in which no number is longer than [`LONGEST_NUMBER`],
-//! and MCAP's overhead. Compression is neglected, because its gain depends on the numbers.
+//! A message counts with the length of its JSON, in which no number is longer than [`LONGEST_NUMBER`], and
+//! MCAP's overhead. Compression is neglected, because its gain depends on the numbers.
 
 use asperity_record::{ColumnKind, Direction};
 use asperity_record::{Energy, EventKind, FieldRecord, RunHeader, StepRecord, Switch, WindowRecord};

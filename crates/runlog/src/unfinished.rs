@@ -79,7 +79,7 @@ enum Stand {
         /// The unfinished log that this one replaces once it contains as much.
         takes_place_of: Option<Unfinished>,
     },
-    /// In a temporary folder, for logs that nobody resumes from.
+    /// In a temporary folder, for logs that are never resumed.
     Hidden { files: FileSet, file: File },
 }
 
@@ -105,7 +105,7 @@ impl Place {
         Ok(Place { path, existing, stand: Stand::Found { locked, takes_place_of: Some(unfinished) } })
     }
 
-    /// The place of a log derived from another, which nobody resumes from.
+    /// The place of a log derived from another, which is never resumed.
     pub(crate) fn hidden(path: &Path, input: &Path) -> Result<Place, WriteError> {
         let existing = Existing::Refuse;
         let files = FileSet::new(existing, Inputs::of([input]));

@@ -6,19 +6,19 @@
 //! | 2 | attachments `checkpoint`, from which an unfinished run resumes; the status `salvaged`, with a metadata record `salvage` |
 //! | 3 | metadata records `chunk`, seals of what precedes them; a summary that lists everything in the log; chunks end where a step and its switches end |
 //! | 4 | topics `/events/rupture` and `/events/arrival`; in the metadata `run`, `block_length_m`, `block_time_s`, `link_time_ratio` and `link_s`, which link detachments to ruptures; in `/step` and `run_end` the energies; in logs written later `longest_stable_step_s` in `run`, and the statuses `stopped-energy` and `stopped-not-finite`, with why in `stopped` |
-//! | 5 | slabs: in `/fields` what each contact bears, in checkpoints the states of all nodes |
+//! | 5 | slabs: in `/fields` the normal load of each contact, in checkpoints the states of all nodes |
 //! | 6 | in `/events/rupture` `moment_n_m`, an `anchor_change_j` of every rupture that counts all of its switches, and an `elastic_change_j` to match: before, those of its first step were left out; in the metadata `run`, `modulus_n_per_m` and `interfacial_stiffness_n_per_m`, from which these two are computed |
 //!
 //! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; older logs have none,
 //! and nothing is compared. Readers that do not know these keys ignore them, so they are not a new
 //! version.
 //!
-//! Versions 2 to 6 only add, so that a log of version 1 reads as one without checkpoints, logs of
-//! versions 1 and 2 as ones without seals, logs of versions 1 to 3 as ones without ruptures, and
-//! ruptures of versions 4 and 5 as ones without a moment. Their `anchor_change_j` and
-//! `elastic_change_j` are returned as written; a replay finds the present ones. A version with
-//! other representations is converted to the present one here, and only here. `fixtures/logs` holds
-//! logs of every version, written by the program of that time, and `tests/versions.rs` reads them.
+//! Versions 2 to 6 only add, so that a log of version 1 reads as one without checkpoints, logs of versions
+//! 1 and 2 as ones without seals, logs of versions 1 to 3 as ones without ruptures, and ruptures of
+//! versions 4 and 5 as ones without a moment. Their `anchor_change_j` and `elastic_change_j` are returned
+//! as written; a replay finds the present ones. A version with other representations is converted to the
+//! present one here, and only here. `fixtures/logs` has logs of every version, written by the program of
+//! that time, and `tests/versions.rs` reads them.
 
 use std::collections::BTreeMap;
 

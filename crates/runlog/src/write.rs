@@ -113,7 +113,7 @@ impl RunWriter {
             .profile(PROFILE)
             .library(concat!("asperity-runlog ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
-            // For digits and repeated keys, higher levels take longer and give longer logs.
+            // For digits and repeated keys, higher levels are slower and give longer logs.
             .compression_level(1)
             // Chunks end between steps, which the library cannot know.
             .chunk_size(None)
@@ -376,8 +376,8 @@ impl RunWriter {
         Ok(end)
     }
 
-    /// Removes a log without any step after a failure: nobody can resume from it, and it would
-    /// block the next run.
+    /// Removes a log without any step after a failure: no run can resume from it, and it would block the
+    /// next run.
     pub fn discard_if_empty(&mut self) {
         if self.channels.get(STEP).is_some_and(|channel| channel.messages == 0) {
             // If this fails, the original error is the one to report.
@@ -385,7 +385,7 @@ impl RunWriter {
         }
     }
 
-    /// Removes a log that nobody will resume from.
+    /// Removes a log that will not be resumed.
     ///
     /// # Errors
     /// If its name was lost, or the system refuses.

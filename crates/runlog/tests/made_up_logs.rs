@@ -122,7 +122,7 @@ fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
     assert_eq!(fs::read(&path).unwrap(), bytes);
 }
 
-/// Removing a log in progress allows another of that name, which the first writer must not take for
+/// After a log in progress is removed, another may have its name; the first writer must not mistake it for
 /// its own.
 #[test]
 fn a_log_whose_name_another_has_got_is_not_published() {

@@ -4,15 +4,15 @@ use asperity_model::{Elastic, Plan};
 
 use crate::body::{ChainBody, LatticeBody, OfPlan};
 
-/// What is to be compiled for each body.
+/// Code to compile for each kind of body.
 pub(crate) trait WithBody {
-    /// What it gives.
+    /// The result.
     type Output;
     /// The work, for the body.
     fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Self::Output;
 }
 
-/// Does what is compiled for each body with that of a plan.
+/// Runs the code compiled for the body of a plan.
 pub(crate) fn with_body<W: WithBody>(plan: &Plan, what: W) -> W::Output {
     match &plan.elastic {
         Elastic::Chain(chain) => what.with::<ChainBody>(chain),

@@ -1,8 +1,8 @@
-//! Bodies: what holds nodes together, in steps.
+//! Bodies: how nodes are joined, and one step of their motion.
 //!
-//! A body takes the part of a step that depends on how its nodes are joined: the pull between them,
-//! what its contacts bear, friction, the motion of all freedoms, and what that does to the energies.
-//! The [`Stepper`](crate::stepper::Stepper) does the rest: drive, switches, the end of the drive.
+//! A body computes the part of a step that depends on how its nodes are joined: the pull between them, the
+//! normal load on its contacts, friction, the motion of all freedoms, and the energies of these. The
+//! [`Stepper`](crate::stepper::Stepper) does the rest: drive, switches, the end of the drive.
 //!
 //! A body is a file of the folder `body` and an arm in [`crate::bodies`].
 
@@ -24,7 +24,7 @@ use crate::strength::Load;
 
 /// The part of a step that depends on the body.
 pub(crate) trait Body: Clone + Debug + Send + 'static {
-    /// Prepares the energies for a step, of which at least `steps_ahead` are taken one by one.
+    /// Prepares the energies for a step, the first of at least `steps_ahead` single steps.
     fn begin_step(&mut self, _plan: &Plan, _state: &mut SliderState, _steps_ahead: u64) {}
 
     /// Brings the forces from outside and the strength of contacts to the load of the step.
@@ -33,11 +33,12 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     /// Force from outside on a freedom in this step; the drive writes it, on top of [`Body::press`].
     fn pull_at(&mut self, freedom: usize, force_n: f64);
 
-    /// Adds the work of the drive in this step, whose springs pull along its way with `along_n`.
+    /// Adds the work of the drive in this step; `along_n` is the pull of its springs in the direction it
+    /// moves.
     fn add_drive(&mut self, _state: &mut SliderState, _along_n: f64) {}
 
-    /// Forces, friction, new velocities and positions of all freedoms, with the tangential forces on
-    /// contacts; whether any contact may switch.
+    /// Computes forces, friction, new velocities and positions of all freedoms, with the tangential forces
+    /// on contacts; returns whether any contact may switch.
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool;
 
     /// Sets the bit of each contact that switches after [`Body::advance`], or may if contacts age.
@@ -49,10 +50,10 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     /// Displacement before the step of a freedom of a contact.
     fn former_displacement_m(&self, freedom: usize) -> f64;
 
-    /// Adds what the step did to the energies.
+    /// Adds the energy changes of the step.
     fn add_step(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
 
-    /// Ends the step; `is_last` where a contact switched in it, or the drive stopped.
+    /// Ends the step; `is_last` if a contact switched in it or the drive stopped.
     fn end_step(&mut self, _plan: &Plan, _state: &mut SliderState, _is_last: bool) {}
 
     /// Energy at the start that may set the body in motion.

@@ -12,24 +12,22 @@
 //! `centre +- i focus` (`sigma = -1`, where vibration does; powers of `i` are absorbed, so that all numbers are
 //! real). A term costs as much as a power of `B`, and far fewer are needed for as many steps.
 //!
-//! **Where the eigenvalues lie.** For an eigenvector `x` of unit length let
-//! `t = dt^2 x*Mx / m` and `r = t + dt x*Cx / m`. Its eigenvalue solves
-//! `z^2 + r z + t = 0`. Stiffness and damping of the chain go together, so all of them,
-//! for any set of stuck blocks, lie on the roots for
-//! `x*Cx = eta L`, `x*Mx = k L + s`, with `0 <= L <= 4` and `0 <= s <= k_t + K`.
-//! The ellipse only determines how many terms are needed: each window is certified by the terms that it
-//! takes.
+//! **Where the eigenvalues lie.** For an eigenvector `x` of unit length let `t = dt^2 x*Mx / m` and
+//! `r = t + dt x*Cx / m`. Its eigenvalue solves `z^2 + r z + t = 0`. Stiffness and damping of the chain go
+//! together, so all of them, for any set of stuck blocks, lie on the roots for `x*Cx = eta L`,
+//! `x*Mx = k L + s`, with `0 <= L <= 4` and `0 <= s <= k_t + K`. The ellipse only determines how many terms
+//! are needed: each window is certified with the terms it actually uses.
 //!
 //! **Coefficients.** `A^i w = sum_j c_j(i) w_j`, with `c_0(0) = 1` and
 //! `c(i + 1)` from `c(i)` by `A w_j = (1 + centre) w_j + (focus / 2)(w_{j+1} + sigma w_{j-1})`.
 //! A window needs `sum_{l<i-1} (i - 1 - l) A^l`, whose coefficients `s_j(i)` are `c_j` summed up twice;
 //! a third summation gives the sum of the states on the way.
 //!
-//! **What is left out.** Stopping before `w_J` satisfies the recurrence of the exact
-//! solution but for `(focus / 2)(sigma c_J(i) w_{J-1} - c_{J-1}(i) w_J)` in each step. In a norm
-//! in which `A` does not expand, what is left out of `A^i w` is therefore at most
-//! `(focus / 2) sum_l (|c_J(l)| |w_{J-1}| + |c_{J-1}(l)| |w_J|)`. For the double sum this bound is
-//! summed up twice as well.
+//! **What is left out.** Stopping before `w_J` satisfies the recurrence of the exact solution except for
+//! `(focus / 2)(sigma c_J(i) w_{J-1} - c_{J-1}(i) w_J)` in each step. In a norm in which `A` does not
+//! expand, what is left out of `A^i w` is therefore at most
+//! `(focus / 2) sum_l (|c_J(l)| |w_{J-1}| + |c_{J-1}(l)| |w_J|)`. For the double sum this bound is summed
+//! up twice as well.
 
 use asperity_model::elastic::Chain;
 
@@ -51,8 +49,8 @@ const RATIO: f64 = 1.1;
 /// cancellation.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Share of the linear part that a length's full number of terms leaves out. Most windows take fewer
-/// terms, because only what they leave out of the whole state matters.
+/// Share of the linear part that the full number of terms for a length omits. Most windows need fewer
+/// terms, because only the truncation relative to the whole state matters.
 const NEGLIGIBLE: f64 = 1e-14;
 
 /// One possible length of a window. Arrays are indexed by term; a window uses as many entries as it has

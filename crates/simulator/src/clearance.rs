@@ -1,7 +1,7 @@
 //! How long forces that change linearly in time stay clear of their limits.
 //!
-//! It is the last part of every certificate: of a chain at rest ([`crate::rest`]) and of jumps by any
-//! body. What swings around the linear part, and reserves for rounding, are taken from the room before.
+//! It is the last part of every certificate: of a chain at rest ([`crate::rest`]) and of jumps by any body.
+//! Oscillations around the linear part, and reserves for rounding, are subtracted from the margin first.
 
 use crate::norms::ROUNDING;
 use crate::strength::{Load, Ramp, StopForce};
@@ -13,29 +13,30 @@ pub(crate) struct Clearance {
 }
 
 impl Clearance {
-    /// Of no force yet.
+    /// Without any force yet.
     pub(crate) const ENDLESS: Clearance = Clearance { least_steps: f64::INFINITY };
 
-    /// Adds a force that changes by `rate` in a step, and must stay between `-room` and `room`, which
-    /// falls by `fall` in a step. False if it is not there now, or no number.
+    /// Adds a force that changes by `rate` in a step, and must stay between `-room` and `room`, which falls
+    /// by `fall` in a step. Returns false if it is outside now, or NaN.
     #[inline]
     pub(crate) fn stays_between(&mut self, force: f64, rate: f64, room: f64, fall: f64) -> bool {
         for (way, closing) in [(room - force, rate + fall), (room + force, fall - rate)] {
             self.close_in(way, closing);
         }
-        // Written so that what is not a number certifies nothing.
+        // Written so that NaN certifies nothing.
         force.abs() < room
     }
 
-    /// Adds what must stay above 0 and falls by `closing` in a step. False if it is not above now.
+    /// Adds a quantity that must stay above 0 and falls by `closing` in a step. Returns false if it is not
+    /// above 0 now.
     #[inline]
     pub(crate) fn stays_above(&mut self, room: f64, closing: f64) -> bool {
         self.close_in(room, closing);
         room > 0.0
     }
 
-    /// Adds the sum of the driving forces, which must not reach the load that stops the drive: now,
-    /// under a load, with how far it may swing, and a reserve.
+    /// Adds the sum of the driving forces, which must not reach the load that stops the drive: its present
+    /// value, under a load, with the amplitude of its oscillation and a reserve.
     pub(crate) fn stays_below_stop(
         &mut self,
         stop: StopForce,
@@ -52,7 +53,8 @@ impl Clearance {
         self.least_steps = if closing > 0.0 { self.least_steps.min(way / closing) } else { self.least_steps };
     }
 
-    /// Whole steps for which all of them stay clear. Casting saturates: without a rate there is no end.
+    /// Whole steps for which all of them stay clear. Casting saturates: with a rate of 0 the number is
+    /// unlimited.
     pub(crate) fn steps(self) -> u64 {
         self.least_steps as u64
     }

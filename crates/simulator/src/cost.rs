@@ -2,10 +2,10 @@
 //!
 //! A shortcut costs time even where it saves no steps: windows that are refused or shorter than their
 //! terms, refused jumps, short spans of the energies. All of this is paid from the steps that leaps have
-//! saved, of which at most [`MOST_SAVED_STEPS`] are credited. Once the credit is used up, each further
-//! step of cost is followed by [`PAUSE`] single steps without shortcuts. So a run takes at most as long
-//! as all of its steps singly, plus a share of `1 / PAUSE`, plus [`MOST_SAVED_STEPS`], however its
-//! blocks switch; where leaps pay, the accounts change nothing.
+//! saved, credited up to [`MOST_SAVED_STEPS`]. Once the credit is used up, each further step of cost is
+//! followed by [`PAUSE`] single steps without shortcuts. So a run takes at most as long as all of its steps
+//! singly, plus a share of `1 / PAUSE`, plus [`MOST_SAVED_STEPS`], however its blocks switch; where leaps
+//! pay, the accounts change nothing.
 //!
 //! Costs are counted in operations, never in time, so that a run is divided, and rounds, in the same way
 //! on every machine. The numbers were measured on a processor with 512-bit vectors, for chains of 2 to
@@ -17,8 +17,8 @@ use asperity_model::Plan;
 /// Steps between the numbers of steps for which coefficients are tabulated.
 pub(crate) const GRID_STEPS: u64 = 12;
 
-/// Chains of more blocks are long: their modes are not stored, which would take memory as the square of
-/// the blocks, and loops over all blocks are tried only where they are likely to pay.
+/// Chains of more blocks are long: their modes are not stored, since memory grows as the square of the
+/// number of blocks, and loops over all blocks are tried only where they are likely to pay.
 pub(crate) const LONG_CHAIN: usize = 256;
 
 /// Most saved steps that are credited: some milliseconds. A larger credit could be wasted on a chain
@@ -65,7 +65,7 @@ const BLOCKS_OF_A_CALL: u64 = 45;
 /// Evaluating the guard of one block at one place, in the time of this many blocks of a step.
 const BLOCKS_OF_A_PLACE: u64 = 60;
 
-/// The logarithm by which a block ages, in the time of this many blocks of a step.
+/// Cost of the logarithm in a block's ageing, in units of one block's share of a step.
 const BLOCKS_OF_AN_AGE: u64 = 20;
 
 /// Checking whether the quasi-static part allows a jump.
@@ -91,7 +91,7 @@ const MODES_FOR_FREE_STEPS: u64 = 40_000;
 /// Work done to open a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Work {
-    /// Terms taken.
+    /// Terms used.
     pub(crate) terms: u64,
     /// Places at which guards of single blocks were evaluated.
     pub(crate) places: u64,
@@ -109,7 +109,7 @@ impl Costs {
         Costs { blocks: plan.blocks as u64, ages: plan.friction.ageing.is_some() }
     }
 
-    /// A window that was taken, or one that was refused.
+    /// A window that was used, or one that was refused.
     pub(crate) fn window_steps(self, work: Work) -> u64 {
         let ages = if self.ages { self.blocks } else { 0 };
         let alone = work.places * BLOCKS_OF_A_PLACE + ages * BLOCKS_OF_AN_AGE;

@@ -1,4 +1,4 @@
-//! Energies: what the work of the drive became, computed beside the steps.
+//! Energies: accounts for the work of the drive, computed alongside the steps.
 //!
 //! A step goes from `u, v` to `u' = u + w`, `v' = v + d` with `w = dt v'` and `m d = dt F`, where `F`
 //! are the forces of the step, taken at the old nodes. Each force does the work `F_n w_n`, split as
@@ -26,13 +26,13 @@
 //! R_p = [p = 1] g D u - m/2 |D^p v|^2 - D^p u M D^p u / 2 - m/2 D^p v D^(p+1) v - 3 dt/4 D^p v C D^p v.
 //! ```
 //!
-//! All but the last term follows from `m D v = dt (G - M u - C v)` by summation by parts; what remains
-//! is `-dt/4` times the sum of `Dv C Dv`. Differences obey the same scheme with the force `g`, so that
-//! sum is their own viscous loss, which follows from their own balance up to that of the second
-//! differences, and so on. Orders decrease as `(dt w)^2 / 4` with `w` the highest rate of the chain:
-//! [`Accounts`] takes as many as leave out [`NEGLIGIBLE`] of the viscous loss. The viscous loss itself
-//! follows from the balance. The work of the drive needs sums, over the steps, of the displacements that
-//! it pulls at: windows and jumps have them in closed form.
+//! All but the last term follows from `m D v = dt (G - M u - C v)` by summation by parts; what remains is
+//! `-dt/4` times the sum of `Dv C Dv`. Differences obey the same scheme with the force `g`, so that sum is
+//! their own viscous loss, which follows from their own balance up to that of the second differences, and
+//! so on. Orders decrease as `(dt w)^2 / 4` with `w` the highest rate of the chain: [`Accounts`] uses
+//! enough of them to omit at most [`NEGLIGIBLE`] of the viscous loss. The viscous loss itself follows from
+//! the balance. The work of the drive needs sums, over the steps, of the displacements of the driven
+//! blocks, which windows and jumps have in closed form.
 
 use asperity_model::elastic::Chain;
 use asperity_model::{Elastic, Plan};
@@ -94,7 +94,7 @@ pub(crate) struct Accounts {
     next: [Vec<f64>; 2],
 }
 
-/// What is constant in the open span.
+/// Quantities that are constant in the open span.
 #[derive(Debug, Clone)]
 struct Map {
     from_step: u64,
@@ -156,7 +156,7 @@ impl Accounts {
         accounts
     }
 
-    /// Whether single steps add their terms one by one, and spans serve leaps alone.
+    /// Whether single steps add their terms one by one, with spans for leaps only.
     pub(crate) fn by_steps(&self) -> bool {
         self.by_steps
     }
@@ -166,13 +166,13 @@ impl Accounts {
         std::mem::take(&mut self.cost_steps)
     }
 
-    /// Whether to add up single steps rather than begin a span, when at least `steps_ahead` single steps
-    /// follow, in some of which blocks may switch.
+    /// Whether to add single steps one by one rather than begin a span, when at least `steps_ahead` single
+    /// steps follow and blocks may switch in some of them.
     pub(crate) fn adds_single_steps(&self, state: &SliderState, steps_ahead: u64) -> bool {
         self.by_steps || (state.energy.span.is_none() && !self.adds_so_few(steps_ahead))
     }
 
-    /// Whether so few single steps cost no more than both ends of a span.
+    /// Whether this number of single steps costs no more than both ends of a span.
     pub(crate) fn adds_so_few(&self, steps: u64) -> bool {
         steps <= span_steps(self.orders)
     }
@@ -216,8 +216,8 @@ impl Accounts {
         }
     }
 
-    /// Adds the terms of a single step, after which these are the velocities: what the kernels have
-    /// found of it, and what the driving springs store.
+    /// Adds the terms of a single step, given the velocities after it: those computed by the kernels, and
+    /// the energy of the driving springs.
     pub(crate) fn add_step(&self, plan: &Plan, ledger: &mut Ledger, work: &StepWork, after: &[f64]) {
         let dt = plan.grid.step_s();
         let driven: f64 = plan
@@ -264,7 +264,7 @@ impl Accounts {
         let points_m = count * (point_m + 0.5 * advance_m * (count - 2.0));
         let mut force_n = 0.0;
         for spring in &plan.drive.springs {
-            // Where the point stops on the way, it does so in the first step.
+            // If the point stops within the span, it does so in the first step.
             let nodes_m = if moving == steps { sum_m(spring.block) } else { count * first_m(spring.block) };
             force_n += spring.stiffness_n_per_m * (points_m - spring.direction * nodes_m);
         }
@@ -313,7 +313,7 @@ impl Accounts {
         energy
     }
 
-    /// Sets the viscous loss to what the balance lacks.
+    /// Sets the viscous loss to the remainder of the balance.
     fn balance(&self, energy: &mut Energy) {
         energy.viscous_loss_j = (energy.drive_work_j + energy.prestress_work_j)
             + (energy.anchor_change_j + energy.scheme_work_j)

@@ -1,9 +1,9 @@
 //! Compares the fast solver with the plain one.
 //!
-//! Both run the same plan side by side. They are equal if the same blocks switch in the same direction
-//! in the same steps, equally many slide, and numbers agree within [`TOLERANCE`] of the run's largest of
-//! their kind. In a run that hardly moves, the scale is what a block reaches as it starts to slip: its
-//! threshold, the stretch `mu_s p / k` of a spring that holds it and the energy of that, the velocity
+//! Both run the same plan side by side. They are equal if the same blocks switch in the same direction in
+//! the same steps, equally many slide, and numbers agree within [`TOLERANCE`] of the run's largest of their
+//! kind. In a run that hardly moves, the scale is what a block reaches as it starts to slip: its threshold,
+//! the stretch `mu_s p / k` of a spring at that force, the energy of that spring, the velocity
 //! `(mu_s - mu_d) p / sqrt(k m)`. Energies are all one kind. Where displacements are large, rounding
 //! exceeds that: velocities may differ by `2 eps u / dt`, since a displacement is rounded in every step,
 //! and forces by [`rounding_reach`].
@@ -45,9 +45,9 @@ pub struct NearTie {
     pub block: u32,
     /// Which way it switches.
     pub direction: Direction,
-    /// Whether the plain solver has it in this step and the fast one later, or the reverse.
+    /// Whether the plain solver has it in this step and the fast one later, or vice versa.
     pub plain_switches: bool,
-    /// Number of steps by which the other solver is later.
+    /// Delay of the other solver, in steps.
     pub late_steps: u64,
     /// Distance of the exact step beyond the switch: N of force for detachment, m/s of velocity for
     /// re-attachment.
@@ -152,7 +152,7 @@ pub fn compare(
     hold(&plan, plain, kind::fast(Arc::clone(&plan), Simd::detect()), each, progress)
 }
 
-/// Compares two solvers that stand at the start.
+/// Compares two solvers at the start of their runs.
 fn hold(
     plan: &Plan,
     mut plain: Plain,

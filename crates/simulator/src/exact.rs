@@ -97,7 +97,7 @@ pub struct Exact<'a> {
 }
 
 impl<'a> Exact<'a> {
-    /// The slider in a state, whose doubles are taken as exact.
+    /// The slider in a state whose doubles are treated as exact.
     pub fn at(plan: &'a Plan, state: &'a SliderState) -> Exact<'a> {
         let wide = |values: &[f64]| values.iter().map(|&value| Wide::from(value)).collect::<Vec<_>>();
         Exact {

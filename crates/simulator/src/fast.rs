@@ -34,7 +34,7 @@ use crate::stepper::Stepper;
 
 /// The many steps at once that a body allows.
 pub(crate) trait Leaps: Clone + Debug + Send + 'static {
-    /// What takes the single steps.
+    /// The stepper for single steps.
     type Body: OfPlan;
     /// A leap that was opened.
     type Leap: Copy + Debug + Send;
@@ -42,15 +42,15 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     /// For the runs of a plan.
     fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic, simd: Simd) -> Self;
 
-    /// Opens a leap of at most `most_steps` steps, if one is certified, or returns how many steps are best
-    /// taken one by one before it is tried again.
+    /// Opens a leap of at most `most_steps` steps, if one is certified; otherwise returns the number of
+    /// single steps to take before the next attempt.
     fn open(&mut self, solver: &mut Open<'_, Self::Body>, most_steps: u64) -> Result<Self::Leap, u64>;
 
     /// Steps that a leap covers.
     fn steps(&self, leap: Self::Leap) -> u64;
 
-    /// Takes a leap, and counts and pays for it. The step after it is taken singly, for the forces that
-    /// go with the state.
+    /// Takes a leap, counts it and pays for it. A single step follows it, to compute the forces of the new
+    /// state.
     fn land(&mut self, leap: Self::Leap, solver: &mut Open<'_, Self::Body>);
 
     /// The cost of a state inside a leap, in single steps.
@@ -69,13 +69,13 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     fn energy(&mut self, leap: Self::Leap, into: u64, plan: &Plan, aside: &mut Stepper<Self::Body>)
     -> Energy;
 
-    /// Steps best taken one by one after a single step without a switch, and what it cost to foresee
-    /// them: `(0, 0)` to try a leap.
+    /// Number of single steps to take after one without a switch, and the cost of that prediction; `(0, 0)`
+    /// to try a leap.
     fn foresee(&self, _plan: &Plan, _stepper: &Stepper<Self::Body>) -> (u64, u64) {
         (0, 0)
     }
 
-    /// What was spent beside the single steps taken since this was last asked.
+    /// Cost beyond single steps since the last call.
     fn take_cost_steps(&mut self, _stepper: &mut Stepper<Self::Body>) -> u64 {
         0
     }
@@ -89,7 +89,7 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     fn fallbacks(&self, plan: &Plan) -> Vec<&'static str>;
 }
 
-/// A solver that opens or takes a leap.
+/// A solver while it opens or takes a leap.
 pub(crate) struct Open<'a, B> {
     pub(crate) plan: &'a Plan,
     pub(crate) stepper: &'a mut Stepper<B>,
@@ -105,10 +105,10 @@ pub(crate) struct Fast<L: Leaps> {
     pace: Pace,
     recorder: Recorder,
     leaps: L,
-    /// For what is recorded inside a leap, and for how many single steps it takes them.
+    /// For records inside a leap, and for the number of single steps that computing them costs.
     aside: Stepper<L::Body>,
     aside_steps: u64,
-    /// Whether `aside` is where the last record inside the open leap was made.
+    /// Whether `aside` is the state of the last record inside the open leap.
     is_inside: bool,
     /// The leap that is open: the state stays at its start until all that is due within it has been
     /// handed out.
@@ -142,8 +142,8 @@ impl<L: Leaps> Fast<L> {
         (leaps, Open { plan, stepper, pace, counters })
     }
 
-    /// Takes the steps that are best taken one by one, with nothing beside them, up to the last of
-    /// them or to one that is recorded.
+    /// Takes the pending single steps without further checks, up to the last of them or to one that is
+    /// recorded.
     fn take_single_steps(&mut self) -> Result<(), SimulationError> {
         while self.recorder.is_empty()
             && self.stepper.state().step < self.plan.steps
@@ -167,7 +167,7 @@ impl<L: Leaps> Fast<L> {
         })
     }
 
-    /// Takes a single step; `decide` what follows where it is the last that was to be taken.
+    /// Takes a single step; `decide` runs after the last pending one.
     fn take_step(&mut self, decide: impl FnOnce(&mut Self)) -> Result<(), SimulationError> {
         let was_sliding = self.stepper.state().sliding > 0;
         let driving = self.stepper.take_step(self.pace.single_steps);
@@ -243,8 +243,8 @@ impl<L: Leaps> Solver for Fast<L> {
             let state = self.stepper.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
             if self.pace.single_steps == 0 && !edge_ahead {
-                // Not beyond where drive or load change their course, nor to the next step in which a contact
-                // changes by itself, nor to the last step.
+                // Ends before drive or load change their course, before the next step in which a contact
+                // changes by itself, and before the last step.
                 let steady_step = self.plan.steady_until_step(state.step, state.hold_step);
                 let change_step = self.plan.friction.law.next_change_step(&state.memory);
                 let until_step = (self.plan.steps - 1).min(steady_step).min(change_step.saturating_sub(1));

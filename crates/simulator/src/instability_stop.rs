@@ -1,12 +1,12 @@
 //! Stops a run whose time step itself adds more energy than an accurate run can gain from it.
 //!
-//! While nothing switches, Euler-Cromer conserves an energy that differs from the slider's by
-//! `dt v F / 2`, with `F` all forces on a block, at any step below the bound of linear stability. A switch changes
-//! `F`, and with it that energy: where the force on a block that moves at `v` rises by `Df`, the scheme
-//! does the work `dt v Df / 2`. In an accurate run a slip has one such switch, the detachment, with `Df`
-//! at most `(mu_s - mu_d) p`; a block that re-attaches hardly moves. No slip is shorter than a single
-//! swing on the stiffest springs `K`: its speed is at most `Df / sqrt(m K)`, its displacement
-//! `2 Df / K`, over which friction takes `mu_d p` times it. So the scheme does at most
+//! While nothing switches, Euler-Cromer conserves an energy that differs from the slider's by `dt v F / 2`,
+//! with `F` all forces on a block, at any step below the bound of linear stability. A switch changes `F`,
+//! and with it that energy: where the force on a block that moves at `v` rises by `Df`, the scheme does the
+//! work `dt v Df / 2`. In an accurate run a slip has one such switch, the detachment, with `Df` at most
+//! `(mu_s - mu_d) p`; a block that re-attaches hardly moves. No slip is shorter than a single swing on the
+//! stiffest springs `K`: its speed is at most `Df / sqrt(m K)`, its displacement `2 Df / K`, over which
+//! friction dissipates `mu_d p` times it. So the scheme does at most
 //!
 //! ```text
 //! (dt sqrt(K / m) / 4) Df / (mu_d p) = (dt / dt_max) (mu_s / mu_d - 1) / 2
@@ -22,7 +22,7 @@
 //! allowed besides ([`InstabilityStop::stops`]).
 //!
 //! Only steps in which a block switches are checked. They are recorded whatever the cadences, so a run
-//! stops in the same step however it is sampled, and its log holds the evidence.
+//! stops in the same step however it is sampled, and its log contains the evidence.
 
 use asperity_model::Plan;
 use asperity_record::StepRecord;
@@ -41,7 +41,7 @@ pub(crate) struct InstabilityStop {
 }
 
 impl InstabilityStop {
-    /// For a plan's runs, which begin with the energy `initial_j`.
+    /// For runs of a plan, with the initial energy `initial_j`.
     pub(crate) fn of(plan: &Plan, initial_j: f64) -> InstabilityStop {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let drive = plan.drive.stiffness_n_per_m(plan.elastic.nodes());

@@ -14,7 +14,8 @@
 //!
 //! **Certificate.** Forces of the forced part are linear in time ([`crate::clearance`]). The modes do not
 //! grow; so those of the rest are at most the sum of their sizes now. A jump ends before both together,
-//! with a reserve for rounding ([`crate::norms`]) and one for what the modes miss, reach a threshold.
+//! with a reserve for rounding ([`crate::norms`]) and one for the residue that the modes do not span, reach
+//! a threshold.
 //!
 //! The bodies differ in how they find the forced part and the modes: [`chain`], [`lattice`].
 
@@ -87,8 +88,8 @@ impl Forced {
         rates.sum()
     }
 
-    /// Adds the driving force to a clearance counted from `into` steps after the first, if a load stops
-    /// the drive; false if that load is reached there. `swing` is what the modes add at most, with a
+    /// Adds the driving force to a clearance counted from `into` steps after the first, if a load stops the
+    /// drive; false if that load is reached there. `swing` is the largest contribution of the modes, with a
     /// reserve.
     fn stays_below_stop(&self, plan: &Plan, into: f64, swing: [f64; 2], clearance: &mut Clearance) -> bool {
         let Some(stop) = StopForce::of(plan, self.hold_step) else { return true };

@@ -1,4 +1,4 @@
-//! What solvers do with all contacts at once, compiled for each contact law.
+//! Loops of the solvers over all contacts, compiled for each contact law.
 //!
 //! A plan's law is chosen where a solver is made; from there on one call through [`ContactLoops`] or
 //! [`ChainLoops`] goes over all contacts.
@@ -15,20 +15,20 @@ use crate::state::SliderState;
 
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
-    /// Friction of all contacts, which a body has gathered.
+    /// Friction of all contacts, gathered by a body.
     fn rub(&self, contacts: &mut Rubbed<'_, D>);
-    /// Sets the bit of every contact that switches in a step, or may where contacts age.
+    /// Sets the bit of every contact that switches in a step, or may switch if contacts age.
     fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>);
-    /// Updates the memory of all contacts after a step, by a law with memory: their `mu_d p` in it, and which
-    /// switched, ascending.
+    /// Updates the memory of all contacts after a step, for a law with memory, given their `mu_d p` in the
+    /// step and the contacts that switched, ascending.
     fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]);
 }
 
-/// The loops over the nodes of a chain, each of which carries a contact.
+/// The loops over the nodes of a chain, where every node carries a contact.
 pub(crate) trait ChainLoops: ContactLoops<1> {
-    /// One step; whether any contact may switch.
+    /// Takes one step; returns whether any contact may switch.
     fn step(&self, simd: Simd, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
-    /// What a step did.
+    /// Energy changes of a step.
     fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork;
 }
 
@@ -46,7 +46,7 @@ pub(crate) struct Rubbed<'a, const D: usize> {
     pub(crate) memory: &'a [f64],
     pub(crate) kt: f64,
     pub(crate) dt_over_m: f64,
-    /// What resists each contact.
+    /// The resisting friction of each contact.
     pub(crate) friction: [&'a mut [f64]; D],
 }
 

@@ -1,8 +1,8 @@
 //! The slider and its solvers.
 //!
-//! A solver is a state machine: asked for the next [`Record`](asperity_record::Record), it
-//! advances as far as it must and answers. It does no I/O, reads no clock and starts no
-//! thread, so that the same plan gives the same records wherever it runs.
+//! A solver is a state machine: a call for the next [`Record`](asperity_record::Record) advances it as far
+//! as necessary. It does no I/O, reads no clock and starts no thread, so that the same plan gives the same
+//! records wherever it runs.
 //!
 //! [`Plain`] takes every step; it is the oracle. [`SolverKind::Fast`] computes the same discrete trajectory
 //! for a cost that follows the switches: certified windows where no contact switches, certified
@@ -37,11 +37,11 @@
 //! In reading order:
 //!
 //! - [`solver`](Solver), `kind`: what a solver is, and which there are.
-//! - `state`, `strength`: what a step depends on, and what contacts bear under the load of a step.
+//! - `state`, `strength`: the inputs of a step, and the strength of contacts under the load of a step.
 //! - `pace`: a [`Snapshot`], the slider with the accounts of its solver.
 //! - `stepper`: one step, equation by equation, for any `body` (the chain, the lattice) and contact
 //!   law (`law`); `kernels` below it has the loops over all blocks.
-//! - `energy` and `ledger`: what became of the work of the drive.
+//! - `energy` and `ledger`: the balance of the work of the drive.
 //! - `instability_stop`: ends a run whose time step itself adds too much energy.
 //! - `recorder`: what is recorded and when, for all solvers; `counters`: the statistics of a run.
 //! - `plain`: takes every step.

@@ -1,5 +1,4 @@
-//! What bounds rest on: a norm in which a step's map does not expand, and how far rounding
-//! reaches.
+//! The basis of all bounds: a norm in which a step's map does not expand, and the reach of rounding.
 //!
 //! **Remainder.** With `M` the chain's stiffness (springs, drive, friction springs
 //! of stuck blocks) and `C` its damping, `-eta` times the second difference, the scheme reads
@@ -15,13 +14,12 @@
 //! within the stability of the scheme, which gives the bounds of
 //! [`Norms`] on forces and velocities.
 //!
-//! Without friction springs a stuck block does not move: `M` and `C` are then those of the
-//! sliding blocks alone, parts of the chain's, and the same holds.
+//! Without friction springs a stuck block does not move: `M` and `C` are then those of the sliding blocks
+//! alone, submatrices of the chain's, and the argument applies unchanged.
 //!
-//! **Rounding.** The plain stepper rounds as well, differently. The bounds keep
-//! [`ROUNDING`] of the threshold and of the largest velocity in reserve, and
-//! [`ROUNDING_ERRORS`] times the rounding of the terms that a force is made of, those
-//! that cancel included: for the slider of the thesis 1e-8 N of 2.8 N, where the
+//! **Rounding.** The plain stepper rounds as well, differently. The bounds keep [`ROUNDING`] of the
+//! threshold and of the largest velocity in reserve, and [`ROUNDING_ERRORS`] times the rounding of the
+//! terms of a force, including those that cancel: for the slider of the thesis 1e-8 N of 2.8 N, where the
 //! plain stepper's own forms differ by 4e-11 N.
 
 use asperity_model::Plan;
@@ -47,10 +45,10 @@ pub(crate) struct Norms {
     pub(crate) velocity: f64,
     /// `|sum_n K_n u_n| <= drive * sqrt(I)`, in N / sqrt(J).
     pub(crate) drive: f64,
-    /// `|p_n| <= load * sqrt(I)` for what a contact bears, `-k_f u_z`, in N / sqrt(J); 0 without a
+    /// `|p_n| <= load * sqrt(I)` for the normal load `-k_f u_z` of a contact, in N / sqrt(J); 0 without a
     /// foundation.
     pub(crate) load: f64,
-    /// Largest sums of stiffness and damping that a force is made of.
+    /// Largest sums of stiffness and damping in a force.
     stiffness_n_per_m: f64,
     damping_kg_per_s: f64,
     mass_kg: f64,
@@ -60,8 +58,8 @@ pub(crate) struct Norms {
 }
 
 impl Norms {
-    /// From the plan's constants alone, for any set of sliding contacts. Of how nodes hold each
-    /// other it takes the bounds of [`asperity_model::Elastic`], here with their values for a chain.
+    /// From the plan's constants alone, for any set of sliding contacts. For the springs between nodes it
+    /// uses the bounds of [`asperity_model::Elastic`], given here with their values for a chain.
     ///
     /// The velocity part of `I` is at least
     /// `s = m - 2 dt eta - dt^2 (4 k + k_t + K) / 4 > 0` times `|v|^2`, by the largest eigenvalues
@@ -155,6 +153,6 @@ pub(crate) fn invariant_of_products(
     for n in 0..u.len() {
         sum += w[n] * (inertia * w[n] - rate * damped[n]) + (u[n] - w[n]) * stiff[n];
     }
-    // Rounding may leave less than nothing of nothing.
+    // Rounding may turn 0 into a small negative number.
     sum.max(0.0)
 }

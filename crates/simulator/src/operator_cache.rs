@@ -151,7 +151,7 @@ mod tests {
             let other = plan(&[set]);
             let found = (basis(&cache, &other), modes(&cache, &other).unwrap());
             assert!(!Arc::ptr_eq(&found.0, &first.0) && !Arc::ptr_eq(&found.1, &first.1), "{set}");
-            // Cached results are those that would be computed, to the bit but for the sign of zero.
+            // Cached results equal fresh ones to the bit, except for the sign of zero.
             let alone =
                 StoredModes::of(&Propagator::of(&other, other.elastic.as_chain().unwrap()), SIMD).unwrap();
             assert_eq!(format!("{:?}", found.1), format!("{alone:?}"), "{set}");

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::cost::{self, FIRST_SAVED_STEPS};
 use crate::state::SliderState;
 
-/// A solver between two records: the slider, and what decides how the solver cuts up the steps that
-/// follow. The second is no physics, but a resumed run must round as the one that it continues.
+/// A solver between two records: the slider, and the accounts that decide how the solver divides the
+/// following steps. The accounts are no physics, but a resumed run must round as the run that it continues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Snapshot {
@@ -31,15 +31,15 @@ impl From<SliderState> for Snapshot {
     }
 }
 
-/// The accounts by which the fast solver decides how to take its steps (`cost.rs`).
+/// The accounts on which the fast solver bases its choice of steps (`cost.rs`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pace {
-    /// Steps to be taken one by one before it tries for many at once.
+    /// Pending single steps before the next attempt to leap.
     pub single_steps: u64,
     /// No jump is tried before this step.
     pub no_jump_before_step: u64,
-    /// Steps that leaps have saved over what was spent on them, up to a limit.
+    /// Net steps saved by leaps, after their cost, up to a limit.
     pub saved_steps: u64,
 }
 
@@ -50,12 +50,12 @@ impl Default for Pace {
 }
 
 impl Pace {
-    /// Pays for what was done beside the steps from what leaps have saved; the steps that are missing.
+    /// Pays for overhead from the steps that leaps have saved; returns the steps that are not covered.
     pub(crate) fn pay(&mut self, cost_steps: u64) -> u64 {
         cost::pay(&mut self.saved_steps, cost_steps)
     }
 
-    /// Pays, and makes up for what was not saved before by single steps.
+    /// Pays, and schedules single steps for the part that is not covered.
     pub(crate) fn pay_or_pause(&mut self, cost_steps: u64) {
         let debt_steps = self.pay(cost_steps);
         self.take_singly(cost::pause_steps(debt_steps));

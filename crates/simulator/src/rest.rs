@@ -1,5 +1,4 @@
-//! Chains at rest by the laws without friction springs: nothing moves until a contact
-//! detaches.
+//! Chains at rest under laws without friction springs: nothing moves until a contact detaches.
 
 use asperity_model::Plan;
 
@@ -9,8 +8,8 @@ use crate::norms::ROUNDING;
 use crate::state::SliderState;
 use crate::strength::{Ramp, StopForce};
 
-/// Steps for which a chain stays at rest whose blocks all stick without springs: only the
-/// drive's pull changes, and the thresholds. Nothing moves, so nothing rounds, but these two.
+/// Number of steps for which a chain stays at rest when all its blocks stick without springs. Nothing
+/// moves: only the pull of the drive and the thresholds change, so only these round.
 pub(crate) fn rest_steps(plan: &Plan, state: &SliderState) -> u64 {
     let advance_m = match state.hold_step > state.step + 1 {
         true => plan.drive.velocity_m_per_s * plan.grid.step_s(),
@@ -19,7 +18,7 @@ pub(crate) fn rest_steps(plan: &Plan, state: &SliderState) -> u64 {
     let (step, hold_step) = (state.step + 1, state.hold_step);
     let ramp = Ramp::from_step(plan, step, hold_step);
     let (mut rates, point_m) = (vec![0.0; plan.blocks], plan.drive_point_m(step, hold_step));
-    // Of the last step, in which the drive pulled a little less.
+    // Values of the last step, in which the drive pulled slightly less.
     let before_m = plan.drive_point_m(state.step, hold_step);
     let mut forces = state.tangential_force_n.clone();
     for spring in &plan.drive.springs {

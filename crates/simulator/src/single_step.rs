@@ -4,7 +4,7 @@ use asperity_record::Energy;
 
 use crate::state::SliderState;
 
-/// What the drive does in one step.
+/// The drive in one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Driving {
     /// Sum of the forces on all nodes, N.

@@ -1,6 +1,6 @@
-//! The slow modes of a stuck lattice, by which it jumps ([`crate::jump::lattice`]): the stuck lattice with
+//! The slow modes of a stuck lattice, used for its jumps ([`crate::jump::lattice`]): the stuck lattice with
 //! its stiffness as a band ([`stuck`]), its slow modes by Arnoldi's iteration ([`arnoldi`], [`eigen`]), and
-//! what all jumps of a run share ([`precomputed`]).
+//! the quantities shared by all jumps of a run ([`precomputed`]).
 
 mod arnoldi;
 mod eigen;

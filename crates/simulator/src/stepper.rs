@@ -4,20 +4,19 @@
 //! Nodes move, contacts rub. One step from `t - dt` to `t`, everything from the old state:
 //!
 //! 1. the tangential force on a contact without friction: of a chain (5.6, 5.7, 5.8)
-//!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`, of a lattice
-//!    the pull of its bonds and dashpots ([`asperity_model::lattice`]); with the drive at the new time
-//!    and the nodes where they were, and the constant prestress where there is one;
+//!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`, of a lattice the
+//!    pull of its bonds and dashpots ([`asperity_model::lattice`]); with the drive at the new time, the
+//!    nodes at their old positions, and the constant prestress if any;
 //! 2. friction, by the contact's law: the spring of a stuck contact pulls with
 //!    `-k_t (u_n - u_stick,n)` (5.12), a sliding one resists with `-mu_d p_n sign(v_n)` (5.14);
 //! 3. Euler-Cromer (4.13, 4.14): `v_n += dt (tau_n + f_n) / m`, then `u_n += dt v_n`;
-//! 4. switches, in force from the next step: a stuck contact detaches at
-//!    `|tau_n| >= mu_s p_n` (5.13); a sliding one whose new velocity has come to
-//!    rest re-attaches at `u_stick,n = u_n - tau_n / k_t` (5.15), with the new
-//!    position, this step's `tau_n`, and its velocity kept. By a law that holds stuck contacts it stays,
-//!    at rest, where it was before the step that would have turned it round.
+//! 4. switches, in force from the next step: a stuck contact detaches at `|tau_n| >= mu_s p_n` (5.13); a
+//!    sliding one whose new velocity has come to rest re-attaches at `u_stick,n = u_n - tau_n / k_t`
+//!    (5.15), with the new position, this step's `tau_n`, and its velocity kept. Under a law without
+//!    friction springs it stays at rest, at its position before the step that would have reversed it.
 //!
-//! What `mu_s p_n` and `mu_d p_n` are in a step is in [`crate::strength`]. A [`Body`] does 1 to 3 for
-//! all of its freedoms at once.
+//! For `mu_s p_n` and `mu_d p_n` in a step see [`crate::strength`]. A [`Body`] does 1 to 3 for all of its
+//! freedoms at once.
 
 use std::sync::Arc;
 
@@ -39,7 +38,7 @@ pub(crate) struct Stepper<B> {
     plan: Arc<Plan>,
     state: SliderState,
     body: B,
-    /// Whether the drive pulls both ways, and the law holds stuck contacts still.
+    /// Whether the drive pulls both ways, and the law has no friction springs.
     pulls_both_ways: bool,
     holds: bool,
     /// The contacts that may switch, as bits.
@@ -83,7 +82,7 @@ impl<B: Body> Stepper<B> {
         &mut self.state
     }
 
-    /// The body, and the state of which it keeps the energies.
+    /// The body, and the state whose energies it tracks.
     pub(crate) fn body_mut(&mut self) -> (&mut B, &mut SliderState) {
         (&mut self.body, &mut self.state)
     }
@@ -98,7 +97,7 @@ impl<B: Body> Stepper<B> {
         &self.switched
     }
 
-    /// What the steps taken up to now were made of.
+    /// Statistics of the steps taken so far.
     pub(crate) fn counters(&self) -> Counters {
         self.counters
     }
@@ -120,8 +119,8 @@ impl<B: Body> Stepper<B> {
         self.body.follow(&self.plan, &self.state);
     }
 
-    /// Takes one step, the first of at least `steps_ahead` that are taken one by one; returns the
-    /// driving forces that it used.
+    /// Takes one step, the first of at least `steps_ahead` single steps; returns the driving forces that it
+    /// used.
     pub(crate) fn take_step(&mut self, steps_ahead: u64) -> Driving {
         let Stepper { plan, state, body, .. } = self;
         let hold_step = state.hold_step;
@@ -133,7 +132,7 @@ impl<B: Body> Stepper<B> {
         let driving = self.drive();
         let Stepper { plan, state, body, .. } = self;
         let may_switch = body.advance(plan, state);
-        // By a law that holds stuck contacts, what stops does so in this step.
+        // Under a law without friction springs, contacts stop within this step.
         let holds = self.holds;
         if !holds {
             body.add_step(plan, state, load);
@@ -161,7 +160,7 @@ impl<B: Body> Stepper<B> {
         driving
     }
 
-    /// The forces of the drive, its point at the new time, the nodes where they were.
+    /// The forces of the drive, with its point at the new time and the nodes at their old positions.
     fn drive(&mut self) -> Driving {
         let Stepper { plan, state, body, pulls_both_ways, .. } = self;
         let point_m = plan.drive_point_m(state.step, state.hold_step);
@@ -185,7 +184,7 @@ impl<B: Body> Stepper<B> {
     fn switch_contacts(&mut self) {
         let Stepper { plan, state, body, marks, switched, .. } = self;
         body.mark_switches(state, marks);
-        // Energy of the friction springs that take hold, less of those that let go.
+        // Energy of the friction springs that attach, less that of those that detach.
         let mut anchored_j = 0.0;
         for (group, mark) in marks.iter().enumerate() {
             let mut mark = *mark;
@@ -232,7 +231,7 @@ fn held_j(plan: &Plan, state: &SliderState, n: usize) -> f64 {
     tangential(plan, state, n).map(part_j).sum()
 }
 
-/// Where contact `n` has its tangential vectors, by axis: in those of the contacts, and in those of the
+/// Indices of the tangential components of contact `n`, by axis: in arrays over contacts and in arrays over
 /// freedoms.
 fn tangential(plan: &Plan, state: &SliderState, n: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
     let (contacts, nodes) = (plan.blocks, plan.elastic.nodes());

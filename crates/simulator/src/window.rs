@@ -27,9 +27,9 @@ pub(crate) struct Window {
     certificate: Certificate,
     /// Steps until the first switch, as predicted when it was opened.
     foreseen_steps: f64,
-    /// Terms taken for it.
+    /// Terms used for it.
     terms_taken: usize,
-    /// Whether windows of no length pay in this chain, which is long.
+    /// Whether no length of window pays in this chain, which is long.
     never_pays: bool,
     /// Sums of displacements over the states inside the window.
     ways_m: Vec<f64>,
@@ -210,7 +210,7 @@ impl Window {
 /// Largest number of driving springs for which sums are computed separately.
 const FEW_SPRINGS: usize = 4;
 
-/// Single steps at a time where there are no windows, after which a jump is tried again.
+/// Number of single steps between attempts to jump where there are no windows.
 const WITHOUT_WINDOWS: u64 = 1000;
 
 /// How much longer than the predicted switch a window may be.

@@ -415,7 +415,7 @@ fn more_random_long_chains_give_the_same_switches() {
 
 #[test]
 fn a_chain_without_modes_takes_windows() {
-    // Only the softest friction springs hold this chain: in double precision its lowest mode is
+    // Only the softest friction springs restrain this chain: in double precision its lowest mode is
     // indistinguishable from rest.
     let plan = plan::<&str>("ring-down", &[]);
     let Compared { counters, horizon_step, .. } = compare("ring-down", &plan, TOLERANCE);
@@ -493,7 +493,7 @@ fn dense_samples_are_handed_out_one_by_one() {
 fn a_restored_state_continues_to_the_bit() {
     let cases: [&[&str]; 8] = [
         &["time.duration_s=0.15"],
-        // Long chains: waves, windows of most lengths, and none where the step is long.
+        // Long chains: waves, windows of most lengths, and no windows for long steps.
         &["slider.blocks=600", "time.duration_s=0.02", "recording.sample_s=1e-5"],
         &[
             "slider.blocks=600",
@@ -550,7 +550,7 @@ fn a_restored_state_continues_to_the_bit() {
     }
 }
 
-/// The cost of windows is counted in terms, each of which takes about as long as a step.
+/// The cost of windows is counted in terms; a term takes about as long as a step.
 #[test]
 fn windows_that_do_not_pay_are_hardly_tried() {
     let set = ["parameter_set=as-stated", "friction.interfacial_stiffness_ratio=1e3", "time.duration_s=0.01"];

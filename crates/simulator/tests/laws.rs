@@ -251,7 +251,7 @@ fn a_schedule_that_changes_nothing_changes_nothing() {
 #[test]
 fn ageing_at_no_rate_changes_nothing() {
     let young = switches(&records(Plain::new(plan(&[]))));
-    // A rate indistinguishable from none, by the code for a rate above zero.
+    // A rate indistinguishable from zero, handled by the code for a positive rate.
     assert_eq!(switches(&records(Plain::new(plan(&["friction.ageing_coefficient=1e-30"])))), young);
     assert_ne!(switches(&records(Plain::new(plan(&["friction.ageing_coefficient=1e-3"])))), young);
 }
@@ -320,7 +320,7 @@ fn a_rigid_block_waits_for_its_threshold_and_slides_as_an_oscillator() {
     let expected = drop_m * (1.0 - (rate * t).cos()) + creep_m_per_s * (t - (rate * t).sin() / rate);
     let found = plain.state().displacement_m[0];
     assert!((found / expected - 1.0).abs() < 0.02, "{found} and {expected}");
-    // It stays, at rest, where it was before the step that would have reversed it.
+    // It stays at rest, at its position before the step that would have reversed it.
     let mut before = plain.snapshot();
     while plain.state().slip[0] != 0.0 {
         before = plain.snapshot();

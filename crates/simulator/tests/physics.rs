@@ -1,5 +1,4 @@
-//! Physical laws that hold for any parameters, tested with the plain stepper on small chains and short
-//! times.
+//! Physical laws for any parameters, tested with the plain stepper on small chains and short times.
 
 use asperity_model::{Plan, analytic};
 use asperity_record::{Direction, Record, WindowRecord};
@@ -236,7 +235,7 @@ fn a_restored_state_continues_to_the_bit() {
     for _ in 0..half {
         solver.next_record().unwrap();
     }
-    // Takes the remaining records of that step, then continues with another solver.
+    // Returns the remaining records of that step, then continues with another solver.
     let snapshot = solver.snapshot();
     let mut other = Plain::new(plan);
     other.restore(&snapshot);

@@ -46,7 +46,7 @@ impl fmt::Display for Value {
 }
 
 impl Value {
-    /// Reads `100.0` as 100 where a key counts.
+    /// Reads `100.0` as 100 for keys that are whole numbers.
     fn settle(&mut self, key: &Key) {
         if let (Kind::Count(..), Value::Number(number)) = (key.kind, &*self)
             && let Some(Ok(count)) = whole(*number).map(i64::try_from)
@@ -122,7 +122,7 @@ pub struct Axis {
     pub keys: Vec<&'static Key>,
     /// The values of the keys, point by point.
     pub rows: Vec<Vec<Value>>,
-    /// Which of the keys have equal ratios.
+    /// The keys with equal ratios.
     pub log: Vec<bool>,
     /// Whether its points form a sequence, as those of a list or a range.
     pub joined: bool,
@@ -207,7 +207,7 @@ impl Written {
 }
 
 impl Axis {
-    /// Reads `100.0` as 100 where a key counts.
+    /// Reads `100.0` as 100 for keys that are whole numbers.
     fn settle(&mut self) {
         for row in &mut self.rows {
             self.keys.iter().zip(row).for_each(|(key, value)| value.settle(key));

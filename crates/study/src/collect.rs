@@ -1,8 +1,8 @@
 //! Writes the tables of a study: its runs, their slip events and their ruptures, each with a column
 //! for every key that varies.
 //!
-//! Rows are in the order of the runs, in groups of a fixed number, so that the files do not depend
-//! on how the results were made. Memory is bounded by one group per table.
+//! Rows are in the order of the runs, in groups of a fixed number, so the files do not depend on the order
+//! in which results were computed. Memory is bounded by one group per table.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -55,7 +55,7 @@ pub enum CollectError {
     },
 }
 
-/// Formats a line per fault, and what to do.
+/// Formats one line per fault, and the remedy.
 struct Faults<'a>(&'a [Fault]);
 
 impl fmt::Display for Faults<'_> {

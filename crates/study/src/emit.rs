@@ -60,14 +60,14 @@ impl fmt::Display for Word {
 /// Default number of parts: the largest Slurm array under Slurm's default limit of 1001.
 pub const USUAL_TASKS: u64 = 1000;
 
-/// Most tasks of one array, whatever a cluster allows: their numbers are one argument of a command,
-/// which may have 128 KiB.
+/// Most tasks of one array, independent of the limit of a cluster: their numbers form one argument of a
+/// command, which may have at most 128 KiB.
 const MOST_TASKS: usize = 10_000;
 
 /// A job array for some of the parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Array {
-    /// Added to an index, gives the number of its part.
+    /// Offset from an index to the number of its part.
     pub offset: u64,
     /// Its indices, as in `3,7-9`.
     pub tasks: String,

@@ -1,4 +1,4 @@
-//! What can go wrong between the runs of a pipeline and its tables and figures.
+//! Errors between the runs of a pipeline and its tables and figures.
 
 use asperity_figures::draw::FigureError;
 use asperity_files::FileError;
@@ -21,7 +21,7 @@ pub enum StudyError {
     Run {
         /// The run.
         run: String,
-        /// What is wrong.
+        /// The error.
         problem: String,
     },
 }

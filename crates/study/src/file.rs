@@ -158,8 +158,8 @@ impl File {
         Ok(file)
     }
 
-    /// Puts the runs of ensembles beside the others and wherever an ensemble is named, and the overrides
-    /// of all runs before those of each.
+    /// Adds the runs of ensembles to the others, expands the names of ensembles, and puts the overrides of
+    /// all runs before those of each.
     fn spell_out_ensembles(&mut self) -> Result<(), String> {
         let mut spell_out = SpellOut::new(&self.ensemble)?;
         spell_out.add_runs(&mut self.run)?;

@@ -1,6 +1,6 @@
-//! What stands at a path that somebody gave to a command: a run log, a scenario, a sweep, a folder of one
-//! of these. The first bytes, the keys of a TOML file or the names in a folder show it, whether or not the
-//! contents are valid.
+//! Recognises the kind of a path given to a command: a run log, a scenario, a sweep, a folder of these. The
+//! first bytes, the keys of a TOML file or the names in a folder decide, whether or not the contents are
+//! valid.
 
 use std::fs;
 use std::io::Read;
@@ -12,7 +12,7 @@ use asperity_record::bounds::LONGEST_TOML_BYTES;
 
 use crate::{plan, runs};
 
-/// What stands at a path.
+/// The kind of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Given {
     /// A run log, whole or not, or another MCAP file.
@@ -23,7 +23,7 @@ pub enum Given {
     Scenario,
     /// A TOML file with runs over axes.
     Sweep,
-    /// A TOML file with runs that have names, and none over axes.
+    /// A TOML file with named runs, and none over axes.
     Pipeline,
     /// A TOML file of anything else, or one that cannot be read.
     Toml,
@@ -39,10 +39,10 @@ pub enum Given {
     Other,
 }
 
-/// The file that says what a folder of `reproduce` is made of.
+/// The file that lists the contents of a folder of `reproduce`, and their runs.
 pub const RECORD: &str = "reproduce.json";
 
-/// What MCAP and Parquet files begin with.
+/// The first bytes of MCAP and Parquet files.
 const MCAP: &[u8] = b"\x89MCAP0\r\n";
 const PARQUET: &[u8] = b"PAR1";
 
@@ -64,9 +64,9 @@ impl Given {
         }
     }
 
-    /// None of what is no file, or cannot be read.
+    /// None if it is no file, or cannot be read.
     fn of_file(path: &Path) -> Option<Given> {
-        // A stream has one reader, which this is not.
+        // A stream can be read only once, and the command will read it.
         if !path.is_file() {
             return None;
         }
@@ -103,7 +103,7 @@ impl Given {
     }
 }
 
-/// Whether a folder has a run log in it.
+/// Whether a folder contains a run log.
 fn has_logs(folder: &Path) -> bool {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|ending| ending == "mcap"))

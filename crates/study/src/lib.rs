@@ -4,7 +4,7 @@
 //! study (TOML) -> plan -> results, by any number of workers -> tables, figures, claims
 //! ```
 //!
-//! The runs, and what they vary:
+//! The runs and their parameters:
 //!
 //! ```
 //! use asperity_study::{Plan, Study};
@@ -31,15 +31,15 @@
 //!
 //! In reading order:
 //!
-//! - [`axis`]: what varies; [`runs`]: the runs that have names; [`Study`]: the file that has both;
-//!   `parameter_sets`: which parameter sets they have, and why.
+//! - [`axis`]: the parameters that vary; [`runs`]: named runs; [`Study`]: the file with both;
+//!   `parameter_sets`: the parameter sets of runs, and their source.
 //! - [`Plan`]: every run with its values and its id; never changed once made.
 //! - [`work`]: makes one run; [`staging`]: unfinished logs of long runs.
 //! - [`stored`]: the packed result of a run; [`segment`]: the file of a worker's results;
 //!   [`Results`]: all results, run logs included, and contradictions among them or with the plan.
 //! - [`collect()`]: the tables of runs over axes.
 //! - [`emit`]: scripts for clusters.
-//! - [`given`]: what stands at a path: a run log, a scenario, a sweep, a folder of these.
+//! - [`given`]: recognises the kind of a path: a run log, a scenario, a sweep, a folder of these.
 //!
 //! The tables depend on the plan alone: not on the order of the runs, the number of workers, or how
 //! often they were killed.

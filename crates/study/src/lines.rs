@@ -1,5 +1,5 @@
-//! Reads lines of bounded length one at a time, so that neither an endless file nor a few bytes
-//! that decompress to gigabytes take more memory than one line.
+//! Reads lines of bounded length one at a time, so that neither an endless file nor a few bytes that
+//! decompress to gigabytes needs more memory than one line.
 
 use std::io::{self, BufRead, Read};
 

@@ -1,4 +1,4 @@
-//! Says which parameter sets the runs of a study have, and what chose each, in a line for people.
+//! Describes the parameter sets of the runs of a study, and the source of each, in one line for people.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::study::{Grid, Study};
 
 const KEY: &str = "parameter_set";
 
-/// What chose a parameter set.
+/// The source of a parameter set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum By {
     Study,
@@ -36,7 +36,7 @@ impl By {
 }
 
 impl Study {
-    /// The parameter sets of its runs with their numbers of runs, and what chose them:
+    /// The parameter sets of its runs, with numbers of runs and sources:
     /// `as-coded in 19 runs (set of the study)`.
     pub fn parameter_sets(&self) -> String {
         let mut counts: BTreeMap<(String, By), u64> = BTreeMap::new();

@@ -24,7 +24,7 @@ pub struct Study {
     pub measures: Vec<Number>,
 }
 
-/// What a study has of a run: a row of its table.
+/// A row of a study's table: the data of one run.
 #[derive(Debug, Clone)]
 pub struct StudyRow {
     run: String,
@@ -35,7 +35,7 @@ pub struct StudyRow {
 }
 
 impl Study {
-    /// What it reads of each of its runs.
+    /// Data that it reads from each of its runs.
     pub fn required_data(&self) -> RequiredData {
         self.measures
             .iter()

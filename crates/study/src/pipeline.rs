@@ -1,4 +1,4 @@
-//! What a study makes of its runs that have names: tables, figures and claims.
+//! The outputs of a study for its named runs: tables, figures and claims.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -19,11 +19,11 @@ use crate::parameter_table::Study;
 /// Tables, figures and claims of runs.
 #[derive(Debug, Clone)]
 pub struct Pipeline {
-    /// What it reproduces, for headings.
+    /// Its subject, for headings.
     pub title: String,
     /// The names of its runs.
     pub runs: Vec<String>,
-    /// Runs whose first global slips are set side by side in a table.
+    /// Runs whose first global slips are compared in a table.
     pub first_global_slips: Vec<String>,
     /// The precursor tables, one per run and length law.
     pub precursors: Vec<PrecursorSpec>,
@@ -33,7 +33,7 @@ pub struct Pipeline {
     pub figure: Figures,
     /// The claims.
     pub claim: Vec<ClaimSpec>,
-    /// What its author should change, a line each: old names of numbers.
+    /// Advice to its author, a line each: old names of numbers.
     pub notes: Vec<String>,
 }
 
@@ -55,7 +55,7 @@ pub(crate) fn study_table(study: &Study) -> String {
 /// The page of all of it.
 pub(crate) const REPORT: &str = "report.html";
 
-/// The names of the tables that there is one of.
+/// The names of the tables of which there is one each.
 pub(crate) const RESIDUALS: &str = "residuals";
 pub(crate) const FIRST_GLOBAL_SLIPS: &str = "first-global-slips";
 pub(crate) const CLAIMS: &str = "claims";
@@ -69,21 +69,21 @@ impl Pipeline {
     /// Parses the text of a study, and checks that it speaks of no run that it does not have.
     ///
     /// # Errors
-    /// In words, with line and column where the TOML is at fault.
+    /// In words, with line and column if the TOML is at fault.
     pub fn parse(text: &str) -> Result<Pipeline, String> {
         Pipeline::beside(text, 0, &|_| Ok(Vec::new()))
     }
 
-    /// Parses the text of a study beside a number of runs over axes, of which `at` finds those with given
+    /// Parses the text of a study beside a number of runs over axes, where `at` finds those with given
     /// values of keys.
     ///
     /// # Errors
-    /// In words, with line and column where the TOML is at fault.
+    /// In words, with line and column if the TOML is at fault.
     pub fn beside(text: &str, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
         Pipeline::of(File::parse(text)?, numbered, at)
     }
 
-    /// What a file asks for.
+    /// The outputs that a file requests.
     pub(crate) fn of(file: File, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
         let of_tables = file.figure.of_tables();
         let runs = file.run.iter().map(|run| run.name.clone()).collect();
@@ -121,7 +121,8 @@ impl Pipeline {
             }
         }
         self.figure.check()?;
-        // Files that it names are written into the folder that it is given, and nowhere else.
+        // Files named by the study must be plain names, so that they are written only into the output
+        // folder.
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
         for (what, name) in (self.study.iter().map(|study| ("study name", study.name.as_str())))
             .chain(self.figure.files().map(|file| ("figure file", file)))
@@ -137,7 +138,7 @@ impl Pipeline {
                 "figure file {file:?} does not end in .png (accepted: NAME.png, beside which NAME.svg and NAME.pdf stand)"
             ));
         }
-        // None takes the place of another.
+        // All files must have different names.
         let tables = self.tables();
         let tables = tables.iter().map(|table| ("table", table.as_str()));
         let figures = self.figure.files().chain(of_tables.files());
@@ -191,7 +192,7 @@ impl Pipeline {
             .collect()
     }
 
-    /// All files that a reduction writes into a folder, but for the record of them.
+    /// All files that a reduction writes into a folder, except for their record.
     pub fn outputs(&self, out: &Path) -> Vec<PathBuf> {
         let (tables, figures) = (out.join("tables"), out.join("figures"));
         let mut outputs: Vec<PathBuf> =
@@ -204,7 +205,7 @@ impl Pipeline {
         outputs
     }
 
-    /// What its page shows beside its runs, given the figures' captions by file.
+    /// Parts of its page beside the runs, given the figures' captions by file.
     pub(crate) fn contents(&self, captions: &BTreeMap<String, Caption>) -> Contents {
         let shown = |(file, of): (&str, Vec<&str>)| {
             let Caption { title, caption } = captions.get(file).cloned().unwrap_or_default();
@@ -218,7 +219,7 @@ impl Pipeline {
         }
     }
 
-    /// What tables, figures, studies and claims read of a run.
+    /// Data that tables, figures, studies and claims read from a run.
     pub(crate) fn required_data(&self, run: &str) -> RequiredData {
         let mut required = self.figure.required_data(run);
         for spec in self.precursors.iter().filter(|spec| spec.run == run) {

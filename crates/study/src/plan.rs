@@ -1,8 +1,8 @@
 //! The plan of a study: made once, and never changed.
 //!
-//! A plan is a file of JSON lines: what all runs share, a line per run, and finally a BLAKE3 hash
-//! of it all, which detects edits. It is read line by line, and every value is checked against its
-//! key, since anybody can compute a hash.
+//! A plan is a file of JSON lines: the common part of all runs, a line per run, and finally a BLAKE3 hash
+//! of everything before, which detects edits. It is read line by line, and every value is checked against
+//! its key, since anybody can recompute the hash.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -53,11 +53,11 @@ pub struct Common {
     pub title: String,
     /// The name or path, when the plan was made, of the scenario that the axes vary.
     pub scenario: String,
-    /// The text of that scenario at that time, which is used.
+    /// The text of that scenario at that time, which is the one used.
     pub scenario_toml: String,
     /// Overrides in all runs over the axes.
     pub set: Vec<String>,
-    /// What is stored of each run over the axes.
+    /// The data stored of each run over the axes.
     pub keep: Vec<Keep>,
     /// The keys that vary.
     pub keys: Vec<String>,
@@ -68,10 +68,10 @@ pub struct Common {
     /// The figures of its tables.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<Figure>,
-    /// The runs that have names, which are the last rows.
+    /// The named runs, which are the last rows.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub runs: Vec<Named>,
-    /// The text of the study, where it asks for more than the tables of runs over axes.
+    /// The text of the study, if it requests more than the tables of runs over axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub study_toml: Option<String>,
 }
@@ -82,7 +82,7 @@ pub struct Common {
 pub struct Row {
     /// Its number, from 1.
     pub run: u64,
-    /// The values of the keys that vary; none of a run that has a name.
+    /// The values of the keys that vary; none for a named run.
     pub values: Vec<Value>,
     /// Its id in logs: a hash of scenario, record schema and code.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -93,7 +93,7 @@ pub struct Row {
     /// Warnings of the scenario when the plan is made; not stored.
     #[serde(skip)]
     pub warnings: Vec<Warning>,
-    /// What is known of the run when the plan is made; not stored.
+    /// Predictions about the run at the time of planning; not stored.
     #[serde(skip)]
     pub preview: Option<Preview>,
 }
@@ -119,10 +119,10 @@ pub struct Plan {
 /// Why a plan cannot be made, read or followed.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
-    /// Scenarios refuse some of the combinations, or a figure needs what no run has.
+    /// Scenarios refuse some of the combinations, or a figure needs values that no run has.
     #[error("{problem}")]
     Refused {
-        /// Which, why, and what is accepted.
+        /// The refused value, the reason, and the accepted values.
         problem: String,
     },
     /// No valid plan was found.
@@ -130,7 +130,7 @@ pub enum PlanError {
     NoPlan {
         /// Its path.
         path: PathBuf,
-        /// What was found, and what is accepted.
+        /// The value found, and the accepted values.
         problem: String,
     },
     /// It cannot be written.
@@ -138,7 +138,7 @@ pub enum PlanError {
     File(#[from] FileError),
 }
 
-/// The key by which a scenario names a file.
+/// The key of a scenario that names a file.
 const FILE_KEY: &str = "profile_csv";
 
 /// Most refused runs that are listed.
@@ -318,9 +318,9 @@ impl Plan {
         })
     }
 
-    /// Checks, on all cores, that the values of every run give its id. Takes as long as planning.
-    /// Plans by another code version, whose ids differ, and scenarios that name files, which may
-    /// have changed, are not checked.
+    /// Checks, on all cores, that the values of every run give its id. This takes as long as planning.
+    /// Plans by another code version, whose ids differ, and scenarios that name files, which may have
+    /// changed, are not checked.
     ///
     /// # Errors
     /// If an id is wrong.
@@ -360,13 +360,13 @@ impl Plan {
     /// The runs over axes with these values of keys, each `key=value`.
     ///
     /// # Errors
-    /// If no key or run is such, with what is accepted.
+    /// If there is no such key or run, with the accepted values.
     pub fn runs_at(&self, at: &[String]) -> Result<Vec<u64>, String> {
         let rows = &self.rows[..self.numbered() as usize];
         runs_at(at, &self.common.keys, rows.iter().map(|row| (row.run, Cow::Borrowed(&*row.values))))
     }
 
-    /// What messages call a run: its name, or its number and values.
+    /// The name of a run in messages: its name, or its number and values.
     pub fn label(&self, run: u64) -> String {
         match self.named(run) {
             Some(named) => format!("run {}", named.name),
@@ -547,7 +547,7 @@ mod tests {
 
     use super::Plan;
 
-    /// Its scenario names no parameter set, which meant `as-coded` when it was planned.
+    /// Its scenario names no parameter set, which meant `as-coded` at the time of planning.
     #[test]
     fn a_plan_of_the_former_default_means_the_scenarios_that_it_was_made_of() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1");

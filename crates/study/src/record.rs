@@ -1,4 +1,5 @@
-//! What a set of tables and figures was made of, beside it: where this stands, the others do.
+//! The record of a set of tables and figures: their sources and files. It is written last, so if it exists,
+//! so do the others.
 
 use std::path::{Path, PathBuf};
 
@@ -17,9 +18,9 @@ struct Record<'a> {
     format: &'a str,
     version: u32,
     runs: Vec<Run<'a>>,
-    /// Paths from the folder that this stands in.
+    /// Paths relative to the folder of this file.
     files: Vec<String>,
-    /// What stands on the page among them.
+    /// Those shown on the page.
     #[serde(skip_serializing_if = "Option::is_none")]
     page: Option<&'a Contents>,
 }
@@ -57,7 +58,7 @@ pub fn write<'a, P: AsRef<Path>>(
     Ok(files.write_record(&path(folder, command), text + "\n")?)
 }
 
-/// Where the record of a command stands.
+/// The path of the record of a command.
 pub(crate) fn path(folder: &Path, command: &str) -> PathBuf {
     folder.join(format!("{command}.json"))
 }

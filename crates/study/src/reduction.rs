@@ -1,8 +1,8 @@
-//! Tables and figures of a pipeline, made of one run after the other.
+//! Computes tables and figures of a pipeline from one run after the other.
 //!
-//! A run is seen once, while it is made or while its log is checked, and dropped before the next: of
-//! each there stay the rows that tables of several runs have, what claims measure, and the points of
-//! figures that still wait for other runs.
+//! A run is read once, while it is made or its log is checked, and dropped before the next. Of each there
+//! remain its rows in tables of several runs, the numbers of claims, and the points of figures that still
+//! wait for other runs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ use crate::pipeline::{
 };
 use crate::record;
 
-/// What the record of a reduction is called after.
+/// The command that names the record of a reduction.
 const COMMAND: &str = "reproduce";
 
 /// How many of the tables of several runs, and the claims, are written.
@@ -40,7 +40,7 @@ const COMMAND: &str = "reproduce";
 pub struct Progress {
     /// How many are done.
     pub done: usize,
-    /// How many there are.
+    /// Their total number.
     pub of: usize,
 }
 
@@ -57,23 +57,23 @@ pub struct Reduction<'a> {
     passed: Mutex<BTreeMap<String, Passed>>,
 }
 
-/// What stands beside what is made of runs that have names: figures and tables of runs over axes.
+/// Outputs that accompany those of named runs: figures and tables of runs over axes.
 #[derive(Debug, Clone, Default)]
 pub struct Beside {
     /// The figures, for the page.
     pub figures: Vec<Shown>,
     /// All files.
     pub files: Vec<PathBuf>,
-    /// What claims measure in runs over axes.
+    /// Measured values for claims about runs over axes.
     pub claimed: Claimed,
 }
 
-/// What claims measure in runs.
+/// Measured values for claims about runs.
 #[derive(Debug, Clone, Default)]
 pub struct Claimed {
     /// By the name or number of the run.
     pub measured: BTreeMap<String, Measured>,
-    /// What these runs are.
+    /// A description of these runs.
     pub headers: Vec<RunHeader>,
 }
 
@@ -102,12 +102,12 @@ pub fn write_claims(
     Ok(judged)
 }
 
-/// What stays of a run.
+/// The data kept of a run.
 struct Passed {
     header: RunHeader,
     scenario: Scenario,
     summary: Summary,
-    /// What the page shows of it.
+    /// Its part of the page.
     collected: Collected,
     residuals: Vec<ResidualRow>,
     first_global_slip: Option<FirstGlobalSlip>,
@@ -153,10 +153,9 @@ impl Observer for Passing {
 }
 
 impl<'a> Reduction<'a> {
-    /// Begins `tables/`, `figures/` and `reproduce.json`, which says what they are, in `out`, in place
-    /// of those that are there: all, or none if something fails. None of them is written over what was
-    /// read, `inputs` among it. `provenance` is whether figures name the code and bear a line at their
-    /// foot.
+    /// Begins `tables/`, `figures/` and their record `reproduce.json` in `out`. They replace existing ones:
+    /// all of them, or none if something fails. No input, such as `inputs`, is overwritten. `provenance` is
+    /// whether figures name the code in a line at their foot.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -176,7 +175,7 @@ impl<'a> Reduction<'a> {
         Ok(Reduction { pipeline, out, tables, files, figures, provenance, passed: Mutex::default() })
     }
 
-    /// What it reads of a run.
+    /// Data that it reads from a run.
     fn required_data(&self, run: &str) -> RequiredData {
         self.pipeline.required_data(run)
     }
@@ -195,16 +194,15 @@ impl<'a> Reduction<'a> {
         Ok(Passing { collector, loads, page, written: Ok(()) })
     }
 
-    /// What has gone by was not the run: it is as if nothing had.
+    /// Discards a run that turned out to be another one, without a trace.
     pub fn discard(&self, passing: Passing) {
         passing.loads.discard(&self.files);
     }
 
-    /// A run of this program has gone by: writes its tables, and draws the figures that it was the last
-    /// run of.
+    /// Completes a run of this program: writes its tables, and draws the figures whose last run it was.
     ///
     /// # Errors
-    /// If a file cannot be written, or a run has not what is to be shown of it.
+    /// If a file cannot be written, or the run lacks requested data.
     pub fn passed(&self, passing: Passing, end: &RunEnd) -> Result<(), StudyError> {
         let Passing { collector, loads, page, written } = passing;
         written.and_then(|()| loads.finish())?;
@@ -282,7 +280,7 @@ impl<'a> Reduction<'a> {
         summaries::write_table(&files, &folder.join(summaries::TABLE), in_order)?;
         one_more(1);
         if !pipeline.precursors.is_empty() {
-            // Those of a run stand in the order in which the pipeline has them.
+            // Those of one run are in the order of the pipeline.
             let mut left: BTreeMap<&str, _> =
                 runs.iter().map(|(name, run)| (name.as_str(), run.residuals.iter())).collect();
             let next = |run: &str| left.get_mut(run).and_then(Iterator::next).cloned();

@@ -1,5 +1,5 @@
-//! What may stand in a pipeline, and in the figures of a sweep: every key with what it holds and what it
-//! means, as tables in Markdown, made from the types that read them. `docs/figures.md` is made of these.
+//! The reference of pipelines and of the figures of sweeps: every key with its type and meaning, as
+//! Markdown tables derived from the types that read them. `docs/figures.md` contains them.
 
 use asperity_figures as study_figures;
 use asperity_figures::spelling::spelled;
@@ -39,7 +39,7 @@ impl Schema {
         Schema { root: SchemaGenerator::default().into_root_schema_for::<T>().to_value() }
     }
 
-    /// What a reference refers to; of what may be null, what it is otherwise.
+    /// Resolves a reference; for a nullable schema, returns the other alternative.
     fn resolved<'a>(&'a self, schema: &'a Value) -> &'a Value {
         let either = schema["anyOf"].as_array().into_iter().flatten();
         if let Some(other) = either.clone().find(|other| other["type"] != "null") {
@@ -91,7 +91,7 @@ impl Schema {
         let properties = of["properties"].as_object().unwrap_or(&none);
         let required: Vec<&str> =
             of["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-        // What there must be stands first.
+        // Required keys come first.
         let (needed, other): (Vec<_>, Vec<_>) =
             properties.iter().partition(|(name, _)| required.contains(&name.as_str()));
         for (name, key) in needed.into_iter().chain(other) {
@@ -115,7 +115,7 @@ impl Schema {
         }
     }
 
-    /// What a key holds, in words.
+    /// The type of a key, in words.
     fn holds(&self, key: &Value) -> String {
         let own = self.resolved(key);
         if key.to_string().contains("/Number\"") {

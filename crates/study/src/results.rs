@@ -1,8 +1,8 @@
 //! The results of a plan's runs so far, read from all segments in one pass.
 //!
-//! A run has one result, wherever and however often it is made; that of a run with a name is its log.
-//! Two different results of a run, or a result under the number of another run, indicate a node that computes or stores wrongly: these
-//! are [`Fault`]s, and prevent tables.
+//! A run has one result, wherever and however often it is made; the result of a named run is its log. Two
+//! different results of a run, or a result under the number of another run, indicate a node that computes
+//! or stores wrongly: these are [`Fault`]s, and prevent tables.
 
 use std::fmt;
 use std::io::{self, BufRead};
@@ -14,13 +14,13 @@ use crate::plan::{Plan, Row};
 use crate::segment::{self, Frame, Kind, Owner, Reader};
 use crate::stored::{KeptEvents, Stored, kept_events, reason};
 
-/// A run whose process died this often is not tried again.
+/// A run whose process died this many times is not tried again.
 pub const MOST_DEATHS: u32 = 3;
 
 /// Most faults that are stored: enough to identify the files.
 const MOST_FAULTS: usize = 100;
 
-/// What to do about a [`Fault`].
+/// The remedy for a [`Fault`].
 pub const WHAT_TO_DO: &str = "a run gives one result, wherever it is made: remove the file of the node that is faulty \
                               (its name begins with the node's), or all of these files, and `asperity sweep run` \
                               makes their runs again";
@@ -58,7 +58,7 @@ pub enum Fault {
         spot: Spot,
         /// Its number.
         run: u64,
-        /// What is wrong, and what is accepted.
+        /// The error, and the accepted values.
         problem: String,
     },
     /// Two different results of one run.
@@ -82,7 +82,7 @@ pub enum State {
     Missing(u32),
     /// It has a result.
     Done(Place),
-    /// It has a name, and its log is there, which is whole.
+    /// It is a named run, and its log exists and is complete.
     Logged,
     /// It failed.
     Failed(Place),
@@ -357,7 +357,7 @@ struct Doubt {
     new: (Kind, Place),
 }
 
-/// Whether there is a log of a run: it has its name only if it is whole.
+/// Whether there is a log of a run: a log has its final name only if it is complete.
 fn is_logged(log: &Path, row: &Row) -> bool {
     RunReader::open(log, Topics::NONE).is_ok_and(|log| row.id.as_ref() == Some(&log.header().run_id))
 }

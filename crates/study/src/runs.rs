@@ -1,10 +1,9 @@
 //! The runs of a study that have names: single ones, and ensembles, runs that differ in the value of one
 //! key, written as one table.
 //!
-//! The motion is chaotic: a time such as that of the first global slip is one draw among many,
-//! and what can be compared with a number that someone states is a distribution. An ensemble is
-//! how a study asks for one: the same scenario, kicked by velocities that no experiment could
-//! tell from rest.
+//! The motion is chaotic: a time such as that of the first global slip is one draw among many, and only a
+//! distribution can be compared with a stated number. An ensemble gives one: the same scenario, started
+//! with velocities that no experiment could distinguish from rest.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -49,7 +48,7 @@ impl RunSpec {
     }
 }
 
-/// Checks that a name is one of a file, and no number, which runs over axes have.
+/// Checks that a name is valid as a file name and is no number, since numbers denote runs over axes.
 fn check_name(name: &str) -> Result<(), String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.is_empty() || !name.chars().all(plain) {
@@ -74,7 +73,7 @@ pub struct Named {
     /// Overrides, `key=value`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
-    /// Whether its plan is older than the parameter set that scenarios mean now if they name none.
+    /// Whether its plan is older than the present default of the parameter set.
     #[serde(skip)]
     pub(crate) is_older: bool,
 }
@@ -83,7 +82,7 @@ impl Named {
     /// Checks that its name is one of a file.
     ///
     /// # Errors
-    /// In words, with what is accepted.
+    /// In words, with the accepted values.
     pub(crate) fn check(&self) -> Result<(), String> {
         check_name(&self.name)
     }
@@ -124,7 +123,7 @@ impl Named {
     }
 }
 
-/// The text of a scenario, and where it is from.
+/// The text of a scenario, and its source.
 pub(crate) struct Text {
     pub(crate) text: String,
     of_log: bool,
@@ -173,7 +172,7 @@ impl Ensemble {
     /// Checks that it has members, and not too many.
     ///
     /// # Errors
-    /// In words: key, value and what would be accepted.
+    /// In words: key, value and the accepted values.
     fn check(&self) -> Result<(), String> {
         let count = self.values.len();
         if !(1..=MOST_MEMBERS).contains(&count) {
@@ -199,7 +198,7 @@ impl Ensemble {
         })
     }
 
-    /// About how many bytes its names take when they are written out.
+    /// Approximate bytes of its names when they are written out.
     fn bytes_of_names(&self) -> usize {
         self.values.len() * (self.name.len() + 5)
     }
@@ -211,11 +210,11 @@ impl Ensemble {
     }
 }
 
-/// Writes ensembles out. What a short text asks for shall take no more than what a long one may.
+/// Writes ensembles out, within the memory that the longest text without ensembles may need.
 #[derive(Debug)]
 pub(crate) struct SpellOut<'a> {
     ensembles: BTreeMap<&'a str, &'a Ensemble>,
-    /// How many more bytes may be written.
+    /// Number of bytes that may still be written.
     left: usize,
 }
 
@@ -223,7 +222,7 @@ impl<'a> SpellOut<'a> {
     /// These ensembles, of different names.
     ///
     /// # Errors
-    /// In words: key, value and what would be accepted.
+    /// In words: key, value and the accepted values.
     pub(crate) fn new(ensembles: &'a [Ensemble]) -> Result<SpellOut<'a>, String> {
         let mut by_name = BTreeMap::new();
         for ensemble in ensembles {

@@ -1,5 +1,5 @@
-//! Segments: each worker appends the results of its runs to a file of its own, so that a hundred
-//! thousand runs take a handful of files.
+//! Segments: each worker appends the results of its runs to a file of its own, so that a hundred thousand
+//! runs need only a handful of files.
 //!
 //! A segment begins with a line of its version and its plan. Each result is a *frame*:
 //!
@@ -167,7 +167,7 @@ pub struct Frame {
     pub kind: Kind,
     /// The run's number, from 1.
     pub run: u64,
-    /// The owner line, or what is wrong with it; `None` in version 1, which has none.
+    /// The owner line, or its error; `None` in version 1, which has none.
     pub owner: Option<Result<Owner, String>>,
     /// The offset of the content after that line.
     pub at: u64,

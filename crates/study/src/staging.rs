@@ -1,5 +1,5 @@
-//! Logs of runs in progress: unfinished logs of long runs, from which a killed run resumes, and
-//! logs to be kept until they are whole.
+//! Logs of runs in progress: unfinished logs of long runs, from which a killed run resumes, and logs to be
+//! kept, until they are complete.
 //!
 //! They only save time. Without them, a run is made from its beginning.
 

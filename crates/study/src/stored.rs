@@ -19,13 +19,13 @@ use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
 use crate::plan::{Common, Row};
 
-/// The longest line. A summary takes some three thousand bytes, an event some hundred.
+/// The longest line. A summary has some three thousand bytes, an event some hundred.
 pub const LONGEST_LINE_BYTES: usize = 1 << 20;
 
 /// The longest reason of a failed run.
 pub const LONGEST_REASON_BYTES: usize = 1 << 16;
 
-/// The level of compression: higher ones take longer than a short run.
+/// The level of compression: higher ones need more time than a short run.
 const LEVEL: i32 = 1;
 
 /// The largest window for decompression, as a power of two. [`LEVEL`] uses less than a megabyte.
@@ -79,7 +79,7 @@ pub(crate) fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
     text.push('\n');
     text.push_str(lines);
     thread_local! {
-        /// Its tables take longer to build than a short result to compress.
+        /// Building its tables costs more time than compressing a short result.
         static PACKER: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
     }
     PACKER.with_borrow_mut(|packer| {
@@ -114,8 +114,7 @@ pub(crate) struct Stored<'a, R: BufRead> {
     /// Number of events of each kind read so far.
     counts: Vec<u64>,
     pub(crate) summary: Summary,
-    /// The value of each of [`Summary::KEYS`]; null where the program that made the run did not
-    /// know the key.
+    /// The value of each of [`Summary::KEYS`]; null if the program that made the run did not know the key.
     pub(crate) values: Vec<Json>,
 }
 
@@ -149,7 +148,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
     /// Opens the result of a run of a plan.
     ///
     /// # Errors
-    /// A message with line, key, value and what is accepted, if it is not of this run.
+    /// A message with line, key, value and the accepted values, if it is not of this run.
     pub(crate) fn open(
         content: R,
         common: &Common,

@@ -1,5 +1,4 @@
-//! A study as written: the runs that it names, one scenario over axes, what is stored of them, and what
-//! is made of them.
+//! A study as written: named runs, one scenario over axes, the data stored of them, and their outputs.
 
 #[cfg(feature = "analysis")]
 use std::borrow::Cow;
@@ -28,14 +27,14 @@ pub struct Grid {
     pub scenario_toml: String,
     /// Overrides in all runs of the study, `key=value`.
     pub set: Vec<String>,
-    /// What is stored of each run.
+    /// The data stored of each run.
     pub keep: Vec<Keep>,
-    /// What varies. Every point of each axis is combined with all points of the others; the last
-    /// axis varies fastest.
+    /// The axes. Every point of each axis is combined with all points of the others; the last axis varies
+    /// fastest.
     pub axes: Vec<Axis>,
 }
 
-/// Many runs, and what is made of them.
+/// Many runs, and their outputs.
 #[derive(Debug, Clone)]
 pub struct Study {
     /// Its title, for headings.
@@ -49,7 +48,7 @@ pub struct Study {
     pub(crate) shared_sets: (usize, usize),
     /// The figures of the tables of the grid.
     pub figures: Vec<Figure>,
-    /// What is made of single runs, and the claims.
+    /// The outputs of single runs, and the claims.
     #[cfg(feature = "analysis")]
     pub pipeline: Pipeline,
     /// Its text.
@@ -69,7 +68,7 @@ impl Study {
     /// study, then in the current one.
     ///
     /// # Errors
-    /// A message with file, key, value and what is accepted.
+    /// A message with file, key, value and the accepted values.
     pub fn read(path: &Path) -> Result<Study, StudyFileError> {
         let refused = |problem: String| StudyFileError { file: path.display().to_string(), problem };
         let text = text::read(path)
@@ -116,8 +115,7 @@ impl Study {
         })
     }
 
-    /// Whether more is made of it than the tables of its grid and their figures, for which its text is
-    /// needed.
+    /// Whether it has outputs beyond the tables of its grid and their figures, which need its text.
     pub(crate) fn is_more_than_tables(&self) -> bool {
         #[cfg(feature = "analysis")]
         let claims = !self.pipeline.claim.is_empty();
@@ -126,7 +124,7 @@ impl Study {
         claims || !self.runs.is_empty()
     }
 
-    /// What its author should change, a line each: old names of numbers.
+    /// Advice to its author, a line each: old names of numbers.
     pub fn notes(&self) -> &[String] {
         #[cfg(feature = "analysis")]
         return &self.pipeline.notes;
@@ -155,7 +153,7 @@ impl Study {
 }
 
 impl Grid {
-    /// The runs over axes of a file, which names others relative to a folder.
+    /// The runs over axes of a file; file names in it are relative to a folder.
     fn of(file: &File, folder: &Path) -> Result<Option<Grid>, String> {
         let File { scenario, set, axis, .. } = file;
         if axis.is_empty() {
@@ -292,7 +290,7 @@ mod tests {
         }
     }
 
-    /// Runs with names stand beside runs over axes, which need a scenario; so do figures of their tables.
+    /// Named runs may accompany runs over axes, which need a scenario, as do figures of their tables.
     #[test]
     fn runs_and_axes_stand_in_one_file() {
         let of = |text: &str| Study::parse(&format!("title = 't'\n{text}"), Path::new("."));

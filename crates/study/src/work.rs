@@ -21,8 +21,8 @@ use crate::runs;
 use crate::staging;
 use crate::stored::{line_of, pack};
 
-/// Computing time from which on a run keeps its unfinished log, to be resumed instead of repeated:
-/// balances what a kill may cost against the cost of a log.
+/// Computing time from which on a run keeps its unfinished log, to be resumed instead of repeated: balances
+/// the loss from a kill against the cost of a log.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The outcome of a run.
@@ -30,7 +30,7 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 pub enum Made {
     /// It is done.
     Done {
-        /// Its packed result; none of a run that has a name, whose result is its log.
+        /// Its packed result; none for a named run, whose result is its log.
         content: Option<Vec<u8>>,
         /// The number of its slip events.
         events: u64,
@@ -128,7 +128,7 @@ fn make_named(plan: &Plan, row: &Row, scenario: Scenario, ways: Ways<'_>) -> Res
     }
 }
 
-/// Counts the slip events of a run whose log has all of it.
+/// Counts the slip events of a run with a complete log.
 struct Counted<'a> {
     events: u64,
     tell: &'a dyn Fn(Notice<'_>),

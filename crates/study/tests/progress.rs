@@ -1,4 +1,4 @@
-//! A reduction takes runs in any order, and says how far it has come.
+//! A reduction accepts runs in any order, and reports its progress.
 
 use std::path::Path;
 
@@ -51,7 +51,7 @@ fn every_table_of_several_runs_is_told() {
         let source = ScenarioSource::logged("scenario.toml".to_owned(), reader.scenario_toml());
         let scenario = Scenario::resolve(&source).expect("its scenario is sound");
         let passing = || reduction.passing(name, reader.header().clone(), scenario.clone());
-        // What is taken back leaves nothing behind.
+        // A discarded run leaves no trace.
         reduction.discard(passing().expect("tables can be begun"));
         let mut passing = passing().expect("tables can be begun again");
         while let Some(item) = reader.next_item().expect("the log is whole") {

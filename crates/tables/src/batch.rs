@@ -1,9 +1,9 @@
-//! Some rows of a table, by columns: what is in memory at a time, and what
-//! becomes a row group of a Parquet file.
+//! A batch of rows of a table, by columns: the part in memory at a time, which becomes a row group of a
+//! Parquet file.
 
 use asperity_record::{Cell, Column, ColumnKind};
 
-/// The cells of one column, each of which may be empty.
+/// The cells of one column; cells may be empty.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// Of a [`ColumnKind::Count`].
@@ -95,12 +95,12 @@ impl Batch {
         &self.columns
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Takes all rows out.
+    /// Removes all rows and returns them.
     pub fn clear(&mut self) {
         self.columns.iter_mut().for_each(Values::clear);
         self.rows = 0;

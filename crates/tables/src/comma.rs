@@ -1,6 +1,5 @@
-//! Tables as CSV: a header line, nothing for what is empty, and doubles with as
-//! many digits as it takes to read the same double back. Every table that is CSV is
-//! written by [`CsvRows`].
+//! Tables as CSV: a header line, nothing for empty cells, and doubles with as many digits as they need to
+//! be read back exactly. Every table that is CSV is written by [`CsvRows`].
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -37,7 +36,7 @@ impl<W: Write> CsvRows<W> {
         CsvRows::headed(out, columns.iter().map(|column| &*column.name), spelling)
     }
 
-    /// A writer for columns of which only the names are known.
+    /// A writer for columns with names only.
     ///
     /// # Errors
     /// If `out` cannot be written.
@@ -46,7 +45,7 @@ impl<W: Write> CsvRows<W> {
         names: impl Iterator<Item = &'n str>,
         spelling: Spelling,
     ) -> io::Result<CsvRows<W>> {
-        // The header by hand: it must stand there without rows as well.
+        // Writes the header explicitly, since it is required without rows as well.
         let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
         writer.write_record(names).map_err(as_io)?;
         Ok(CsvRows { writer, spelling, text: String::new() })
@@ -76,7 +75,7 @@ impl<W: Write> CsvRows<W> {
         self.writer.write_record(row).map_err(as_io)
     }
 
-    /// Writes what is still to be written, and gives back what it is written to.
+    /// Flushes, and returns the underlying writer.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -86,7 +85,7 @@ impl<W: Write> CsvRows<W> {
     }
 }
 
-/// The system's own error, by which a reader that closed its pipe is known.
+/// The error of the system, which identifies a closed pipe.
 fn as_io(error: csv::Error) -> io::Error {
     match error.into_kind() {
         csv::ErrorKind::Io(error) => error,

@@ -10,7 +10,7 @@ pub enum TableFileError {
     /// polars refused.
     #[error("table: {0}")]
     Table(#[from] PolarsError),
-    /// It is made of what was not kept of the run.
+    /// It needs data that were not kept of the run.
     #[error(transparent)]
     NotKept(#[from] NotKept),
     /// A file could not be read.

@@ -75,11 +75,11 @@ fn cell(value: &AnyValue<'_>) -> Cell {
         AnyValue::Float32(number) => Cell::Number((*number).into()),
         AnyValue::UInt64(whole) => Cell::Whole(*whole),
         AnyValue::UInt32(whole) => Cell::Whole((*whole).into()),
-        // What other programs make of whole numbers.
+        // Whole numbers as other programs store them.
         AnyValue::Int64(whole) => signed(*whole),
         AnyValue::Int32(whole) => signed((*whole).into()),
         AnyValue::Boolean(flag) => Cell::Flag(*flag),
-        // For an error, of which nobody reads more.
+        // For an error, where more would not help.
         AnyValue::String(text) => Cell::Other(text.chars().take(LONGEST_QUOTE).collect()),
         other => Cell::Other(other.to_string()),
     }
@@ -88,15 +88,15 @@ fn cell(value: &AnyValue<'_>) -> Cell {
 /// Characters of a text that are kept to be quoted.
 const LONGEST_QUOTE: usize = 1000;
 
-/// One match of a diff, as a row. Where several events of a side stand in it: the number of the
-/// first and of the last, the earliest onset, the latest end and the blocks of all.
+/// One match of a diff, as a row. For several events of a side: the numbers of the first and the last, the
+/// earliest onset, the latest end and the blocks of all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatchRow {
     /// The run.
     pub run: String,
-    /// What became of the events.
+    /// The class of the events.
     pub class: &'static str,
-    /// Whether the policy lets it pass.
+    /// Whether the policy allows it.
     pub allowed: bool,
     /// The farther of the shifts of onset and end, s.
     pub shift_s: Option<f64>,
@@ -109,7 +109,7 @@ pub struct MatchRow {
 /// The events of one side of a match.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MatchSide {
-    /// How many there are.
+    /// Number of them.
     pub events: u32,
     /// Number of the first.
     pub event: u64,
@@ -133,7 +133,7 @@ const BATCH: usize = 1 << 16;
 /// A Parquet file of matches that is being written.
 pub struct MatchFile {
     writer: polars::io::parquet::write::BatchedWriter<File>,
-    /// What it writes to.
+    /// The underlying writer.
     file: File,
     path: PathBuf,
     rows: Vec<MatchRow>,
@@ -170,7 +170,7 @@ impl MatchFile {
         Ok(())
     }
 
-    /// Writes what is left.
+    /// Writes the last rows.
     ///
     /// # Errors
     /// If the file cannot be written.

@@ -1,10 +1,9 @@
 //! From a log to the files of its tables, while the log is read and checked, with memory bounded by a
 //! few batches of rows.
 //!
-//! The whole log is checked whatever is asked of it, so that a slice of
-//! a damaged log is known to be one. Files get their names together, when all of
-//! them are whole; the last is `NAME.FORMAT.export.json`, which lists what was
-//! exported and from which run.
+//! The whole log is checked whatever the selection, so damage outside of it is reported as well. Files get
+//! their names together, when all of them are complete; the last is `NAME.FORMAT.export.json`, which lists
+//! what was exported and from which run.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -27,11 +26,10 @@ use crate::rows::{self, NodeRows};
 /// readers, and a few MB.
 const BATCH_ROWS: usize = 1 << 16;
 
-/// No more tables than this are made of events that this program has no detector for: each is a
-/// file that is open.
+/// Most tables of events without a detector in this program: each is an open file.
 pub const MOST_FOREIGN: usize = 100;
 
-/// What to export, and where to.
+/// What to export, and where.
 #[derive(Debug, Clone)]
 pub struct Request {
     /// The topics; none for all.
@@ -41,27 +39,27 @@ pub struct Request {
     pub from_s: Option<f64>,
     /// Only rows from before this time, s.
     pub to_s: Option<f64>,
-    /// Whether there is a table of nodes as well, of what [`Export::nodes`] is given.
+    /// Whether to write a table of nodes as well, with the rows passed to [`Export::nodes`].
     pub nodes: bool,
-    /// The folder, which is there.
+    /// The folder, which exists.
     pub out: PathBuf,
     /// How the files' names begin.
     pub name: String,
-    /// What becomes of files that are there already.
+    /// What to do with existing files.
     pub existing: Existing,
-    /// What the command reads, this run among it, and so is never written over.
+    /// Inputs of the command, including this run, which are never overwritten.
     pub inputs: Inputs,
 }
 
 /// A log that cannot be exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// A topic that no table is made of.
+    /// A topic without a table.
     #[error("no table is made of the topic {topic:?} (accepted: {accepted})")]
     UnknownTopic {
         /// The topic.
         topic: String,
-        /// The topics that there are tables of.
+        /// The topics with tables.
         accepted: String,
     },
     /// Events that this program finds, but not the one that made the log.
@@ -72,7 +70,7 @@ pub enum ExportError {
     NotFoundThen {
         /// The topic.
         topic: String,
-        /// The topics that there are tables of.
+        /// The topics with tables.
         accepted: String,
     },
     /// No time lies between the bounds.
@@ -98,16 +96,16 @@ pub enum ExportError {
     },
 }
 
-/// What came of an export.
+/// The result of an export.
 #[derive(Debug)]
 pub struct Report {
     /// The files, with the number of rows in each, and the one that describes them.
     pub files: Vec<(PathBuf, Option<u64>)>,
     /// How far the log was exported.
     pub ran: Ran,
-    /// Events of topics that no table can be made of, and how many: this program has no detector
-    /// for them, and their schema is not flat or not known, no file can be named after the topic,
-    /// or there are more than [`MOST_FOREIGN`] such topics.
+    /// Numbers of events in topics without a table: this program has no detector for them, and their schema
+    /// is not flat or unknown, the topic is no file name, or there are more than [`MOST_FOREIGN`] such
+    /// topics.
     pub left_out: BTreeMap<String, u64>,
     /// Whether the step records have no energies, so that tables of them have no such columns.
     pub without_energies: bool,
@@ -116,7 +114,7 @@ pub struct Report {
 /// How far a log was exported.
 #[derive(Debug)]
 pub struct Ran {
-    /// What it is worth.
+    /// The state of the log.
     pub state: State,
     /// The last step.
     pub last_step: u64,
@@ -133,8 +131,8 @@ pub fn name_of(run: &Path) -> String {
     name.strip_suffix(".mcap").unwrap_or(name).to_owned()
 }
 
-/// The tables of a log while it is read. It observes what is sound of the log; whoever judges that
-/// ends it, and without that there are no files.
+/// The tables of a log while it is read. It observes the sound part of the log; the checker finishes it,
+/// and without that there are no files.
 pub struct Export<'a> {
     header: RunHeader,
     scenario_toml: String,
@@ -142,10 +140,10 @@ pub struct Export<'a> {
     format: &'a dyn Format,
     tables: Vec<Table>,
     files: FileSet,
-    /// How the events of a topic are read, whether or not a table is made of them.
+    /// How the events of a topic are parsed, whether or not they have a table.
     events: BTreeMap<String, EventRows>,
     parts: Option<StepParts>,
-    /// Whether states have what each block bears, once the first has been seen.
+    /// Whether states have the normal load of each block; known after the first state.
     contact_loads: Option<bool>,
     last_step: u64,
     /// The time of the last record, s.
@@ -155,7 +153,7 @@ pub struct Export<'a> {
     ended: Option<Ended>,
 }
 
-/// Why an export takes no further records and events.
+/// Why an export rejects further records and events.
 enum Ended {
     /// The log has something that no run writes.
     Log(String),
@@ -174,7 +172,7 @@ struct EventRows {
     columns: Vec<Column>,
     /// None for events of a detector that this program does not have.
     kind: Option<EventKind>,
-    /// The column by which `from_s` and `to_s` choose, if there is one.
+    /// The column to which `from_s` and `to_s` apply, if any.
     time: Option<usize>,
 }
 
@@ -190,8 +188,8 @@ struct Table {
 
 impl<'a> Export<'a> {
     /// Begins the tables of a log with this header and scenario, which announces events of these topics
-    /// with these schemas, and finds out whether the files can be written. `kinds` are the events whose
-    /// detectors are known; of others, tables are made by the schemas in the log.
+    /// with these schemas, and finds out whether the files can be written. `kinds` are the events with
+    /// known detectors; tables of others follow the schemas in the log.
     ///
     /// # Errors
     /// If the request cannot be met.
@@ -204,7 +202,7 @@ impl<'a> Export<'a> {
         format: &'a dyn Format,
     ) -> Result<Export<'a>, ExportError> {
         let (from_s, to_s) = (request.from_s.unwrap_or(0.0), request.to_s.unwrap_or(f64::INFINITY));
-        // Written so that no bound that is not a number passes.
+        // Written so that NaN bounds are refused.
         if !(from_s >= 0.0 && from_s < to_s) {
             return Err(ExportError::EmptyRange { from_s, to_s });
         }
@@ -282,12 +280,12 @@ impl<'a> Export<'a> {
         self.request.out.join(format!("{}.{}.export.json", self.request.name, self.format.extension()))
     }
 
-    /// Writes the files of what has been observed of the log, with the state that it was found in and
-    /// why it does not hold all of its run, if so: of an incomplete or damaged log its sound part, of a
-    /// salvaged one what lies around its gaps.
+    /// Writes the files from the observed part of the log, with its state and the reason if it is
+    /// incomplete: for an incomplete or damaged log the sound part, for a salvaged one everything outside
+    /// its gaps.
     ///
     /// # Errors
-    /// If a file could not be written, or its name was taken in the meantime. No files are left then.
+    /// If a file cannot be written, or its name is in use by now. Then no files are left.
     pub fn finish(mut self, state: State, problem: Option<String>) -> Result<Report, ExportError> {
         let (state, problem) = match self.ended.take() {
             Some(Ended::File(error)) => return Err(error),
@@ -366,7 +364,7 @@ impl<'a> Export<'a> {
         Ok(self.flush(BATCH_ROWS)?)
     }
 
-    /// Where rows of a topic and time go, if they were asked for.
+    /// The table for rows of a topic and time, if requested.
     fn batch(&mut self, topic: &str, time_s: f64) -> Option<&mut Batch> {
         let Request { from_s, to_s, .. } = self.request;
         if from_s.is_some_and(|from_s| time_s < from_s) || to_s.is_some_and(|to_s| time_s >= to_s) {
@@ -508,9 +506,8 @@ impl Table {
     }
 }
 
-/// The tables that can be made of a log: of its records, of events that are known, and of those
-/// whose schema in the log is flat. A log lists its topics before its first message;
-/// one that is damaged there may have any that are known.
+/// The tables that a log supports: its records, known events, and events whose schema in the log is flat. A
+/// log lists its topics before its first message; a log damaged there may have any known topic.
 fn layouts(announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Layout> {
     let mut layouts = record_layouts(StepParts::default());
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);

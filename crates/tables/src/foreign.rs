@@ -1,5 +1,5 @@
-//! Events of detectors that this program does not have: their columns are read off the schema
-//! that the log itself holds, where that is one flat object of numbers and flags.
+//! Events of detectors that this program does not have: their columns follow from the schema stored in the
+//! log, if that is one flat object of numbers and flags.
 
 use std::fmt;
 
@@ -8,13 +8,13 @@ use serde::Deserialize;
 use serde::de::{MapAccess, Visitor};
 use serde_json::{Map, Value};
 
-/// No table has more columns than this; a schema with more is none that people wrote.
+/// Most columns of a table; no hand-written schema has more.
 const MOST_COLUMNS: usize = 1000;
 
 /// Names of topics and columns are no longer than this, in bytes: files are named after them.
 const LONGEST_NAME: usize = 100;
 
-/// What is read of a schema.
+/// The parts of a schema that are used.
 #[derive(Deserialize)]
 struct Schema {
     r#type: Value,
@@ -46,8 +46,8 @@ impl<'de> Deserialize<'de> for Ordered {
     }
 }
 
-/// Whether a table can be named after a topic. The letters are few, so that no two topics give
-/// the same file.
+/// Whether a table can be named after a topic. Few characters are allowed, so that no two topics give the
+/// same file.
 pub(crate) fn is_plain(topic: &str) -> bool {
     let Some(name) = topic.strip_prefix("/events/") else { return false };
     let is_plain = |part: &str| {
@@ -77,7 +77,7 @@ pub(crate) fn columns(schema: &str) -> Option<Vec<Column>> {
     Some(columns)
 }
 
-/// What a property's values are, null aside.
+/// Type of a property's values, apart from null.
 fn kind(property: &Value) -> Option<ColumnKind> {
     let types: Vec<&str> = match &property["type"] {
         Value::String(one) => vec![one],
@@ -92,16 +92,16 @@ fn kind(property: &Value) -> Option<ColumnKind> {
         ["integer"] if property["minimum"].as_f64().is_some_and(|least| least >= 0.0) => {
             Some(ColumnKind::Step)
         }
-        // What may be negative fits no other column.
+        // Values that may be negative fit no other column.
         ["integer"] => Some(ColumnKind::Number),
         _ => None,
     }
 }
 
-/// The row of a payload: what its schema promised and nothing else.
+/// The row of a payload, which must match its schema exactly.
 ///
 /// # Errors
-/// If it is not what the columns say.
+/// If it does not match the columns.
 pub(crate) fn cells(columns: &[Column], payload: &str) -> Result<Vec<Cell>, String> {
     let object: Map<String, Value> = serde_json::from_str(payload).map_err(|error| error.to_string())?;
     if let Some(name) = object.keys().find(|name| columns.iter().all(|column| column.name != **name)) {

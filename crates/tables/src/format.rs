@@ -1,4 +1,4 @@
-//! What a file format must do to hold a table.
+//! The interface of a file format for tables.
 
 use std::fs::File;
 use std::io;
@@ -48,20 +48,20 @@ pub trait TableWriter {
     fn finish(self: Box<Self>, about: &[(String, String)]) -> Result<File, FormatError>;
 }
 
-/// What a log is worth, as far as a table made of it must say.
+/// The state of a log, as stated in tables derived from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// The log holds all of its run.
+    /// The log is complete.
     Whole,
     /// So it does, and another version of the program or other detectors made it.
     OtherCode,
     /// It ends before its run does.
     Incomplete,
-    /// It holds all that there is of a run that was stopped because it could not go on.
+    /// It contains all of a run that was stopped because it could not continue.
     Stopped,
-    /// It is what was left of a damaged one, and lacks what was not.
+    /// It was salvaged from a damaged log, and may have gaps.
     Salvaged,
-    /// It is damaged, and what follows the damage is left out.
+    /// It is damaged, and everything after the damage is left out.
     Damaged,
 }
 
@@ -85,12 +85,12 @@ impl serde::Serialize for State {
     }
 }
 
-/// Where a table's rows are from.
+/// The source of a table's rows.
 #[derive(Debug, Clone)]
 pub struct About {
     /// What the run is.
     pub header: RunHeader,
-    /// Whether its log is whole.
+    /// The state of its log.
     pub state: State,
     /// The last step that could be read.
     pub last_step: u64,
@@ -101,8 +101,8 @@ pub struct About {
 }
 
 impl About {
-    /// As names and texts, for formats that hold such. `units` is a JSON object of
-    /// columns and units.
+    /// As pairs of name and text, for formats that store metadata. `units` is a JSON object of columns and
+    /// units.
     pub fn pairs(&self, layout: &Layout) -> Vec<(String, String)> {
         let RunHeader {
             record_schema_version,

@@ -1,7 +1,7 @@
-//! polars, where it would panic: an error instead.
+//! Converts panics of polars to errors.
 //!
-//! It does so where a damaged file has what it takes to be impossible, and where the system gives it
-//! none of the threads that it starts when they are first needed.
+//! polars panics if a damaged file violates its assumptions, or if the system refuses the threads that it
+//! starts at first use.
 
 use std::cell::Cell;
 use std::io;
@@ -36,10 +36,10 @@ pub(crate) fn guarded<T>(work: impl FnOnce() -> PolarsResult<T>) -> Result<Polar
     })
 }
 
-/// Has polars start its threads, if it has not. What writes or reads Parquet calls this first.
+/// Makes polars start its threads, unless they run already. Called before Parquet is written or read.
 ///
 /// # Errors
-/// In words, if the system gives none.
+/// If the system refuses threads, in words.
 pub(crate) fn start_threads() -> Result<(), String> {
     static STARTED: OnceLock<Result<(), String>> = OnceLock::new();
     let start = || {

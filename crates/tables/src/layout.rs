@@ -1,11 +1,10 @@
 //! The columns of each topic's table.
 //!
-//! Every table is long: one row per step record, per switch, per event, and for
-//! states of the chain one row per block. So a message of N blocks gives N rows
-//! that repeat `step` and `time_s`. That is the shape that data frames and SQL
-//! filter, group and join without a word about arrays (`where block = 1`, `group
-//! by step`), it is the same for a chain of ten blocks and of ten thousand, and
-//! CSV can hold it. What repeats costs next to nothing in Parquet.
+//! Every table is long: one row per step record, per switch, per event, and for states of the chain one row
+//! per block. So a message of N blocks gives N rows that repeat `step` and `time_s`. Data frames and SQL
+//! filter, group and join this shape without array functions (`where block = 1`, `group by step`); it does
+//! not depend on the number of blocks, and CSV can represent it. Repeated values cost next to nothing in
+//! Parquet.
 
 use std::borrow::Cow;
 
@@ -72,8 +71,8 @@ pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
     ]
 }
 
-/// The table of the nodes of a slab at chosen times. It is of no topic of a log: what it holds
-/// follows from a log by taking steps once more.
+/// The table of the nodes of a slab at chosen times. It has no topic in a log: it is computed from a log by
+/// repeating steps.
 pub fn nodes_layout() -> Layout {
     let columns = vec![
         STEP_COLUMN,
@@ -88,14 +87,14 @@ pub fn nodes_layout() -> Layout {
     Layout { topic: Cow::Borrowed(NODES), columns }
 }
 
-/// What records have in some runs only.
+/// Optional parts of records, which only some runs have.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StepParts {
-    /// Forces on both ends, where the drive pulls there.
+    /// Forces on both ends, if the drive pulls there.
     pub end_forces: bool,
     /// Energies, in logs that have them.
     pub energies: bool,
-    /// In states of all blocks, what each of them bears: those of slabs.
+    /// In states of all blocks, the normal load of each: for slabs.
     pub contact_loads: bool,
 }
 

@@ -2,13 +2,13 @@
 //!
 //! In reading order:
 //!
-//! - [`layout`]: which columns each topic's table has, and why arrays become rows.
-//! - [`rows`]: what of a record goes into which row.
-//! - `foreign`: the columns of events whose detector is not at hand.
-//! - [`batch`]: some rows, by columns; what is in memory at a time.
-//! - [`mod@format`]: what a file format must do.
-//! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, by the feature `parquet`, which
-//!   takes polars.
+//! - [`layout`]: the columns of each topic's table, and why arrays become rows.
+//! - [`rows`]: converts records to rows.
+//! - `foreign`: the columns of events without a detector in this program.
+//! - [`batch`]: a batch of rows by columns, the part in memory at a time.
+//! - [`mod@format`]: the interface of a file format.
+//! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, with the feature `parquet`, which
+//!   needs polars.
 //! - [`export`]: from a log that is read to the files.
 //!
 //! ```

@@ -1,5 +1,5 @@
-//! Tables as NDJSON: one object per row and line, with the doubles spelled as in
-//! the log, and null for what is empty.
+//! Tables as NDJSON: one object per row and line, with the doubles spelled as in the log, and null for
+//! empty cells.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

@@ -29,15 +29,15 @@ pub struct LoadTable {
     paths: [PathBuf; 2],
     csv: CsvRows<File>,
     parquet: BatchedWriter<File>,
-    /// What it writes to.
+    /// The file of the Parquet table.
     file: File,
     /// Row groups that are written.
     groups: usize,
 }
 
 impl LoadTable {
-    /// Begins `NAME.csv` and `NAME.parquet` in a folder, as files of a set. Where the drive pulls
-    /// both ways its sum means little, and the forces on both ends are written as well.
+    /// Begins `NAME.csv` and `NAME.parquet` in a folder, as files of a set. If the drive pulls both ways,
+    /// its sum means little, so the forces on both ends are written as well.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -78,7 +78,7 @@ impl LoadTable {
         if self.rows.rows() == GROUP_ROWS { self.end_group() } else { Ok(()) }
     }
 
-    /// Writes what is still to be written.
+    /// Flushes both files.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -92,7 +92,7 @@ impl LoadTable {
         parquet_checksum::seal(&mut self.file).map_err(|error| refused(&self.paths[1], &error))
     }
 
-    /// Takes the table back, as if it had never been begun.
+    /// Discards the table, as if it had never been begun.
     pub fn discard(self, files: &FileSet) {
         self.paths.iter().for_each(|path| files.discard(path));
     }

@@ -1,10 +1,9 @@
 //! Checks the stated sizes of a Parquet file before polars reads it.
 //!
-//! A few bytes of Parquet can represent any number of rows: a run of equal values is a value and a
-//! count, and compressed data may decompress to any size. polars allocates whatever footer and page
-//! headers state. Therefore every count and size in them is compared with the length of the file
-//! first. Tables of runs are far within the bounds: their doubles take some bytes each, whatever
-//! the compression.
+//! A few bytes of Parquet can represent any number of rows: a run of equal values is a value and a count,
+//! and compressed data may decompress to any size. polars allocates whatever footer and page headers state.
+//! Therefore every count and size in them is compared with the length of the file first. Tables of runs are
+//! far within the bounds: their doubles need some bytes each, whatever the compression.
 
 use std::fs::File;
 use std::io::{Cursor, Read, Seek, SeekFrom};
@@ -13,7 +12,7 @@ use std::ops::Range;
 use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
 use polars_parquet_format::{ColumnChunk, FileMetaData, PageHeader, RowGroup};
 
-/// What any table may have, however short its file.
+/// Allowance for any table, however short its file.
 const ANY: u64 = 1_000_000;
 
 /// Cells for each byte of the file, beyond [`ANY`].
@@ -35,16 +34,16 @@ const BYTES_PER_ROW_GROUP: u64 = 4096;
 /// sixty thousand rows.
 const FOOTER_SHARE: u64 = 16;
 
-/// What a footer takes in memory, for each byte of it and beyond [`ANY`]; five is usual.
+/// Bound on the memory of a footer per byte, beyond [`ANY`]; five bytes are usual.
 const FOOTER_IN_MEMORY: usize = 32;
 
 /// No header of a page is longer: it has a few numbers, and a least and a greatest value.
 const LONGEST_PAGE_HEADER: u64 = 1 << 16;
 
-/// What a file begins and ends with.
+/// The bytes at the beginning and end of a file.
 const MAGIC: &[u8; 4] = b"PAR1";
 
-/// What has been found of a file that is within bounds.
+/// Sizes found in a file that is within bounds.
 pub(crate) struct Bounds {
     /// The rows of each row group.
     pub(crate) rows: Vec<usize>,
@@ -144,7 +143,7 @@ fn footer(file: &mut File, length: u64) -> Result<FileMetaData, String> {
         .map_err(|error| format!("its footer cannot be read: {error}"))
 }
 
-/// A count that is none below 0, and no more than polars counts.
+/// Checks a count: not negative, and at most what polars can count.
 fn count(rows: i64) -> Result<u64, String> {
     match u64::try_from(rows) {
         Ok(rows) if rows < u64::from(u32::MAX) => Ok(rows),
@@ -152,7 +151,7 @@ fn count(rows: i64) -> Result<u64, String> {
     }
 }
 
-/// Where in the file the pages of a column are.
+/// Position of a column's pages in the file.
 fn range(chunk: &ColumnChunk, length: u64) -> Result<Range<u64>, String> {
     let column = chunk.meta_data.as_ref().ok_or("a column chunk that says nothing of itself")?;
     let start = column.dictionary_page_offset.unwrap_or(column.data_page_offset);
@@ -167,7 +166,7 @@ fn range(chunk: &ColumnChunk, length: u64) -> Result<Range<u64>, String> {
     })
 }
 
-/// Reads the headers of a column's pages, and gives how many bytes these unpack to.
+/// Reads the headers of a column's pages, and returns their total decompressed size in bytes.
 fn pages(
     file: &mut File,
     range: Range<u64>,
@@ -186,7 +185,7 @@ fn pages(
         head.clear();
         file.seek(SeekFrom::Start(at)).map_err(|error| error.to_string())?;
         let room = LONGEST_PAGE_HEADER.min(range.end - at);
-        // Most headers are short; a longer look is taken only where one is not.
+        // Most headers are short; more bytes are read only for longer ones.
         let mut look = room.min(256);
         let (header, header_bytes) = loop {
             file.by_ref()

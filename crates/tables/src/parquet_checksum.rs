@@ -1,9 +1,9 @@
 //! A checksum over the whole of a Parquet file, since a flipped bit in it may be another number.
 //!
 //! The format has checksums of pages, which leave out the headers of pages and the footer, and polars
-//! writes none. So a CRC-32 (that of zlib) of the whole file is stored in its footer, as eight
-//! hexadecimal digits under the key [`KEY`]: computed with eight zeros in their place. Other readers
-//! pass over it. What is read here is compared with it first, if it has one.
+//! writes none. So a CRC-32 (that of zlib) of the whole file is stored in its footer, as eight hexadecimal
+//! digits under the key [`KEY`]: computed with eight zeros in their place. Other readers ignore it. Files
+//! with a checksum are verified before they are read here.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -25,8 +25,8 @@ const VALUE_HEAD: [u8; 2] = [0x18, DIGITS as u8];
 /// Bytes of a file that are in memory at once.
 const BUFFER_BYTES: usize = 1 << 16;
 
-/// What else the footer of a file must have that [`seal`] is to be called for. A pipe has none, since
-/// nothing in it can be changed.
+/// Metadata that the footer needs for a later call of [`seal`]. None for a pipe, which cannot be modified
+/// afterwards.
 pub(crate) fn pair(file: &File) -> io::Result<Option<(String, String)>> {
     let unknown = String::from_utf8_lossy(UNKNOWN).into_owned();
     Ok(file.metadata()?.is_file().then(|| (KEY.to_owned(), unknown)))
@@ -75,7 +75,7 @@ pub(crate) fn verify(file: &mut File, footer: &FileMetaData) -> Result<(), Strin
     Ok(())
 }
 
-/// Where the digits begin: behind the key, in the footer.
+/// Position of the digits: after the key, in the footer.
 fn digits_at(file: &mut File) -> io::Result<Option<u64>> {
     let length = file.metadata()?.len();
     let mut tail = [0; 4];
@@ -121,7 +121,7 @@ mod tests {
 
     use crate::table_file;
 
-    /// Every bit of a table decides over its numbers, their order, or whether they are read at all.
+    /// Every bit of a table affects its numbers, their order, or whether they can be read at all.
     #[test]
     fn no_flipped_bit_gives_another_table() {
         let folder = tempfile::tempdir().unwrap();
@@ -150,11 +150,11 @@ mod tests {
                 Err(_) => refused += 1,
             }
         }
-        // What is left is the key of the checksum itself, which may then be anybody's.
+        // Only the key of the checksum itself remains; once damaged, it is an unknown key.
         assert!(8 * good.len() - refused <= 8 * super::KEY.len() + 64, "{refused} of {}", 8 * good.len());
     }
 
-    /// That of a known program, over the bytes as they stand but for the digits.
+    /// The checksum of a known program, over the bytes as they are except for the digits.
     #[test]
     fn the_checksum_is_that_of_zlib_with_zeros_in_its_place() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,10 +1,10 @@
-//! Parquet tables that somebody else may have made, read a part at a time.
+//! Reads Parquet tables from any source, a part at a time.
 //!
-//! `asperity events` reads whatever files a repository holds, as a filter of `git diff`. Sizes
-//! are checked against the file before polars reads it (`parquet_bounds`), and polars reads some row
-//! groups at once, so that memory follows the length of the file. In a damaged file polars may
-//! also come upon what it takes to be impossible, and panic. That is caught here and is an error
-//! like any other: no state is shared with what panicked, since it owns all that it works on.
+//! `asperity events` reads any files in a repository, as a filter of `git diff`. Sizes are checked against
+//! the file before polars reads it (`parquet_bounds`), and polars reads some row groups at once, so that
+//! memory follows the length of the file. A damaged file may also violate assumptions of polars, which then
+//! panics. The panic is caught here and becomes an error: no state is shared, since the panicking code owns
+//! all its data.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ pub struct ParquetTable {
     path: PathBuf,
     file: File,
     names: Vec<String>,
-    /// Where each part begins and how many rows it has, the last one first.
+    /// Start and number of rows of each part, the last one first.
     parts: Vec<(usize, usize)>,
     /// Bytes that its texts may have.
     pub(crate) most_text: u64,
@@ -33,8 +33,8 @@ impl ParquetTable {
     /// Opens a file and checks the sizes that it claims.
     ///
     /// # Errors
-    /// If it cannot be read, is damaged, or claims more than its length supports; or if the system
-    /// gives no threads.
+    /// If it cannot be read, is damaged, or claims more than its length supports; or if the system refuses
+    /// threads.
     pub fn open(path: &Path) -> Result<ParquetTable, TableFileError> {
         let problem = |problem: String| TableFileError::Read { path: path.display().to_string(), problem };
         let mut file = asperity_files::open(path).map_err(|error| problem(error.to_string()))?;
@@ -74,7 +74,7 @@ impl ParquetTable {
         let file = self.file.try_clone().map_err(|error| self.problem(error.to_string()))?;
         let reader = ParquetReader::new(file)
             .with_slice(Some((start, rows)))
-            // A cell is found at once where there is one array for each column.
+            // Cells are found directly if each column is a single array.
             .set_rechunk(true)
             // On this thread: its panics are ours to catch, and columns unpack one after another.
             .read_parallel(ParallelStrategy::None);

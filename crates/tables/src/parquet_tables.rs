@@ -1,8 +1,8 @@
 //! Tables of a log as Parquet, beside CSV and NDJSON;
 //! here because only this crate may use polars.
 //!
-//! Each batch is a row group, so memory does not grow with the table. Units and
-//! the run's header stand in the file's key-value metadata under `asperity:`, and a checksum of it all.
+//! Each batch is a row group, so memory does not grow with the table. Units and the run's header are in the
+//! file's key-value metadata under `asperity:`, with a checksum of the whole file.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -64,8 +64,8 @@ impl TableWriter for ParquetTable {
     }
 
     fn finish(self: Box<Self>, about: &[(String, String)]) -> Result<File, FormatError> {
-        // Whether the log is whole is known only now, and the writer's own way of
-        // ending a file takes no more than it was started with.
+        // The state of the log is known only now, but the writer's own method for ending a file accepts no
+        // new metadata.
         let mut about = about.to_vec();
         about.extend(parquet_checksum::pair(&self.file)?);
         let metadata = KeyValueMetadata::from_static(about)

@@ -1,12 +1,11 @@
-//! Records as rows, with the doubles of the log as they are. Events say themselves what their
-//! row is.
+//! Records as rows, with the doubles of the log as they are. Events define their own rows.
 
 use asperity_record::{Cell, CellValue, FieldRecord, StepRecord, Switch, WindowRecord};
 
 use crate::batch::Batch;
 use crate::layout::StepParts;
 
-/// A record whose arrays have not one value per block each.
+/// A record with an array that does not have one value per block.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("step {step}: a record of {topic} has arrays of {lengths:?} values (accepted: one length for all)")]
 pub(crate) struct Ragged {
@@ -59,7 +58,7 @@ pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
     ]);
 }
 
-/// With `contact_loads` the table has what each block bears.
+/// With `contact_loads` the table has the normal load of each block.
 pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: bool) -> Result<(), Ragged> {
     let FieldRecord {
         step,
@@ -79,7 +78,7 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: boo
         detached.len(),
     ];
     if contact_loads || !normal_load_n.is_empty() {
-        // Where the table has no column for them, they are as wrong as too few.
+        // If the table has no column for them, they are an error, as too few values are.
         lengths.push(if contact_loads { normal_load_n.len() } else { 0 });
     }
     Ragged::check(crate::layout::FIELDS, *step, &lengths)?;

@@ -49,7 +49,7 @@ pub fn paths(folder: &Path, name: &str) -> [PathBuf; 2] {
 /// What every Parquet file starts with.
 const PARQUET: &[u8] = b"PAR1";
 
-/// Whether a file is Parquet, by its content: what git hands over may have any name.
+/// Whether a file is Parquet, by its content: files from git may have any name.
 ///
 /// # Errors
 /// If it cannot be read.
@@ -85,7 +85,7 @@ pub fn print_parquet(out: impl Write, path: &Path) -> Result<(), PrintError> {
             let cells = part.columns().iter().map(|column| text(&column.get(row).map_err(io::Error::other)?));
             let cells: Vec<String> =
                 cells.collect::<io::Result<_>>().map_err(|error| table.problem(error.to_string()))?;
-            // A text may stand in the file once and in the table in every row.
+            // A text may be stored once in the file, but appear in every row of the table.
             text_bytes +=
                 cells.iter().map(|cell| cell.len() as u64).filter(|length| *length > LONG_BYTES).sum::<u64>();
             if text_bytes > table.most_text {

@@ -117,11 +117,11 @@ pub fn precursor_ruptures(
     ])
 }
 
-/// The precursor table: `L_p / L` against `F_T / F_N`, the length law's value
-/// beside it, the residual, and the rules by which events were merged and dropped.
+/// The precursor table: `L_p / L` against `F_T / F_N`, the value of the length law, the residual, and the
+/// rules for merging and dropping events.
 ///
 /// # Errors
-/// If polars refuses, or the rules ask for what was not kept of the run.
+/// If polars refuses, or the rules need data that were not kept of the run.
 pub fn precursors(
     run: &RunData,
     law: LengthLaw,
@@ -146,12 +146,12 @@ pub fn precursors(
     ])
 }
 
-/// Whether the length laws, which are those of chains, say anything about a run.
+/// Whether the length laws, which are derived for chains, apply to a run.
 fn has_law(run: &RunData) -> bool {
     run.plan.elastic.has_theory()
 }
 
-/// What a law is called beside precursors that it is compared with.
+/// The name of a law beside precursors that it is compared with.
 fn word(run: &RunData, law: LengthLaw) -> Option<String> {
     has_law(run).then(|| law.table_word())
 }
@@ -171,7 +171,7 @@ impl ResidualRow {
     /// That of a run.
     ///
     /// # Errors
-    /// If the rules ask for what was not kept of the run.
+    /// If the rules need data that were not kept of the run.
     pub fn of(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Result<ResidualRow, TableFileError> {
         Ok(ResidualRow {
             run: run.name.clone(),
@@ -202,8 +202,8 @@ pub fn residual_table(rows: &[ResidualRow]) -> Result<DataFrame, TableFileError>
     ])
 }
 
-/// When a run slips as a whole for the first time, beside what distinguishes the run: a row of
-/// [`first_global_slips`].
+/// A row of [`first_global_slips`]: the first global slip of a run, with the parameters that distinguish
+/// the run.
 #[derive(Debug, Clone)]
 pub struct FirstGlobalSlip {
     run: String,
@@ -219,7 +219,7 @@ pub struct FirstGlobalSlip {
 }
 
 impl FirstGlobalSlip {
-    /// What it reads of a run.
+    /// Data that it reads from a run.
     pub const REQUIRED_DATA: RequiredData = RequiredData::LOADS;
 
     /// That of a run.

@@ -140,13 +140,13 @@ fn events_of_other_detectors_have_the_columns_of_their_schema() {
     let run = log(folder.path());
     let report = export(&run, request(folder.path(), &[]), &[EventKind::of::<Onset>()]);
     assert!(report.ran.problem.is_none());
-    // In the order of the schema in the log, which is that of the alphabet.
+    // In the order of the schema in the log, which is alphabetical.
     assert_eq!(
         table(folder.path(), "longest"),
         "blocks,growth,last,onset_s\n2,,false,0\n2,1.5,false,1\n2,1.5,false,2\n2,1.5,true,3\n"
     );
     assert_eq!(table(folder.path(), "count"), "count\n1\n2\n3\n4\n");
-    // What is not flat is left out, with a note; a table of no events would mean that there were none.
+    // Events that are not flat are left out, with a note; an empty table would mean that there were none.
     assert_eq!(report.left_out.into_iter().collect::<Vec<_>>(), [("/events/turn".to_owned(), 4)]);
     assert!(!folder.path().join("run.events.turn.csv").exists());
     assert!(!folder.path().join("run.events.onset.csv").exists());
@@ -181,7 +181,7 @@ fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
     );
 }
 
-/// The check lets a step pass that has other energies than those before it, for which a table has no
+/// The check accepts a step whose kinds of energies differ from those before it, for which a table has no
 /// columns.
 #[test]
 fn a_step_of_other_columns_ends_the_tables_as_damage() {

@@ -1,6 +1,5 @@
-//! What tests of several crates share: plans, records and events made up, numbers without
-//! pattern, logs read to their end. All of it panics where something is not as it should be,
-//! so that a test says what it is about and nothing else.
+//! Shared by the tests of several crates: plans, made-up records and events, pseudo-random numbers, logs
+//! read to their end. All functions panic on errors, so tests contain only what they are about.
 //!
 //! ```
 //! use asperity_testkit::{quiet_step, read_log, scenario};
@@ -33,7 +32,7 @@ pub use plans::{SMALL_SLAB, plan, scenario};
 pub use random::Random;
 pub use records::{quiet_step, slip_event, switch};
 
-/// A temporary folder, which goes with the value.
+/// A temporary folder, removed when the value is dropped.
 pub fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder can be made")
 }

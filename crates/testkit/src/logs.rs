@@ -5,7 +5,7 @@ use std::path::Path;
 use asperity_record::RunEnd;
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
-/// Everything that a whole log holds, and how its run ended.
+/// All contents of a complete log, and how its run ended.
 ///
 /// # Errors
 /// If it is not whole.

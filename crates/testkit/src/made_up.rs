@@ -57,7 +57,7 @@ pub fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData {
     gone_by(&scenario, &steps, slips)
 }
 
-/// What is kept of a run with these step records and slip events.
+/// The data of a run with these step records and slip events.
 fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<Item = SlipEvent>) -> RunData {
     let plan = Plan::new(scenario);
     let header = RunHeader {
@@ -175,8 +175,8 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
     run.kept.arrivals = true;
 }
 
-/// Twelve blocks, of which those up to `reached` slide one after the other for 250 steps each,
-/// by 2e-6 m; the first 30 steps after each other, from then on every 100 steps.
+/// Twelve blocks: those up to `reached` slide one after the other for 250 steps each, by 2e-6 m; the first
+/// three start 30 steps apart, the others 100.
 pub fn pulse(reached: u32, toml: &str) -> RunData {
     let text = format!(
         "parameter_set = \"as-coded\"\nslider.blocks = 12\ntime.step_s = 1e-9\nfriction.law = \"rigid\"\n\
@@ -199,8 +199,8 @@ pub fn pulse(reached: u32, toml: &str) -> RunData {
     gone_by(&scenario, &records, [])
 }
 
-/// A slab of three contacts and as many rows with these slip events, and its state at rest, in which
-/// they bear 1/4, 1/2 and 1/4 of 400 N.
+/// A slab of three contacts and as many rows with these slip events, and its state at rest, where the
+/// contacts bear 1/4, 1/2 and 1/4 of 400 N.
 pub fn slab(events: &[(u64, u64, &[u32])]) -> RunData {
     let mut run = run("slider.rows = 3\nslider.length_m = 0.1\nslider.height_m = 0.1", events);
     run.kept.states = true;

@@ -3,10 +3,10 @@
 use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
 
 /// A built-in scenario with overrides, each `KEY=VALUE`, and its plan. It is as coded unless it or an
-/// override names another parameter set: what tests know of events is of the thesis' program.
+/// override names another parameter set: the events that tests expect are those of the thesis' program.
 ///
 /// # Panics
-/// If there is no such scenario, or what it says cannot be run.
+/// If there is no such scenario, or it cannot be run.
 pub fn scenario<S: AsRef<str>>(name: &str, sets: &[S]) -> (Scenario, Plan) {
     let text = builtin::find(name).unwrap_or_else(|| panic!("no built-in scenario {name}"));
     let source = ScenarioSource::new(name, text);
@@ -20,7 +20,7 @@ pub fn scenario<S: AsRef<str>>(name: &str, sets: &[S]) -> (Scenario, Plan) {
     (scenario, plan)
 }
 
-/// What makes the built-in scenario `slab` so small that it slips within a moment: 9 x 5 nodes.
+/// Overrides that make the built-in scenario `slab` small enough to slip within a moment: 9 x 5 nodes.
 pub const SMALL_SLAB: [&str; 8] = [
     "slider.blocks=9",
     "slider.rows=5",

@@ -6,7 +6,7 @@
 pub struct Random(u64);
 
 impl Random {
-    /// Seeds that differ give other numbers.
+    /// Different seeds give different numbers.
     pub fn new(seed: u64) -> Random {
         Random(seed)
     }
@@ -16,8 +16,8 @@ impl Random {
         self.0
     }
 
-    /// A whole number from 0 to below a bound; the upper half of the state, which has the
-    /// longer period, reaches up to 2^31.
+    /// A whole number from 0 to below a bound, at most 2^31: from the upper half of the state, which has
+    /// the longer period.
     ///
     /// # Panics
     /// If the bound is 0.

@@ -1,5 +1,5 @@
-//! Records and events made up: what a test does not care about is 0 or follows from the rest,
-//! and what it does care about it sets by `..`.
+//! Made-up records and events: fields that do not matter to a test are 0 or follow from the others; it sets
+//! the rest with `..`.
 
 use std::ops::RangeInclusive;
 
@@ -22,7 +22,7 @@ pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
     }
 }
 
-/// A block that switches, at rest where it was at the start.
+/// A block that switches, at rest in its initial position.
 pub fn switch(block: u32, direction: Direction) -> Switch {
     Switch {
         block,
@@ -35,8 +35,8 @@ pub fn switch(block: u32, direction: Direction) -> Switch {
     }
 }
 
-/// A slip event from one step to another over all of some blocks, which began at the first of
-/// them; steps take a second, `F_T / F_N` is 0.
+/// A slip event from one step to another over a range of blocks, beginning at the first of them; steps last
+/// a second, `F_T / F_N` is 0.
 pub fn slip_event(onset_step: u64, end_step: u64, blocks: RangeInclusive<u32>) -> SlipEvent {
     let (first_block, last_block) = blocks.into_inner();
     SlipEvent {

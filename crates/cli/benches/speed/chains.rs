@@ -1,4 +1,4 @@
-//! Long chains: what a block switch costs in them, and how far the study of resolution goes.
+//! Long chains: the cost of a block switch in them, and the reach of the study of resolution.
 
 use asperity_model::Plan;
 use asperity_simulator::SolverKind;
@@ -11,18 +11,18 @@ const ROUNDS: usize = 3;
 /// Blocks, and seconds in which the first of them have slipped a few hundred times.
 const CHAINS: [(usize, f64); 5] = [(100, 0.5), (300, 0.15), (1_000, 0.06), (3_000, 0.03), (10_000, 0.01)];
 
-/// Time steps, as shares of the longest stable one; 0 stands for that of the thesis.
+/// Time steps, as shares of the longest stable one; 0 means that of the thesis.
 const SHARES: [f64; 4] = [0.5, 0.1, 0.01, 0.0];
 
 const THESIS_STEP_S: f64 = 1e-8;
 
-/// The study goes on where `pipelines/resolution.toml` ends, with the decay length of its runs
+/// The study continues where `pipelines/resolution.toml` ends, with the decay length of its runs
 /// `length-25` to `length-800`, up to the first global slip.
 const RESOLUTION_BLOCKS: [usize; 3] = [800, 1_600, 3_200];
 const RESOLUTION_SET: [&str; 2] = ["slider.mass_kg=12", "slider.relative_damping=3.1622776601683795"];
 const RESOLUTION_S: f64 = 2.8;
 
-/// What a switch costs against the number of blocks.
+/// The cost of a switch against the number of blocks.
 pub(crate) fn switches() {
     println!("## What a switch costs, against the number of blocks\n");
     println!(
@@ -108,7 +108,7 @@ fn longest_step_s(set: &[String]) -> f64 {
 
 /// A plan with about this time step, simulated for about so long.
 fn with_step(set: &[String], step_s: f64, duration_s: f64) -> Plan {
-    // In units in which both are whole numbers.
+    // In units that make both whole numbers.
     let unit_s = 10f64.powf(step_s.log10().floor() - 3.0);
     let units = (step_s / unit_s).round() as u128;
     let steps = (duration_s / (units as f64 * unit_s)).round() as u128;

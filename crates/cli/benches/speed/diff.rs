@@ -1,9 +1,8 @@
 //! Diffs of large event tables: time against a plain scan of both, and memory.
 //!
-//! The two tables differ by rounding in every row; of each thousand events one has split and one
-//! is gone. Runs have *bunches* of events, with pauses between them that are longer than the time
-//! window. The worst case is endless *chatter*, in which every event is within the time window of
-//! another.
+//! The two tables differ by rounding in every row; in each thousand events one has split and one is
+//! missing. Runs have *bunches* of events, with pauses between them that are longer than the time window.
+//! The worst case is endless *chatter*, in which every event is within the time window of another.
 
 use std::fs;
 use std::path::Path;
@@ -20,7 +19,7 @@ const SIZES: [u64; 3] = [10_000, 100_000, 1_000_000];
 /// The time before an event, by its number, in steps of 1e-8 s.
 type Pause = fn(u64) -> u64;
 
-/// What the tables hold.
+/// The contents of the tables.
 const KINDS: [(&str, Pause); 2] =
     [("bunches", |n| if n % 8 == 0 { 30_000 } else { 300 }), ("chatter", |_| 4)];
 
@@ -77,7 +76,7 @@ fn event(event: u64, onset: u64, end: u64, first_block: u32, last_block: u32, of
     }
 }
 
-/// Most memory that a process has had, in MB; 0 where the system does not tell.
+/// Most memory that a process has had, in MB; 0 if the system does not report it.
 fn peak_mb(process: &str) -> f64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -90,7 +89,7 @@ fn write(path: &Path, events: impl Iterator<Item = SlipEvent>) {
     table.flush().expect("the table can be written");
 }
 
-/// Reads every cell, and does nothing with it.
+/// Reads every cell, and discards it.
 fn scan(path: &Path) {
     let mut reader = csv::Reader::from_path(path).expect("the table is there");
     let mut row = csv::StringRecord::new();

@@ -63,7 +63,7 @@ pub(crate) fn logs() {
     println!();
 }
 
-/// Reads a log with nothing but the library.
+/// Reads a log with the library only.
 fn bare(log: &Path) {
     let mut file = fs::File::open(log).expect("the log is there");
     let options = LinearReaderOptions::default().with_prevalidate_chunk_crcs(true);
@@ -81,7 +81,7 @@ fn bare(log: &Path) {
     std::hint::black_box(records);
 }
 
-/// The most memory that a command held, in MB; 0 where the system does not tell.
+/// Peak memory of a command, in MB; 0 if the system does not report it.
 fn most_memory_mb(arguments: &[&str]) -> f64 {
     let mut child = Command::new(binary())
         .args(arguments)

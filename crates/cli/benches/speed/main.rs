@@ -1,8 +1,8 @@
 //! The speed, as ratios within one run of the benchmark: `cargo xtask bench`.
 //!
-//! Everything is measured against a plain scalar loop that records nothing
-//! (`scalar.rs`), of which a few million steps are taken just before and just after,
-//! since the speed of a shared machine changes from minute to minute.
+//! Everything is measured against a plain scalar loop that records nothing (`scalar.rs`), which runs a few
+//! million steps just before and just after, since the speed of a shared machine changes from minute to
+//! minute.
 
 #![expect(clippy::print_stdout, reason = "the tables are what a benchmark is for")]
 
@@ -29,7 +29,7 @@ const ROUNDS: usize = 5;
 /// Steps of the scalar loop in one measurement, for 100 blocks.
 const SCALAR_STEPS: u64 = 2_000_000;
 
-/// What can be measured, by name.
+/// The available measurements, by name.
 const PARTS: [(&str, fn()); 11] = [
     ("loop", against_c),
     ("runs", default_runs),
@@ -94,7 +94,7 @@ fn plain_ns(plan: &Plan) -> f64 {
     elapsed_s * 1e9 / steps as f64
 }
 
-/// Seconds of a whole run of the fast solver, and what it was made of.
+/// Seconds of a whole run of the fast solver, and its statistics.
 fn fast_s(plan: &Plan) -> (f64, Counters) {
     let mut counters = Counters::default();
     let elapsed_s = seconds(|| {
@@ -110,8 +110,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// The speed-up over the scalar loop, for the same number of steps: the median over
-/// rounds, in each of which the loop is measured before and after.
+/// The speed-up over the scalar loop, for the same number of steps: the median over rounds, each of which
+/// measures the loop before and after.
 fn times_scalar(plan: &Plan, mut measure_s: impl FnMut() -> f64) -> f64 {
     let mut before = scalar_ns(plan);
     let ratios = (0..ROUNDS).map(|_| {
@@ -210,7 +210,7 @@ fn asperity(arguments: &[&str]) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Resident memory of this process, in MB; 0 where the system does not tell.
+/// Resident memory of this process, in MB; 0 if the system does not report it.
 fn resident_mb() -> f64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

@@ -1,9 +1,9 @@
-//! Where the fast solver does not pay: no run is to take longer than the plain solver's.
+//! Cases where the fast solver might not pay: no run may take longer than with the plain solver.
 //!
 //! Random scenarios over all laws, drives, loads and starts, with time steps from a hundredth of the
-//! longest stable one to most of it, so that blocks switch rarely in some and in every other step
-//! in others. Both solvers run each of them in turn. A run that its energies stop, as some time steps
-//! do within a few steps, is over before there is anything to compare; it is left out.
+//! longest stable one to most of it, so that blocks switch rarely in some and in every other step in
+//! others. Both solvers run each of them in turn. Runs that are stopped by their energies within a few
+//! steps, as some time steps cause, are too short to compare and are left out.
 
 use std::fs;
 use std::time::Instant;
@@ -15,18 +15,19 @@ use asperity_testkit::Random;
 /// How many scenarios.
 const SCENARIOS: u64 = 200;
 
-/// What scenarios follow from.
+/// The parameters of a random scenario.
 const SEED: u64 = 16;
 
 /// How many times both solvers run each; the median counts.
 const PAIRS: usize = 3;
 
-/// How many times they run what seems not to pay, so that no other process decides it.
+/// Number of repetitions if the fast solver seems not to pay, so that other processes do not decide the
+/// result.
 const MORE_PAIRS: usize = 15;
 
-/// By how much the drive's velocity differs from one pair to the next. A run whose blocks chatter is
-/// chaotic: rounding decides how many switches it has, by a third and more, and each takes time. So
-/// both solvers run a few that differ by nothing else, and what they take is compared over all of them.
+/// Relative difference of the drive's velocity from one pair to the next. A run whose blocks chatter is
+/// chaotic: rounding decides how many switches it has, by a third and more, and each takes time. So both
+/// solvers run a few that differ in nothing else, and their total times are compared.
 const APART: f64 = 1e-13;
 
 /// How many of the worst are printed.
@@ -35,7 +36,7 @@ const WORST: usize = 10;
 /// Seconds that a plain run may take, about.
 const PLAIN_S: [f64; 2] = [0.15, 0.6];
 
-/// What is known to be hard: scenarios with chattering, creeping or unloaded blocks.
+/// Known hard cases: scenarios with chattering, creeping or unloaded blocks.
 const HARD: [(&str, &str, &[&str]); 10] = [
     ("undamped", "default", &["slider.relative_damping=0", "time.step_s=1e-7", "time.duration_s=0.5"]),
     ("undamped, as stated", "default", &[STATED, "slider.relative_damping=0", "time.step_s=2e-7", FIRST]),
@@ -67,7 +68,7 @@ struct Case {
 
 pub(crate) fn pays() {
     println!("## Where the fast solver does not pay: time of the plain solver over its own\n");
-    // All of them first: one that is refused is known at once.
+    // Resolves all of them first, so that a refusal is reported at once.
     let random: Vec<(String, Plan)> = (0..SCENARIOS)
         .map(|number| {
             let set = random_scenario(number);
@@ -101,7 +102,7 @@ pub(crate) fn pays() {
     table(&mut random[..WORST]);
 }
 
-/// Records are not what is measured.
+/// Records are not measured.
 const QUIET: [&str; 3] = ["recording.sample_s=0", "recording.fields_s=0", "recording.event_fields=false"];
 
 fn table(cases: &mut [Case]) {
@@ -155,7 +156,7 @@ impl Case {
         Case { name, plain_s, ratio: Some(crate::median(ratios)), counters }
     }
 
-    /// The worst first, what is not compared last.
+    /// The worst first, cases without a comparison last.
     fn order(&self) -> f64 {
         self.ratio.unwrap_or(f64::INFINITY)
     }
@@ -171,8 +172,8 @@ fn whole(mut solver: impl Solver) -> (Counters, bool) {
     }
 }
 
-/// Seconds of work on the processor, which other processes disturb less than those on the clock;
-/// these where the system does not tell.
+/// Processor time in seconds, which other processes disturb less than wall time; wall time if the system
+/// does not report it.
 fn cpu_s(work: impl FnOnce()) -> f64 {
     let used = || -> Option<f64> {
         let status = fs::read_to_string("/proc/self/schedstat").ok()?;

@@ -1,10 +1,10 @@
-//! The loop that speed is measured against: what a program for this chain looks like
-//! that records nothing and goes from block to block, compiled as it stands.
+//! The reference loop for speed: a program for this chain that records nothing and loops from block to
+//! block, compiled without tuning.
 
 use asperity_model::Plan;
 
-/// What the loop needs of a plan; the blocks of the scenarios that are measured share their
-/// thresholds and sliding friction.
+/// The parts of a plan that the loop needs; all blocks of the measured scenarios share thresholds and
+/// sliding friction.
 struct Constants {
     k: f64,
     eta: f64,
@@ -48,7 +48,7 @@ pub(crate) fn run(plan: &Plan, steps: u64) -> (f64, u64) {
     (u[0], switches)
 }
 
-// Functions of their own, so that each has the registers to itself.
+// Separate functions, so that each has all registers.
 #[inline(never)]
 fn add_up_forces(tau: &mut [f64], u: &[f64], v: &[f64], constants: &Constants) {
     let &Constants { k, eta, .. } = constants;

@@ -16,16 +16,16 @@ use asperity_simulator::SolverKind;
 
 use crate::{ROUNDS, asperity, median, seconds};
 
-/// Studies of one kind of run: what it sets, and how many there are.
+/// Studies of one kind of run: its overrides, and the number of runs.
 const STUDIES: [(&str, &[&str], usize); 2] = [
     ("100 blocks, 5 s", &[], 24),
     ("10 blocks, 0.02 s", &["slider.blocks=10", "time.duration_s=0.02"], 4_000),
 ];
 
-/// The argument by which this program is one of several that make runs.
+/// The argument that starts this program as one of several workers.
 pub(crate) const MAKE_RUNS: &str = "make-runs";
 
-/// What varies: the tilt of the load of a run, counted from 0.
+/// The axis: the tilt of the load of a run, counted from 0.
 fn tilt(run: usize, runs: usize) -> f64 {
     -0.6 + 1.2 * run as f64 / (runs - 1) as f64
 }
@@ -85,7 +85,7 @@ fn timed(work: impl FnOnce()) -> Times {
     Times { wall_s, cpu_s: cpu_of_children_s() - before_s }
 }
 
-/// By the clock of the system, 100 times a second; not a number where it does not tell.
+/// From the clock of the system, with 100 ticks a second; NaN if it does not report it.
 fn cpu_of_children_s() -> f64 {
     let status = fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let behind_name = status.rsplit(')').next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The list of findings: which events, what differs, by which rule.
+//! The list of findings: the events, their differences, the rule.
 
 use asperity_report::html::markup::{Cell, Row, paragraph, section, short, table, text};
 
@@ -11,8 +11,8 @@ pub(super) const LISTED_MOST: usize = 2000;
 /// Fewest findings of a run that are listed, however many other runs have.
 const LISTED_OF_RUN: usize = 50;
 
-/// The findings that there is room for, each with the place of its run: of every
-/// run the first ones, and first those that the policy does not allow.
+/// The findings that fit, each with the index of its run: the first ones of every run, beginning with those
+/// that the policy does not allow.
 pub(super) fn listed(report: &Report) -> Vec<(usize, &Finding)> {
     let room = (LISTED_MOST / report.runs.len().max(1)).max(LISTED_OF_RUN);
     let mut left =
@@ -30,7 +30,7 @@ pub(super) fn listed(report: &Report) -> Vec<(usize, &Finding)> {
     listed
 }
 
-/// Events by number, with when and where.
+/// Events by number, with their times and blocks.
 pub(super) fn events(events: &[Extent]) -> Cell {
     if events.is_empty() {
         return Cell::None;
@@ -71,7 +71,7 @@ fn cell_change(change: &CellChange) -> String {
     )
 }
 
-/// What differs, column by column; of a split or merge, what was kept.
+/// The differences, column by column; for a split or merge, the preserved quantities.
 fn differences(finding: &Finding) -> Cell {
     let mut lines: Vec<String> = finding.columns.iter().map(cell_change).collect();
     if let Some(kept) = &finding.conservation {

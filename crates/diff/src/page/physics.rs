@@ -1,5 +1,5 @@
-//! What a physicist asks of two runs first: what was set differently, the numbers that describe
-//! them, and their ruptures.
+//! The first questions of a physicist about two runs: differences in settings, their summary numbers, and
+//! their ruptures.
 
 use asperity_report::html::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 use serde_json::{Value, json};
@@ -115,7 +115,7 @@ fn rows(numbers: &[&NumberChange]) -> String {
     format!("<div class=\"wide\">{}</div>\n", table("", &headings, rows))
 }
 
-/// What belongs to one of several runs, below its name.
+/// A part about one of several runs, below its name.
 fn of_run(report: &Report, run: &RunDiff, body: &str) -> String {
     if report.runs.len() == 1 {
         return body.to_owned();
@@ -131,7 +131,7 @@ fn value(value: &Value) -> Cell {
     }
 }
 
-/// What became of the ruptures of each pair of runs.
+/// The fate of the ruptures of each pair of runs.
 pub(super) fn ruptures(report: &Report) -> String {
     let mut out = String::new();
     for run in &report.runs {

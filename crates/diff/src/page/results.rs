@@ -1,5 +1,5 @@
-//! What follows from the events that differ: where runs part, which results change, and what
-//! else differs between the runs.
+//! Consequences of the events that differ: where runs part, which results change, and other differences
+//! between the runs.
 
 use asperity_report::html::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 
@@ -10,7 +10,7 @@ use crate::report::{KolmogorovSmirnov, Report, Sample};
 /// Most rows of a table of downstream changes.
 const DOWNSTREAM_MOST: usize = 200;
 
-/// How runs part, and what their events have in common from there on.
+/// How runs part, and how their events compare from there on.
 pub(super) fn beyond(report: &Report) -> String {
     let mut out = String::new();
     for run in &report.runs {
@@ -72,7 +72,7 @@ pub(super) fn beyond(report: &Report) -> String {
     section("Where runs part", &out)
 }
 
-/// What it does to the results that are read off the events.
+/// Its effect on the results derived from the events.
 pub(super) fn downstream(report: &Report) -> String {
     let mut out = String::new();
     for run in &report.runs {
@@ -124,7 +124,7 @@ pub(super) fn downstream(report: &Report) -> String {
     section("What follows for the results", &out)
 }
 
-/// What differs between the runs beside their events and scenarios; a change that many runs share is one row.
+/// Differences between the runs beside their events and scenarios; a change shared by many runs is one row.
 pub(super) fn provenance(report: &Report) -> String {
     type Change<'a> = (&'a str, Option<&'a str>, Option<&'a str>);
     let mut changes: Vec<(Change<'_>, Vec<String>)> = Vec::new();

@@ -1,5 +1,5 @@
-//! What the page's script draws: the events of every run on both sides, and
-//! where in them each listed finding lies.
+//! Data drawn by the page's script: the events of every run on both sides, and the position of each listed
+//! finding among them.
 
 use std::collections::HashMap;
 
@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::words;
 use crate::report::{Class, Extent, Finding, Match, Report, RunDiff, TableDiff};
 
-/// Most events that a page holds, of both sides and all runs: some ten megabytes, and
-/// what a browser still draws at once.
+/// Most events on a page, of both sides and all runs: some ten megabytes, which browsers can still draw at
+/// once.
 pub(super) const EVENTS_MOST: usize = 200_000;
 
 /// Number, onset in s, end in s or null, first and last block, place of the class, place of
@@ -35,7 +35,7 @@ struct ClassWords {
 #[derive(Serialize)]
 struct RunEvents {
     name: String,
-    /// What is drawn of the run: `events` or `ruptures`.
+    /// The kind that is drawn: `events` or `ruptures`.
     what: &'static str,
     /// The place of the run among those that are compared.
     pair: usize,
@@ -69,7 +69,7 @@ struct FindingPlace {
 /// the place of its run.
 pub(super) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timeline {
     let thinning = Thinning::of(report, EVENTS_MOST);
-    // Ruptures behind all slip events, so that the places of runs stay those of findings.
+    // Ruptures come after all slip events, so the indices of runs still match those of findings.
     let pairs = report.runs.iter().enumerate();
     let events = pairs.clone().map(|(pair, run)| run_events(pair, run, "events", &run.events, thinning));
     let ruptures = pairs.filter_map(|(pair, run)| {
@@ -181,8 +181,8 @@ fn key_of_match(found: &Match) -> Key {
     key(found.class, &found.old, &found.new)
 }
 
-/// Which matches are left out where there is no room for all: of those that are the same
-/// and of those that differ, all but one in a number of them, evenly over each run.
+/// Thins out matches if there are too many: of identical and of differing ones, keeps one in a given
+/// number, evenly over each run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Thinning {
     same: usize,
@@ -190,7 +190,7 @@ pub(super) struct Thinning {
 }
 
 impl Thinning {
-    /// For a page of at most `most` events; what differs comes first.
+    /// For a page of at most `most` events; differing matches have priority.
     pub(super) fn of(report: &Report, most: usize) -> Thinning {
         let matches = || {
             let events = report.runs.iter().map(|run| &run.events);
@@ -208,7 +208,7 @@ impl Thinning {
         Thinning { same: every(same, most.saturating_sub(differing)), differing: every(differing, most) }
     }
 
-    /// What is drawn, in words; nothing where all is.
+    /// Describes the selection in words; empty if everything is drawn.
     pub(super) fn words(self) -> Option<String> {
         let part = |every: usize| if every == 1 { "all".to_owned() } else { format!("one in {every}") };
         (self.same > 1 || self.differing > 1).then(|| {

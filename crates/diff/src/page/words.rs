@@ -1,10 +1,10 @@
-//! What the page calls classes, runs and numbers, and how it sets them.
+//! Names of classes, runs and numbers on the page, and their markup.
 
 use asperity_report::html::markup::{Cell, short, text};
 
 use crate::report::{Class, RunDiff};
 
-/// What a class is called in sentences.
+/// The name of a class in sentences.
 pub(super) fn title(class: Class) -> String {
     match class {
         Class::Open => "open at the edge".to_owned(),
@@ -12,7 +12,7 @@ pub(super) fn title(class: Class) -> String {
     }
 }
 
-/// What a pair of runs is called.
+/// The name of a pair of runs.
 pub(super) fn name(run: &RunDiff) -> String {
     if run.old.name == run.new.name {
         run.old.name.clone()
@@ -29,12 +29,12 @@ pub(super) fn key(class: Class) -> String {
     )
 }
 
-/// The cell of a class: its swatch and what it is called.
+/// The cell of a class: its swatch and name.
 pub(super) fn class_cell(class: Class) -> Cell {
     Cell::Html(format!("<span class=\"class\">{}{}</span>", key(class), text(title(class))))
 }
 
-/// A difference, without digits for what does not differ.
+/// A difference, without digits if it is zero.
 pub(super) fn short_or_zero(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { short(value) }
 }

@@ -1,4 +1,4 @@
-//! Findings in one line: one, and how many there are of each class.
+//! Findings in one line each, and their number per class.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use crate::column::Value;
 use crate::reading::{cell as cell_value, number};
 use crate::report::{CellChange, Class, Counts, Extent, Finding};
 
-/// How many matches there are of each class.
+/// Number of matches in each class.
 pub(super) fn by_class(counts: &Counts, none: &str) -> String {
     let words: Vec<String> =
         counts.there().map(|(class, count)| format!("{count} {}", class.name())).collect();
@@ -79,8 +79,8 @@ fn conservation(finding: &Finding) -> String {
     if text.is_empty() { "; duration and blocks conserved".to_owned() } else { text }
 }
 
-/// A cell: both values where they are whole or one is missing, else the old one and how far
-/// from it the new one is, for that takes all digits to see.
+/// A cell: both values if they are whole or one is missing, otherwise the old one and the difference, which
+/// may be visible in the last digits only.
 fn cell(change: &CellChange) -> String {
     let CellChange { column, old, new, difference, .. } = *change;
     match (old, new, difference) {

@@ -1,5 +1,5 @@
-//! What a physicist asks of two runs first: what was set differently, the numbers that describe them,
-//! and their ruptures.
+//! The first questions of a physicist about two runs: differences in settings, their summary numbers, and
+//! their ruptures.
 
 use serde_json::{Value, json};
 
@@ -10,7 +10,7 @@ use crate::report::{
     RuptureDiff,
 };
 
-/// What is shown where it is true of a run: slip events say little there.
+/// Warnings shown if they apply to a run: its slip events then carry little information.
 const WARNINGS: [&str; 2] = ["creeps", "raw_events_mislead"];
 /// How many ruptures that differ are shown, the largest first.
 const FINDINGS: usize = 2;
@@ -23,8 +23,8 @@ pub(super) fn lines(report: &Report, lines: &mut Vec<String>) {
     ruptures(report, lines);
 }
 
-/// What was set differently: of one pair of runs a row for each key, of many a line for all pairs
-/// in which both values are those.
+/// Differences in settings: for one pair of runs a row for each key, for many one line for all pairs with
+/// the same two values.
 fn settings(report: &Report, lines: &mut Vec<String>) {
     let key = |unit: Option<&str>, key: &str| unit.map_or(key.to_owned(), |unit| format!("{key} ({unit})"));
     let total = match &report.runs[..] {
@@ -209,7 +209,7 @@ fn ruptures(report: &Report, lines: &mut Vec<String>) {
     let has_cycles = compared.iter().any(|(_, ruptures)| ruptures.table.paired_by == PairedBy::Cycles);
     differing.sort_by_key(|(_, finding)| {
         (
-            // Of parameter sets, what only one run had time for matters least.
+            // Between parameter sets, numbers that only one run had time to reach matter least.
             has_cycles && finding.class == Class::Open,
             std::cmp::Reverse(finding.most_blocks()),
             finding.class == Class::Shifted,
@@ -234,8 +234,8 @@ fn ruptures(report: &Report, lines: &mut Vec<String>) {
     }
 }
 
-/// Whether a finding is worth a line: paired by cycles, all pairs differ, and only what stands alone is
-/// listed.
+/// Whether a finding is listed: paired by cycles, all pairs differ, so only events without a counterpart
+/// are.
 fn is_listed(ruptures: &RuptureDiff, finding: &Finding) -> bool {
     ruptures.table.paired_by == PairedBy::Time || finding.old.is_empty() || finding.new.is_empty()
 }

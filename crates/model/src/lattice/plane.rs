@@ -53,8 +53,8 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Nodes of a row that are computed at once. The last group of a row begins so that it ends with the row,
-/// and computes again what the one before it did: in fewer nodes than a group, that takes longer.
+/// Nodes of a row that are computed at once. The last group of a row ends with the row and overlaps the one
+/// before, repeating some of its work: a shorter group would be slower.
 const GROUP: usize = 8;
 
 impl Around {
@@ -105,7 +105,7 @@ impl Plane {
         row * self.columns..(row + 1) * self.columns
     }
 
-    /// What springs, and what dashpots, between nodes pull with on all freedoms.
+    /// The pull of springs, and of dashpots, between nodes on all freedoms.
     ///
     /// Always inlined, so that it is compiled for the instruction set of its caller.
     #[inline(always)]
@@ -136,8 +136,8 @@ impl Plane {
         }
     }
 
-    /// The springs of one row, from the rows of `u_x` and `u_z` around it. A neighbour that is missing
-    /// has no bond: it takes the node's own displacement, and so does not pull.
+    /// The springs of one row, from the rows of `u_x` and `u_z` around it. A missing neighbour has no bond:
+    /// it gets the node's own displacement, so it does not pull.
     #[inline(always)]
     fn springs_on_row<const BELOW: bool, const ABOVE: bool>(
         &self,
@@ -155,8 +155,8 @@ impl Plane {
         self.springs_inside::<BELOW, ABOVE>(&mut x_n[1..][..inner], &mut z_n[1..][..inner], x, z);
     }
 
-    /// Inside the row. A function of its own, from whose arguments the compiler knows that
-    /// what it writes and what it reads do not overlap, which it must know to vectorise this.
+    /// Inside the row. A separate function, because only the arguments of a function let the compiler
+    /// assume that output and input do not overlap, as vectorising requires.
     #[inline(always)]
     fn springs_inside<const BELOW: bool, const ABOVE: bool>(
         &self,
@@ -202,7 +202,7 @@ impl Plane {
         self.dashpots_inside::<BELOW, ABOVE>(&mut force_n[1..last], v);
     }
 
-    /// Inside the row, a function of its own likewise.
+    /// Inside the row; likewise a separate function.
     #[inline(always)]
     fn dashpots_inside<const BELOW: bool, const ABOVE: bool>(&self, force_n: &mut [f64], v: Rows<'_>) {
         let inner = force_n.len();
@@ -224,8 +224,8 @@ impl Plane {
         }
     }
 
-    /// What springs pull a node with along `x` and `z`. Sums are taken so that a mirrored lattice
-    /// gives mirrored forces, to the bit.
+    /// The pull of springs on a node along `x` and `z`. The order of summation makes the forces of a
+    /// mirrored lattice mirror images, to the bit.
     #[inline(always)]
     fn spring_force_n(&self, u_x: &Around, u_z: &Around) -> (f64, f64) {
         let k = self.stiffness_n_per_m;
@@ -239,7 +239,7 @@ impl Plane {
         (k * straight_x + quarter * (rising + falling), k * straight_z + quarter * (rising - falling))
     }
 
-    /// What dashpots pull a node with along `x` or `z`, likewise.
+    /// The pull of dashpots on a node along `x` or `z`, likewise.
     #[inline(always)]
     fn dashpot_force_n(&self, v: &Around) -> f64 {
         let straight = (v.left + v.right) + (v.up + v.down);

@@ -79,16 +79,16 @@ pub const CHAIN: Table = Table {
 /// `k / 2` are an isotropic sheet in plane stress with Young's modulus `E = 4 k / (3 B)` for a thickness
 /// `B`, and Poisson's ratio 1/3.
 ///
-/// Its springs hold `k / 2` times
+/// The energy of its springs is `k / 2` times
 ///
 /// ```text
 /// 2 e_x^2 (1 - c_x) + 2 e_z^2 (1 - c_z) + 1 - c_x c_z + 2 e_x e_z s_x s_z
 ///     <= e_x^2 (4 - (1 + c_x)^2) + e_z^2 (4 - (1 + c_z)^2) + 1 - c_x c_z <= 4 + 2
 /// ```
 ///
-/// since `2 a b s t <= a^2 s^2 + b^2 t^2`; at `q_x = pi`, `q_z = 0` it is 6. The dashpots do
-/// `eta (8 - 2 c_x - 2 c_z - 4 c_x c_z)`, which is linear in each cosine, so largest where they are
-/// -1 and 1: 12.
+/// since `2 a b s t <= a^2 s^2 + b^2 t^2`; at `q_x = pi`, `q_z = 0` it is 6. The damping is
+/// `eta (8 - 2 c_x - 2 c_z - 4 c_x c_z)`, which is linear in each cosine, so largest where they are -1 and
+/// 1: 12.
 pub const SLAB: Table = Table {
     name: "slab",
     axes: &[0, 2],
@@ -121,16 +121,17 @@ pub const SHEET: Table = Table {
 /// are `C_11 = (k_1 + 2 k_2) / a` and `C_12 = C_44 = k_2 / a`: isotropic where `k_1 = k_2`, with
 /// Poisson's ratio 1/4 and `E = 5 k / (2 a)`.
 ///
-/// Its springs hold, with `a b s t <= (a^2 + b^2) (s^2 + t^2) / 4` in each plane of two axes `i`, `j`,
+/// The energy of its springs is bounded, with `a b s t <= (a^2 + b^2) (s^2 + t^2) / 4` in each plane of two
+/// axes `i`, `j`,
 ///
 /// ```text
 /// k (sum_i 2 e_i^2 (1 - c_i) + sum_ij (2 (e_i^2 + e_j^2) (1 - c_i c_j) + 4 e_i e_j s_i s_j))
 ///     <= k sum_i e_i^2 (2 (1 - c_i) + sum_j (4 - (c_i + c_j)^2)) <= k (4 + 2 x 4)
 /// ```
 ///
-/// and at `q_x = pi`, the others 0, it is 12. The dashpots do
-/// `eta (2 sum_i (1 - c_i) + 4 sum_ij (1 - c_i c_j))`, linear in each cosine: largest at
-/// `q_x = q_y = pi`, `q_z = 0`, where it is `8 + 16`.
+/// and at `q_x = pi`, the others 0, it is 12. The damping is
+/// `eta (2 sum_i (1 - c_i) + 4 sum_ij (1 - c_i c_j))`, linear in each cosine: largest at `q_x = q_y = pi`,
+/// `q_z = 0`, where it is `8 + 16`.
 pub const BLOCK: Table = Table {
     name: "block",
     axes: &[0, 1, 2],
@@ -147,33 +148,33 @@ pub const BLOCK: Table = Table {
     is_plane: false,
 };
 
-/// What the bonds of a node that lacks none add to a row of the stiffness, over `k`, or of the damping,
-/// over `eta`.
+/// Contribution of all bonds of an inner node to a row of the stiffness, over `k`, or of the damping, over
+/// `eta`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RowOf {
     /// On the diagonal.
     pub diagonal: f64,
-    /// The sum of magnitudes. Without a bond a row has no larger one: the diagonal lacks what it had from it,
-    /// the neighbour's numbers are missing, and what the bond's opposite leaves between the axes of the
-    /// node itself is no more than that.
+    /// The sum of magnitudes. Removing a bond does not increase it: its terms vanish from the diagonal and
+    /// from the neighbour's columns, and the terms that the opposite bond then leaves between the node's
+    /// own axes are no larger.
     pub magnitudes: f64,
     /// The sum of squares.
     pub squares: f64,
 }
 
 impl Table {
-    /// Which freedom of a node an axis is, in the order of arrays; `None` along which none moves.
+    /// Index of an axis among the freedoms of a node, in the order of arrays; `None` if nodes do not move
+    /// along it.
     pub fn freedom(&self, axis: usize) -> Option<usize> {
         self.axes.iter().position(|known| *known == axis)
     }
 
-    /// The axis upwards as a freedom: of bodies that stand on a foundation.
+    /// The vertical axis as a freedom, for bodies on a foundation.
     pub fn upward(&self) -> Option<usize> {
         self.freedom(2)
     }
 
-    /// All bonds of a node that lacks none, as offset and kind: from each node to one side, then to the
-    /// other.
+    /// All bonds of an inner node, as offset and kind: first those that start at it, then their opposites.
     pub fn around(&self) -> impl Iterator<Item = (Offset, &'static BondKind)> + use<> {
         self.bonds.iter().flat_map(|kind| {
             let both = |offset: &Offset| [*offset, offset.map(|step| -step)];
@@ -226,6 +227,6 @@ impl RowOf {
 pub struct LongWaves {
     /// Of longitudinal ones.
     pub longitudinal: f64,
-    /// Of shear waves; `None` where nodes move along `x` alone.
+    /// Speed of shear waves; `None` if nodes move along `x` only.
     pub shear: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! What holds of every lattice, for slabs, sheets and blocks.
+//! Properties of every lattice, tested for slabs, sheets and blocks.
 
 use std::f64::consts::PI;
 
@@ -132,7 +132,7 @@ fn every_bond_is_there_once() {
         });
         assert_eq!(bonds, expected, "{}", lattice.table.name);
     }
-    // To the bit, what results of slabs rest on.
+    // Agreement to the bit, on which results of slabs rely.
     let mut along = Vec::new();
     Lattice::slab(2, 2).over_bonds(|bond| along.push(bond.along));
     let root = std::f64::consts::FRAC_1_SQRT_2;
@@ -156,7 +156,7 @@ fn the_work_of_two_displacements_on_each_other_is_the_same() {
     }
 }
 
-/// What the forces do on the way from rest is what the springs store, bond by bond.
+/// The work of the forces from rest equals the energy stored in the springs, bond by bond.
 #[test]
 fn the_energy_is_that_of_the_bonds() {
     for lattice in &LATTICES {
@@ -197,15 +197,14 @@ fn moved_and_turned_as_a_whole_it_does_not_pull() {
             let whole = by_place(lattice, |axis, _| whole[axis]);
             assert!(pull(lattice, &whole, &whole).iter().all(|force| *force == 0.0));
         }
-        // Springs do not resist a small rotation; dashpots, which see the whole velocity, do.
+        // Springs do not resist a small rotation; dashpots, which act on the whole relative velocity, do.
         let turned = linear(lattice, [[0.0, 1.0, -2.0], [-1.0, 0.0, 0.5], [2.0, -0.5, 0.0]]);
         assert!(pull(lattice, &turned, &still(lattice)).iter().all(|force| force.abs() < 1e-13));
         assert!(pull(lattice, &still(lattice), &turned).iter().any(|force| force.abs() > 1e-3));
     }
 }
 
-/// Stretched along `x`, a lattice is free of forces on its other sides where it narrows by Poisson's
-/// ratio.
+/// Stretched along `x`, a lattice has no forces on its other sides if it narrows by Poisson's ratio.
 #[test]
 fn poissons_ratio_is_a_third_in_planes_and_a_quarter_in_blocks() {
     for lattice in &LATTICES {
@@ -357,8 +356,8 @@ fn numbers_of_slabs_and_chains_are_what_they_were_to_the_bit() {
     }
 }
 
-/// What springs and dashpots of an endless lattice do to a plane wave along `e` with these phases, over
-/// `k` and `eta`: by the pull on the node in the middle of a patch.
+/// The action of springs and dashpots of an infinite lattice on a plane wave along `e` with these phases,
+/// over `k` and `eta`, from the pull on the middle node of a patch.
 fn on_wave(table: &'static Table, phase: [f64; 3], e: [f64; 3]) -> [[f64; 3]; 2] {
     let counts = [0, 1, 2].map(|axis| if table.freedom(axis).is_some() { 3 } else { 1 });
     let patch = Lattice { damping_kg_per_s: 1.0, ..Lattice::of(table, counts) };
@@ -406,7 +405,7 @@ fn long_waves_are_those_of_an_isotropic_body() {
             let short = 1e-3;
             let phase = along.map(|part| part * short);
             for e in directions(table) {
-                // What of it lies along the wave is longitudinal, the rest is shear.
+                // The component along the wave is longitudinal, the rest is shear.
                 let part = product(&e, &along);
                 let [found, _] = on_wave(table, phase, e);
                 for axis in 0..3 {
@@ -460,7 +459,7 @@ fn no_plane_wave_is_beyond_the_bounds() {
     }
 }
 
-/// The larger a lattice, the nearer it comes to the bounds, from below.
+/// Larger lattices approach the bounds from below.
 #[test]
 fn large_lattices_come_close_to_the_bounds() {
     let alternating = |place: f64| if place % 2.0 == 0.0 { 1.0 } else { -1.0 };

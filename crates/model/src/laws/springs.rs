@@ -49,7 +49,7 @@ impl ContactLaw for InterfacialSprings {
     }
 }
 
-/// The law by one rule of re-attachment, which loops need not ask for at every contact.
+/// The law with a fixed rule of re-attachment, which loops need not check at every contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ByRule<const TWO_WAY: bool>;
 

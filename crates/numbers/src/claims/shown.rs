@@ -1,4 +1,4 @@
-//! The claims and what became of them, as a page.
+//! The claims and their verdicts, as a page.
 
 use std::fmt::Write;
 
@@ -7,8 +7,8 @@ use asperity_record::RunHeader;
 use super::{ClaimSpec, Kind, Speaker};
 use crate::claim::{Claim, Judgement};
 
-/// The claims as a page of Markdown, headed by what the runs were; `specs` and `claims` are the same
-/// ones before and after the judgement.
+/// The claims as a page of Markdown, headed by the runs; `specs` are the claims before their verdicts,
+/// `claims` those after.
 pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&RunHeader]) -> String {
     let distinct = |value: &dyn Fn(&RunHeader) -> String| -> String {
         let values: std::collections::BTreeSet<String> = runs.iter().map(|run| value(run)).collect();

@@ -5,12 +5,12 @@ use crate::html::markup::text;
 const LOOK: &str = include_str!("look.css");
 const BASE: &str = include_str!("base.js");
 
-/// What a page has beside its words: a style and a script. Either may be empty.
+/// Additions to the words of a page: a style and a script. Either may be empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Part {
     /// CSS.
     pub style: &'static str,
-    /// JavaScript. What it offers to others it adds to `asperity`.
+    /// JavaScript. It exports functions by adding them to `asperity`.
     pub script: &'static str,
 }
 
@@ -24,7 +24,7 @@ pub const CURVES: Part = Part {
     script: include_str!("vendor/uplot/uPlot.iife.min.js"),
 };
 
-/// A table of any length, of which no more rows are made than are seen: `asperity.longTable`.
+/// A table of any length that renders only visible rows: `asperity.longTable`.
 pub const LONG_TABLE: Part = Part { style: "", script: include_str!("long_table.js") };
 
 /// A page.
@@ -32,12 +32,12 @@ pub const LONG_TABLE: Part = Part { style: "", script: include_str!("long_table.
 pub struct Document<'a> {
     /// Its title, as plain text.
     pub title: String,
-    /// What it says, as HTML.
+    /// Its content, as HTML.
     pub main: String,
-    /// What its scripts know: attributes of each script element, as HTML, and JSON as
+    /// Data for its scripts: attributes of each script element, as HTML, and JSON as
     /// [`markup::json`](crate::html::markup::json) writes it.
     pub data: Vec<(String, String)>,
-    /// Its parts; those used by others stand before them.
+    /// Its parts; those used by others come before them.
     pub parts: &'a [Part],
 }
 
@@ -93,7 +93,7 @@ mod tests {
         assert_eq!(html.matches("</style").count(), 2);
     }
 
-    /// What others wrote is as they wrote it.
+    /// Text from others is unchanged.
     #[test]
     fn vendored_files_are_those_that_the_readme_names() {
         let readme = include_str!("vendor/uplot/README.md");

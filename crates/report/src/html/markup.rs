@@ -26,14 +26,14 @@ pub fn text(value: impl Display) -> String {
 /// JSON as the content of a script element, which a tag within would end.
 ///
 /// # Panics
-/// If it is nothing that JSON can hold, as a map whose keys are no texts.
+/// If JSON cannot represent it, such as a map whose keys are no texts.
 pub fn json(value: &impl serde::Serialize) -> String {
     let json =
         serde_json::to_string(value).expect("what a page knows is numbers and texts, which JSON holds");
     json.replace('<', "\\u003c")
 }
 
-/// A section under a heading; nothing where there is nothing to say.
+/// A section under a heading; empty without content.
 pub fn section(title: &str, body: &str) -> String {
     if body.is_empty() {
         String::new()
@@ -49,7 +49,7 @@ pub fn section_id(title: &str) -> String {
     format!("part-{}", words.join("-"))
 }
 
-/// The sections that have something to say, and before them a list of links to them.
+/// The sections with content, preceded by a list of links to them.
 pub fn sections_with_contents(sections: &[(&str, String)]) -> String {
     let there = || sections.iter().filter(|(_, body)| !body.is_empty());
     let links: Vec<String> =
@@ -119,7 +119,7 @@ impl Cell {
     }
 }
 
-/// A row, with what else its tag says.
+/// A row, with further attributes of its tag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Further attributes, as HTML.
@@ -140,7 +140,7 @@ pub fn table(caption: &str, headings: &[&str], rows: impl IntoIterator<Item = Ro
     set("", caption, headings, rows)
 }
 
-/// A table that scripts let one sort and, if it is long, filter.
+/// A table that scripts make sortable and, if it is long, filterable.
 pub fn sortable_table(
     id: &str,
     caption: &str,

@@ -26,15 +26,14 @@ pub(crate) struct ChainBody {
     former_displacement_m: Vec<f64>,
     former_velocity_m_per_s: Vec<f64>,
     former_tangential_force_n: Vec<f64>,
-    /// Force from outside on each node, by the drive and the prestress, and whether any node inside is
-    /// pulled.
+    /// External force on each node, from the drive and the prestress, and whether any inner node is pulled.
     outer_force_n: Vec<f64>,
     prestress_n: Vec<f64>,
     is_pulled_inside: bool,
-    /// What the contacts bear in the last step.
+    /// Normal loads of the contacts in the last step.
     strength: Strength,
     accounts: Accounts,
-    /// Whether the step at hand is added up alone, in no span.
+    /// Whether the current step is added by itself, outside any span.
     adds_alone: bool,
 }
 
@@ -44,8 +43,8 @@ impl ChainBody {
         &mut self.accounts
     }
 
-    /// Steps until the first contact would switch, if forces and velocities went on as they did from
-    /// the step before the last to the last, in which none may have switched.
+    /// Steps until the first contact would switch, by linear extrapolation of forces and velocities from
+    /// the last two steps, in which none may have switched.
     pub(crate) fn foreseen_steps(&self, plan: &Plan, state: &SliderState) -> f64 {
         let steps = Steps {
             tau: &state.tangential_force_n,
@@ -144,7 +143,7 @@ impl Body for ChainBody {
         };
         let new = (&mut self.former_displacement_m[..], &mut self.former_velocity_m_per_s[..]);
         let may_switch = self.law.step(self.simd, new, &mut state.tangential_force_n, &old);
-        // What was written is the new state, and the old one remains beside it.
+        // The arrays just written become the new state; the old one is kept for the energies.
         std::mem::swap(&mut state.displacement_m, &mut self.former_displacement_m);
         std::mem::swap(&mut state.velocity_m_per_s, &mut self.former_velocity_m_per_s);
         may_switch

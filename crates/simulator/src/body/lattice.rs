@@ -59,7 +59,7 @@ impl OfPlan for LatticeBody {
 }
 
 impl<const D: usize> LatticeBody<D> {
-    /// A lattice at rest, whose contacts rub by this law.
+    /// A lattice at rest, with this law at its contacts.
     pub(crate) fn new(lattice: Lattice, simd: Simd, law: Arc<dyn ContactLoops<D>>) -> LatticeBody<D> {
         let (contacts, zeros) = (lattice.contacts(), || vec![0.0; lattice.freedoms()]);
         let of_axes = || vec![0.0; lattice.axes() * contacts];
@@ -79,13 +79,13 @@ impl<const D: usize> LatticeBody<D> {
         }
     }
 
-    /// Where the freedoms along the normal begin.
+    /// Index of the first freedom along the normal.
     fn normal(&self) -> usize {
         (self.lattice.axes() - 1) * self.lattice.nodes()
     }
 }
 
-/// The numbers along each of `D` axes, of which that many lie one after the other.
+/// Splits an array into its `D` axes, each of that many consecutive numbers.
 fn along<const D: usize>(values: &[f64], from_one_to_next: usize, count: usize) -> [&[f64]; D] {
     array::from_fn(|axis| &values[axis * from_one_to_next..][..count])
 }
@@ -188,7 +188,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         let (mut drive_n, mut bent_j) = (0.0, 0.0);
         for spring in &plan.drive.springs {
             let (k, way_m) = (spring.stiffness_n_per_m, dt * v[spring.block]);
-            // Its pull in the middle of the point's way, the node where it was.
+            // Its pull with the drive point halfway through its step and the node at its old position.
             let stretch_m = (point_m - 0.5 * advance_m) - (u[spring.block] - way_m - spring.rest_m);
             drive_n += k * stretch_m;
             bent_j += 0.5 * k * way_m * way_m;
@@ -216,7 +216,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         ledger.scheme_work_j.add(0.5 * dt * work.springs - 0.5 * plan.block_mass_kg * work.square + bent_j);
     }
 
-    /// It is at rest, and what its load has pressed into it stays there.
+    /// It is at rest, and keeps the energy that its load has compressed into it.
     fn initial_j(&self) -> f64 {
         0.0
     }
@@ -240,8 +240,8 @@ impl<const D: usize> Body for LatticeBody<D> {
     }
 }
 
-/// What the time step adds at the foundation of a contact that goes from one height to another: what
-/// is stored there then and was not before, and what its force did along the way.
+/// Energy that the time step adds at the foundation of a contact that moves from one height to another: the
+/// change of the stored energy, less the work of its force.
 fn foundation_scheme_j(lattice: &Lattice, from_m: f64, to_m: f64) -> f64 {
     let k = lattice.foundation_n_per_m;
     match (from_m < 0.0, to_m < 0.0) {
@@ -267,7 +267,7 @@ mod tests {
     use crate::stepper::Stepper;
 
     /// Amontons-Coulomb over an area: a sliding contact is resisted by `mu_d p` against its velocity, and
-    /// re-attaches where that turns by more than a right angle.
+    /// re-attaches when the velocity turns by more than a right angle.
     #[derive(Debug, Clone, Copy, PartialEq)]
     struct AlongVelocity;
 
@@ -293,7 +293,7 @@ mod tests {
     const COUNTS: [usize; 3] = [4, 4, 3];
 
     /// A cubic block whose top layer is pressed down and pulled along `x` and along `y` at these
-    /// velocities, from where it is relaxed.
+    /// velocities, starting from relaxed drive springs.
     fn block(velocities: [f64; 2]) -> (Arc<Plan>, Stepper<LatticeBody<2>>) {
         let scenario = resolve("slab", &["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7"]).unwrap();
         let mut plan = Plan::new(&scenario);

@@ -1,5 +1,5 @@
-//! The leaps of a chain: windows while some blocks slide ([`crate::window`]), jumps while all are
-//! stuck ([`crate::jump::chain`]), and rests where a law holds stuck blocks still ([`crate::rest`]).
+//! The leaps of a chain: windows while some blocks slide ([`crate::window`]), jumps while all are stuck
+//! ([`crate::jump::chain`]), and rests where stuck blocks do not move ([`crate::rest`]).
 
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
@@ -15,7 +15,7 @@ use crate::stepper::Stepper;
 use crate::strength::age;
 use crate::window::Window;
 
-/// Single steps of a long chain without windows before it is asked again whether it may jump.
+/// Single steps of a long chain without windows between attempts to jump.
 const LOOK_ROUND_STEPS: u64 = 32;
 
 /// Many certified steps, still to be taken.
@@ -32,7 +32,7 @@ pub(crate) enum Leap {
     Window(usize),
 }
 
-/// What leaps over the steps of a chain.
+/// Leaps over the steps of a chain.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainLeaps {
     window: Window,
@@ -42,8 +42,8 @@ pub(crate) struct ChainLeaps {
 }
 
 impl ChainLeaps {
-    /// How many steps to take one by one, where no window pays, before looking round. While no switch is
-    /// near, the energies take a span for it.
+    /// Number of single steps to take, where no window pays, before the next check. While no switch is
+    /// near, the energies treat them as one span.
     fn single_steps_of_long_chain(&mut self, solver: &mut Open<'_, ChainBody>) -> u64 {
         let (body, state) = solver.stepper.body_mut();
         let accounts = body.accounts_mut();
@@ -58,7 +58,7 @@ impl ChainLeaps {
         if is_stuck && self.jump.is_some() { LOOK_ROUND_STEPS.min(steps_to_jump) } else { LOOK_ROUND_STEPS }
     }
 
-    /// Has a span of the energies begin no later than a leap, which lasts to its end.
+    /// Begins a span of the energies no later than a leap; it lasts to the end of the leap.
     fn begin_span(&mut self, solver: &mut Open<'_, ChainBody>, leap: Leap) -> Leap {
         // At rest nothing moves.
         if !matches!(leap, Leap::Rest { .. }) {
@@ -205,7 +205,7 @@ impl Leaps for ChainLeaps {
         }
     }
 
-    /// Where so few steps are taken that the ends of a span would take longer, they are added up.
+    /// Adds steps one by one where they are too few to pay for the ends of a span.
     fn go_on(&mut self, steps: u64, plan: &Plan, aside: &mut Stepper<ChainBody>) -> u64 {
         let (body, state) = aside.body_mut();
         let accounts = body.accounts_mut();
@@ -220,8 +220,8 @@ impl Leaps for ChainLeaps {
         aside.energy()
     }
 
-    /// What two steps without a switch between them foresee costs a fraction of opening a window in
-    /// vain; where they foresee none, it is part of what the window costs that is tried now.
+    /// Extrapolating two steps without a switch costs a fraction of opening a window in vain; if no switch
+    /// is foreseen, the cost is added to that of the window tried next.
     fn foresee(&self, plan: &Plan, stepper: &Stepper<ChainBody>) -> (u64, u64) {
         let foreseen_steps = stepper.body().foreseen_steps(plan, stepper.state());
         self.window.refused_by(foreseen_steps).map_or((0, 0), |steps| (steps, cost::FORESIGHT_STEPS))

@@ -1,7 +1,7 @@
 //! The leaps of a lattice: jumps while all contacts are stuck.
 //!
-//! It takes single steps while any contact slides, and until what is fast has died away after that.
-//! Then it jumps ([`crate::jump::lattice`]) by the slow modes ([`crate::slow_modes::arnoldi`], found with the
+//! It takes single steps while any contact slides, and afterwards until the fast modes have died away. Then
+//! it jumps ([`crate::jump::lattice`]) by the slow modes ([`crate::slow_modes::arnoldi`], found with the
 //! factor of the stiffness, [`crate::slow_modes::stuck`]) of the stuck lattice as far as is certified.
 
 use std::sync::Arc;
@@ -20,16 +20,16 @@ use crate::stepper::Stepper;
 /// Most steps of Arnoldi's iteration: half of them end as modes and their conjugates.
 const MOST_ITERATIONS: usize = 200;
 
-/// Least steps of the iteration where there are as many modes.
+/// Fewest steps of the iteration, if there are as many modes.
 const LEAST_ITERATIONS: usize = 80;
 
-/// Modes are found if that takes at most this part of a run's steps: one in eight.
+/// Modes are computed if that costs at most this fraction of a run's steps: one in eight.
 const RUNS_OF_MODES: u64 = 8;
 
 /// Most memory that the factor of a slab's stiffness and the iteration may take, in numbers: 1 GB.
 const MOST_NUMBERS: usize = 1 << 27;
 
-/// Single steps that take no longer than putting a sample together.
+/// Number of single steps that cost as much as composing a sample.
 const STEPS_OF_SAMPLE: u64 = 32;
 
 /// Why a run of a slab has no jumps.
@@ -40,7 +40,7 @@ const TOO_LARGE: &str =
 const NO_MODES: &str =
     "single steps instead of jumps: the stuck slab has no slow modes that doubles can tell";
 
-/// What leaps over the steps of a lattice.
+/// Leaps over the steps of a lattice.
 #[derive(Debug, Clone)]
 pub(crate) struct LatticeLeaps {
     lattice: Lattice,
@@ -48,17 +48,17 @@ pub(crate) struct LatticeLeaps {
     jumps: Jumps,
 }
 
-/// What takes the jumps.
+/// Computes the jumps.
 #[derive(Debug, Clone)]
 enum Jumps {
-    /// It is made where a jump is tried first.
+    /// It is created at the first attempt to jump.
     Unmade,
     Made(Box<Jump>),
     None(&'static str),
 }
 
 impl LatticeLeaps {
-    /// Finds the modes where a jump is tried first.
+    /// Computes the modes at the first attempt to jump.
     fn made(&mut self, plan: &Plan) -> Option<&mut Jump> {
         if let Jumps::Unmade = self.jumps {
             let stuck = StuckLattice::of(plan, self.lattice, self.simd);
@@ -134,7 +134,7 @@ impl Leaps for LatticeLeaps {
         jump.land(steps, state);
         jump.account(solver.plan, steps, state);
         cost::earn(&mut solver.pace.saved_steps, steps);
-        // A jump that is taken is no try in vain: what it did not save is not made up for.
+        // A jump that is taken is no failed attempt: a shortfall of saved steps need not be made up.
         solver.pace.pay(jump.cost_steps());
     }
 
@@ -165,13 +165,13 @@ fn iterations(lattice: &Lattice) -> usize {
     MOST_ITERATIONS.min(lattice.freedoms().max(LEAST_ITERATIONS))
 }
 
-/// Numbers that the factor of a slab's stiffness and the iteration take.
+/// Memory for the factor of a slab's stiffness and the iteration, in numbers.
 fn numbers(lattice: &Lattice) -> usize {
     StuckLattice::numbers(lattice) + 3 * iterations(lattice) * lattice.freedoms()
 }
 
-/// What finding the modes takes, in single steps: to orthogonalise, to solve, the factor, and the small
-/// matrix that is left, which is as large for all slabs but the smallest.
+/// Cost of finding the modes, in single steps: orthogonalisation, solving, the factor, and the remaining
+/// small matrix, which has the same size for all slabs but the smallest.
 fn modes_steps(lattice: &Lattice) -> u64 {
     let (iterations, shorter) = (iterations(lattice) as u64, lattice.rows.min(lattice.columns) as u64);
     let small = iterations * iterations * iterations / (4 * lattice.nodes() as u64);

@@ -8,11 +8,11 @@
 //! ```
 //!
 //! The modes are those of the map of a step ([`crate::modes`]), all of them. The certificate keeps a
-//! reserve for what they may miss of the rest.
+//! reserve for the part of the rest that they may not span.
 //!
-//! Chains too long for stored modes are taken apart into waves ([`crate::standing_waves`]), none of which
-//! is stored. There, putting the waves together again shows what they miss; if that is more than rounding,
-//! the jump is refused.
+//! Chains too long for stored modes are decomposed into waves ([`crate::standing_waves`]), which are not
+//! stored. There, recomposing the waves shows what they miss; if that is more than rounding, the jump is
+//! refused.
 
 use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
@@ -41,13 +41,13 @@ const SHORTEST_WITH_WAVES: u64 = 1_500;
 const PATIENCE_STEPS: u64 = SHORTEST / 16;
 const PATIENCE_WITH_WAVES_STEPS: u64 = 100;
 
-/// What samples may leave out of displacements, over the largest of them: a rounding error or two.
+/// Largest truncation of displacements in samples, relative to the largest one: a rounding error or two.
 const NEGLIGIBLE: f64 = 4e-16;
 
-/// What waves may miss besides their defect: rounding errors of the state.
+/// Allowance for what waves miss besides their defect: rounding errors of the state.
 const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
 
-/// Where the residue is taken apart.
+/// Workspace for decomposing the residue.
 #[derive(Debug, Clone)]
 enum Basis {
     Stored(Modes),
@@ -88,16 +88,15 @@ pub(crate) struct Jump {
     composed: Vec<f64>,
     coordinates: Coordinates,
     costs: Costs,
-    /// What was spent on the last attempt, and on landing if it is open.
+    /// Cost of the last attempt, and of landing if a jump is open.
     cost_steps: u64,
     /// How long to wait for the next one, if it was refused.
     patience_steps: u64,
-    /// The size of modes that change nothing in displacements.
+    /// Size below which modes do not affect displacements.
     negligible: f64,
     /// Sum of a residue's displacements over the states on the way.
     ways_m: Vec<f64>,
-    /// Coordinates at the last sample, where that was, and how they grow in the
-    /// number of steps that last lay between two.
+    /// Coordinates at the last sample, its step, and their growth over the last interval between samples.
     sampled: Coordinates,
     sampled_step: u64,
     cadence: (u64, Coordinates),
@@ -107,13 +106,13 @@ pub(crate) struct Jump {
 }
 
 impl Jump {
-    /// Whether the run is long enough for the modes to be worth finding; never by a law
-    /// that holds stuck blocks, where nothing vibrates while all blocks are stuck.
+    /// Whether the run is long enough for the modes to be worth computing; never for a law without friction
+    /// springs, where nothing vibrates while all blocks are stuck.
     pub(crate) fn may_pay(plan: &Plan) -> bool {
         !plan.friction.law.holds() && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= LONG_CHAIN)
     }
 
-    /// `None` for chains whose modes do not tell all of their states.
+    /// `None` for chains whose modes do not span all states.
     pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Option<Jump> {
         let blocks = plan.blocks;
         let basis = Basis::of(plan, chain, simd)?;
@@ -156,7 +155,7 @@ impl Jump {
         self.patience_steps
     }
 
-    /// What was spent on the last attempt, and will be on landing if it was certified.
+    /// Cost of the last attempt, including landing if it was certified.
     pub(crate) fn cost_steps(&self) -> u64 {
         self.cost_steps
     }
@@ -187,7 +186,7 @@ impl Jump {
         let loading = &self.loading[usize::from(forced.moves)];
         forced.advance_m.copy_from_slice(&loading.advance_m);
         loading.position_m(plan, &self.stiffness, &state.stick_position_m, point_m, &mut forced.position_m);
-        // What even the quasi-static part does not allow needs no closer look.
+        // If the quasi-static part alone rules out the jump, the modes need not be computed.
         self.swing.fill(0.0);
         let least = self.certified_steps(plan, state, 0.0);
         if least.min(self.steps_to_stop(plan, 0.0)) < fewest_steps {
@@ -289,7 +288,7 @@ impl Jump {
         clearance.steps()
     }
 
-    /// Steps until the forced driving force, and what swings around it, reach the load that stops the drive.
+    /// Steps until the forced driving force, with its oscillation, reaches the load that stops the drive.
     fn steps_to_stop(&self, plan: &Plan, swing: f64) -> u64 {
         let mut clearance = Clearance::ENDLESS;
         let stays = self.forced.stays_below_stop(plan, 0.0, [swing, 0.0], &mut clearance);
@@ -306,8 +305,8 @@ impl Jump {
     /// Writes the state for a sample and leaves the jump open; samples must come in
     /// the order of time.
     pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
-        // Only samples go from one to the next, which rounds differently: where a jump
-        // lands must not depend on what is recorded.
+        // Only samples advance from one to the next, which rounds differently: the landing of a jump must
+        // not depend on the records.
         let target = self.forced.from_step + into;
         let steps = target - self.sampled_step;
         if self.cadence.0 != steps {
@@ -320,7 +319,7 @@ impl Jump {
         self.sampled = sampled;
     }
 
-    /// Adds to the energies what the steps up to a state did, to which they have just led.
+    /// Adds to the energies the contributions of the steps up to the present state.
     ///
     /// The residue's displacements sum up by its map, summed over the steps `r -> r'`:
     /// `M sum u = eta L sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.

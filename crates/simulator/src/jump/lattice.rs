@@ -1,18 +1,19 @@
 //! Jumps of a lattice, by its slow modes ([`crate::slow_modes`]), once the others have died away.
 //!
-//! A jump takes every contact to stick and to bear load. The load on the top is part of the outer forces.
+//! A jump assumes that every contact sticks and bears load. The load on the top is part of the outer
+//! forces.
 //!
-//! **Missed.** The norm `sqrt(I)` of what the modes do not put together again never grows, and what
-//! the modes themselves are off by is added up over the jump. A jump is taken once the sum is below
-//! [`MISSED`] of the thresholds, or what rounding makes of it: the fast modes have died.
+//! **Missed.** The norm `sqrt(I)` of the residue that the modes do not span never grows, and the errors of
+//! the modes themselves are summed over the jump. A jump is taken once the total is below [`MISSED`] of the
+//! thresholds, or at the level of rounding: the fast modes have died away.
 //!
 //! **Certificate.** A contact stays as it is while `mu_s p_n - |tau_n|` and `p_n` are positive. For the
-//! forced part, `tau_n = k_t (u - u_stick)` and `p_n = -k_f u_z` are linear in time. The sizes of the
-//! modes fall; so as soon as a stretch is certified, the next begins with smaller ones. Where that is not
-//! enough, both ends of a short stretch are taken exactly, and between them nothing is further off than
-//! `h^2 / 8` times the sum of the modes' second differences. What is missed, and the reserves for
-//! rounding of [`crate::norms`], must fit in as well. An ageing contact is taken to be no
-//! stronger than where the jump begins.
+//! forced part, `tau_n = k_t (u - u_stick)` and `p_n = -k_f u_z` are linear in time. The sizes of the modes
+//! fall; so as soon as a stretch is certified, the next begins with smaller ones. Where that is not enough,
+//! both ends of a short stretch are evaluated exactly, and between them no value deviates by more than
+//! `h^2 / 8` times the sum of the modes' second differences. The residue and the reserves for rounding of
+//! [`crate::norms`] must fit in as well. An ageing contact is assumed to be no stronger than at the start
+//! of the jump.
 
 use std::sync::Arc;
 
@@ -40,25 +41,25 @@ const PATIENCE_STEPS: u64 = 256;
 const STEPS_OF_FORCED: u64 = 10;
 const STEPS_OF_MODE: u64 = 2;
 
-/// What jumps may miss, and again what modes may be off by, as a share of the mean threshold: the reserve
-/// for rounding.
+/// Limit on the residue of a jump, and likewise on the error of its modes, as a share of the mean
+/// threshold: the reserve for rounding.
 const MISSED: f64 = ROUNDING;
 
 /// How often a state is projected on the modes.
 const ROUNDS: usize = 2;
 
-/// Modes of so small a share of the largest displacement change nothing in a sample.
+/// Modes below this share of the largest displacement do not affect a sample.
 const NEGLIGIBLE: f64 = 1e-17;
 
-/// Steps of a stretch of which both ends are taken exactly, and how many of them are at most.
+/// Length in steps of a stretch whose ends are evaluated exactly, and the largest number of such stretches.
 const STRETCH: u64 = 32;
 const MOST_STRETCHES: u64 = 2048;
 
-/// Orders of the work of the scheme that are taken at most, and the share of it that is negligible.
+/// Largest number of orders for the work of the scheme, and the share of it that is negligible.
 const MOST_ORDERS: usize = 12;
 const NEGLIGIBLE_WORK: f64 = 1e-13;
 
-/// What an attempt to jump came to.
+/// Outcome of an attempt to jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Attempt {
     /// This number of steps is certified.
@@ -73,11 +74,11 @@ pub(crate) struct Jump {
     precomputed: Arc<Precomputed>,
     forced: Forced,
     coordinates: Coordinates,
-    /// What the last attempt took, in single steps.
+    /// Cost of the last attempt, in single steps.
     cost_steps: u64,
-    /// Static coefficients where it begins.
+    /// Static coefficients at its start.
     coefficients: Vec<f64>,
-    /// Energies where it begins.
+    /// Energies at its start.
     start: Start,
     u: Vec<f64>,
     w: Vec<f64>,
@@ -92,8 +93,8 @@ struct Start {
     here: Worth,
 }
 
-/// What a state is worth: kinetic and elastic energy, the function whose differences are the work of
-/// the scheme, and the part of it that a ledger leaves to the state.
+/// Energies of a state: kinetic and elastic energy, the function whose differences are the work of the
+/// scheme, and the part of it that a ledger leaves to the state.
 #[derive(Debug, Clone, Copy, Default)]
 struct Worth {
     kinetic_j: f64,
@@ -102,7 +103,7 @@ struct Worth {
     ahead_j: f64,
 }
 
-/// How large the modes are, and what they and what is missed may add to each contact.
+/// Sizes of the modes, and bounds on what they and the residue may add at each contact.
 struct Swing {
     force_n: Vec<f64>,
     load_n: Vec<f64>,
@@ -128,7 +129,7 @@ impl Jump {
         }
     }
 
-    /// Takes a state apart in which every contact sticks.
+    /// Decomposes a state in which every contact sticks.
     pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Attempt {
         let nodes = self.precomputed.stuck.lattice.nodes();
         let refused = Attempt::Wait(PATIENCE_STEPS);
@@ -145,7 +146,7 @@ impl Jump {
         self.find_forced(plan, state);
         let simd = self.precomputed.stuck.simd;
         let largest = |values: &[f64]| simd.largest(values);
-        // What even the forced part does not allow needs no closer look.
+        // If the forced part alone rules out the jump, the modes need not be checked.
         let calm = Swing { force_n: vec![0.0; plan.blocks], load_n: vec![0.0; plan.blocks], drive_n: 0.0 };
         if self.certified(plan, state, 0, &calm, [0.0; 3]) < SHORTEST {
             return refused;
@@ -159,7 +160,7 @@ impl Jump {
         let off = self.off(most_steps);
         let excess = left_out.max(off) / enough;
         if excess > 1.0 {
-            // By how many steps the modes that are not taken need to fall so far.
+            // Steps until the modes that are not used have decayed to that level.
             let steps = libm::log(excess) / (0.75 * self.precomputed.modes.next_falls_by);
             let is_told = steps < (1 << 20) as f64;
             return Attempt::Wait(if is_told { (steps as u64).max(PATIENCE_STEPS / 4) } else { 1 << 12 });
@@ -180,7 +181,7 @@ impl Jump {
         Attempt::Jump(steps)
     }
 
-    /// What the last attempt took, and will take on landing, in single steps.
+    /// Cost of the last attempt, including landing, in single steps.
     pub(crate) fn cost_steps(&self) -> u64 {
         self.cost_steps
     }
@@ -214,7 +215,7 @@ impl Jump {
         precomputed.stuck.solve(position_m, scratch);
     }
 
-    /// Finds the coordinates of what is not forced; the norm of what they leave out.
+    /// Computes the coordinates of the free part; returns the norm of the residue.
     fn take_apart(&mut self, state: &SliderState) -> f64 {
         let Jump { precomputed, forced, coordinates, u, w, stiff, damped, scratch, .. } = self;
         let (stuck, modes) = (&precomputed.stuck, &precomputed.modes);
@@ -226,7 +227,7 @@ impl Jump {
         coordinates.im.clear();
         coordinates.re.resize(modes.rates.len(), 0.0);
         coordinates.im.resize(modes.rates.len(), 0.0);
-        // Modes that are off a little mix a little: what is left of them is taken out as well.
+        // Slightly inaccurate modes mix slightly: a second pass removes what remains of them.
         let mut found = Coordinates::default();
         for _ in 0..ROUNDS {
             for (scratch, (u, w)) in scratch.iter_mut().zip(u.iter().zip(&*w)) {
@@ -268,7 +269,7 @@ impl Jump {
                 steps = certified;
                 continue;
             }
-            // One stretch with its ends taken exactly.
+            // One stretch with its ends evaluated exactly.
             let to = (steps + STRETCH).min(most_steps);
             stretches += 1;
             if stretches > MOST_STRETCHES || !self.stays(plan, state, [steps, to], &coordinates, reserves) {
@@ -301,8 +302,8 @@ impl Jump {
         swing
     }
 
-    /// The steps from the start of the jump up to which nothing switches and no load stops the drive
-    /// by this swing, if all is well at `from`; `from` if it is not.
+    /// Steps from the start of the jump for which this swing neither switches a contact nor stops the
+    /// drive, provided that the state at `from` is certified; otherwise `from`.
     fn certified(
         &self,
         plan: &Plan,
@@ -332,7 +333,7 @@ impl Jump {
         from.saturating_add(clearance.steps())
     }
 
-    /// What a contact bears by the forced part `into` steps after the first, and its change in a step.
+    /// Normal load of a contact in the forced part `into` steps after the first, and its change in a step.
     fn forced_load_n(&self, contact: usize, into: f64) -> (f64, f64) {
         let lattice = &self.precomputed.stuck.lattice;
         let (kf, z) = (lattice.foundation_n_per_m, lattice.nodes() + contact);
@@ -418,8 +419,8 @@ impl Jump {
 
     /// Brings the ledger of a state up to `into` steps of the jump, the step of the state.
     ///
-    /// The sums over the steps of what drive and load do are geometric. The work of the scheme is a
-    /// difference of [`Worth`], and the viscous loss what is missing in the balance.
+    /// The work of drive and load are geometric sums over the steps. The work of the scheme is a difference
+    /// of [`Worth`], and the viscous loss is the remainder of the balance.
     pub(crate) fn account(&mut self, plan: &Plan, into: u64, state: &mut SliderState) {
         let Start { mut ledger, here: start } = self.start;
         let here = self.worth(plan, state, into);
@@ -451,7 +452,7 @@ impl Jump {
         if moving == 0 || advance_m == 0.0 {
             return 0.0;
         }
-        // Where the point stops on the way, it does so in the first step.
+        // If the point stops within the jump, it does so in the first step.
         let count = moving as f64;
         let growth = self.precomputed.modes.powers.growth(moving);
         let point_m = plan.drive_point_m(from_step + 1, u64::MAX) - 0.5 * advance_m;
@@ -496,7 +497,7 @@ impl Jump {
             product[0]
         };
         let (kinetic_j, elastic_j) = stored_j(plan, &stuck.lattice, state);
-        // The outer forces of the step that comes next, as if the jump went on.
+        // The outer forces of the next step, as if the jump continued.
         let hold_step = if moves { u64::MAX } else { hold_step };
         let point_m = plan.drive_point_m(state.step + 1, hold_step);
         let advance_m = if moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };

@@ -24,7 +24,7 @@ pub(crate) struct Coefficients {
     stay: f64,
     half: f64,
     sigma: f64,
-    /// `c_j`, and their sums over the steps before, taken once, twice and three times.
+    /// `c_j`, and their single, double and triple sums over the steps before.
     pub(crate) now: [f64; FOLLOWED],
     single: [f64; FOLLOWED],
     pub(crate) double: [f64; FOLLOWED],

@@ -1,6 +1,6 @@
 //! Sums over the blocks for the energies.
 //!
-//! Every sum is taken in eight lanes, so that its order is the same on every machine.
+//! Every sum has eight lanes, so its order is the same on every machine.
 
 use std::hint::select_unpredictable;
 
@@ -11,7 +11,8 @@ use crate::kernels::simd::{Simd, dispatch};
 
 impl Simd {
     dispatch! {
-        /// The work of one step; for a law that holds stuck blocks, after they have stopped.
+        /// The work of one step; for a law without friction springs, evaluated after stuck blocks have
+        /// stopped.
         step_work(moved: &Moved<'_>, law: &L) -> StepWork where [L: ContactLaw]
     }
 
@@ -31,7 +32,7 @@ impl Simd {
     }
 }
 
-/// A step that has been taken.
+/// A completed step.
 pub(crate) struct Moved<'a> {
     pub(crate) chain: &'a Chain,
     /// Velocities before the step and after it.

@@ -118,7 +118,7 @@ pub(crate) struct Guarded<'a> {
     pub(crate) now: &'a [f64],
     pub(crate) rate: &'a [f64],
     pub(crate) sigma: &'a [f64],
-    /// Thresholds of stuck blocks, and the share of them by which they fall in a step.
+    /// Thresholds of stuck blocks, and their relative decrease in a step.
     pub(crate) limit: &'a [f64],
     pub(crate) decline: f64,
 }

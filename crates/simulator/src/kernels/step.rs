@@ -107,7 +107,7 @@ fn is_positive(bits: u64) -> bool {
     bits >> 63 == 0
 }
 
-/// A step that has been taken, except for its switches. Vectors have one array per tangential freedom.
+/// A completed step, except for its switches. Vectors have one array per tangential freedom.
 pub(crate) struct After<'a, const D: usize> {
     pub(crate) slip: &'a [f64],
     /// Before the step and after it.

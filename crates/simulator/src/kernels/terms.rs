@@ -167,7 +167,7 @@ pub(crate) struct Terms<'a> {
     pub(crate) pitch: usize,
 }
 
-/// The inputs of terms, besides the first of them.
+/// The inputs of the terms after the first.
 pub(crate) struct TermChain<'a> {
     /// Spring of each block; for sliding ones the drive's alone.
     pub(crate) spring: &'a [f64],
@@ -191,7 +191,7 @@ pub(crate) struct TermChain<'a> {
 const PIECE: usize = 256;
 const WHOLE: usize = 1024;
 
-/// Blocks by which the pieces of a term lag behind those of the previous term. A term needs one
+/// Offset, in blocks, between the pieces of a term and those of the previous term. A term needs one
 /// neighbour of every block, and the lag keeps vectors aligned.
 const LAG: usize = 8;
 
@@ -274,7 +274,7 @@ struct Term<'a> {
     /// `stiffness u + damping v` of each block, between its two neighbours. The values of the ends are
     /// repeated beyond them, which makes the ends free.
     strain: &'a [f64],
-    /// What [`TermChain`] has of these blocks.
+    /// The part of [`TermChain`] for these blocks.
     spring: &'a [f64],
     sigma: &'a [f64],
     first: bool,

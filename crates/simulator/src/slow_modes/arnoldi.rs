@@ -19,10 +19,10 @@
 //! ([`crate::modes`]) it is `x (w - K (u - w) / s)` over its value on the mode itself.
 //!
 //! **What they leave out.** Jumps do not rely on how accurate the modes are; two numbers bound the error of
-//! a state that is composed of them a number of steps later. What the modes leave out now has a norm that
-//! never grows ([`crate::norms`]). And a mode whose image is off by `(e, e)`,
+//! a state that is composed of them a number of steps later. The residue that they do not span has a norm
+//! that never grows ([`crate::norms`]). A mode whose image is off by `(e, e)`,
 //! `e = -K x - (D + s) s / (1 + s) x`, adds in every step `sqrt(m) |e| / dt` in this norm, times what is
-//! left of its coordinate. Modes that are off by too much are not taken.
+//! left of its coordinate. Modes with too large an error are rejected.
 
 use asperity_model::mixed;
 
@@ -31,14 +31,14 @@ use crate::modes::{Coordinates, Powers};
 use crate::slow_modes::eigen::Hessenberg;
 use crate::slow_modes::stuck::StuckLattice;
 
-/// Largest part of a mode by which its image may be off, for a mode to be taken. What that comes to is
-/// counted in every jump, so it may be as large as waits for fewer modes are long.
+/// Largest relative error of the image of an accepted mode. Every jump counts the resulting error, so the
+/// limit only trades the number of modes against the wait before a jump.
 const DEFECT: f64 = 1e-6;
 
 /// The search ends after this number of eigenvalues without an accepted mode.
 const MOST_MISSING: usize = 6;
 
-/// Solutions before the iteration, which take the fastest out of what it starts with.
+/// Solves before the iteration, which remove the fastest modes from its start vector.
 const FIRST_SOLUTIONS: usize = 2;
 
 /// Slow modes of a stuck slab.
@@ -59,8 +59,8 @@ pub(crate) struct SlowModes {
     /// conjugate.
     pub(crate) off: Vec<f64>,
     pub(crate) powers: Powers,
-    /// By which part the next modes fall in a step, as the iteration estimates it: what is not taken
-    /// falls about so fast.
+    /// Relative decay per step of the next modes, as the iteration estimates it: the residue decays about
+    /// as fast.
     pub(crate) next_falls_by: f64,
 }
 
@@ -108,7 +108,7 @@ impl SlowModes {
         (!modes.rates.is_empty() && modes.powers.none_grows()).then_some(modes)
     }
 
-    /// Takes the mode of an eigenvalue, if it is near enough to one.
+    /// Accepts the mode of an eigenvalue, if it is accurate enough.
     fn take(
         &mut self,
         stuck: &StuckLattice,
@@ -121,7 +121,7 @@ impl SlowModes {
         let freedoms = self.freedoms;
         let [re, im, stiff_re, stiff_im, damped_re, damped_im] = work;
         let coordinates = map.eigenvector(value);
-        // Of the first half, `t x`, which has been through the map once more than the second.
+        // From the first half, `t x`, to which the map was applied once more than to the second.
         let parts = [coordinates.iter().map(|c| c.re).collect(), coordinates.iter().map(|c| c.im).collect()];
         for (part, times) in [&mut *re, &mut *im].into_iter().zip::<[Vec<f64>; 2]>(parts) {
             part.fill(0.0);
@@ -351,7 +351,7 @@ mod tests {
     use crate::modes::Coordinates;
     use crate::slow_modes::stuck::StuckLattice;
 
-    /// Steps of a state made of modes are what the modes say.
+    /// A state composed of modes evolves as the modes predict.
     #[test]
     fn modes_are_multiplied_in_every_step() {
         let sets = ["slider.blocks=9", "slider.rows=5", "slider.height_m=0.07", "drive.height_m=0.0175"];
@@ -369,7 +369,7 @@ mod tests {
         let (mut u, mut w) = (vec![0.0; freedoms], vec![0.0; freedoms]);
         modes.add(&stuck, &coordinates, count, &mut u, &mut w);
         let (mut stiff, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
-        // What was put together is taken apart again.
+        // Decomposing a composed state returns its coordinates.
         let moving: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u - w).collect();
         stuck.products(&mut stiff, &mut damped, &moving, &w);
         let mut found = Coordinates::default();

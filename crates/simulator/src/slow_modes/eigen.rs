@@ -1,5 +1,5 @@
-//! Eigenvalues and eigenvectors of a small matrix of which all but the first diagonal below the
-//! main one is zero: what Arnoldi's iteration leaves of a large one.
+//! Eigenvalues and eigenvectors of a small upper Hessenberg matrix (zero below the first subdiagonal), the
+//! projection of a large matrix by Arnoldi's iteration.
 //!
 //! Eigenvalues by Francis' double steps (EISPACK's `hqr`), eigenvectors by inverse iteration. Nothing
 //! but the four operations and square roots, so that the same matrix gives the same bits everywhere.
@@ -9,10 +9,10 @@ use crate::complex::Complex;
 /// Most steps for one eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 60;
 
-/// Steps after which a shift out of the ordinary is tried.
+/// Steps after which an exceptional shift is tried.
 const STUCK_AFTER: usize = 10;
 
-/// A square matrix, row by row, that is zero below the diagonal but for the numbers next to it.
+/// A square matrix, row by row, that is zero below the first subdiagonal.
 #[derive(Debug, Clone)]
 pub(crate) struct Hessenberg {
     pub(crate) size: usize,
@@ -83,7 +83,7 @@ impl Hessenberg {
         Some(values)
     }
 
-    /// Where the part that ends in row `n` begins: the entry below it is negligible.
+    /// First row of the block that ends in row `n`: the subdiagonal entry before it is negligible.
     fn split(&self, n: usize, norm: f64) -> usize {
         let mut start = n;
         while start > 0 {
@@ -174,7 +174,7 @@ impl Hessenberg {
         let size = self.size;
         let norm = self.rows.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let least = Complex::from(f64::EPSILON * norm);
-        // Elimination with the row below taken first where it is larger.
+        // Elimination that pivots to the row below where that is larger.
         let mut upper: Vec<Complex> = self.rows.iter().map(|x| Complex::from(*x)).collect();
         for i in 0..size {
             upper[i * size + i] = upper[i * size + i] - value;

@@ -1,4 +1,4 @@
-//! What the jumps of a slab's plan have in common: the stuck slab, its slow modes, and what these do to
+//! Quantities shared by all jumps of a slab's plan: the stuck slab, its slow modes, and their effect on
 //! contacts, drive and load.
 
 use asperity_model::Plan;
@@ -8,13 +8,13 @@ use crate::norms::Norms;
 use crate::slow_modes::arnoldi::SlowModes;
 use crate::slow_modes::stuck::StuckLattice;
 
-/// What is found once for all jumps.
+/// Computed once for all jumps.
 #[derive(Debug)]
 pub(crate) struct Precomputed {
     pub(crate) stuck: StuckLattice,
     pub(crate) modes: SlowModes,
     pub(crate) norms: Norms,
-    /// Force on each contact and what it bears, by each mode, mode by mode.
+    /// Tangential force and normal load of each contact due to each mode, mode by mode.
     pub(crate) force_n: Vec<Complex>,
     pub(crate) load_n: Vec<Complex>,
     /// Their magnitudes.
@@ -23,14 +23,14 @@ pub(crate) struct Precomputed {
     /// The sum of the driving forces, and the way of the load, `sum F_n u_z`, by each mode.
     pub(crate) drive_n: Vec<Complex>,
     pub(crate) pressed_j: Vec<Complex>,
-    /// `M^-1` of what the forces change by in a step by a moving drive, and for a load that grows by
-    /// that of the start.
+    /// `M^-1` times the change of the forces in a step due to a moving drive, and due to a load that grows
+    /// by its initial value.
     pub(crate) by_drive_m: Vec<f64>,
     pub(crate) by_load_m: Vec<f64>,
 }
 
 impl Precomputed {
-    /// `None` if there are no slow modes to be found.
+    /// `None` if no slow modes are found.
     pub(crate) fn of(plan: &Plan, stuck: StuckLattice, iterations: usize) -> Option<Precomputed> {
         let modes = SlowModes::of(&stuck, iterations)?;
         let (freedoms, contacts) = (stuck.freedoms(), plan.blocks);

@@ -1,4 +1,4 @@
-//! The stuck slab: its stiffness and damping, and what is at rest in it.
+//! The stuck slab: its stiffness and damping, and its equilibrium.
 //!
 //! While every contact sticks and bears load, all forces are linear: springs and dashpots between
 //! nodes, the friction spring `k_t` and the foundation `k_f` of each contact, the drive. With the nodes
@@ -14,7 +14,7 @@ use crate::kernels::Simd;
 pub(crate) struct StuckLattice {
     pub(crate) simd: Simd,
     pub(crate) lattice: Lattice,
-    /// Stiffness on each freedom from other springs than those between nodes, where there are any.
+    /// Stiffness on each freedom from springs other than those between nodes, if any.
     held_n_per_m: Vec<(usize, f64)>,
     pub(crate) step_s: f64,
     pub(crate) mass_kg: f64,

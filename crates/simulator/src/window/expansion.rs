@@ -23,11 +23,11 @@ use crate::state::SliderState;
 use crate::strength::{Ramp, Strength};
 use crate::window::rows::Rows;
 
-/// Fewest terms that a window takes.
+/// Fewest terms of a window.
 const FEWEST_TERMS: usize = 4;
 
-/// Size of what is left out of a state, relative to it: one or two rounding errors. Terms are added
-/// until this is reached.
+/// Size of the truncation, relative to the state: one or two rounding errors. Terms are added until this is
+/// reached.
 const NEGLIGIBLE: f64 = 4e-16;
 
 /// The largest displacement and the largest velocity where a window starts.
@@ -77,7 +77,7 @@ pub(super) struct Expansion {
     /// Strains of the last two terms, with their images beyond the ends; the first block's is aligned as
     /// rows are.
     strain: [Rows; 2],
-    /// Number of terms taken.
+    /// Number of terms used.
     pub(super) terms: usize,
     /// Number of differences and terms computed in all, for the counters.
     pub(super) applications: u64,
@@ -220,8 +220,8 @@ impl Expansion {
         [&self.u, &self.v].map(|rows| self.simd.largest(rows.row(term)))
     }
 
-    /// Adds terms until what is left out of a window of this length is negligible, at most as many as
-    /// the length has; returns the sizes of the last one and of the next.
+    /// Adds terms until the truncation of a window of this length is negligible, at most as many as are
+    /// tabulated for the length; returns the sizes of the last term and of the next.
     pub(super) fn take_enough_terms(&mut self, plan: &Plan, index: usize, sizes: &Sizes) -> [[f64; 2]; 2] {
         let length = &self.basis.lengths[index];
         let most = length.terms;

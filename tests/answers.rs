@@ -176,6 +176,33 @@ fn cells_and_rows_lead_to_runs_and_to_the_command_that_makes_their_log() {
     tab.assert_quiet();
 }
 
+/// The page of a study begins with what it found: nobody has to scroll for its first figure and a claim that differs.
+#[test]
+fn a_study_begins_with_its_first_figure_and_the_claims_that_differ() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let [_, sweep] = page_of_a_sweep(folder.path());
+    let pipeline = study(folder.path()).join("report.html");
+    for page in [sweep, pipeline] {
+        for (size, scheme) in [(DESK, "light"), (DESK, "dark"), (PHONE, "light"), (PHONE, "dark")] {
+            let mut tab = Tab::open(&browser, &page, size, scheme);
+            for part in [".result figure img", ".result .claims li", ".score"] {
+                let bottom = tab.says(&format!(
+                    "Math.ceil(document.querySelector('{part}').getBoundingClientRect().bottom + scrollY)"
+                ));
+                let bottom: u32 = bottom.parse().expect("a number");
+                assert!(bottom <= size[1], "{part} ends at {bottom} of {size:?} on {}", page.display());
+            }
+            let asked = "document.querySelector('.result').compareDocumentPosition(document.querySelector('.model')) & 4";
+            assert_eq!(tab.says(asked), "4", "the answer comes before what was asked");
+            // Its first figure is there once.
+            let figures = "[...document.querySelectorAll('.figure')].map((one) => one.id)";
+            assert_eq!(tab.says(&format!("{figures}.length - new Set({figures}).size")), "0");
+            tab.assert_quiet();
+        }
+    }
+}
+
 /// What sticks out of the window, whatever is unfolded; what scrolls by itself does not.
 const OVERFLOW: &str = "(() => { document.querySelectorAll('details').forEach((one) => { one.open = true; }); \
                         return document.documentElement.scrollWidth <= innerWidth ? '' : \

@@ -19,6 +19,11 @@ const VERDICTS: [(&str, &str, &str); 5] = [
 /// The verdict on a claim that what was measured contradicts.
 const DIFFERS: &str = "differs";
 
+/// Whether what was measured contradicts a claim.
+pub(crate) fn differs(claim: &Claim) -> bool {
+    claim.own.verdict == DIFFERS
+}
+
 /// What the sections of claims are called: of those that differ, and of all.
 pub(crate) const DIFFERING: &str = "Claims that differ";
 pub(crate) const ALL: &str = "Claims";
@@ -191,7 +196,7 @@ fn quoted(claim: &Claim) -> String {
 /// The claims that differ, each with what it is about: a reader who trusts the rest looks at these.
 pub(crate) fn differing(claims: &[Claim]) -> String {
     let mut out = String::new();
-    let differing: Vec<&Claim> = claims.iter().filter(|claim| claim.own.verdict == DIFFERS).collect();
+    let differing: Vec<&Claim> = claims.iter().filter(|claim| differs(claim)).collect();
     let mut about: Vec<&str> = Vec::new();
     for claim in &differing {
         if !about.contains(&claim.about.as_str()) {

@@ -4,7 +4,7 @@ use asperity_numbers::claim::Claim;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::claims::{beside, figures_named, link, numbered};
+use crate::claims::{beside, differs, figures_named, link, numbered};
 use crate::html::markup::text;
 use crate::symbols::lettered;
 
@@ -85,8 +85,8 @@ impl Figure {
         ))
     }
 
-    fn html(&self, claims: &[Claim]) -> String {
-        let about: Vec<&Claim> = claims.iter().filter(|claim| self.is_meant_by(claim)).collect();
+    fn html<'a>(&self, claims: impl Iterator<Item = &'a Claim>) -> String {
+        let about: Vec<&Claim> = claims.filter(|claim| self.is_meant_by(claim)).collect();
         let said = beside(&about);
         let said = if said.is_empty() { said } else { format!("<div class=\"said\">{said}</div>\n") };
         let image =
@@ -146,13 +146,16 @@ pub(crate) fn place_of(path: &str) -> String {
     format!("figure-of-{}", stem(path))
 }
 
-/// All figures.
-pub(crate) fn figures(figures: &[Figure], claims: &[Claim]) -> String {
-    if figures.is_empty() {
-        return String::new();
-    }
-    let all: String = figures.iter().map(|figure| figure.html(claims)).collect();
-    format!("<div class=\"figures\">\n{all}</div>\n")
+/// The first figure, with the claims about it that do not differ: those that do stand beside it.
+pub(crate) fn first(figures: &[Figure], claims: &[Claim]) -> String {
+    let agreeing = || claims.iter().filter(|claim| !differs(claim));
+    figures.first().map_or_else(String::new, |figure| figure.html(agreeing()))
+}
+
+/// The figures after the first.
+pub(crate) fn further(figures: &[Figure], claims: &[Claim]) -> String {
+    let all: String = figures.iter().skip(1).map(|figure| figure.html(claims.iter())).collect();
+    if all.is_empty() { all } else { format!("<div class=\"figures\">\n{all}</div>\n") }
 }
 
 /// Whether a claim stands beside a figure of these.
@@ -162,7 +165,7 @@ pub(crate) fn is_beside_one(claim: &Claim, figures: &[Figure]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, Picture, figures};
+    use super::{Figure, Picture, first};
 
     #[test]
     fn every_figure_has_words_for_those_who_do_not_see_it() {
@@ -173,16 +176,16 @@ mod tests {
             runs: vec!["default".to_owned(), "tilted".to_owned()],
             picture: Picture::Png(b"png".to_vec()),
         };
-        let html = figures(std::slice::from_ref(&figure), &[]);
+        let html = first(std::slice::from_ref(&figure), &[]);
         assert!(html.contains("alt=\"Figure 5.9: L_p/L against F_T/F_N. Runs: default, tilted.\""), "{html}");
         assert!(html.contains("src=\"data:image/png;base64,cG5n\"") && html.contains("href=\"#run-tilted\""));
         assert!(html.contains(". </b>L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>."), "{html}");
         let path = "figures/speed-over-c.png".to_owned();
         let gone = Figure { picture: Picture::None, path, ..figure };
-        let html = figures(std::slice::from_ref(&gone), &[]);
+        let html = first(std::slice::from_ref(&gone), &[]);
         assert!(html.contains("<b>Lengths. </b>") && html.contains("not there"), "{html}");
         let of = |caption: &str| Figure { title: String::new(), caption: caption.to_owned(), ..gone.clone() };
         assert_eq!(of("Lengths, and loads. More.").name(), "Lengths, and loads");
-        assert!(figures(&[of("A against b.")], &[]).contains("<b>A against b</b>."));
+        assert!(first(&[of("A against b.")], &[]).contains("<b>A against b</b>."));
     }
 }

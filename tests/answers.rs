@@ -68,7 +68,18 @@ fn a_run_begins_with_its_verdict_its_curve_and_its_map() {
         assert!(slip.contains(&format!("at FT/FN = {}", &load[..4])), "{slip}, {load}");
         let precursors = near(answer(&mut tab, 1), number("precursor_count"));
         assert!(precursors.contains("the longest Lp/L = "), "{precursors}");
-        near(answer(&mut tab, 2), number("front_speed_over_wave_speed_ratio"));
+        let fronts = near(answer(&mut tab, 2), number("front_speed_over_wave_speed_ratio"));
+        let said = |name: &str| -> f64 {
+            let (_, rest) = fronts.split_once(name).unwrap_or_else(|| panic!("no {name:?} in {fronts:?}"));
+            let digits = rest.trim_start().split(|c: char| c != '.' && !c.is_ascii_digit());
+            digits.into_iter().next().and_then(|digits| digits.parse().ok()).expect("a number")
+        };
+        // What is printed of the ratio follows from the speeds that are printed, but for the last digit.
+        let [ratio, v, c] = ["v/c =", "median of all fronts: v =", ", c ="].map(said);
+        assert!((v / c / ratio - 1.0).abs() < 1.2e-3, "{fronts}");
+        assert!((ratio / number("front_speed_over_wave_speed_ratio") - 1.0).abs() < 1e-3, "{fronts}");
+        let first = number("first_global_rupture_front_speed_m_per_s") / number("wave_speed_m_per_s");
+        assert!((said("first global slip: v/c =") / first - 1.0).abs() < 1e-3, "{fronts}, not {first}");
         let slider = answer(&mut tab, 3).1;
         assert!(slider.starts_with("as coded: 12 kg, c = 46 m/s"), "{slider}");
         let bottom = tab.says("Math.round(document.getElementById('map').getBoundingClientRect().bottom)");

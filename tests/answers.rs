@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::report::study;
-use crate::support::binary::{run, succeed, text};
+use crate::support::binary::{asperity, run, succeed, text};
 use crate::support::browser::{Tab, browser};
 
 const DESK: [u32; 2] = [1400, 900];
@@ -31,7 +31,7 @@ fn page_of_a_sweep(folder: &Path) -> [PathBuf; 2] {
          set = [\"slider.blocks=10\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]\n\
          [[axis]]\nkey = \"normal_load.tilt\"\nvalues = [-0.5, 0, 0.5]\n\
          [[axis]]\nkey = \"friction.static_coefficient\"\nvalues = [0.6, 0.7]\n\
-         [[figure.phase-map]]\nfile = \"counts.png\"\nx = \"normal_load.tilt\"\n\
+         [[figure.phase-map]]\nfile = \"counts.png\"\ntitle = \"Slip events\"\nx = \"normal_load.tilt\"\n\
          y = \"friction.static_coefficient\"\ncolour = \"event_count\"\n\
          [[claim]]\nabout = \"counts.png\"\nof = \"this project\"\nquote = \"F_T/F_N stays below 10^-8\"\n\
          at = [\"normal_load.tilt=0.5\"]\nmeasure = \"largest_ft_fn\"\nat_most = 1e-8\n",
@@ -176,7 +176,12 @@ fn cells_and_rows_lead_to_runs_and_to_the_command_that_makes_their_log() {
     assert!(out.join("logs/2.mcap").is_file());
     // The claim that differs is the first section, and leads to its run; contents lead to all sections.
     assert_eq!(tab.says("document.querySelector('section').id"), "part-claims-that-differ");
-    assert_eq!(tab.says("document.querySelector('section a').getAttribute('href')"), "#run-5");
+    // It names its figure by the title, and what is measured in words.
+    assert_eq!(tab.says("document.querySelector('section h3 a').getAttribute('href')"), "#figure-of-counts");
+    assert_eq!(tab.says("document.querySelector('section h3').textContent"), "Slip events");
+    let measure = "document.querySelector('section .claims span[title=largest_ft_fn]').textContent";
+    assert_eq!(tab.says(measure), "largest FT/FN");
+    assert_eq!(tab.says("document.querySelector('section .claims a').getAttribute('href')"), "#run-5");
     let lost = "[...document.querySelectorAll('nav a, a[href^=\"#\"]')].filter((a) => \
                 !document.getElementById(a.getAttribute('href').slice(1))).length";
     assert_eq!(tab.says(lost), "0");
@@ -225,6 +230,11 @@ const RAW: &str = "(() => { const copy = document.querySelector('main').cloneNod
                    copy.querySelectorAll('td, th, dt, dd, p, li, div').forEach((one) => one.append(' ')); \
                    const raw = /\\S*(_\\{|\\^|\\\\[a-z]|`|\\$|\\b[A-Za-zμτ]_[A-Za-z]\\b|\\b(mu|tau|theta|beta|alpha)\\b|\\d[eE]-\\d|[<>]=)\\S*/g; \
                    return [...copy.textContent.matchAll(raw)].map(([found]) => found).join(' | '); })()";
+/// Cells whose numbers break, or whose words are pressed into a narrow column, where the table could scroll.
+const PRESSED: &str = "[...document.querySelectorAll('.wide td')].filter((one) => one.checkVisibility() && !one.children.length).filter((one) => { \
+                       const range = document.createRange(); range.selectNodeContents(one); \
+                       return range.getClientRects().length > (one.clientWidth < 90 || one.matches('.number') ? 1 : 99); \
+                       }).map((one) => one.outerHTML).join(' | ')";
 /// Names that break in the middle of a word.
 const BROKEN: &str = "[...document.querySelectorAll('code.name')].filter((one) => !one.textContent.includes(' ')).filter((one) => { \
                       const words = one.textContent.split(/(?<=[._])/), range = document.createRange(); \
@@ -236,7 +246,7 @@ const BROKEN: &str = "[...document.querySelectorAll('code.name')].filter((one) =
 fn no_page_overflows_a_phone_and_none_has_raw_markup() {
     let Some(browser) = browser() else { return };
     let folder = asperity_testkit::folder();
-    let [_, run] = page_of_a_run(folder.path(), 0.5);
+    let [log, run] = page_of_a_run(folder.path(), 0.5);
     let [_, sweep] = page_of_a_sweep(folder.path());
     let two = study(folder.path());
     let index = folder.path().join("index.html");
@@ -247,6 +257,20 @@ fn no_page_overflows_a_phone_and_none_has_raw_markup() {
             for rule in [OVERFLOW, RAW, BROKEN] {
                 assert_eq!(tab.says(rule), "", "{} at {size:?}", page.display());
             }
+        }
+    }
+    // The page of a diff, with names as long as they come.
+    let other = asperity_testkit::folder();
+    let [longer, _] = page_of_a_run(other.path(), 0.6);
+    let long_name = other.path().join(format!("{}.mcap", "a_long_name_".repeat(7)));
+    fs::rename(longer, &long_name).expect("the folder can be written");
+    let page = folder.path().join("diff.html");
+    let compared = asperity(&["diff", text(&log), text(&long_name), "--page", text(&page)]);
+    assert_eq!(compared.status.code(), Some(1), "{compared:?}");
+    for scheme in ["light", "dark"] {
+        let mut tab = Tab::open(&browser, &page, PHONE, scheme);
+        for rule in [OVERFLOW, BROKEN, PRESSED] {
+            assert_eq!(tab.says(rule), "", "{} at {PHONE:?}", page.display());
         }
     }
     // What breaks a rule is seen.

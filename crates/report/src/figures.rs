@@ -49,10 +49,18 @@ impl Figure {
         number(&self.path)
     }
 
+    fn file(&self) -> &str {
+        self.path.rsplit('/').next().unwrap_or_default()
+    }
+
+    /// Words that lead to it.
+    fn link(&self, words: &str) -> String {
+        format!("<a href=\"#{}\">{}</a>", text(place_of(&self.path)), lettered(words))
+    }
+
     /// Whether a claim is about it, by its number in a text or the name of its file.
     fn is_meant_by(&self, claim: &Claim) -> bool {
-        let file = self.path.rsplit('/').next().unwrap_or_default();
-        if claim.about.split([' ', ',', ';']).any(|word| word == file) {
+        if claim.about.split(BETWEEN_FILES).any(|word| word == self.file()) {
             return true;
         }
         let Some((chapter, number)) = self.number() else { return false };
@@ -158,6 +166,30 @@ pub(crate) fn further(figures: &[Figure], claims: &[Claim]) -> String {
     if all.is_empty() { all } else { format!("<div class=\"figures\">\n{all}</div>\n") }
 }
 
+/// What stands between names of files in what a claim is about.
+const BETWEEN_FILES: [char; 3] = [' ', ',', ';'];
+
+/// What a claim is about, with links to the figures: those that it names by their files have their names instead.
+pub(crate) fn about(claim: &Claim, figures: &[Figure]) -> String {
+    let mut out = String::new();
+    let mut has_link = false;
+    for part in claim.about.split_inclusive(BETWEEN_FILES) {
+        let file = part.trim_end_matches(BETWEEN_FILES);
+        match figures.iter().find(|figure| figure.file() == file) {
+            Some(figure) => {
+                has_link = true;
+                out += &(figure.link(&figure.name()) + &text(&part[file.len()..]));
+            }
+            None => out += &text(part),
+        }
+    }
+    match figures.iter().find(|figure| figure.is_meant_by(claim)) {
+        Some(_) if has_link => out,
+        Some(figure) => figure.link(&claim.about),
+        None => lettered(&claim.about),
+    }
+}
+
 /// Whether a claim stands beside a figure of these.
 pub(crate) fn is_beside_one(claim: &Claim, figures: &[Figure]) -> bool {
     figures.iter().any(|figure| figure.is_meant_by(claim))
@@ -165,7 +197,33 @@ pub(crate) fn is_beside_one(claim: &Claim, figures: &[Figure]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, Picture, first};
+    use asperity_numbers::claim::Claim;
+
+    use super::{Figure, Picture, about, first};
+
+    #[test]
+    fn what_a_claim_is_about_leads_to_figures_by_their_titles() {
+        let figure = |file: &str, title: &str| Figure {
+            path: format!("figures/{file}"),
+            title: title.to_owned(),
+            caption: "Counts.".to_owned(),
+            runs: Vec::new(),
+            picture: Picture::None,
+        };
+        let figures =
+            [figure("a.png", "Slips over mu_s"), figure("b.png", ""), figure("figure-5.09.png", "")];
+        let of = |words: &str| about(&Claim { about: words.to_owned(), ..Claim::default() }, &figures);
+        assert_eq!(of("a.png"), "<a href=\"#figure-of-a\">Slips over μ<sub>s</sub></a>");
+        assert_eq!(
+            of("a.png, b.png"),
+            "<a href=\"#figure-of-a\">Slips over μ<sub>s</sub></a>, <a href=\"#figure-of-b\">Counts</a>"
+        );
+        assert_eq!(of("Figure 5.9"), "<a href=\"#figure-of-figure-5.09\">Figure 5.9</a>");
+        assert_eq!(
+            (of("c.png").as_str(), of("the F_T/F_N").as_str()),
+            ("c.png", "the F<sub>T</sub>/F<sub>N</sub>")
+        );
+    }
 
     #[test]
     fn every_figure_has_words_for_those_who_do_not_see_it() {

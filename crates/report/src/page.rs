@@ -46,7 +46,10 @@ impl Study {
             ("What was asked", what),
             ("Figures", figures::further(&self.figures, &self.claims)),
         ];
-        let end = [(claims::ALL, claims::all(&self.claims)), ("Files", runs::links(&self.links))];
+        let end = [
+            (claims::ALL, claims::all(&self.claims, &|claim| figures::about(claim, &self.figures))),
+            ("Files", runs::links(&self.links)),
+        ];
         let main = match self.runs.as_slice() {
             [run] => {
                 let sections = rest.into_iter().chain([("The run in numbers", details)]).chain(end);

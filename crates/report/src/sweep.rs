@@ -7,7 +7,7 @@ use asperity_numbers::claim::Claim;
 use asperity_record::Cell as Stored;
 
 use crate::claims;
-use crate::figures::{Figure, further};
+use crate::figures::{Figure, about, further};
 use crate::html::Document;
 use crate::html::markup::{self, Cell, Row, paragraph, sections_with_contents, sortable_table, table, text};
 use crate::page::STYLE;
@@ -99,7 +99,7 @@ impl Sweep {
                 ("Figures", further(&self.figures, &self.claims)),
                 ("Maps, cell by cell", self.maps.iter().filter_map(|map| self.cells_of(map)).collect()),
                 ("Runs", self.runs()),
-                (claims::ALL, claims::all(&self.claims)),
+                (claims::ALL, claims::all(&self.claims, &|claim| about(claim, &self.figures))),
                 ("Files", links(&self.links)),
             ]),
             format!(

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::report::study;
-use crate::support::binary::{run, succeed, text};
+use crate::support::binary::{asperity, run, succeed, text};
 use crate::support::browser::{Tab, browser};
 
 const DESK: [u32; 2] = [1400, 900];
@@ -31,7 +31,7 @@ fn page_of_a_sweep(folder: &Path) -> [PathBuf; 2] {
          set = [\"slider.blocks=10\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]\n\
          [[axis]]\nkey = \"normal_load.tilt\"\nvalues = [-0.5, 0, 0.5]\n\
          [[axis]]\nkey = \"friction.static_coefficient\"\nvalues = [0.6, 0.7]\n\
-         [[figure.phase-map]]\nfile = \"counts.png\"\nx = \"normal_load.tilt\"\n\
+         [[figure.phase-map]]\nfile = \"counts.png\"\ntitle = \"Slip events\"\nx = \"normal_load.tilt\"\n\
          y = \"friction.static_coefficient\"\ncolour = \"event_count\"\n\
          [[claim]]\nabout = \"counts.png\"\nof = \"this project\"\nquote = \"F_T/F_N stays below 10^-8\"\n\
          at = [\"normal_load.tilt=0.5\"]\nmeasure = \"largest_ft_fn\"\nat_most = 1e-8\n",
@@ -68,7 +68,18 @@ fn a_run_begins_with_its_verdict_its_curve_and_its_map() {
         assert!(slip.contains(&format!("at FT/FN = {}", &load[..4])), "{slip}, {load}");
         let precursors = near(answer(&mut tab, 1), number("precursor_count"));
         assert!(precursors.contains("the longest Lp/L = "), "{precursors}");
-        near(answer(&mut tab, 2), number("front_speed_over_wave_speed_ratio"));
+        let fronts = near(answer(&mut tab, 2), number("front_speed_over_wave_speed_ratio"));
+        let said = |name: &str| -> f64 {
+            let (_, rest) = fronts.split_once(name).unwrap_or_else(|| panic!("no {name:?} in {fronts:?}"));
+            let digits = rest.trim_start().split(|c: char| c != '.' && !c.is_ascii_digit());
+            digits.into_iter().next().and_then(|digits| digits.parse().ok()).expect("a number")
+        };
+        // What is printed of the ratio follows from the speeds that are printed, but for the last digit.
+        let [ratio, v, c] = ["v/c =", "median of all fronts: v =", ", c ="].map(said);
+        assert!((v / c / ratio - 1.0).abs() < 1.2e-3, "{fronts}");
+        assert!((ratio / number("front_speed_over_wave_speed_ratio") - 1.0).abs() < 1e-3, "{fronts}");
+        let first = number("first_global_rupture_front_speed_m_per_s") / number("wave_speed_m_per_s");
+        assert!((said("first global slip: v/c =") / first - 1.0).abs() < 1e-3, "{fronts}, not {first}");
         let slider = answer(&mut tab, 3).1;
         assert!(slider.starts_with("as coded: 12 kg, c = 46 m/s"), "{slider}");
         let bottom = tab.says("Math.round(document.getElementById('map').getBoundingClientRect().bottom)");
@@ -165,7 +176,12 @@ fn cells_and_rows_lead_to_runs_and_to_the_command_that_makes_their_log() {
     assert!(out.join("logs/2.mcap").is_file());
     // The claim that differs is the first section, and leads to its run; contents lead to all sections.
     assert_eq!(tab.says("document.querySelector('section').id"), "part-claims-that-differ");
-    assert_eq!(tab.says("document.querySelector('section a').getAttribute('href')"), "#run-5");
+    // It names its figure by the title, and what is measured in words.
+    assert_eq!(tab.says("document.querySelector('section h3 a').getAttribute('href')"), "#figure-of-counts");
+    assert_eq!(tab.says("document.querySelector('section h3').textContent"), "Slip events");
+    let measure = "document.querySelector('section .claims span[title=largest_ft_fn]').textContent";
+    assert_eq!(tab.says(measure), "largest FT/FN");
+    assert_eq!(tab.says("document.querySelector('section .claims a').getAttribute('href')"), "#run-5");
     let lost = "[...document.querySelectorAll('nav a, a[href^=\"#\"]')].filter((a) => \
                 !document.getElementById(a.getAttribute('href').slice(1))).length";
     assert_eq!(tab.says(lost), "0");
@@ -174,6 +190,33 @@ fn cells_and_rows_lead_to_runs_and_to_the_command_that_makes_their_log() {
         tab.says("document.querySelectorAll('main > section').length")
     );
     tab.assert_quiet();
+}
+
+/// The page of a study begins with what it found: nobody has to scroll for its first figure and a claim that differs.
+#[test]
+fn a_study_begins_with_its_first_figure_and_the_claims_that_differ() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let [_, sweep] = page_of_a_sweep(folder.path());
+    let pipeline = study(folder.path()).join("report.html");
+    for page in [sweep, pipeline] {
+        for (size, scheme) in [(DESK, "light"), (DESK, "dark"), (PHONE, "light"), (PHONE, "dark")] {
+            let mut tab = Tab::open(&browser, &page, size, scheme);
+            for part in [".result figure img", ".result .claims li", ".score"] {
+                let bottom = tab.says(&format!(
+                    "Math.ceil(document.querySelector('{part}').getBoundingClientRect().bottom + scrollY)"
+                ));
+                let bottom: u32 = bottom.parse().expect("a number");
+                assert!(bottom <= size[1], "{part} ends at {bottom} of {size:?} on {}", page.display());
+            }
+            let asked = "document.querySelector('.result').compareDocumentPosition(document.querySelector('.model')) & 4";
+            assert_eq!(tab.says(asked), "4", "the answer comes before what was asked");
+            // Its first figure is there once.
+            let figures = "[...document.querySelectorAll('.figure')].map((one) => one.id)";
+            assert_eq!(tab.says(&format!("{figures}.length - new Set({figures}).size")), "0");
+            tab.assert_quiet();
+        }
+    }
 }
 
 /// What sticks out of the window, whatever is unfolded; what scrolls by itself does not.
@@ -187,6 +230,11 @@ const RAW: &str = "(() => { const copy = document.querySelector('main').cloneNod
                    copy.querySelectorAll('td, th, dt, dd, p, li, div').forEach((one) => one.append(' ')); \
                    const raw = /\\S*(_\\{|\\^|\\\\[a-z]|`|\\$|\\b[A-Za-zμτ]_[A-Za-z]\\b|\\b(mu|tau|theta|beta|alpha)\\b|\\d[eE]-\\d|[<>]=)\\S*/g; \
                    return [...copy.textContent.matchAll(raw)].map(([found]) => found).join(' | '); })()";
+/// Cells whose numbers break, or whose words are pressed into a narrow column, where the table could scroll.
+const PRESSED: &str = "[...document.querySelectorAll('.wide td')].filter((one) => one.checkVisibility() && !one.children.length).filter((one) => { \
+                       const range = document.createRange(); range.selectNodeContents(one); \
+                       return range.getClientRects().length > (one.clientWidth < 90 || one.matches('.number') ? 1 : 99); \
+                       }).map((one) => one.outerHTML).join(' | ')";
 /// Names that break in the middle of a word.
 const BROKEN: &str = "[...document.querySelectorAll('code.name')].filter((one) => !one.textContent.includes(' ')).filter((one) => { \
                       const words = one.textContent.split(/(?<=[._])/), range = document.createRange(); \
@@ -198,7 +246,7 @@ const BROKEN: &str = "[...document.querySelectorAll('code.name')].filter((one) =
 fn no_page_overflows_a_phone_and_none_has_raw_markup() {
     let Some(browser) = browser() else { return };
     let folder = asperity_testkit::folder();
-    let [_, run] = page_of_a_run(folder.path(), 0.5);
+    let [log, run] = page_of_a_run(folder.path(), 0.5);
     let [_, sweep] = page_of_a_sweep(folder.path());
     let two = study(folder.path());
     let index = folder.path().join("index.html");
@@ -209,6 +257,20 @@ fn no_page_overflows_a_phone_and_none_has_raw_markup() {
             for rule in [OVERFLOW, RAW, BROKEN] {
                 assert_eq!(tab.says(rule), "", "{} at {size:?}", page.display());
             }
+        }
+    }
+    // The page of a diff, with names as long as they come.
+    let other = asperity_testkit::folder();
+    let [longer, _] = page_of_a_run(other.path(), 0.6);
+    let long_name = other.path().join(format!("{}.mcap", "a_long_name_".repeat(7)));
+    fs::rename(longer, &long_name).expect("the folder can be written");
+    let page = folder.path().join("diff.html");
+    let compared = asperity(&["diff", text(&log), text(&long_name), "--page", text(&page)]);
+    assert_eq!(compared.status.code(), Some(1), "{compared:?}");
+    for scheme in ["light", "dark"] {
+        let mut tab = Tab::open(&browser, &page, PHONE, scheme);
+        for rule in [OVERFLOW, BROKEN, PRESSED] {
+            assert_eq!(tab.says(rule), "", "{} at {PHONE:?}", page.display());
         }
     }
     // What breaks a rule is seen.

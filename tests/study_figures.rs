@@ -113,6 +113,12 @@ fn figures_depend_on_the_plan_alone() {
     let expected = pictures(&one.join("figures"));
     assert_eq!(names(&expected), NAMES);
     assert!(expected.iter().all(|(_, bytes)| bytes.len() > 5000));
+    // The two seeds of a cell are told on the page and in the files.
+    let page = fs::read_to_string(one.join("report.html")).expect("the page is there");
+    let svg = fs::read_to_string(one.join("figures/map.svg")).expect("the figure is there");
+    for place in [page, svg] {
+        assert!(place.contains("; median of 2 runs per cell."));
+    }
 
     let parts = study.plan("parts");
     for part in ["3/3", "1/3", "2/3"] {

@@ -126,7 +126,7 @@ fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Beside {
     files.sort();
     let figures = &plan.common.figures;
     files.extend(figures.iter().flat_map(|figure| files_of(&folder.join(FIGURES).join(&figure.file))));
-    Beside { figures: figures.iter().map(study_page::shown).collect(), files, claimed }
+    Beside { figures: figures.iter().map(|figure| study_page::shown(plan, figure)).collect(), files, claimed }
 }
 
 #[cfg(feature = "analysis")]

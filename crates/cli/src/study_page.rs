@@ -1,9 +1,10 @@
 //! The page of a parameter study.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use asperity_figures::Place;
 use asperity_files::{FileSet, ShortLines};
 use asperity_numbers::claim::{self, Claim};
 use asperity_record::{Cell, Column};
@@ -124,7 +125,7 @@ pub(crate) fn page(
         (key.clone(), words)
     });
     let figures = shown.figures.iter().map(|figure| {
-        let FigureShown { file, title, caption, runs } = self::shown(figure);
+        let FigureShown { file, title, caption, runs } = self::shown(plan, figure);
         Figure { picture: picture(&file, read), path: format!("{}{file}", shown.way), title, caption, runs }
     });
     let accepted = plan.rows.iter().find(|row| row.refused.is_none());
@@ -152,11 +153,16 @@ pub(crate) fn page(
 }
 
 /// A figure of the tables of runs over axes, as a page shows it.
-pub(crate) fn shown(figure: &asperity_figures::Figure) -> FigureShown {
+pub(crate) fn shown(plan: &Plan, figure: &asperity_figures::Figure) -> FigureShown {
     let label = |quantity: &asperity_figures::Quantity| quantity.label.clone();
     let mut caption = format!("{} against {}", label(&figure.y), label(&figure.x));
     if let Some(colour) = &figure.colour {
         caption += &format!("; colour: {}", label(colour));
+    }
+    if let asperity_figures::Kind::PhaseMap { statistic, .. } = figure.kind
+        && let Some(words) = statistic.of_runs_per_cell(runs_per_cell(plan, figure).into_iter())
+    {
+        caption += &format!("; {words}");
     }
     if let Some(facet) = &figure.facet {
         caption += &format!("; a panel for each {}", label(facet));
@@ -167,6 +173,23 @@ pub(crate) fn shown(figure: &asperity_figures::Figure) -> FigureShown {
         caption: caption + ".",
         runs: Vec::new(),
     }
+}
+
+/// How many runs of a plan are in each cell of a phase map.
+fn runs_per_cell(plan: &Plan, figure: &asperity_figures::Figure) -> Vec<usize> {
+    let place = |column: &str| plan.common.keys.iter().position(|key| key == column);
+    let of_cell = [Some(&figure.x), Some(&figure.y), figure.facet.as_ref()].into_iter().flatten();
+    let of_cell: Vec<usize> = of_cell.filter_map(|quantity| place(&quantity.column)).collect();
+    let at: Vec<_> = figure.at.iter().filter_map(|(key, wanted)| Some((place(key)?, wanted))).collect();
+    let mut counts: BTreeMap<Vec<String>, usize> = BTreeMap::new();
+    // Runs that have names have no values.
+    for row in plan.rows.iter().filter(|row| !row.values.is_empty()) {
+        let value = |n: usize| row.values[n].to_string();
+        if at.iter().all(|(n, wanted)| Place::read(&value(*n)) == **wanted) {
+            *counts.entry(of_cell.iter().map(|&n| value(n)).collect()).or_default() += 1;
+        }
+    }
+    counts.into_values().collect()
 }
 
 /// The links to tables, by their paths.
@@ -227,7 +250,7 @@ pub(crate) fn entry(
     let there =
         plan.common.figures.iter().filter(|figure| folder.join("figures").join(&figure.file).is_file());
     let figures = there.map(|figure| {
-        let FigureShown { file, title, caption, .. } = shown(figure);
+        let FigureShown { file, title, caption, .. } = shown(&plan, figure);
         [format!("{way}{file}"), title, caption]
     });
     Ok(Entry {

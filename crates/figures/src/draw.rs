@@ -141,8 +141,10 @@ kinds! {
     /// states of ruptures, colours tell the velocity.
     "space-time" space_time: space_time::SpaceTime,
     /// Speed of the front of a rupture from block to block, with the wave speed and the theory of
-    /// steady fronts under the force that each block bore before. That knows no front, and gives no
-    /// line, where a block bore no more than sliding friction.
+    /// steady fronts under the force that each block bore before. Triangles at the upper edge mark fronts
+    /// that are faster than the axis reaches. The theory knows no front, and gives no line, where a block
+    /// bore no more than sliding friction, so that its line is in pieces: short ones where few
+    /// neighbouring blocks bore more.
     "front-profile" front_profile: front_profile::FrontProfile,
     /// Speed of the fronts of precursors and of the first global slip over `tau_n / p_n` that the same
     /// blocks bore when the rupture began.

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use asperity_model::keys::KEYS;
+use asperity_numbers::Number;
 use asperity_numbers::claim::{Claim, Judgement};
 
 use crate::html::markup::{self, Cell, Row, section_id, sortable_table, table, text};
-use crate::symbols::{formulas, lettered, rounded};
+use crate::symbols::{formulas, lettered, number, rounded, symbol};
 
 /// Verdicts, and the mark that each has beside its word and colour.
 const VERDICTS: [(&str, &str, &str); 5] = [
@@ -18,6 +20,11 @@ const VERDICTS: [(&str, &str, &str); 5] = [
 
 /// The verdict on a claim that the measurement contradicts.
 const DIFFERS: &str = "differs";
+
+/// Whether the measurement contradicts a claim.
+pub(crate) fn differs(claim: &Claim) -> bool {
+    claim.own.verdict == DIFFERS
+}
 
 /// Headings of the sections of claims: those that differ, and all.
 pub(crate) const DIFFERING: &str = "Claims that differ";
@@ -156,18 +163,18 @@ pub(crate) fn beside(claims: &[&Claim]) -> String {
             out += &format!("<p class=\"quote\">{}</p>\n<ul class=\"claims\">\n", quoted(same[0]));
             for claim in same {
                 let stated = match claim.stated.as_str() {
-                    "" => lettered(&claim.own.rule),
+                    "" => worded(&claim.own.rule),
                     stated => format!("stated {}", lettered(stated)),
                 };
                 let note = match claim.note.as_str() {
                     "" => String::new(),
-                    note => format!("; {}", lettered(note)),
+                    note => format!("; {}", worded(note)),
                 };
                 out += &format!(
                     "<li>{} {} <span class=\"soft\">{}, run {}; {stated}{note}</span></li>\n",
                     verdict(&claim.own.verdict),
                     measured(&claim.own),
-                    markup::name(&claim.measure),
+                    measure(&claim.measure),
                     link(&claim.run),
                 );
             }
@@ -184,14 +191,63 @@ pub(crate) fn link(run: &str) -> String {
 
 /// The words of the source in quotation marks.
 fn quoted(claim: &Claim) -> String {
-    let words = formulas(&claim.quote);
-    if claim.of == "the source" { format!("“{words}”") } else { words }
+    if claim.of == "the source" { format!("“{}”", formulas(&claim.quote)) } else { worded(&claim.quote) }
 }
 
+/// The number that a claim measures, in words; its name appears on hovering.
+fn measure(words: &str) -> String {
+    match Number::all().find(|number| number.words() == words) {
+        Some(found) => named(found.name(), &lettered(&found.key.label())),
+        None => markup::name(words),
+    }
+}
+
+/// Text shown instead of a name, which appears on hovering.
+fn named(name: &str, shown: &str) -> String {
+    format!("<span title=\"{}\">{shown}</span>", text(name))
+}
+
+/// Words of our own as HTML: with symbols instead of the names of keys, words instead of those of numbers, and powers
+/// of ten instead of zeros that would have to be counted. Code in backquotes stays as it is.
+fn worded(words: &str) -> String {
+    if words.contains(['$', '\\']) {
+        return formulas(words);
+    }
+    let is_of_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    let (mut out, mut told, mut at) = (String::new(), 0, 0);
+    while let Some(start) = words[at..].find(is_of_name).map(|start| at + start) {
+        let end = words[start..].find(|c| !is_of_name(c)).map_or(words.len(), |end| start + end);
+        let name = words[start..end].trim_end_matches('.');
+        let is_code = words[..start].ends_with('`');
+        if let Some(shown) = shown_instead(name).filter(|_| !is_code) {
+            out += &lettered(&words[told..start]);
+            out += &shown;
+            told = start + name.len();
+        }
+        at = end;
+    }
+    out + &lettered(&words[told..])
+}
+
+/// Replaces a key, a number's name or a small number for readers; `None` if it stays as it is.
+fn shown_instead(name: &str) -> Option<String> {
+    if name.starts_with("0.000") {
+        return name.parse().ok().map(number);
+    }
+    if let Some(key) = KEYS.iter().find(|key| key.path == name && !key.symbol.is_empty()) {
+        return Some(named(name, &symbol(key.symbol)));
+    }
+    let found = Number::all().find(|number| number.name() == name && name.contains('_'))?;
+    Some(named(name, &lettered(&found.key.label())))
+}
+
+/// The subject of a claim as HTML; it may link to figures.
+pub(crate) type About<'a> = &'a dyn Fn(&Claim) -> String;
+
 /// The claims that differ, each with its subject, for readers who trust the rest.
-pub(crate) fn differing(claims: &[Claim]) -> String {
+pub(crate) fn differing(claims: &[Claim], what: About<'_>) -> String {
     let mut out = String::new();
-    let differing: Vec<&Claim> = claims.iter().filter(|claim| claim.own.verdict == DIFFERS).collect();
+    let differing: Vec<&Claim> = claims.iter().filter(|claim| differs(claim)).collect();
     let mut about: Vec<&str> = Vec::new();
     for claim in &differing {
         if !about.contains(&claim.about.as_str()) {
@@ -200,13 +256,13 @@ pub(crate) fn differing(claims: &[Claim]) -> String {
     }
     for about in about {
         let of: Vec<&Claim> = differing.iter().filter(|claim| claim.about == about).copied().collect();
-        out += &format!("<h3>{}</h3>\n{}", lettered(about), beside(&of));
+        out += &format!("<h3>{}</h3>\n{}", what(of[0]), beside(&of));
     }
     out
 }
 
 /// All claims, a table for each speaker.
-pub(crate) fn all(claims: &[Claim]) -> String {
+pub(crate) fn all(claims: &[Claim], about: About<'_>) -> String {
     let mut out = String::new();
     for (number, (speaker, title)) in SPEAKERS.into_iter().enumerate() {
         let of: Vec<&Claim> = claims.iter().filter(|claim| claim.of == speaker).collect();
@@ -238,18 +294,18 @@ pub(crate) fn all(claims: &[Claim]) -> String {
             let note = if claim.note.is_empty() {
                 String::new()
             } else {
-                format!("<br><span class=\"soft\">{}</span>", lettered(&claim.note))
+                format!("<br><span class=\"soft\">{}</span>", worded(&claim.note))
             };
             let mut cells = vec![
                 Cell::Html(verdict(&claim.own.verdict)),
-                Cell::Html(lettered(&claim.about)),
+                Cell::Html(about(claim)),
                 Cell::Html(link(&claim.run)),
                 Cell::Html(format!("{}{note}", quoted(claim))),
-                Cell::Html(markup::name(&claim.measure)),
+                Cell::Html(measure(&claim.measure)),
                 if claim.stated.is_empty() { Cell::None } else { Cell::number(&claim.stated) },
                 optional(claim.own.ours, with_error(&claim.own)),
                 optional(claim.deviation, deviation),
-                Cell::Html(lettered(&claim.own.rule)),
+                Cell::Html(worded(&claim.own.rule)),
                 Cell::text(&claim.kind),
             ];
             if has_second {
@@ -316,7 +372,13 @@ pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
 mod tests {
     use asperity_numbers::claim::{Claim, Judgement};
 
-    use super::{Named, Score, all, beside, differing, figures_named, scores};
+    use super::{Named, Score, all, beside, differing, figures_named, scores, worded};
+    use crate::symbols::lettered;
+
+    /// As where there are no figures.
+    fn about(claim: &Claim) -> String {
+        lettered(&claim.about)
+    }
 
     fn claim(of: &str, verdict: &str) -> Claim {
         Claim {
@@ -346,16 +408,16 @@ mod tests {
         assert_eq!(Score::of(&claims, "the source").words(), "1 of 2 agree, 1 differ");
         assert_eq!(Score::of(&claims, "this project").words(), "1 of 1 agree");
         assert_eq!(scores(&claims).matches("<tr>").count(), 3, "headings and two speakers");
-        let first = differing(&claims);
+        let first = differing(&claims, &about);
         assert_eq!((first.matches("<li>").count(), first.matches("<h3>Figure 5.9</h3>").count()), (1, 1));
-        assert!(differing(&claims[..1]).is_empty());
+        assert!(differing(&claims[..1], &about).is_empty());
         let listed = beside(&claims.iter().collect::<Vec<_>>());
         let (source, project) = listed.split_once("This project says").unwrap();
         assert!(source.matches("<li>").count() == 2 && project.matches("<li>").count() == 1);
         // The words once, and without quotation marks where they are ours.
         assert_eq!(source.matches("“it &lt;slips&gt;”").count(), 1);
         assert!(project.contains(">it &lt;slips&gt;</p>"), "{project}");
-        let table = all(&claims);
+        let table = all(&claims, &about);
         assert_eq!(table.matches("<table").count(), 2);
         assert!(table.contains("−1"), "{table}");
     }
@@ -369,8 +431,29 @@ mod tests {
         let shown = beside(&claims.iter().collect::<Vec<_>>());
         assert!(shown.contains("<span class=\"outcome undecided\">± undecided</span>"), "{shown}");
         assert!(shown.contains(">2 ± 0.25</span>"), "{shown}");
-        assert!(all(&claims).contains("data-value=\"2\">2 ± 0.25</td>"));
+        assert!(all(&claims, &about).contains("data-value=\"2\">2 ± 0.25</td>"));
         assert!(scores(&claims).contains("± undecided"));
+    }
+
+    #[test]
+    fn what_is_measured_is_said_in_words_and_keys_are_letters() {
+        let measured = Claim { measure: "largest load ratio".to_owned(), ..claim("this project", "agrees") };
+        let shown = beside(&[&measured]);
+        let words = "<span title=\"largest_ft_fn\">largest F<sub>T</sub>/F<sub>N</sub></span>";
+        assert!(shown.contains(words) && !shown.contains("largest load ratio"), "{shown}");
+        assert!(all(&[measured], &about).contains(words));
+        assert_eq!(
+            worded("precursor_count grows with friction.static_coefficient."),
+            "<span title=\"precursor_count\">precursor count</span> grows with <span \
+             title=\"friction.static_coefficient\"><i>μ</i><sub>s</sub></span>."
+        );
+        assert_eq!(
+            worded("at most 0.00000001, sin(pi/10) of mu_d"),
+            "at most 10<sup>−8</sup>, sin(π/10) of μ<sub>d</sub>"
+        );
+        // Code, and names of nothing.
+        assert_eq!(worded("`precursor_count` of a_b_c"), "<code>precursor_count</code> of a_b_c");
+        assert_eq!(worded("at $\\mu_{s}$"), "at μ<sub>s</sub>");
     }
 
     #[test]

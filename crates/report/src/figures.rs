@@ -4,7 +4,7 @@ use asperity_numbers::claim::Claim;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::claims::{beside, figures_named, link, numbered};
+use crate::claims::{beside, differs, figures_named, link, numbered};
 use crate::html::markup::text;
 use crate::symbols::lettered;
 
@@ -49,10 +49,18 @@ impl Figure {
         number(&self.path)
     }
 
+    fn file(&self) -> &str {
+        self.path.rsplit('/').next().unwrap_or_default()
+    }
+
+    /// Words that lead to it.
+    fn link(&self, words: &str) -> String {
+        format!("<a href=\"#{}\">{}</a>", text(place_of(&self.path)), lettered(words))
+    }
+
     /// Whether a claim is about it, by its number in a text or the name of its file.
     fn is_meant_by(&self, claim: &Claim) -> bool {
-        let file = self.path.rsplit('/').next().unwrap_or_default();
-        if claim.about.split([' ', ',', ';']).any(|word| word == file) {
+        if claim.about.split(BETWEEN_FILES).any(|word| word == self.file()) {
             return true;
         }
         let Some((chapter, number)) = self.number() else { return false };
@@ -85,8 +93,8 @@ impl Figure {
         ))
     }
 
-    fn html(&self, claims: &[Claim]) -> String {
-        let about: Vec<&Claim> = claims.iter().filter(|claim| self.is_meant_by(claim)).collect();
+    fn html<'a>(&self, claims: impl Iterator<Item = &'a Claim>) -> String {
+        let about: Vec<&Claim> = claims.filter(|claim| self.is_meant_by(claim)).collect();
         let said = beside(&about);
         let said = if said.is_empty() { said } else { format!("<div class=\"said\">{said}</div>\n") };
         let image =
@@ -146,13 +154,40 @@ pub(crate) fn place_of(path: &str) -> String {
     format!("figure-of-{}", stem(path))
 }
 
-/// All figures.
-pub(crate) fn figures(figures: &[Figure], claims: &[Claim]) -> String {
-    if figures.is_empty() {
-        return String::new();
+/// The first figure, with the claims about it that do not differ: those that do stand beside it.
+pub(crate) fn first(figures: &[Figure], claims: &[Claim]) -> String {
+    let agreeing = || claims.iter().filter(|claim| !differs(claim));
+    figures.first().map_or_else(String::new, |figure| figure.html(agreeing()))
+}
+
+/// The figures after the first.
+pub(crate) fn further(figures: &[Figure], claims: &[Claim]) -> String {
+    let all: String = figures.iter().skip(1).map(|figure| figure.html(claims.iter())).collect();
+    if all.is_empty() { all } else { format!("<div class=\"figures\">\n{all}</div>\n") }
+}
+
+/// What stands between names of files in what a claim is about.
+const BETWEEN_FILES: [char; 3] = [' ', ',', ';'];
+
+/// What a claim is about, with links to the figures: those that it names by their files have their names instead.
+pub(crate) fn about(claim: &Claim, figures: &[Figure]) -> String {
+    let mut out = String::new();
+    let mut has_link = false;
+    for part in claim.about.split_inclusive(BETWEEN_FILES) {
+        let file = part.trim_end_matches(BETWEEN_FILES);
+        match figures.iter().find(|figure| figure.file() == file) {
+            Some(figure) => {
+                has_link = true;
+                out += &(figure.link(&figure.name()) + &text(&part[file.len()..]));
+            }
+            None => out += &text(part),
+        }
     }
-    let all: String = figures.iter().map(|figure| figure.html(claims)).collect();
-    format!("<div class=\"figures\">\n{all}</div>\n")
+    match figures.iter().find(|figure| figure.is_meant_by(claim)) {
+        Some(_) if has_link => out,
+        Some(figure) => figure.link(&claim.about),
+        None => lettered(&claim.about),
+    }
 }
 
 /// Whether a claim appears beside one of these figures.
@@ -162,7 +197,33 @@ pub(crate) fn is_beside_one(claim: &Claim, figures: &[Figure]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, Picture, figures};
+    use asperity_numbers::claim::Claim;
+
+    use super::{Figure, Picture, about, first};
+
+    #[test]
+    fn what_a_claim_is_about_leads_to_figures_by_their_titles() {
+        let figure = |file: &str, title: &str| Figure {
+            path: format!("figures/{file}"),
+            title: title.to_owned(),
+            caption: "Counts.".to_owned(),
+            runs: Vec::new(),
+            picture: Picture::None,
+        };
+        let figures =
+            [figure("a.png", "Slips over mu_s"), figure("b.png", ""), figure("figure-5.09.png", "")];
+        let of = |words: &str| about(&Claim { about: words.to_owned(), ..Claim::default() }, &figures);
+        assert_eq!(of("a.png"), "<a href=\"#figure-of-a\">Slips over μ<sub>s</sub></a>");
+        assert_eq!(
+            of("a.png, b.png"),
+            "<a href=\"#figure-of-a\">Slips over μ<sub>s</sub></a>, <a href=\"#figure-of-b\">Counts</a>"
+        );
+        assert_eq!(of("Figure 5.9"), "<a href=\"#figure-of-figure-5.09\">Figure 5.9</a>");
+        assert_eq!(
+            (of("c.png").as_str(), of("the F_T/F_N").as_str()),
+            ("c.png", "the F<sub>T</sub>/F<sub>N</sub>")
+        );
+    }
 
     #[test]
     fn every_figure_has_words_for_those_who_do_not_see_it() {
@@ -173,16 +234,16 @@ mod tests {
             runs: vec!["default".to_owned(), "tilted".to_owned()],
             picture: Picture::Png(b"png".to_vec()),
         };
-        let html = figures(std::slice::from_ref(&figure), &[]);
+        let html = first(std::slice::from_ref(&figure), &[]);
         assert!(html.contains("alt=\"Figure 5.9: L_p/L against F_T/F_N. Runs: default, tilted.\""), "{html}");
         assert!(html.contains("src=\"data:image/png;base64,cG5n\"") && html.contains("href=\"#run-tilted\""));
         assert!(html.contains(". </b>L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>."), "{html}");
         let path = "figures/speed-over-c.png".to_owned();
         let gone = Figure { picture: Picture::None, path, ..figure };
-        let html = figures(std::slice::from_ref(&gone), &[]);
+        let html = first(std::slice::from_ref(&gone), &[]);
         assert!(html.contains("<b>Lengths. </b>") && html.contains("not there"), "{html}");
         let of = |caption: &str| Figure { title: String::new(), caption: caption.to_owned(), ..gone.clone() };
         assert_eq!(of("Lengths, and loads. More.").name(), "Lengths, and loads");
-        assert!(figures(&[of("A against b.")], &[]).contains("<b>A against b</b>."));
+        assert!(first(&[of("A against b.")], &[]).contains("<b>A against b</b>."));
     }
 }

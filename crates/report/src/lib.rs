@@ -26,7 +26,7 @@
 //! - `symbols`: symbols and numbers as they are printed.
 //! - `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
 //! - `parameter_table`: the parameters of scenarios; `derived`: quantities that follow from them.
-//! - `verdict`, `claims`, `figures`, `runs`: parts of the page.
+//! - `verdict`, `claims`, `figures`, `result`, `runs`: parts of the page.
 //! - `contents`: the description of a page in its folder.
 //! - `page`: the page of a study; `sweep`: that of a parameter study; `index`: that of several.
 
@@ -41,6 +41,7 @@ mod page;
 mod page_collector;
 mod parameter_table;
 mod pen;
+mod result;
 mod runs;
 mod sketch;
 mod slab_sketch;

@@ -9,6 +9,7 @@ use crate::derived;
 use crate::html::markup::{counted, sections_with_contents, text};
 use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use crate::parameter_table::{self, Parameters, differing, parameters};
+use crate::result::result;
 use crate::sketch::{kind, sketch};
 use crate::study::{Run, Study};
 use crate::symbols::number;
@@ -39,24 +40,27 @@ impl Study {
         };
         let pair = runs::pair(&self.runs);
         let details = runs::details(&self.runs, &asked, &differing, &self.claims, &self.figures, &sketches);
+        let result = result(&self.figures, &self.claims);
         let rest = [
-            (claims::DIFFERING, claims::differing(&self.claims)),
             ("Score", claims::scores(&self.claims)),
             ("What was asked", what),
-            ("Figures", figures::figures(&self.figures, &self.claims)),
+            ("Figures", figures::further(&self.figures, &self.claims)),
         ];
-        let end = [(claims::ALL, claims::all(&self.claims)), ("Files", runs::links(&self.links))];
+        let end = [
+            (claims::ALL, claims::all(&self.claims, &|claim| figures::about(claim, &self.figures))),
+            ("Files", runs::links(&self.links)),
+        ];
         let main = match self.runs.as_slice() {
             [run] => {
                 let sections = rest.into_iter().chain([("The run in numbers", details)]).chain(end);
-                let verdict = verdict(run);
-                [self.heading(&verdict), pair, sections_with_contents(&sections.collect::<Vec<_>>())].concat()
+                let sections = sections_with_contents(&sections.collect::<Vec<_>>());
+                [self.heading(&verdict(run)), pair, result, sections].concat()
             }
             runs => {
                 let table = runs::table_of(runs, &asked, &differing);
                 let own = [("Runs", table), ("The runs, one by one", pair + &details)];
                 let sections = rest.into_iter().chain(own).chain(end);
-                [self.heading(""), sections_with_contents(&sections.collect::<Vec<_>>())].concat()
+                [self.heading(""), result, sections_with_contents(&sections.collect::<Vec<_>>())].concat()
             }
         };
         let parts = [STYLE, CURVES, MAP, LONG_TABLE, SCRIPT];

@@ -51,7 +51,7 @@
       `blocks ${r[FIRST]} to ${r[LAST]}, first sliding ${r[NUCLEATION]}`,
       `F_T/F_N ${digits(r[FROM], 5)}${r[TO] === null ? "" : `, drop ${digits(drop(k) * 1e3, 3)} · 10⁻³`}`,
     ];
-    if (front(k) !== null) parts.push(`front at ${digits(front(k), 3)} c`);
+    if (front(k) !== null) parts.push(`front at ${digits(front(k), 4)} c`);
     if (!r[FRONT]) parts.push("its front is not on this page");
     if (r[SLIP] !== null) parts.push(`mean slip ${digits(r[SLIP] * 1e6, 3)} µm`);
     return parts;
@@ -266,7 +266,7 @@
       column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => String(ruptures[k][NUCLEATION])),
       column("load", "F_T/F_N", (k) => ruptures[k][FROM], (k) => ruptures[k][FROM].toFixed(4)),
       column("drop", "drop (10⁻³)", drop, (k) => (drop(k) === null ? null : digits(drop(k) * 1e3, 3))),
-      column("front", "v/c", front, (k) => digits(front(k), 3)),
+      column("front", "v/c", front, (k) => digits(front(k), 4)),
       column("slip", "mean slip (µm)", (k) => ruptures[k][SLIP], (k) => (ruptures[k][SLIP] === null ? null : digits(ruptures[k][SLIP] * 1e6, 3))),
     ],
     pick,

@@ -15,7 +15,7 @@ use crate::page_collector::CollectedRupture;
 use crate::parameter_table::{self, Parameters};
 use crate::study::{Link, Run};
 use crate::symbols::{lettered, number, round, rounded};
-use crate::verdict::verdict;
+use crate::verdict::{SPEED_DIGITS, verdict};
 
 /// Most ruptures of a run described in words.
 const LISTED: usize = 10;
@@ -82,7 +82,7 @@ pub(crate) fn data(run: &Run) -> (String, String) {
             u8::from(rupture.open),
             digits(rupture.ft_fn_onset),
             rupture.ft_fn_end.map(digits),
-            front_speed_m_per_s(rupture).map(|speed| round(speed, 4)),
+            front_speed_m_per_s(rupture).map(digits),
             rupture.mean_slip_m.map(|slip| round(slip, 4)),
             seen.front.as_ref().map(|front| {
                 let since = |step: u64| step.saturating_sub(rupture.onset_step);
@@ -326,7 +326,7 @@ fn widest(run: &Run) -> String {
             Cell::text(format!("{} to {}", rupture.first_block, rupture.last_block)),
             Cell::Value(rupture.ft_fn_onset, rounded(rupture.ft_fn_onset, 4)),
             optional(drop.map(|drop| drop * 1e3), 3),
-            optional(speed.zip(run.summary.wave_speed_m_per_s).map(|(v, c)| v / c), 3),
+            optional(speed.zip(run.summary.wave_speed_m_per_s).map(|(v, c)| v / c), SPEED_DIGITS),
             optional(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
         ])
     });

@@ -7,11 +7,12 @@ use asperity_numbers::claim::Claim;
 use asperity_record::Cell as Stored;
 
 use crate::claims;
-use crate::figures::{Figure, figures};
+use crate::figures::{Figure, about, further};
 use crate::html::Document;
 use crate::html::markup::{self, Cell, Row, paragraph, sections_with_contents, sortable_table, table, text};
 use crate::page::STYLE;
 use crate::parameter_table::{self, Parameters, main as main_of, meaning, parameters};
+use crate::result::result;
 use crate::runs::links;
 use crate::sketch::sketch;
 use crate::study::Link;
@@ -91,14 +92,14 @@ impl Sweep {
                 claims::heading(&self.claims),
                 text(format!("{}.", self.state))
             ),
+            result(&self.figures, &self.claims),
             sections_with_contents(&[
-                (claims::DIFFERING, claims::differing(&self.claims)),
                 ("Score", claims::scores(&self.claims)),
                 ("What was asked", format!("{asked}{varied}")),
-                ("Figures", figures(&self.figures, &self.claims)),
+                ("Figures", further(&self.figures, &self.claims)),
                 ("Maps, cell by cell", self.maps.iter().filter_map(|map| self.cells_of(map)).collect()),
                 ("Runs", self.runs()),
-                (claims::ALL, claims::all(&self.claims)),
+                (claims::ALL, claims::all(&self.claims, &|claim| about(claim, &self.figures))),
                 ("Files", links(&self.links)),
             ]),
             format!(

@@ -3,7 +3,7 @@
 use crate::html::markup::text;
 
 /// Names of Greek letters in symbols, and the letters. A name that contains another one comes before it.
-const GREEK: [(&str, &str); 11] = [
+const GREEK: [(&str, &str); 12] = [
     ("alpha", "α"),
     ("gamma", "γ"),
     ("lambda", "λ"),
@@ -14,6 +14,7 @@ const GREEK: [(&str, &str); 11] = [
     ("rho", "ρ"),
     ("mu", "μ"),
     ("nu", "ν"),
+    ("pi", "π"),
     ("dt", "Δt"),
 ];
 

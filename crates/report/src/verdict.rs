@@ -20,6 +20,9 @@ pub(crate) fn verdict(run: &Run) -> String {
     format!("<dl class=\"answers\">\n{}</dl>\n", rows.concat())
 }
 
+/// Digits of speeds and of v/c, so that one follows from the other as they are printed.
+pub(crate) const SPEED_DIGITS: usize = 4;
+
 /// Why a number of ruptures is not known.
 const NO_RUPTURES: &str = "the log has no ruptures, and not all that they could be found in";
 
@@ -68,9 +71,17 @@ fn front_speed(run: &Run) -> [String; 2] {
     match (summary.front_speed_over_wave_speed_ratio, summary.front_speed_m_per_s) {
         (Some(ratio), Some(speed)) => {
             let c = summary.wave_speed_m_per_s.unwrap_or(speed / ratio);
+            // The median says little of a run in which precursors and global slips run at different speeds.
+            let first = summary.first_global_rupture_front_speed_m_per_s.map_or_else(String::new, |first| {
+                format!("; first global slip: <i>v</i>/<i>c</i> = {}", rounded(first / c, SPEED_DIGITS))
+            });
             [
-                format!("<i>v</i>/<i>c</i> = {}", rounded(ratio, 3)),
-                format!("median, v = {} m/s, c = {} m/s", rounded(speed, 3), rounded(c, 4)),
+                format!("<i>v</i>/<i>c</i> = {}", rounded(ratio, SPEED_DIGITS)),
+                format!(
+                    "median of all fronts: v = {} m/s, c = {} m/s{first}",
+                    rounded(speed, SPEED_DIGITS),
+                    rounded(c, SPEED_DIGITS)
+                ),
             ]
         }
         _ => ["none".to_owned(), "no front ran over four blocks in one direction".to_owned()],
@@ -78,8 +89,10 @@ fn front_speed(run: &Run) -> [String; 2] {
 }
 
 fn slider(run: &Run) -> [String; 2] {
-    let c =
-        run.summary.wave_speed_m_per_s.map_or_else(String::new, |c| format!(", c = {} m/s", rounded(c, 4)));
+    let c = run
+        .summary
+        .wave_speed_m_per_s
+        .map_or_else(String::new, |c| format!(", c = {} m/s", rounded(c, SPEED_DIGITS)));
     let mass = rounded(run.scenario.slider.mass_kg, 6);
     let blocks = counted(u64::from(run.summary.blocks), "block");
     if let Some(as_coded) = run.scenario.as_coded_in_words() {

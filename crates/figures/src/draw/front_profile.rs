@@ -22,8 +22,8 @@ keys! {
     rupture: Option<u64>,
     /// The rupture, where `rupture` gives no number; if absent the first global slip, or else the widest.
     which: Option<RuptureSelector>,
-    /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown. If absent, nineteen
-    /// of twenty are.
+    /// The upper end of the axis of speeds, over `c`, at which faster fronts are marked. If absent,
+    /// nineteen of twenty are below it.
     to_speed: Option<f64>,
 }
 
@@ -62,9 +62,14 @@ impl FrontProfile {
         let mut rows = vec![(Sample::Marks(Marker::Circle, INK), "between neighbours".to_owned())];
         let mut items = vec![Item::Line(vec![(first, 1.0), (last, 1.0)], Dash::Dashed, GREY)];
         let ways = [(rupture.front_speed_up_m_per_s, last), (rupture.front_speed_down_m_per_s, first)];
+        let edge = |block: f64| (block, AT_THE_EDGE * to);
         for (speed, end) in ways {
-            if let Some(speed) = speed.map(|speed| speed / c_m_per_s).filter(|speed| *speed <= to) {
-                items.push(Item::Line(vec![(beginning, speed), (end, speed)], Dash::Solid, RED));
+            match speed.map(|speed| speed / c_m_per_s) {
+                Some(speed) if speed <= to => {
+                    items.push(Item::Line(vec![(beginning, speed), (end, speed)], Dash::Solid, RED));
+                }
+                Some(_) => items.push(Item::Marks(vec![edge(end)], Marker::Triangle, RED)),
+                None => {}
             }
         }
         if ways.iter().any(|(speed, _)| speed.is_some()) {
@@ -80,13 +85,20 @@ impl FrontProfile {
         rows.push((Sample::Line(Dash::Dashed, GREY), format!("{c} = {c_m_per_s:.1} m/s")));
         let nucleation = Item::Line(vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE);
         rows.push((Sample::Line(Dash::Dotted, BLUE), "nucleation".to_owned()));
+        let above: Vec<(f64, f64)> =
+            local.iter().filter(|(_, speed)| *speed > to).map(|(block, _)| edge(*block)).collect();
         let marks: Vec<(f64, f64)> = local.into_iter().filter(within).collect();
         // Lines are hidden by many marks.
+        let color = if marks.len() > MOST_MARKS { GREY } else { INK };
         if marks.len() > MOST_MARKS {
             items.insert(0, Item::Discs(marks, 6, GREY));
             rows[0].0 = Sample::Marks(Marker::Circle, GREY);
         } else {
             items.push(Item::Marks(marks, Marker::Circle, INK));
+        }
+        if !above.is_empty() {
+            rows.insert(1, (Sample::Marks(Marker::Triangle, color), "above the axis".to_owned()));
+            items.push(Item::Marks(above, Marker::Triangle, color));
         }
         items.push(nucleation);
         let title = if self.title.is_empty() {
@@ -99,6 +111,9 @@ impl FrontProfile {
         Ok(Paper { title, ..Paper::single(x, y, items, rows) })
     }
 }
+
+/// Where a speed above the axis is marked, as a share of the axis: its mark is just inside the frame.
+const AT_THE_EDGE: f64 = 0.98;
 
 /// Speeds between more neighbours are dots behind the lines.
 const MOST_MARKS: usize = 150;
@@ -163,6 +178,7 @@ fn nearly_largest(mut values: Vec<f64>) -> f64 {
 mod tests {
     use super::{FrontProfile, Item, Paper};
     use crate::draw::of_study::paper::Sample;
+    use crate::draw::plot::{INK, Marker};
     use asperity_testkit::made_up;
 
     const FIGURE: FrontProfile = FrontProfile {
@@ -177,7 +193,7 @@ mod tests {
     fn marks(paper: &Paper) -> Vec<(f64, f64)> {
         let items = &paper.panels[0].items;
         let marks = items.iter().find_map(|item| match item {
-            Item::Marks(points, ..) => Some(points.clone()),
+            Item::Marks(points, Marker::Circle, _) => Some(points.clone()),
             _ => None,
         });
         marks.expect("there are marks")
@@ -207,6 +223,26 @@ mod tests {
         )));
         let refused = FrontProfile { rupture: Some(7), ..FIGURE }.paper(&run).unwrap_err();
         assert_eq!(refused, "run test has no rupture 7 (accepted: 0 to 0)");
+    }
+
+    /// A speed that the axis does not reach was dropped without a word.
+    #[test]
+    fn what_is_above_the_axis_is_marked_at_its_edge() {
+        let mut run = made_up::pulse(12, "prestress.ratio = 0.6");
+        let arrivals = [(3, 1000, None), (2, 1100, None), (4, 1300, None)];
+        made_up::with_ruptures(&mut run, &[&arrivals]);
+        let all = marks(&FIGURE.paper(&run).unwrap());
+        let to = (all[0].1 * all[1].1).sqrt();
+        let paper = FrontProfile { to_speed: Some(to), ..FIGURE }.paper(&run).unwrap();
+        let (lower, higher) = if all[0].1 < all[1].1 { (all[0], all[1]) } else { (all[1], all[0]) };
+        assert_eq!(marks(&paper), [lower]);
+        let triangles = paper.panels[0].items.iter().find_map(|item| match item {
+            Item::Marks(points, Marker::Triangle, INK) => Some(points.clone()),
+            _ => None,
+        });
+        assert_eq!(triangles, Some(vec![(higher.0, super::AT_THE_EDGE * to)]));
+        let said = |paper: &Paper| paper.rows.iter().any(|(_, words)| words == "above the axis");
+        assert!(said(&paper) && !said(&FIGURE.paper(&run).unwrap()));
     }
 
     /// Under a held top drive with rigid contacts the theory of the whole front holds for each block.

@@ -89,7 +89,7 @@ impl Drawer {
             };
             let path = folder.join(file);
             let paper = paper.map_err(failed)?;
-            let about = about(&gathered.figure, &paper, origins, provenance);
+            let about = about(gathered, &paper, origins, provenance);
             let foot = about.foot();
             let layout = Layout { foot: foot.as_deref(), keys: Keys::Beside };
             let page = paper.page(layout).map_err(failed)?;
@@ -101,7 +101,8 @@ impl Drawer {
 }
 
 /// The metadata of a figure.
-fn about(figure: &Figure, paper: &Paper, origins: &Origins, provenance: bool) -> About {
+fn about(gathered: &Gathered, paper: &Paper, origins: &Origins, provenance: bool) -> About {
+    let figure = &gathered.figure;
     let (x, y) = (plain(&paper.x.label()), plain(&paper.y.label()));
     let what = match figure.kind {
         Kind::PhaseMap { .. } => format!("A number as colour over {x} and {y}"),
@@ -111,6 +112,9 @@ fn about(figure: &Figure, paper: &Paper, origins: &Origins, provenance: bool) ->
     let title = if figure.title.is_empty() { what.clone() } else { plain(&figure.title) };
     let mut caption = vec![what];
     caption.extend(paper.bar.as_ref().map(|bar| format!("colour: {}", plain(&bar.scale.label()))));
+    if let Kind::PhaseMap { statistic, .. } = figure.kind {
+        caption.extend(map::shared(gathered, statistic));
+    }
     let panels: Vec<String> =
         paper.panels.iter().map(|panel| plain(&panel.title)).filter(|title| !title.is_empty()).collect();
     caption.extend((!panels.is_empty()).then(|| format!("panels: {}", panels.join("; "))));
@@ -127,7 +131,8 @@ mod tests {
 
     use super::gather::Gathered;
     use super::paper::{Item, Paper};
-    use super::{Drawer, curves, map};
+    use super::{Drawer, Origins, about, curves, map};
+    use crate::draw::scale::Scale;
 
     /// What is gathered for one figure of a sweep of tilts and stiffnesses.
     fn gathered(figure: &str) -> Gathered {
@@ -205,6 +210,13 @@ mod tests {
         assert_eq!((cells, crossed), (4, vec![(0.0, 2.0)]));
         let rows: Vec<&str> = paper.rows.iter().map(|(_, label)| label.as_str()).collect();
         assert_eq!(rows, ["none", "no run"]);
+        // What is labelled was run.
+        let labels =
+            |scale: &Scale| -> Vec<String> { scale.ticks().into_iter().map(|tick| tick.label).collect() };
+        assert_eq!(
+            (labels(&paper.x).join(" "), labels(&paper.y).join(" ")),
+            ("0.0 0.5".to_owned(), "1 2 4".to_owned())
+        );
         // The colours are those of the numbers there are: 1 to 6 and not from 0.
         let bar = paper.bar.as_ref().unwrap();
         assert_eq!(
@@ -229,6 +241,12 @@ mod tests {
             }
             run(&mut gathered, 9, (0.0, 2.0), "done", Some(0.0));
             let Kind::PhaseMap { statistic, .. } = gathered.figure.kind else { panic!("a map") };
+            let paper = map::paper(&gathered, statistic, false).unwrap();
+            let caption = about(&gathered, &paper, &Origins::default(), false).caption;
+            assert!(
+                caption.contains(&format!("; {} of 1 to 3 runs per cell.", statistic.word())),
+                "{caption}"
+            );
             let bar = map::paper(&gathered, statistic, false).unwrap().bar.unwrap();
             [2.0, 3.0, 1.0, 6.0].map(|value| bar.scale.share(value) == Some(1.0))
         };

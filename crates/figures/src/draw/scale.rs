@@ -65,6 +65,8 @@ pub(crate) struct Scale {
     words: Vec<String>,
     /// Whether only whole numbers are labelled.
     whole: bool,
+    /// The values that are labelled, where these are chosen; else they are round.
+    marked: Vec<f64>,
 }
 
 /// A mark on an axis; those between bear no label.
@@ -112,12 +114,18 @@ impl Scale {
     /// A scale with these ends, whatever values it holds; two alike, or no numbers, give way to [`ends`].
     pub(crate) fn between(label: &str, from: f64, to: f64) -> Scale {
         let (from, to) = ends(from, to);
-        Scale { label: label.to_owned(), from, to, log: false, words: Vec::new(), whole: false }
+        let (words, marked) = (Vec::new(), Vec::new());
+        Scale { label: label.to_owned(), from, to, log: false, words, whole: false, marked }
     }
 
     /// Labels only whole numbers, if `whole`.
     pub(super) fn in_whole_numbers(self, whole: bool) -> Scale {
         Scale { whole, ..self }
+    }
+
+    /// Labels these values in ascending order, or as many of them as there is room for, and no others.
+    pub(crate) fn marked_at(self, values: &[f64]) -> Scale {
+        Scale { marked: values.to_vec(), ..self }
     }
 
     /// A logarithmic scale with these powers of ten as its ends.
@@ -206,6 +214,9 @@ impl Scale {
             let tick = |(n, word): (usize, &String)| Tick { at: n as f64, label: word.clone() };
             return self.words.iter().enumerate().map(tick).collect();
         }
+        if !self.marked.is_empty() {
+            return self.ticks_at_values(most);
+        }
         if self.log {
             return self.decades();
         }
@@ -224,6 +235,32 @@ impl Scale {
                 Tick { at: value * unit, label: minus(&format!("{value:.decimals$}")) }
             })
             .collect()
+    }
+
+    /// Ticks at the values that are to be labelled, without those that stand too near to the one before.
+    fn ticks_at_values(&self, most: f64) -> Vec<Tick> {
+        let least = 1.0 / (most + 1.0) - 1e-9;
+        let mut last = f64::NEG_INFINITY;
+        let mut values: Vec<f64> = Vec::new();
+        for value in &self.marked {
+            let Some(share) = self.share(*value).filter(|share| share - last >= least) else { continue };
+            last = share;
+            values.push(*value);
+        }
+        if self.log {
+            return values.into_iter().map(|at| Tick { at, label: number(at) }).collect();
+        }
+        let unit = 10f64.powi(self.power());
+        let largest = values.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+        // As many decimals as four digits of the largest have, if that many are needed.
+        let shown = |value: f64, decimals: usize| format!("{:.decimals$}", value / unit);
+        let is_near = |value: f64, decimals: usize| {
+            let read: f64 = shown(value, decimals).parse().unwrap_or(f64::NAN);
+            (read * unit - value).abs() <= 5e-5 * largest
+        };
+        let decimals = (0..6).find(|&decimals| values.iter().all(|value| is_near(*value, decimals)));
+        let label = |value: f64| minus(&shown(value, decimals.unwrap_or(6)));
+        values.into_iter().map(|at| Tick { at, label: label(at) }).collect()
     }
 
     /// Powers of ten, and where there are few of them numbers between.
@@ -250,7 +287,7 @@ impl Scale {
 
     /// Values marked without a label: those between powers of ten.
     pub(crate) fn between_ticks(&self) -> Vec<f64> {
-        if !self.log {
+        if !self.log || !self.marked.is_empty() {
             return Vec::new();
         }
         let decades = self.from.floor() as i32..=self.to.ceil() as i32;
@@ -318,6 +355,22 @@ mod tests {
         assert!((of(false, &[2.0]).share(2.0).unwrap() - 0.5).abs() < 1e-12);
         assert!(!labels(&of(false, &[])).is_empty());
         assert_eq!(of(true, &[0.0, 1.0, 100.0]).share(10.0), Some(0.5));
+    }
+
+    #[test]
+    fn values_that_are_chosen_are_labelled_as_long_as_there_is_room() {
+        let of = |log, values: &[f64]| Scale::of("x", log, 0.1, values.iter().copied()).marked_at(values);
+        assert_eq!(labels(&of(false, &[-0.5, 0.0, 0.5])), ["−0.5", "0.0", "0.5"]);
+        assert_eq!(labels(&of(false, &[0.6, 0.65, 0.7])), ["0.60", "0.65", "0.70"]);
+        assert_eq!(labels(&of(false, &[0.1 + 0.2, 1.0])), ["0.3", "1.0"]);
+        assert_eq!(labels(&of(false, &[2e-8, 4e-8])), ["2", "4"]);
+        assert_eq!(labels(&of(false, &[1.0 / 3.0, 2.0 / 3.0])), ["0.3333", "0.6667"]);
+        assert_eq!(labels(&of(true, &[0.25, 1.0, 4.0])), ["0.25", "1", "4"]);
+        assert!(of(true, &[0.25, 1.0, 4.0]).between_ticks().is_empty());
+        let many: Vec<f64> = (1..=20).map(f64::from).collect();
+        assert_eq!(labels(&of(false, &many)), ["1", "4", "7", "10", "13", "16", "19"]);
+        // Those that stand together have one number.
+        assert_eq!(labels(&of(false, &[1.0, 2.0, 4.0, 100.0])), ["1", "100"]);
     }
 
     /// A run of one step, a slider at rest and numbers that overflowed gave such ends; drawing their

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Figures {
     /// A number of the summary as colour over two keys that vary. A place without the number is
-    /// empty; one whose runs all failed, or are not made, is crossed out.
+    /// empty; one whose runs all failed, or are not made, is crossed out. The axes are labelled at values
+    /// that were run.
     #[serde(default, rename = "phase-map")]
     pub phase_map: Vec<PhaseMap>,
     /// Curves of a number against a key that varies or another number, a curve for every value of
@@ -57,7 +58,7 @@ pub struct PhaseMap {
     pub statistic: Statistic,
     /// A key with a panel for each of its values.
     pub facet: Option<String>,
-    /// Keys of axes whose runs share a place, as seeds.
+    /// Keys of axes whose runs share a place, as seeds; the caption says how many runs a cell has.
     #[serde(default)]
     pub over: Vec<String>,
     /// Values of keys, as `slider.blocks=100`: other runs are not shown.
@@ -230,6 +231,26 @@ impl Statistic {
             Statistic::Smallest => ascending.first().copied(),
             Statistic::Largest => ascending.last().copied(),
         }
+    }
+
+    /// What it is called.
+    pub fn word(self) -> &'static str {
+        match self {
+            Statistic::Median => "median",
+            Statistic::Mean => "mean",
+            Statistic::Smallest => "smallest",
+            Statistic::Largest => "largest",
+        }
+    }
+
+    /// That it stands for so many runs in the cells of a map, as a caption says it; none if no cell has
+    /// several.
+    pub fn of_runs_per_cell(self, counts: impl Iterator<Item = usize>) -> Option<String> {
+        let (least, most) = counts
+            .filter(|count| *count > 0)
+            .fold((usize::MAX, 0), |(least, most), count| (least.min(count), most.max(count)));
+        let runs = if least < most { format!("{least} to {most}") } else { most.to_string() };
+        (most > 1).then(|| format!("{} of {runs} runs per cell", self.word()))
     }
 }
 

@@ -19,14 +19,25 @@ struct Spot {
     done: bool,
 }
 
-pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) -> Result<Paper, String> {
-    let figure = &gathered.figure;
+/// The places of the map, by panel, x and y.
+fn spots(gathered: &Gathered) -> BTreeMap<(usize, u64, u64), Spot> {
     let mut spots: BTreeMap<(usize, u64, u64), Spot> = BTreeMap::new();
     for sample in gathered.samples.iter().filter(|sample| sample.x.is_finite() && sample.y.is_finite()) {
         let spot = spots.entry((sample.panel, bits(sample.x), bits(sample.y))).or_default();
         spot.numbers.extend(sample.value);
         spot.done |= sample.done;
     }
+    spots
+}
+
+/// What stands for several runs in a cell, in words; none if no cell has several.
+pub(super) fn shared(gathered: &Gathered, statistic: Statistic) -> Option<String> {
+    statistic.of_runs_per_cell(spots(gathered).values().map(|spot| spot.numbers.len()))
+}
+
+pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) -> Result<Paper, String> {
+    let figure = &gathered.figure;
+    let mut spots = spots(gathered);
     for spot in spots.values_mut() {
         spot.numbers.sort_by(f64::total_cmp);
     }
@@ -45,7 +56,7 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
             let scale = Scale::of(&quantity.label, quantity.log, margin, values.iter().copied());
             let edges = edges(&scale, values);
             match (scattered, &edges[..]) {
-                (false, [first, .., last]) => scale.reaching(*first, *last),
+                (false, [first, .., last]) => scale.reaching(*first, *last).marked_at(values),
                 _ => scale,
             }
         }

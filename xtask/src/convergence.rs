@@ -49,8 +49,8 @@ Examples:
   cargo xtask convergence --out /tmp/convergence
 
 Makes 54 runs, those of pipelines/convergence.toml in both parameter sets, and
-writes the tables of docs/internals/convergence.md. Runs found in the folder are used
-again if their scenario and the code that made them are the same.")]
+writes the tables of docs/internals/convergence.md. Runs found in the folder are
+used again if their scenario and the code that made them are the same.")]
 pub(crate) struct ConvergenceArguments {
     /// Folder for the runs and tables of both sets.
     #[arg(short, long, value_name = "FOLDER", default_value = "out/convergence")]

@@ -17,7 +17,7 @@ pub struct Claim {
     pub run: String,
     /// Its words.
     pub quote: String,
-    /// What is measured.
+    /// The number that is measured.
     pub measure: String,
     /// The number stated, as it is written; empty where there are words alone.
     pub stated: String,
@@ -25,7 +25,7 @@ pub struct Claim {
     pub own: Judgement,
     /// The measured number minus the stated one.
     pub deviation: Option<f64>,
-    /// What an agreement is worth.
+    /// The kind of evidence that an agreement gives.
     pub kind: String,
     /// What a reader should know.
     pub note: String,

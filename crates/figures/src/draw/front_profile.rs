@@ -22,8 +22,8 @@ keys! {
     rupture: Option<u64>,
     /// The rupture, where `rupture` gives no number; if absent the first global slip, or else the widest.
     which: Option<RuptureSelector>,
-    /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown. If absent, nineteen
-    /// of twenty are.
+    /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown. By default, nineteen
+    /// of twenty are shown.
     to_speed: Option<f64>,
 }
 

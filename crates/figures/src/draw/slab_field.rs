@@ -20,15 +20,15 @@ keys! {
 
     /// The run, of a slab.
     run: String,
-    /// Stands above the figure.
+    /// Title above the figure.
     #[serde(default)]
     title: String,
     /// One panel per instant, s.
     at_s: Vec<f64>,
-    /// What the colours tell.
+    /// The quantity that colours show.
     shows: Shown,
-    /// The colour scale's ends leave out this share of the values on either side, since there is a peak
-    /// where the drive pulls; what lies beyond has the colour of the end.
+    /// Share of the values that the colour scale leaves out at either end, because they peak where the
+    /// drive pulls; values beyond an end have its colour.
     #[serde(default = "a_hundredth")]
     left_out: f64,
 }

@@ -280,7 +280,7 @@ fn interrupted_a_run_goes_on_from_where_it_was() {
 fn a_run_that_lacks_only_its_name_gets_it() {
     let run = Run::of(SCENARIOS[2]);
     fs::copy(run.folder.path().join("whole.mcap"), partial_path(&run.log())).expect("a file can be copied");
-    assert!(finish(&run).contains("it was whole, but for its name"));
+    assert!(finish(&run).contains("its log was whole and only had to be renamed"));
     // And then there is nothing left to do.
     assert!(finish(&run).contains("is whole already"));
 }

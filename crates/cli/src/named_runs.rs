@@ -118,7 +118,7 @@ impl Source<'_> {
                 }
                 (Stored::Unfit(why), Missing::Refuse) => {
                     return Err(Failure::Failed(format!(
-                        "run {}: {why}; without {}, asperity sweep run makes it again",
+                        "run {}: {why}; remove {}, and asperity sweep run repeats it",
                         job.name,
                         job.log(&runs_folder).display()
                     )));

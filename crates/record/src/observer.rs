@@ -134,7 +134,7 @@ impl fmt::Display for Notice<'_> {
             Notice::GoesOn { step, time_s } => {
                 write!(f, "resumes from {} s, step {step}", short_time(*time_s))
             }
-            Notice::LackedItsName => f.write_str("it was whole, but for its name"),
+            Notice::LackedItsName => f.write_str("its log was whole and only had to be renamed"),
             Notice::Warning(warning) => write!(f, "warning: {warning}"),
             Notice::LoadNotReached { ratio } => write!(
                 f,

@@ -87,7 +87,7 @@ impl Scenario {
             "last_block" => toml::Value::Integer(i64::from(self.slider.blocks)),
             _ => toml::Value::Float(0.0),
         };
-        let mut out = "\n# Dense windows record the states of chosen blocks at short intervals; any number is possible.\n\
+        let mut out = "\n# Dense windows record chosen blocks at short intervals; there may be any number.\n\
                        # This one is an example; uncomment its lines for a window.\n# [[recording.window]]\n"
             .to_owned();
         for key in WINDOW_KEYS {

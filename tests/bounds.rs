@@ -321,7 +321,7 @@ fn forge_checkpoints(each: usize) {
             (output.status.code(), err)
         };
         let (code, err) = goes_on(&state);
-        assert!(code == Some(0) && err.contains("goes on from"), "the true one: {err}");
+        assert!(code == Some(0) && err.contains("resumes from"), "the true one: {err}");
         let digest = asperity_testkit::run_end(&whole).digest;
         assert_eq!(asperity_testkit::run_end(&out).digest, digest);
         let mut forgeries: Vec<(String, Value)> = Vec::new();

@@ -229,7 +229,9 @@ fn many_runs_are_replayed_at_once_to_tables_of_their_own() {
     // Nothing is overwritten; one table is of one run.
     assert!(fail(&["replay", paths[0], "--out", text(&out)], 2).contains("not an empty folder"));
     let new = folder.path().join("new");
-    assert!(fail(&["replay", paths[0], paths[0], "--out", text(&new)], 2).contains("second run of the name"));
+    assert!(
+        fail(&["replay", paths[0], paths[0], "--out", text(&new)], 2).contains("second run with the name")
+    );
     assert!(!new.exists());
     assert!(fail(&["replay", paths[0], paths[1], "--format", "csv"], 2).contains("--format prints"));
     // What cannot be read does not keep the others.

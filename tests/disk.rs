@@ -94,7 +94,7 @@ fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
         "{said}\n{errors}"
     );
     assert_eq!(errors.matches("No space left on device").count(), 2, "{errors}");
-    assert!(errors.contains("run.mcap.partial: ") && errors.contains("goes on from"), "{errors}");
+    assert!(errors.contains("run.mcap.partial: ") && errors.contains("resumes from"), "{errors}");
     assert_eq!(digest(&folder.path().join("resumed.mcap")), digest(&whole));
 }
 

@@ -432,7 +432,7 @@ fn a_killed_pipeline_goes_on_with_its_run() {
     child.wait().expect("it ends");
     let output = asperity(&arguments(text(&killed)));
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success() && said.contains("one: goes on from "), "{said}");
+    assert!(output.status.success() && said.contains("one: resumes from "), "{said}");
     assert_eq!(contents(&killed.join("tables")), contents(&whole.join("tables")));
     assert_eq!(
         run_end(&killed.join("runs").join("one.mcap")).digest,

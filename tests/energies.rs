@@ -11,7 +11,7 @@ use crate::support::binary::{asperity, run, succeed, text};
 const NONE: [&str; 2] = ["--set", "recording.energies=none"];
 const WARNED: &str = "warning: recording.energies = \"none\": energies are always recorded now";
 const SAID: &str =
-    "its records have no energies, so all that needs them is empty (recording.energies = \"none\"";
+    "its records have no energies, so numbers that need them are empty (recording.energies = \"none\"";
 
 const CHAIN: [&str; 7] =
     ["default", "--set", "slider.blocks=30", "--set", "time.step_s=1e-7", "--set", "time.duration_s=1"];

@@ -217,7 +217,7 @@ fn two_runs_or_salvages_of_one_name_make_one_log() {
         let is_busy = lost.0 == Some(1) && lost.1.contains("is being written by another process");
         // Before it began, or as it ended.
         let is_taken = matches!(lost.0, Some(1 | 2)) && lost.1.contains("exists already");
-        let is_begun = lost.0 == Some(2) && lost.1.contains("did not come to its end");
+        let is_begun = lost.0 == Some(2) && lost.1.contains("contains an unfinished run");
         assert!(is_busy || is_taken || is_begun, "{lost:?}");
     };
     for _ in 0..6 {

@@ -345,7 +345,7 @@ fn is_checked_and_resumed(asperity: &Path, scenario: &[&str], law: &str, log: &P
     fs::write(asperity_runlog::partial_path(&half), &bytes[..bytes.len() / 2]).expect("it can be written");
     let resume = ["--solver", "fast", "--resume", "--out", text(&half)];
     let said = succeed(asperity, &[&["run"], scenario, &sets, &resume].concat());
-    assert!(said.contains("goes on from"), "{law}: {said}");
+    assert!(said.contains("resumes from"), "{law}: {said}");
     assert_eq!(run_end(&half).digest, run_end(log).digest, "{law}");
 }
 

@@ -577,7 +577,7 @@ fn the_page_out_of_the_folder_is_that_of_the_reproduction() {
     let output = asperity(&["report", text(&out), "--out", text(&folder.path().join("c.html"))]);
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("a.mcap: it is of another run than reproduce.json says (accepted: "), "{said}");
+    assert!(said.contains("a.mcap: its run is not the run that reproduce.json names (accepted: "), "{said}");
 }
 
 #[test]

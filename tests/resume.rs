@@ -175,7 +175,7 @@ fn killed_a_run_ends_as_if_never_killed(kills_of_each: usize) {
             child.kill().expect("it can be killed, or has ended");
             let output = child.wait_with_output().expect("it ends");
             let said = String::from_utf8_lossy(&output.stderr);
-            let goes_on = said.contains("goes on from");
+            let goes_on = said.contains("resumes from");
             went_on += usize::from(goes_on);
             longest = longest.mul_f64(match (output.status.success(), goes_on) {
                 (true, _) => 0.95,
@@ -273,14 +273,14 @@ fn interrupted_a_run_goes_on_from_where_it_was() {
         serde_json::from_str(reader.checkpoint().expect("closed with one")).unwrap();
     // Nothing is done twice but what a leap had recorded ahead.
     assert!(state["solver"]["slider"]["step"].as_u64().unwrap() + 2_000_000 > last_step);
-    assert!(finish(&run).contains("goes on from"));
+    assert!(finish(&run).contains("resumes from"));
 }
 
 #[test]
 fn a_run_that_lacks_only_its_name_gets_it() {
     let run = Run::of(SCENARIOS[2]);
     fs::copy(run.folder.path().join("whole.mcap"), partial_path(&run.log())).expect("a file can be copied");
-    assert!(finish(&run).contains("it was whole, but for its name"));
+    assert!(finish(&run).contains("its log was whole and only had to be renamed"));
     // And then there is nothing left to do.
     assert!(finish(&run).contains("is whole already"));
 }
@@ -297,7 +297,7 @@ fn a_damaged_log_is_gone_on_with_from_before_the_damage() {
         let place = sound.len() * part / 8;
         bytes[place] ^= 0x10;
         fs::write(&partial, &bytes).expect("the folder can be written");
-        gone_on += usize::from(finish(&run).contains("goes on from"));
+        gone_on += usize::from(finish(&run).contains("resumes from"));
         run.remove();
     }
     assert!(gone_on >= 5, "{gone_on}");
@@ -321,7 +321,7 @@ fn what_is_left_of_another_run_is_refused_and_kept() {
         &["run", "default", "--set", "time.duration_s=2", "--solver", "plain", "--resume"],
         "another solver",
     );
-    refused(&["run", "default", "--set", "time.duration_s=2"], "a run that did not come to its end");
+    refused(&["run", "default", "--set", "time.duration_s=2"], "an unfinished run");
     // A whole log of another run is not touched either.
     fs::copy(run.folder.path().join("whole.mcap"), &log).expect("a file can be copied");
     let output = asperity(&["run", "default", "--resume", "--out", text(&log)]);

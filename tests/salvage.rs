@@ -191,7 +191,7 @@ fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
     bytes[run + 4] = b'R';
     bytes[..8].fill(0);
     let said = log.must_keep("header and first chunk", &bytes, &(0..first.end));
-    assert!(said.contains("metadata `run` is lost, and was made again from the scenario"), "{said}");
+    assert!(said.contains("metadata `run` is lost, and was rebuilt from the scenario"), "{said}");
     let out = log.folder.path().join("salvaged.mcap");
     let mut reader = RunReader::open(&out, Topics::NONE).expect("it has a header");
     assert!(matches!(reader.verify().map_err(|error| error.problem), Err(LogProblem::Salvaged)));
@@ -352,9 +352,9 @@ fn what_is_whole_or_hopeless_is_left_alone() {
 
     let damaged = log.folder.path().join("damaged.mcap");
     for (bytes, code, told) in [
-        (&b""[..], 3, "nothing says what run it is of"),
-        (b"no log at all, but long enough to be one", 2, "nothing says what run it is of"),
-        (&log.bytes[..20], 3, "nothing says what run it is of"),
+        (&b""[..], 3, "nothing identifies its run"),
+        (b"no log at all, but long enough to be one", 2, "nothing identifies its run"),
+        (&log.bytes[..20], 3, "nothing identifies its run"),
     ] {
         fs::write(&damaged, bytes).expect("the folder can be written");
         let output = asperity(&["salvage", text(&damaged), "--out", text(&out)]);

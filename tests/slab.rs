@@ -150,8 +150,8 @@ fn contacts_in_the_air_are_counted_apart_and_warned_of() {
         let summary: Summary = serde_json::from_str(&summary).expect("it is a summary");
         let in_air = summary.contact_steps_in_air.expect("the solver counts them");
         let note = format!(
-            "{} of its {} slip events are of contacts without load alone, which rub on nothing; contacts were in the \
-             air for {in_air} steps",
+            "{} of its {} slip events involve only contacts without load, which rub on nothing; contacts \
+             were in the air for {in_air} steps",
             summary.unloaded_event_count, summary.event_count
         );
         assert!(told.contains(&note), "{told}");

@@ -43,7 +43,7 @@ fn go_on(out: &Path, more: &[&str]) -> Vec<u64> {
     let (code, _, err) = sweep(&[&["run", text(out)], more].concat());
     assert_eq!(code, 0, "{err}");
     let run = |line: &str| line.strip_prefix("run ")?.split(',').next()?.parse().ok();
-    err.lines().filter(|line| line.contains(": goes on from ")).filter_map(run).collect()
+    err.lines().filter(|line| line.contains(": resumes from ")).filter_map(run).collect()
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn a_long_run_is_kept_when_it_is_told_to_stop_and_a_short_one_is_not() {
         wait_for("log", || log().is_some() && log() != before);
         // Nobody else makes it meanwhile.
         let (code, _, err) = sweep(&[&["run", text(&long)], &AT_ONCE[..]].concat());
-        assert!(code == 3 && err.contains("another process is making it"), "{code} {err}");
+        assert!(code == 3 && err.contains("another process, which is making it"), "{code} {err}");
         assert_eq!(terminate(&mut child), Some(143));
         let (code, status, _) = sweep(&["status", text(&long)]);
         assert!(code == 3 && status.contains("missing: 1\nbegun: 1, with "), "{status}");

@@ -79,7 +79,7 @@ fn a_run_that_its_time_step_drives_is_stopped_and_says_why() {
         let length = (whole.len() as f64 * share) as usize;
         fs::write(partial_path(&resumed), &whole[..length]).expect("the folder can be written");
         let (code, said) = run(&resumed, &["--resume"]);
-        assert!(code == 1 && said.contains("goes on from"), "{said}");
+        assert!(code == 1 && said.contains("resumes from"), "{said}");
         assert_eq!(stopped(&resumed), (why.clone(), digest.clone()));
         fs::remove_file(&resumed).expect("it can be removed");
     }
@@ -159,10 +159,11 @@ fn numbers_that_would_overflow_are_refused_with_what_is_accepted() {
 fn a_scenario_shows_its_longest_stable_step() {
     let told = succeed(&["scenario", "show", "default", "--set", "parameter_set=as-stated"]);
     assert!(told.contains("# dt_max = 5.694e-7 s: "), "{told}");
-    assert!(told.contains("1.76e-2 dt_max, advised is at most 0.4.\n"), "{told}");
+    assert!(told.contains("1.76e-2 dt_max; at most 0.4 is advised.\n"), "{told}");
     let told = succeed(&[&["scenario", "show"], &LONG[..]].concat());
     assert!(
-        told.replace("\n# ", " ").contains("9.38e-1 dt_max, advised is at most 0.4; blocks that switch"),
+        told.replace("\n# ", " ")
+            .contains("9.38e-1 dt_max; at most 0.4 is advised; above this, blocks that switch"),
         "{told}"
     );
 }

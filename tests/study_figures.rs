@@ -195,7 +195,7 @@ fn what_cannot_be_drawn_is_refused_when_it_is_planned() {
         (
             "at = ['friction.spread_seed=1']",
             "",
-            "friction.spread_seed varies, and the figure says nothing of it (accepted: ",
+            "friction.spread_seed varies, and the figure does not use it (accepted: ",
         ),
         ("file = 'family.png'", "file = '../family.png'", "is no name of a figure (accepted: "),
         ("[[figure.lengths]]", "[[figure.length]]", "length: unknown key; did you mean lengths?"),

@@ -314,7 +314,7 @@ fn parts_made_at_once_give_the_same_tables() {
     let (code, status, _) = sweep(&["status", text(&single)]);
     assert_eq!(code, 3, "{status}");
     assert!(
-        status.contains("5 of 6 runs done, 1 missing") && status.contains("of no whole result"),
+        status.contains("5 of 6 runs done, 1 missing") && status.contains("an incomplete result"),
         "{status}"
     );
     succeed(&["sweep", "run", text(&single)]);
@@ -379,11 +379,11 @@ fn plans_of_others_and_edited_ones_are_refused() {
     let version = good.split("\"code_version\":\"").nth(1).expect("it has one").split('"').next();
     let version = version.expect("it has one");
     for (text_of, problem) in [
-        (good.replace("0.45", "0.46"), "not as it was written"),
-        (good[..good.len() / 2].to_owned(), "not as it was written"),
-        (String::new(), "not as it was written"),
+        (good.replace("0.45", "0.46"), "it was changed after it was written"),
+        (good[..good.len() / 2].to_owned(), "it was changed after it was written"),
+        (String::new(), "it was changed after it was written"),
         (sealed(body.replace(version, "0123456789abcdef")), "code version 0123456789abcdef"),
-        (sealed(turned(body)), "its scenario is another now"),
+        (sealed(turned(body)), "its scenario has changed since it was planned"),
     ] {
         fs::write(&plan, &text_of).expect("the folder can be written");
         let (code, _, err) = sweep(&["run", text(&out)]);

@@ -33,10 +33,10 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
     assert_eq!(lines[2..4], [load, "  first slip   at 0.05674 s, of block 1"]);
     assert_eq!(
         lines[4],
-        "  time step    1e-8 s, 2.96e-3 of the longest stable one, 3.379e-6 s (warned of above 0.4)"
+        "  time step    1e-8 s, 2.96e-3 of the longest stable one, 3.379e-6 s (warning above 0.4)"
     );
     assert_eq!(lines[5], "  steps        500000000");
-    assert!(lines[6].ends_with(" for what is scheduled: 5001 samples, 251 states"), "{words}");
+    assert!(lines[6].ends_with(" for scheduled records: 5001 samples, 251 states"), "{words}");
     assert_eq!(said(&quiet).1, "", "nothing is tried, and nothing noted");
 
     let (code, noted) = said(&["scenario", "validate", "default"]);
@@ -68,11 +68,11 @@ const WARNED: [(&str, &[&str]); 10] = [
     ("F_T/F_N = 0.0122 at the start, most on block 100", &["drive.kind=top", "initial_shear.beta=0.45"]),
     ("F_T/F_N = 0.0076 at the start", &["drive.kind=top", "initial_shear.poisson_ratio=0.35"]),
     (
-        "initial_shear does not add up to 0: block 2 takes what is missing, and starts with -0.1000 of",
+        "initial_shear does not add up to 0: block 2 takes the remainder, and starts with -0.1000 of",
         &["slider.blocks=2", "initial_shear.profile=[0.1, 0.1]"],
     ),
     (
-        "beyond static friction on blocks 1 to 5, 96 to 100, at most 1.1000 times it, on block ",
+        "static friction on blocks 1 to 5, 96 to 100, at most 1.1000 times it, on block ",
         &["initial_shear.beta=0.77"],
     ),
     ("warning: normal_load.tilt = -1 leaves block 1 without load", &["normal_load.tilt=-1"]),
@@ -257,7 +257,7 @@ fn what_was_drawn_is_in_the_log_and_cannot_be_changed_there() {
         .map(|line| line.to_owned() + "\n")
         .collect();
     let (code, said) = check("without.mcap", &without);
-    assert!(code == Some(4) && said.contains("does not say what this program writes"), "{said}");
+    assert!(code == Some(4) && said.contains("is not the text that this program writes"), "{said}");
 
     // A run of the log draws equal numbers, and others with another seed.
     for (set, is_same) in [("time.duration_s=0.3", true), ("friction.spread_seed=8", false)] {

@@ -17,41 +17,41 @@ Examples:
   cargo xtask attack --for-s 3600
   cargo xtask attack --full
 
-It calls the built command as any user could, with damaged files, in pairs and
-out of resources, and holds what comes of it against what the documents promise:
+Calls the built command as any user could, with damaged files, in pairs and
+short of resources, and compares the outcome with the promises of the docs:
   chunks     every chunk of genuine logs broken once: salvage keeps the others
-  flips      a bit or byte changed anywhere in a log: check sees it
+  flips      a bit or byte changed anywhere in a log: check detects it
   mixes      chunks moved, doubled, dropped, or of two runs in one log
-  forgeries  a field changed and everything made right again; checkpoints too
-  studies    the same of plans and results of studies: tables are right, or none
+  forgeries  a field changed, and checksums and counts adjusted; checkpoints too
+  studies    the same in plans and results of studies: right tables, or none
   pairs      several processes at once on one output, some of them killed
   kills      runs killed and resumed, other commands killed and repeated
   limits     full disks, few resources, inputs made to use up memory and time
 
-Each attack lists what did not hold, by kind. The files of the first cases of
-each kind are kept in target/attack/found, with the calls that lead to it
-(what.txt). Everything by chance follows from the seed, which is printed; only
-races between processes do not repeat. Without --for-s and --full it ends after
-three minutes, and says which cases it left out on a busy machine.
+Each attack lists the broken promises by kind. The files of the first cases of
+each kind are kept in target/attack/found, with the calls that lead to them
+(what.txt). All randomness follows from the seed, which is printed; only races
+between processes do not repeat. Without --for-s and --full, the attacks end
+after three minutes; on a busy machine, the cases left out are listed.
 
 Exit codes:
-  0  everything held
-  1  something did not
-  2  the attack could not be made")]
+  0  all promises were kept
+  1  a promise was broken
+  2  an attack could not be made")]
 pub(crate) struct AttackArguments {
     /// Which attacks [default: all, one after the other].
     #[arg(value_name = "ATTACK", value_parser = ATTACKS)]
     attacks: Vec<String>,
-    /// Go round, each time with another seed, until so many seconds are over.
+    /// Repeat the attacks with new seeds until this many seconds have passed.
     #[arg(long, value_name = "SECONDS")]
     for_s: Option<u64>,
-    /// All logs of chapter 5, and ten times as many cases or more: some hours.
+    /// Use all logs of chapter 5, and ten times as many cases or more: takes some hours.
     #[arg(long)]
     full: bool,
     /// The seed of an earlier call [default: the time].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Only the case of this number, of each attack.
+    /// Only the case with this number, in each attack.
     #[arg(long, value_name = "N")]
     case: Option<usize>,
 }

@@ -16,14 +16,14 @@ Examples:
   cargo xtask bench --against HEAD~1
   cargo xtask bench --against v0.1.0 --pairs 40 --within 0.01 as-coded replay
 
-Without --against, the speed of this checkout is measured as ratios to a plain
-loop, which takes about twenty minutes in all. Parts:
+Without --against, measures the speed of this checkout as ratios to a plain
+loop. All parts together take about twenty minutes. Parts:
   loop      the plain loop in Rust, compared with the same loop in C
   runs      the default run
   chains    longer and shorter chains
-  switches  what a block switch costs, against the number of blocks
+  switches  the cost of a block switch, against the number of blocks
   resolution  the study of resolution with up to 3,200 blocks
-  pays      runs in which the fast solver may not pay, beside the plain one
+  pays      runs in which the fast solver may save no time over the plain one
   studies   asperity sweep run, beside bare solvers in as many processes
   logs      reading run logs
   diff      comparing event tables of up to a million events
@@ -39,12 +39,12 @@ which other processes disturb less than wall time. Parts:
   reduce     asperity reduce, of the same log
 
 REV is built in a worktree under target/diff-events, and kept. Outputs go to a
-temporary folder under target. Leave the machine alone meanwhile: on a busy one,
-a few pairs may be off by ten per cent, and 20 by one or two.
+temporary folder under target. Leave the machine idle meanwhile: on a busy one,
+the median of a few pairs may be off by ten per cent, and of 20 by one or two.
 
 Exit codes of --against:
   0  all medians are within the limit
-  1  one is beyond it
+  1  a median is beyond the limit
   2  the two cannot be compared")]
 pub(crate) struct BenchArguments {
     /// What to measure [default: everything].
@@ -56,7 +56,7 @@ pub(crate) struct BenchArguments {
     /// How many times both revisions run each part.
     #[arg(long, value_name = "N", default_value = "20", requires = "against")]
     pairs: NonZeroUsize,
-    /// By which share of the time a median may differ.
+    /// Largest accepted difference of a median, as a share of the time.
     #[arg(long, value_name = "SHARE", default_value = "0.03", requires = "against", value_parser = share)]
     within: f64,
 }

@@ -15,9 +15,9 @@ Examples:
   cargo xtask ci
   ASPERITY_NO_SKIPS=1 cargo xtask ci
 
-The stages run in order, the quick ones first, and the first failure ends it.
-What each of them took is listed at the end. With ASPERITY_NO_SKIPS=1, a skipped
-test is a failure.")]
+The stages run in order, the quick ones first; the first failure ends the
+command. The time of each stage is listed at the end. With ASPERITY_NO_SKIPS=1,
+a skipped test is a failure.")]
 pub(crate) struct CiArguments {}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);

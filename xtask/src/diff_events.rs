@@ -29,11 +29,11 @@ Examples:
   cargo xtask diff-events --clean
 
 Both sides run the pipeline file of this checkout. A revision that refuses it
-runs its own version of the file, or only the runs if it has none; what it does
-not know is named, with the commit that introduced it. The outputs stay in
-out/diff-events/PIPELINE/REVISION, with a page of both timelines beside them.
-What was built stays in target/diff-events, so that a second call is quick. This
-checkout, its index and its branches are left alone.
+runs its own version of the file, or only the runs if it has none; words that it
+does not know are named, with the commit that introduced them. The outputs stay
+in out/diff-events/PIPELINE/REVISION, with a page of both timelines beside them.
+Builds stay in target/diff-events, so that a second call is quick. This
+checkout, its index and its branches are left unchanged.
 
 Exit codes:
   0  nothing differs except what the policy allows
@@ -49,13 +49,13 @@ pub(crate) struct DiffEventsArguments {
     /// The pipeline whose runs are compared.
     #[arg(long, value_name = "NAME", default_value = CHAPTER5, value_parser = ALL)]
     pipeline: String,
-    /// Which reading of the thesis to run [default: what the pipeline says].
+    /// Which reading of the thesis to run [default: that of the pipeline].
     #[arg(long, value_enum, value_name = "SET")]
     parameter_set: Option<ParameterSet>,
     /// What may differ, as for `asperity diff` [default: nothing].
     #[arg(long, value_name = "POLICY.toml")]
     policy: Option<PathBuf>,
-    /// Only remove what was built of REV, or of all revisions.
+    /// Only remove the build of REV, or of all revisions.
     #[arg(long)]
     clean: bool,
 }

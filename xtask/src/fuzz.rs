@@ -32,11 +32,11 @@ Examples:
   cargo xtask fuzz
   cargo xtask fuzz --for-s 3600 log_edits
 
-It needs cargo-fuzz (`cargo install cargo-fuzz --locked`) and a C++ compiler; no
-other Rust toolchain than that of the workspace. Inputs that fail are left in
+Needs cargo-fuzz (`cargo install cargo-fuzz --locked`) and a C++ compiler, but
+no Rust toolchain other than that of the workspace. Inputs that fail are left in
 target/fuzz/found/TARGET, and those that reach most of the code in
-target/fuzz/corpus/TARGET. Copy those worth keeping to fixtures/hostile, from
-where every test run reads them.")]
+target/fuzz/corpus/TARGET. Copy those worth keeping to fixtures/hostile, where
+every test run reads them.")]
 pub(crate) struct FuzzArguments {
     /// Which fuzzer [default: all, one after the other].
     #[arg(value_name = "TARGET", value_parser = TARGETS.map(|(name, _)| name))]
@@ -44,7 +44,7 @@ pub(crate) struct FuzzArguments {
     /// How long each of them runs.
     #[arg(long, value_name = "SECONDS", default_value_t = 60)]
     for_s: u32,
-    /// Do not fuzz: drop kept inputs that reach no code which others do not reach.
+    /// Do not fuzz, but drop kept inputs that reach no code beyond that of the others.
     #[arg(long)]
     minimise: bool,
 }

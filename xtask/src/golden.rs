@@ -32,14 +32,14 @@ Examples:
 
 Without --accept nothing in the repository changes: the runs of chapter 5 are
 made, and their events compared exactly with fixtures/golden/chapter5. The
-tables and a page of what differs are left in out/golden.
+tables and a page of the differences are left in out/golden.
 
 Exit codes:
-  0  the same, or accepted
+  0  nothing differs, or the change is accepted
   1  something differs
   2  the two sides cannot be compared")]
 pub(crate) struct GoldenArguments {
-    /// Replace the golden tables by those of the present code, for this reason.
+    /// Replace the golden tables with those of the present code, for this reason.
     #[arg(long, value_name = "REASON", value_parser = reason)]
     accept: Option<String>,
 }

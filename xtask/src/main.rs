@@ -60,28 +60,28 @@ enum Command {
     /// Make the runs, tables, figures and claims of chapter 5.
     #[command(name = "reproduce-chapter5")]
     ReproduceChapter5(reproduce::ReproduceArguments),
-    /// The same for chapter 6, unloading.
+    /// The same for chapter 6 (unloading).
     #[command(name = "reproduce-chapter6")]
     ReproduceChapter6(reproduce::ReproduceArguments),
-    /// The same for appendix A, damping.
+    /// The same for appendix A (damping).
     #[command(name = "reproduce-appendix-a")]
     ReproduceAppendixA(reproduce::ReproduceArguments),
-    /// The same for the studies that section 1.2 announces.
+    /// The same for the studies announced in section 1.2.
     #[command(name = "reproduce-goals")]
     ReproduceGoals(reproduce::ReproduceArguments),
-    /// Front speed against prestress, with viscosity and friction springs.
+    /// The same for front speed against prestress, with viscosity and friction springs.
     #[command(name = "reproduce-front-speed")]
     ReproduceFrontSpeed(reproduce::ReproduceArguments),
-    /// Slip pulses on a held top drive, and where they end.
+    /// The same for slip pulses under a held top drive, and where they end.
     #[command(name = "reproduce-slip-pulses")]
     ReproduceSlipPulses(reproduce::ReproduceArguments),
-    /// Slabs: precursors, fronts, drives, and the state of rest, beside the chain.
+    /// The same for slabs beside the chain: precursors, fronts, drives, and the state of rest.
     #[command(name = "reproduce-slab")]
     ReproduceSlab(reproduce::ReproduceArguments),
-    /// All of these, and the studies of top-driven sliders and of the number of blocks.
+    /// Reproduce all of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
-    /// Write how far the numbers of a run move with the time step and the number of blocks.
+    /// Tabulate how the numbers of a run change with the time step and the number of blocks.
     Convergence(convergence::ConvergenceArguments),
     /// Set up the Python and Node clients that read run logs, and run all tests.
     Test(test::TestArguments),
@@ -93,11 +93,11 @@ enum Command {
     Golden(golden::GoldenArguments),
     /// Measure the speed, or compare it with that of another revision.
     Bench(bench::BenchArguments),
-    /// Search for inputs that do harm; needs cargo-fuzz.
+    /// Search for harmful inputs by fuzzing; needs cargo-fuzz.
     Fuzz(fuzz::FuzzArguments),
-    /// Try from outside to break what the command promises of files.
+    /// Try to break, from outside, the promises of the command about files.
     Attack(attack::AttackArguments),
-    /// Check everything that a change must pass.
+    /// Run all checks that a change must pass.
     Ci(ci::CiArguments),
 }
 

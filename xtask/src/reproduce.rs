@@ -45,10 +45,10 @@ pub(crate) struct ReproduceArguments {
     /// Which reading of the thesis to run; its figures come from as-coded.
     #[arg(long, value_enum, value_name = "SET")]
     parameter_set: Option<ParameterSet>,
-    /// Repeat runs that are there already.
+    /// Repeat runs that are already in the folder.
     #[arg(long)]
     fresh: bool,
-    /// Leave the version of the code, and the line that says where a figure comes from, out of figures.
+    /// Draw figures without the code version and without the line that names their source.
     #[arg(long)]
     no_provenance: bool,
     /// How many runs to make at once [default: one per core].

@@ -16,15 +16,16 @@ Examples:
   cargo xtask test
   cargo xtask test --test root clients:: -- --nocapture
 
-Without arguments, tests run on all cores, and what failed is shown at the end.
-Arguments are those of cargo test, which then runs the tests.
+Without arguments, tests run on all cores, and failures are shown at the end.
+Any arguments are passed to cargo test, which then runs the tests.
 
 Without python3, or node and npm, or their packages, the tests of those clients
 are skipped, and without Chromium those of the page that asperity diff writes.
-They say so; with ASPERITY_NO_SKIPS=1 in the environment they fail instead.
-Tests that take minutes and rarely fail are left to cargo xtask ci.")]
+A skipped test prints a note; with ASPERITY_NO_SKIPS=1 in the environment it
+fails instead. Only cargo xtask ci runs the tests that take minutes and rarely
+fail.")]
 pub(crate) struct TestArguments {
-    /// Further arguments of cargo test.
+    /// Arguments for cargo test.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
     further: Vec<String>,
 }

@@ -30,8 +30,8 @@ Examples:
   cargo xtask verify-solver --for-s 0.1
   cargo xtask verify-solver --pipeline long-chains
 
-All of it takes 1.1e10 steps of the plain solver: half an hour on one core, a
-quarter of an hour on two. The tests do the first 0.1 s of every run.")]
+All runs together take 1.1e10 steps of the plain solver: half an hour on one
+core, a quarter of an hour on two. The tests compare the first 0.1 s of each.")]
 pub(crate) struct VerifyArguments {
     /// Only this reading of the thesis.
     #[arg(long, value_enum, value_name = "SET")]

@@ -50,17 +50,17 @@ Examples:
   asperity reduce out/mine.mcap -o out/mine
 
 Exit codes:
-  0    done; the logs are whole, or the same
-  1    failure; or a replay gave other events, two runs differ
+  0    success; all logs are whole, or nothing differs
+  1    failure; or a replay gave other events, or two runs differ
   2    bad input, nothing was written; or a file is not a run log
   3    a log is incomplete
   4    a log is damaged
   5    a log is salvaged with gaps
   6    check: a log is by other code or detectors
-  7    a log is of a run that was stopped because it could not go on
+  7    the run of a log was stopped because it could not continue
   130  interrupted by SIGINT; the log was closed as RUN.mcap.partial
   143  interrupted by SIGTERM, likewise
-A second signal stops at once."
+A second signal ends the command at once."
 )]
 pub(crate) struct Arguments {
     /// Print no progress and no notes on stderr; errors are still printed.
@@ -72,7 +72,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// List the built-in scenarios, show one in full, or preview a run.
+    /// List the built-in scenarios, print one in full, or preview a run.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
     /// Run a scenario and log it.
@@ -83,11 +83,11 @@ pub(crate) enum Command {
     Events(EventsArguments),
     /// Verify run logs: whole, incomplete, damaged ...
     Check(CheckArguments),
-    /// Recover what is left of a damaged log.
+    /// Recover the sound records of a damaged log.
     Salvage(SalvageArguments),
     /// Compare two runs, or two folders of runs: numbers, ruptures and slip events.
     Diff(DiffArguments),
-    /// Put runs, or a whole study, on one page.
+    /// Write one page that shows runs or a whole study.
     Report(ReportArguments),
     /// Run the detectors again on the records of a log, and compare the events.
     Replay(ReplayArguments),
@@ -99,16 +99,16 @@ pub(crate) enum Command {
     /// Make tables and figures of one run.
     #[cfg(feature = "analysis")]
     Reduce(ReduceArguments),
-    /// Run a pipeline: its runs, tables, figures and claims.
+    /// Run a pipeline: make its runs, tables and figures, and judge its claims.
     #[cfg(feature = "analysis")]
     Reproduce(ReproduceArguments),
     /// Compare the fast solver with the plain one in every run of a pipeline.
     #[cfg(feature = "analysis")]
     VerifySolver(VerifySolverArguments),
-    /// Vary parameters: many runs from one file, here or on a cluster, as tables.
+    /// Vary parameters: make many runs from one file, here or on a cluster, and tabulate them.
     #[command(subcommand)]
     Sweep(SweepCommand),
-    /// Print the completion script of a shell.
+    /// Print the completion script for a shell.
     Completions(CompletionsArguments),
     /// Write the manual pages.
     Man(ManArguments),

@@ -60,8 +60,8 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
     let has_names = !plan.common.runs.is_empty();
     if has_names && out.is_some() {
         return Err(Failure::BadInput(
-            "--out: the study has runs with names (accepted: none, since what is made of them stands beside their \
-             logs)"
+            "--out: the study has runs with names (accepted: no --out, since their outputs are written \
+             beside their logs)"
                 .to_owned(),
         ));
     }
@@ -94,7 +94,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
             #[cfg(feature = "analysis")]
             named_runs::of_plan(&plan, folder, beside, provenance, board)?;
             #[cfg(not(feature = "analysis"))]
-            board.line("nothing is made of runs with names: this program was built without figures");
+            board.line("no outputs of named runs: this program was built without figures");
         }
     }
     outcome(counts)
@@ -171,7 +171,7 @@ fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
     let varied = study.grid.as_ref().map(Grid::keys).unwrap_or_default();
     if varied != *keys {
         return Err(Failure::BadInput(format!(
-            "--from {}: it varies {} (accepted: a study that varies what the plan does, {})",
+            "--from {}: it varies {} (accepted: a study that varies the keys of the plan, {})",
             path.display(),
             varied.join(", "),
             keys.join(", ")
@@ -272,7 +272,7 @@ impl Study<'_> {
             }
             #[cfg(not(feature = "analysis"))]
             self.board.line(&format!(
-                "{} is left as it is: this program was built without figures",
+                "{} is left unchanged: this program was built without figures",
                 figures.folder.display()
             ));
         }

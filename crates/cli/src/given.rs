@@ -74,7 +74,7 @@ fn said(path: &Path, given: Given) -> Option<String> {
         Given::Scenario => format!("this is a scenario: asperity run {path} -o RUN.mcap"),
         Given::Sweep => format!("this is a sweep: asperity sweep go {path} -o FOLDER"),
         Given::Pipeline => format!("this is a pipeline: asperity reproduce {path} -o FOLDER"),
-        Given::Toml => "this is a TOML file, and of no scenario, sweep or pipeline".to_owned(),
+        Given::Toml => "this is a TOML file, but not a scenario, sweep or pipeline".to_owned(),
         Given::Reproduced => {
             format!("this is a folder of asperity reproduce: its logs are {path}/runs/*.mcap")
         }

@@ -46,9 +46,7 @@ pub(crate) fn of_plan(
     let pipeline = Pipeline::beside(text, plan.numbered(), &|at| plan.runs_at(at)).map_err(refused)?;
     let names = plan.common.runs.iter().map(|run| &run.name);
     if !pipeline.runs.iter().eq(names) {
-        return Err(refused(
-            "its runs are not those of its study (accepted: a plan nobody edited)".to_owned(),
-        ));
+        return Err(refused("its runs are not those of its study (accepted: an unedited plan)".to_owned()));
     }
     let jobs = plan.common.runs.iter().map(Named::job).collect::<Result<Vec<Job>, _>>().map_err(refused)?;
     let inputs = inputs([file.as_path()], plan.common.runs.iter().map(|run| run.scenario.as_str()), &jobs);
@@ -115,11 +113,11 @@ impl Source<'_> {
                     board.line(&format!("{}: made again: {why}", job.name));
                 }
                 (Stored::Nothing, Missing::Refuse) => {
-                    return Err(Failure::Failed(format!("run {}: there is no log of it", job.name)));
+                    return Err(Failure::Failed(format!("run {}: its log is missing", job.name)));
                 }
                 (Stored::Unfit(why), Missing::Refuse) => {
                     return Err(Failure::Failed(format!(
-                        "run {}: {why}; without {}, asperity sweep run makes it again",
+                        "run {}: {why}; remove {}, and asperity sweep run repeats it",
                         job.name,
                         job.log(&runs_folder).display()
                     )));
@@ -239,8 +237,8 @@ fn tell_misleading(summaries: &[Summary], board: &Board) {
     let names: Vec<&str> = misled.map(|summary| summary.run.as_str()).collect();
     if !names.is_empty() {
         board.line(&format!(
-            "{}: slip events join several ruptures there, or last far longer than fronts take; claims and figures count \
-             them as the thesis does, tables/RUN.ruptures.csv has the ruptures one by one",
+            "{}: slip events merge several ruptures, or last far longer than fronts take; claims and \
+             figures count slip events, as the thesis does; tables/RUN.ruptures.csv lists the ruptures",
             some_of(&names)
         ));
     }

@@ -32,7 +32,7 @@ pub(crate) fn fits(option: &str, path: &Path, ending: &str, what: &str) -> Resul
     let better = path.with_extension(ending);
     let folder = if ending.is_empty() { "a folder, as " } else { "" };
     Err(Failure::BadInput(format!(
-        "{option} {}: what is written is {what} (accepted: {folder}{})",
+        "{option} {}: the output is {what} (accepted: {folder}{})",
         path.display(),
         better.display()
     )))
@@ -74,7 +74,7 @@ mod tests {
             assert!(of(name, "mcap").is_ok(), "{name}");
         }
         let refused = of("out/x.h5", "mcap").unwrap_err().to_string();
-        assert_eq!(refused, "--out out/x.h5: what is written is a run log (accepted: out/x.mcap)");
+        assert_eq!(refused, "--out out/x.h5: the output is a run log (accepted: out/x.mcap)");
         let refused = of("out/x.csv", "").unwrap_err().to_string();
         assert!(refused.ends_with("(accepted: a folder, as out/x)"), "{refused}");
     }

@@ -51,7 +51,7 @@ pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
     let never = previews.iter().filter(|preview| preview.first_slip_s.is_none()).count();
     let slip = match (range(|preview| preview.first_slip_s), never) {
         (Some(range), 0) => Some(format!("the first slip comes at {range} s")),
-        (Some(range), never) => Some(format!("the first slip comes at {range} s, in {never} never")),
+        (Some(range), never) => Some(format!("the first slip comes at {range} s; {never} without slip")),
         (None, 0) => None,
         (None, _) => Some("nothing ever slips".to_owned()),
     };

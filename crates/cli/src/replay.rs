@@ -27,7 +27,7 @@ const RECORD_VERSION: u32 = 1;
 pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), Failure> {
     if let (Some(_), [_, other, ..]) = (arguments.format, &arguments.runs[..]) {
         return Err(Failure::BadInput(format!(
-            "--format prints the events of one run, and {} is another (accepted: one run, or --out FOLDER)",
+            "--format prints the events of one run; {} is a second run (accepted: one run, or --out FOLDER)",
             other.display()
         )));
     }
@@ -74,8 +74,8 @@ fn none_is_taken(runs: &[PathBuf], out: &Path) -> Result<(), Failure> {
         let name = name(run);
         if names.contains(&name) {
             return Err(Failure::BadInput(format!(
-                "{} is the second run of the name {name}, and its tables would be written over those of the first \
-                 (accepted: runs of different names)",
+                "{} is the second run with the name {name}, and its tables would overwrite the tables of \
+                 the first (accepted: runs of different names)",
                 run.display()
             )));
         }

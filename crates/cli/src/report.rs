@@ -195,8 +195,8 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     let path = folder.join(RECORD);
     let Some(contents) = recorded.page else {
         return Err(Failure::BadInput(format!(
-            "{}: it does not say what its figures show, as it was written by an older version (accepted: a folder that \
-             asperity reproduce has been called for since, which uses the runs that are there)",
+            "{}: it lacks the descriptions of its figures, since an older version wrote it (accepted: a \
+             folder updated by asperity reproduce, which reuses its runs)",
             path.display()
         )));
     };
@@ -211,8 +211,8 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
         let (run, _) = run(&of.name, log, limits, |checked| verdict_exit::must_hold_all(log, checked))?;
         if run.header != of.run {
             return Err(Failure::BadInput(format!(
-                "{}: it is of another run than {RECORD} says (accepted: the log that its tables were made of; asperity \
-                 reproduce makes them of what is there)",
+                "{}: its run is not the run that {RECORD} names (accepted: the log that its tables were \
+                 made from; asperity reproduce makes new tables from the present logs)",
                 log.display()
             )));
         }

@@ -59,7 +59,8 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let law = LengthLaw::natural(&data.scenario);
     if !verdict.holds_all() {
         let note = format!(
-            "These tables and figures are of what there is of a run. Its log is not whole.\n{}: {checked}\n",
+            "These tables and figures show only what the log of a run contains. The log is not whole.\n{}: \
+             {checked}\n",
             arguments.run.display()
         );
         files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;

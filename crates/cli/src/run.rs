@@ -75,8 +75,8 @@ pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
     let unfinished = Unfinished::of(out).map_err(|error| failure(error.into(), board, &scenario.name))?;
     if let (Some(unfinished), false) = (&unfinished, resume) {
         return Err(Failure::BadInput(format!(
-            "--out {}: {} holds a run that did not come to its end (accepted: --resume to go on with it, or another \
-             --out; without that file the run starts from the beginning)",
+            "--out {}: {} contains an unfinished run (accepted: --resume to continue it, or another --out; \
+             remove that file to start from the beginning)",
             out.display(),
             unfinished.partial_path().display()
         )));
@@ -128,7 +128,7 @@ fn taken(out: &Path) -> Failure {
 pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
     match error {
         RunError::Stopped { .. } => {
-            board.line(&format!("{name}: {error}, and --resume goes on from there"));
+            board.line(&format!("{name}: {error}; --resume continues from there"));
             Failure::Said(interrupt::code().expect("a signal stopped it"))
         }
         RunError::Left(LeftError::OtherRun(_)) => Failure::BadInput(format!("--resume: {error}")),

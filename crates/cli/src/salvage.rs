@@ -65,7 +65,7 @@ fn tell(input: &Path, out: &Path, salvaged: &Salvaged) -> Result<(), Failure> {
         say(format_args!("  nothing between {after} and {before}"))?;
     }
     if !salvaged.end_is_known {
-        say(format_args!("  its end is lost, and how many messages there were"))?;
+        say(format_args!("  its end is lost, and with it the number of messages"))?;
     }
     for remark in &salvaged.remarks {
         say(format_args!("  {remark}"))?;

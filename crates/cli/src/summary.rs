@@ -95,7 +95,7 @@ pub(crate) fn in_short(summary: &Summary) -> String {
 }
 
 /// The warning about runs without energies.
-pub(crate) const WITHOUT_ENERGIES: &str = "its records have no energies, so all that needs them is empty \
+pub(crate) const WITHOUT_ENERGIES: &str = "its records have no energies, so numbers that need them are empty \
     (recording.energies = \"none\" in an older version of the program, or a log of version 3 or before)";
 
 /// The warning about the speeds of fronts, as before the run.
@@ -113,13 +113,14 @@ fn notes(summary: &Summary) -> Vec<String> {
     let mut notes = Vec::new();
     if summary.creeps == Some(true) {
         notes.push(format!(
-            "the slider creeps: block {} had slid before a front ran; raw slip events do not tell when it slipped",
+            "the slider creeps: block {} had slid before a front ran, so raw slip events do not show when \
+             the slider slipped",
             summary.creep_front_block.unwrap_or_default()
         ));
     } else if summary.raw_events_mislead == Some(true) {
         notes.push(
-            "raw slip events mislead: they last far longer than fronts take, or join ruptures far apart; its ruptures \
-             are the events to count"
+            "raw slip events mislead: they last far longer than fronts take, or merge ruptures far apart; \
+             count its ruptures instead"
                 .to_owned(),
         );
     }
@@ -131,7 +132,7 @@ fn notes(summary: &Summary) -> Vec<String> {
             _ => String::new(),
         };
         notes.push(format!(
-            "{} of its {} are of contacts without load alone, which rub on nothing{in_air} (docs/slab.md)",
+            "{} of its {} involve only contacts without load, which rub on nothing{in_air} (docs/slab.md)",
             summary.unloaded_event_count,
             counted(summary.event_count, "slip event")
         ));
@@ -139,7 +140,8 @@ fn notes(summary: &Summary) -> Vec<String> {
     match summary.ruptures_from.as_str() {
         "steps" => notes.push("its log has no ruptures; they were found in its step records".to_owned()),
         "none" => notes.push(
-            "its log has no ruptures, and not all that they could be found in: what needs them is missing"
+            "its log has no ruptures, and lacks some of the step records that contain them; numbers that \
+             need them are missing"
                 .to_owned(),
         ),
         _ => {}

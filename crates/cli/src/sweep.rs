@@ -76,10 +76,10 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
         say(format_args!("begun: {runs}, with {:.1} MB in {}", bytes as f64 / 1e6, staging::FOLDER))?;
     }
     for (path, bytes) in &results.torn {
-        say(format_args!("{}: its last {bytes} bytes are of no whole result", path.display()))?;
+        say(format_args!("{}: its last {bytes} bytes are an incomplete result", path.display()))?;
     }
     for path in &results.foreign {
-        say(format_args!("{}: no segment of this plan, left alone", path.display()))?;
+        say(format_args!("{}: not a segment of this plan, left alone", path.display()))?;
     }
     faults(&results).try_for_each(say)?;
     outcome_of(&results, counts)
@@ -224,7 +224,7 @@ fn clear_done(folder: &Path, results: &Results) -> Result<(), Failure> {
 }
 
 /// The prefix of a worker's message that a run resumes.
-const GOES_ON: &str = "goes on ";
+const RESUMES: &str = "resumes ";
 
 /// A worker's message that another process makes a run.
 const BY_ANOTHER: &str = "by another";
@@ -337,7 +337,7 @@ impl Study<'_> {
             current.begin(run);
             let said = loop {
                 match current.hear() {
-                    Some(said) if said.starts_with(GOES_ON) => self.tell(run, &said),
+                    Some(said) if said.starts_with(RESUMES) => self.tell(run, &said),
                     said => break said,
                 }
             };
@@ -352,7 +352,8 @@ impl Study<'_> {
                     }
                     match status {
                         Ok(status) if status.code().is_some_and(|code| code < 100) => {
-                            return self.give_up("a worker cannot go on; it said why".to_owned());
+                            return self
+                                .give_up("a worker cannot continue; it printed the reason".to_owned());
                         }
                         // A signal stopped it, possibly before it reaches this process: not the
                         // run's fault.
@@ -376,7 +377,7 @@ impl Study<'_> {
         let mut shared = self.shared();
         match said.split_once(' ') {
             Some(("done", events)) => shared.progress.done(events.parse().unwrap_or(0)),
-            _ if said == BY_ANOTHER => self.tell(run, "another process is making it, and is left to it"),
+            _ if said == BY_ANOTHER => self.tell(run, "left to another process, which is making it"),
             _ => {
                 let reason = said.strip_prefix("failed ").unwrap_or(said);
                 self.tell(run, reason);

@@ -59,7 +59,7 @@ fn say(scenario: &Scenario, forecast: &Forecast) -> io::Result<()> {
     }
     terminal::say(format_args!(
         "  time step    {time_step_s:e} s, {step_ratio:.2e} of the longest stable one, {longest_stable_step_s:.3e} s \
-         (warned of above {ADVISED_SHARE})"
+         (warning above {ADVISED_SHARE})"
     ))?;
     terminal::say(format_args!("  steps        {steps}"))?;
     let MostLogBytes { samples, states, window_records, .. } = log;
@@ -68,13 +68,13 @@ fn say(scenario: &Scenario, forecast: &Forecast) -> io::Result<()> {
         count => format!(", {} of windows", counted(count, "record")),
     };
     terminal::say(format_args!(
-        "  log          at most {} for what is scheduled: {}, {}{windows}",
+        "  log          at most {} for scheduled records: {}, {}{windows}",
         bytes(log.scheduled_bytes),
         counted(*samples, "sample"),
         counted(*states, "state")
     ))?;
     terminal::say(format_args!(
-        "               besides at most {} for each step with switches, {} for each switch,",
+        "               plus at most {} for each step with switches, {} for each switch,",
         bytes(log.step_with_switches_bytes),
         bytes(log.switch_bytes),
     ))?;

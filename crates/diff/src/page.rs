@@ -172,7 +172,7 @@ fn timelines(report: &Report) -> String {
     let thinned = Thinning::of(report, timeline::EVENTS_MOST).words();
     let left_out: u64 = report.runs.iter().map(|run| run.events.matches_left_out).sum();
     let left_out = (left_out > 0)
-        .then(|| format!("The report itself leaves out {} for want of room.", counted(left_out, "match")));
+        .then(|| format!("For lack of space, the report itself leaves out {}.", counted(left_out, "match")));
     let notes: String = [thinned, left_out].into_iter().flatten().map(|words| paragraph(&words)).collect();
     section(
         "Timelines",

@@ -329,7 +329,7 @@ impl Reader<'_> {
                 continue;
             };
             if column.kind() == Kind::Number {
-                let problem = "is not compared, for it follows from the events before".to_owned();
+                let problem = "is not compared, because it follows from the events before".to_owned();
                 self.refuse(key.span(), path, problem, "a column that is");
                 continue;
             }

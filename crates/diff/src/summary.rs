@@ -176,8 +176,10 @@ fn columns(report: &Report, in_time: &[&RunDiff], lines: &mut Vec<String>) {
     let left_out = report.runs.iter().map(|run| run.events.left_out()).find(|columns| !columns.is_empty());
     if let Some(columns) = left_out {
         let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
-        lines
-            .push(format!("not compared, for a side lacks them or counts other steps: {}", names.join(", ")));
+        lines.push(format!(
+            "not compared, because a side lacks them or counts other steps: {}",
+            names.join(", ")
+        ));
     }
 }
 
@@ -282,7 +284,7 @@ fn others(report: &Report, lines: &mut Vec<String>) {
     }
     for (told, count) in seen.iter().take(OTHERS) {
         let of = if report.runs.len() > 1 { format!(" (in {count} pairs)") } else { String::new() };
-        lines.push(format!("made differently: {told}{of}"));
+        lines.push(format!("differing origin: {told}{of}"));
     }
     if seen.len() > OTHERS {
         lines.push(format!("... and {} more settings, see --format json", seen.len() - OTHERS));

@@ -118,11 +118,11 @@ kinds! {
     "onset" onset: onset::Onset,
     /// First global slip against the time step.
     "spread" spread: spread::Spread,
-    /// Velocities of some blocks through a slip event.
+    /// Velocities of some blocks during a slip event.
     "velocities" velocities: velocities::Velocities,
     /// `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
     "forces" forces: forces::Forces,
-    /// Share of the blocks that slid against the load, wherever slip began.
+    /// Share of the blocks that slid, against the load, wherever slip began.
     "slipped" slipped: slipped::Slipped,
     /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants.
     "stress" stress: stress::Stress,
@@ -136,33 +136,32 @@ kinds! {
     "pulse" pulse: pulse::Pulse,
     /// Slip and speed of a pulse along the slider, and where it ends.
     "arrest" arrest: arrest::Arrest,
-    /// Block against time: where and when blocks slid, how fronts came to them, and how far slip
-    /// had come; of a whole run, of a part of it, or of one rupture. Where the log has dense windows or
-    /// states of ruptures, colours tell the velocity.
+    /// Block against time: where and when blocks slid, when fronts reached them, and how far slip had
+    /// spread; for a whole run, a part of it, or one rupture. Where the log has dense windows or states
+    /// of ruptures, colours show the velocity.
     "space-time" space_time: space_time::SpaceTime,
-    /// Speed of the front of a rupture from block to block, with the wave speed and the theory of
-    /// steady fronts under the force that each block bore before. Triangles at the upper edge mark fronts
-    /// that are faster than the axis reaches. The theory knows no front, and gives no line, where a block
-    /// bore no more than sliding friction, so that its line is in pieces: short ones where few
-    /// neighbouring blocks bore more.
+    /// Speed of the front of a rupture from block to block, with the wave speed and the theory of steady
+    /// fronts under the force that each block bore before. Triangles at the upper edge mark fronts faster
+    /// than the axis reaches. Where a block bore no more than sliding friction, the theory gives no front:
+    /// its line is in pieces, short ones where few neighbouring blocks bore more.
     "front-profile" front_profile: front_profile::FrontProfile,
     /// Speed of the fronts of precursors and of the first global slip over `tau_n / p_n` that the same
     /// blocks bore when the rupture began.
     "front-stress" front_stress: front_stress::FrontStress,
-    /// Frequency against wave number of plane waves in the lattice of a slab, by what its bonds pull
-    /// with and by theory, with the straight lines of long waves.
+    /// Frequency against wave number of plane waves in the lattice of a slab, from the pull of its bonds
+    /// and in theory, with the straight lines of long waves.
     "dispersion" dispersion: dispersion::Dispersion,
-    /// Stress or displacement all over a slab at chosen times, of which its nodes are found by taking
-    /// the run's steps once more.
+    /// Stress or displacement all over a slab at chosen times; its nodes are computed by repeating the
+    /// run's steps.
     "slab-field" slab_field: slab_field::SlabField,
     /// `tau_n / p_n` along the slider before and after each precursor.
     "stress-sequence" stress_sequence: stress_sequence::StressSequence,
-    /// The load curve with its ruptures: precursors and global slips have the numbers that they have
-    /// in the table of ruptures.
+    /// The load curve with its ruptures: precursors and global slips are numbered as in the table of
+    /// ruptures.
     "load-ruptures" load_ruptures: load_ruptures::LoadRuptures,
-    /// How ruptures are distributed by size, global slips apart, with a law fitted.
+    /// Distribution of ruptures by size, global slips counted separately, with a fitted law.
     "sizes" sizes: sizes::Sizes,
-    /// How the times between ruptures are distributed, with a law fitted.
+    /// Distribution of the times between ruptures, with a fitted law.
     "recurrence" recurrence: recurrence::Recurrence,
     /// A run on one page: its load curve with numbered ruptures, its space-time map, the sizes and
     /// recurrence times of its ruptures, and its first numbers.

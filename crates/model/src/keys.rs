@@ -130,9 +130,10 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "parameter_set",
         symbol: "",
-        doc: "Which defaults mass and damping take: as-stated is what the thesis' text says, a slider of 0.012 kg; \
-              as-coded is what its program really computed, one of 12 kg, since a factor 1000 slipped between its \
-              units (docs/model.md).",
+        doc: "Parameter set, which gives the defaults of mass and damping: as-stated follows the text of \
+              the thesis, a slider of 0.012 kg; as-coded follows the computations of its program, a slider \
+              of 12 kg, because the units of the program were inconsistent by a factor of 1000 \
+              (docs/model.md).",
         kind: Word(PARAMETER_SETS),
         default: Is(Value::Text(AS_STATED)),
     },
@@ -293,7 +294,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.spread_seed",
         symbol: "",
-        doc: "Which spread: SplitMix64 of seed and block (docs/internals/rules.md), the same on every machine.",
+        doc: "Seed of the spread: SplitMix64 of seed and block (docs/internals/rules.md), the same on every \
+              machine.",
         kind: Count(0, 4_294_967_295),
         default: Is(Value::Count(1)),
     },
@@ -566,8 +568,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "recording.energies",
         symbol: "",
-        doc: "Without effect: every step record has the energies of the whole slider. Older versions left them out \
-              by none.",
+        doc: "Without effect: every step record has the energies of the whole slider. In older versions, \
+              the value none left them out.",
         kind: Word(&["every-record", "none"]),
         default: Is(Value::Text("every-record")),
     },
@@ -578,15 +580,15 @@ pub const DRAWN_KEYS: &[Key] = &[
     Key {
         path: "drawn.static_offsets",
         symbol: "",
-        doc: "What friction.static_spread adds to mu_s, block by block: drawn by friction.spread_seed, to be \
-              read and not to be set.",
+        doc: "Offsets that friction.static_spread adds to mu_s, block by block, drawn with \
+              friction.spread_seed; for information, they cannot be set.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },
     Key {
         path: "drawn.dynamic_offsets",
         symbol: "",
-        doc: "The same for friction.dynamic_spread and mu_d.",
+        doc: "Offsets that friction.dynamic_spread adds to mu_d, likewise.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },

@@ -41,15 +41,15 @@ fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
             .split(',')
             .map(|cell| cell.trim().parse::<f64>().ok().filter(|value| value.is_finite()))
             .collect::<Option<_>>()
-            .ok_or_else(|| (number, format!("{line:?} is no pair of numbers")))?;
+            .ok_or_else(|| (number, format!("{line:?} is not a pair of numbers")))?;
         let &[x, tau] = values.as_slice() else {
-            return Err((number, format!("{line:?} is no pair of numbers")));
+            return Err((number, format!("{line:?} is not a pair of numbers")));
         };
         if rows.is_empty() && x != 0.0 {
             return Err((number, format!("the first row is at {x}")));
         }
         if rows.last().is_some_and(|(before, _)| x <= *before) {
-            return Err((number, format!("{x} is not behind the row before")));
+            return Err((number, format!("{x} is not above the row before")));
         }
         rows.push((x, tau));
     }

@@ -87,7 +87,7 @@ impl Scenario {
             "last_block" => toml::Value::Integer(i64::from(self.slider.blocks)),
             _ => toml::Value::Float(0.0),
         };
-        let mut out = "\n# Dense windows record the state of chosen blocks at short intervals, as many windows as wanted.\n\
+        let mut out = "\n# Dense windows record chosen blocks at short intervals; there may be any number.\n\
                        # This one is an example; uncomment its lines for a window.\n# [[recording.window]]\n"
             .to_owned();
         for key in WINDOW_KEYS {
@@ -104,12 +104,12 @@ impl Scenario {
         let longest_s = self.longest_stable_step_s();
         let share = self.time.step_s / longest_s;
         let advice = match share > ADVISED_SHARE {
-            true => "; blocks that switch pump energy into the chain: compare with a shorter one",
+            true => "; above this, blocks that switch pump energy into the chain: compare with a shorter one",
             false => "",
         };
         let text = format!(
             "dt_max = {longest_s:.3e} s: from there on the scheme is unstable even if no block switches. This step is \
-             {share:.2e} dt_max, advised is at most {ADVISED_SHARE}{advice}."
+             {share:.2e} dt_max; at most {ADVISED_SHARE} is advised{advice}."
         );
         wrap(&text, 98).into_iter().map(|line| format!("# {line}\n")).collect()
     }

@@ -96,8 +96,8 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let error = plan.scales.front_error(scenario.time.step_s);
     (error > WRONG_FRONT).then(|| {
         format!(
-            "time.step_s = {:e} is {:.3} of the time that a wave takes over a block, {:.3e} s: speeds of fronts are wrong \
-             by about {:.0} %, in proportion to the step (docs/ruptures.md)",
+            "time.step_s = {:e} is {:.3} of the time in which a wave crosses a block, {:.3e} s: speeds of \
+             fronts are wrong by about {:.0} %, in proportion to the step (docs/ruptures.md)",
             scenario.time.step_s,
             scenario.time.step_s / plan.scales.block_time_s,
             plan.scales.block_time_s,
@@ -109,8 +109,8 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
 /// Warns of a re-attachment rule that makes the contacts of a slab chatter.
 fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
     (scenario.friction.is_two_way() && plan.elastic.freedoms_per_node() > 1).then(|| {
-        "friction.reattach = \"two-way\": the contacts of a slab chatter by it, thousands of times where by \
-         \"one-way\" there are a dozen events"
+        "friction.reattach = \"two-way\": with it the contacts of a slab chatter, thousands of times where \
+         \"one-way\" gives a dozen events"
             .to_owned()
     })
 }
@@ -143,8 +143,8 @@ fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let mean_n = plan.total_normal_load_n / plan.blocks as f64;
     ((taken_n - given_n[last]).abs() > LEAST_REMAINDER_RATIO * mean_n).then(|| {
         format!(
-            "initial_shear does not add up to 0: block {} takes what is missing, and starts with {:.4} of a block's \
-             mean normal load, not {:.4}",
+            "initial_shear does not add up to 0: block {} takes the remainder, and starts with {:.4} of a \
+             block's mean normal load, not {:.4}",
             plan.blocks,
             taken_n / mean_n,
             given_n[last] / mean_n
@@ -180,17 +180,17 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     // With friction springs the start is in equilibrium, so velocities at a detachment are
     // rounding.
     let sign = if plan.friction.interfacial_stiffness_n_per_m > 0.0 {
-        ". Where nothing else moves a block, its velocity is rounding then, and the sign of that decides whether \
-         sliding friction pushes it on or back in step 2"
+        ". Where nothing else moves a block, its velocity is then a rounding error, whose sign decides \
+         whether sliding friction pushes it on or back in step 2"
     } else {
         ""
     };
     let what = if plan.elastic.has_foundation() {
-        "slider.rows: the shear of the slab at rest goes"
+        "slider.rows: the shear of the slab at rest exceeds"
     } else {
-        "initial_shear and prestress go"
+        "initial_shear and prestress exceed"
     };
-    Some(format!("{what} beyond static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
+    Some(format!("{what} static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
 }
 
 /// Warns of blocks without a static threshold.
@@ -203,7 +203,7 @@ fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
         format!("normal_load.tilt = {} leaves {} without load", scenario.normal_load.tilt, blocks(&free))
     } else {
         format!(
-            "friction.static_coefficient and what is added to it leave {} without friction",
+            "friction.static_coefficient and the offsets added to it leave {} without friction",
             blocks(&free)
         )
     };
@@ -347,14 +347,14 @@ mod tests {
     #[test]
     fn the_last_block_takes_what_a_profile_leaves() {
         let said = only(&["slider.blocks=4", "initial_shear.profile=[0.1, 0.1, 0.0, 0.1]"]);
-        let expected = "initial_shear does not add up to 0: block 4 takes what is missing, and starts with -0.2000 of \
-                        a block's mean normal load, not 0.1000";
+        let expected = "initial_shear does not add up to 0: block 4 takes the remainder, and starts with \
+                        -0.2000 of a block's mean normal load, not 0.1000";
         assert_eq!(said, expected);
         // A tilt disturbs the balance of (5.50): the last block slips.
         let said = warnings(&["initial_shear.beta=0.2", "normal_load.tilt=0.5"]);
-        assert!(said[0].contains("block 100 takes what is missing, and starts with 3.5007 of"), "{said:?}");
+        assert!(said[0].contains("block 100 takes the remainder, and starts with 3.5007 of"), "{said:?}");
         assert!(
-            said[1].contains("beyond static friction on block 100, 10.0019 times it: it detaches in step 1"),
+            said[1].contains("static friction on block 100, 10.0019 times it: it detaches in step 1"),
             "{said:?}"
         );
     }
@@ -362,8 +362,8 @@ mod tests {
     #[test]
     fn shear_beyond_static_friction_names_the_blocks() {
         let said = only(&["initial_shear.beta=0.77"]);
-        let expected = "initial_shear and prestress go beyond static friction on blocks 1 to 5, 96 to 100, at most \
-                        1.1000 times it, on block ";
+        let expected = "initial_shear and prestress exceed static friction on blocks 1 to 5, 96 to 100, at \
+                        most 1.1000 times it, on block ";
         assert!(said.starts_with(expected), "{said}");
         assert!(
             said.contains(": they detach in step 1. Where nothing else moves a block, its velocity"),

@@ -17,7 +17,7 @@ pub struct Claim {
     pub run: String,
     /// Its words.
     pub quote: String,
-    /// The measured quantity.
+    /// The number that is measured.
     pub measure: String,
     /// The number stated, as it is written; empty where there are words alone.
     pub stated: String,
@@ -25,7 +25,7 @@ pub struct Claim {
     pub own: Judgement,
     /// The measured number minus the stated one.
     pub deviation: Option<f64>,
-    /// The weight of an agreement.
+    /// The kind of evidence that an agreement gives.
     pub kind: String,
     /// A remark for readers.
     pub note: String,

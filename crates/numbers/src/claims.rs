@@ -27,7 +27,7 @@ use crate::run_data::RunData;
 /// Relative deviation up to which a number stated is taken to agree.
 const TOLERANCE: f64 = 0.02;
 
-/// What an agreement is worth.
+/// The kind of evidence that an agreement gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -76,62 +76,59 @@ impl Speaker {
     }
 }
 
-/// A claim before it is judged, as the pipeline has it.
+/// A claim, before it is judged.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Claim")]
 pub struct ClaimSpec {
-    /// Where it is made, or what it is about: a figure, equation or section.
+    /// Its place or its subject: a figure, equation or section.
     pub about: String,
-    /// Whose statement it is.
+    /// The author of the claim.
     #[serde(default)]
     pub of: Speaker,
-    /// The words of whoever makes it.
+    /// The claim in the words of its author.
     pub quote: String,
     /// The run to measure: its name, or the number of a run over axes, of which numbers of the summary can
     /// be measured.
     #[serde(default)]
     pub run: String,
-    /// Instead of `run`, values of keys, as `normal_load.tilt=0.5`: the runs over axes that have them. The
-    /// first is measured, and the others are its `spread`.
+    /// Instead of `run`, values of keys, such as `normal_load.tilt=0.5`: the runs over axes that have
+    /// them. The first is measured, and the others are its `spread`.
     #[serde(default)]
     pub at: Vec<String>,
-    /// A run whose value is taken off: the claim is about the difference.
+    /// A run whose value is subtracted: the claim is about the difference.
     pub minus: Option<String>,
-    /// Runs, or ensembles of runs, that differ from the run in what should not matter, a kick of
-    /// 1e-9 m/s say. A number stated is then compared with the spread of all of them, give or
-    /// take what is allowed of any number, and the rule says how many lie below it. To lie in
-    /// the spread says no more than that nothing speaks against it, and is not counted as
-    /// agreement. Where the source speaks in words, their median is judged.
+    /// Runs, or ensembles of runs, whose difference from the run should not matter, such as a kick of
+    /// 1e-9 m/s. A stated number is then compared with the spread of all of them, widened by the
+    /// tolerance of any number, and the rule says how many of them lie below it. A number within the
+    /// spread is not contradicted, but this does not count as agreement. Where the source gives no
+    /// number, the median of the runs is judged.
     #[serde(default)]
     pub spread: Vec<String>,
-    /// As many that are taken off, one from each of the spread.
+    /// Runs whose values are subtracted, one from each run of `spread`.
     #[serde(default)]
     pub minus_spread: Vec<String>,
-    /// The same runs with the parameter set `as-stated`, where the claim is to be
-    /// judged in them as well.
+    /// The same runs with the parameter set `as-stated`, if the claim is to be judged in them as well.
     pub as_stated: Option<Runs>,
-    /// What to measure in it.
+    /// The number to measure.
     pub measure: Number,
-    /// What an agreement is worth.
+    /// The kind of evidence that an agreement gives.
     #[serde(default)]
     pub kind: Kind,
     /// Whether the source gives the number as approximate: then half a unit of its
     /// last digit is allowed as well.
     #[serde(default)]
     pub approximate: bool,
-    /// The number claimed, with the digits the source gives; absent where the
-    /// source speaks in words.
+    /// The number claimed, with the digits of the source; absent where the source gives no number.
     pub stated: Option<String>,
-    /// For numbers of the nearest precursor: its number of blocks,
-    /// where that is not the number claimed.
+    /// For numbers of the nearest precursor: its number of blocks, if that is not the number claimed.
     pub near: Option<f64>,
-    /// Where the source speaks in words: the largest value that bears it out. With `at_least` it
-    /// is a range.
+    /// Where the source gives no number: the largest value that supports the claim. With `at_least` it is
+    /// a range.
     pub at_most: Option<f64>,
-    /// Where the source speaks in words: the smallest value that bears it out.
+    /// Where the source gives no number: the smallest value that supports the claim.
     pub at_least: Option<f64>,
-    /// What a reader should know of the outcome.
+    /// A remark for readers on the outcome.
     #[serde(default)]
     pub note: String,
 }
@@ -142,12 +139,12 @@ pub struct ClaimSpec {
 pub struct Runs {
     /// The run to measure.
     pub run: String,
-    /// A run whose value is taken off.
+    /// A run whose value is subtracted.
     pub minus: Option<String>,
-    /// Runs, or ensembles of runs, that differ from the run in what should not matter.
+    /// Runs, or ensembles of runs, whose difference from the run should not matter.
     #[serde(default)]
     pub spread: Vec<String>,
-    /// As many that are taken off, one from each of the spread.
+    /// Runs whose values are subtracted, one from each run of `spread`.
     #[serde(default)]
     pub minus_spread: Vec<String>,
 }

@@ -36,10 +36,10 @@ numbers! {
         /// `mu_d` over that time, 1/s.
         slope_to_dynamic_coefficient_per_s: f64 [was = "slope-to-dynamic-coefficient"] =
             Loads |run, loads, _| Some(run.mu_d() / time_to_reach(loads, run.mu_d())?);
-        /// When `F_T / F_N` comes to `mu_d` by [`LoadCurve`], s.
+        /// Time at which `F_T / F_N` reaches `mu_d` by [`LoadCurve`], s.
         time_to_dynamic_coefficient_theory_s: f64 [was = "time-to-dynamic-coefficient-theory"] =
             Events |run, _| LoadCurve::of(&run.scenario)?.time_to_dynamic_s();
-        /// `mu_d` over the time by [`LoadCurve`], 1/s.
+        /// `mu_d` over the time at which `F_T / F_N` reaches it by [`LoadCurve`], 1/s.
         slope_to_dynamic_coefficient_theory_per_s: f64 [was = "slope-to-dynamic-coefficient-theory"] =
             Events |run, _| Some(run.mu_d() / LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?);
         /// Deviation of the time to `mu_d` from the theory, over the theory.
@@ -66,28 +66,28 @@ numbers! {
             let first = run.slips.first()?;
             Some(first.ft_fn_onset / first.onset_s)
         };
-        /// Deviation of the load at the first slip event from what a decaying drive predicts, over the
-        /// prediction.
+        /// Deviation of the load at the first slip event from the prediction for a decaying drive, over
+        /// the prediction.
         first_event_decaying_drive_error_ratio: f64
             [was = "decaying-drive-onset-error", words = "decaying drive onset error"] =
             Events |run, _| decaying_drive_onset_error(run.of_chain()?);
-        /// How many blocks, block 1 included, carry more than 0.49 % of the force on block 1 when the
-        /// first precursor starts.
+        /// Number of blocks, block 1 included, that carry more than 0.49 % of the force on block 1 when
+        /// the first precursor starts.
         affected_blocks: u32 [was = "affected-blocks"] = States |_, states, _| affected_blocks(states);
-        /// The number of affected blocks of the discrete chain in theory.
+        /// Number of affected blocks in the theory of the discrete chain.
         affected_blocks_theory: u32 [was = "affected-blocks-theory"] = Events |run, _| {
             let ratio = run.of_chain()?.scenario.friction.interfacial_stiffness_ratio;
             Some(f64::from(analytic::affected_blocks(ratio, AFFECTED_THRESHOLD)))
         };
-        /// Lowest cut-off, as part of the force on block 1, at which as many blocks as claimed, or
-        /// `near`, count as affected.
+        /// Lowest cut-off, as a share of the force on block 1, at which the number of affected blocks is
+        /// the claimed number, or `near`.
         affected_cut_off_lowest_ratio: f64 [was = "affected-cut-off-lowest"] =
             States |run, states, near| run.of_chain().and(affected_cut_off(states, near?));
-        /// Highest cut-off at which that many count as affected.
+        /// Highest cut-off at which the number of affected blocks is that number.
         affected_cut_off_highest_ratio: f64 [was = "affected-cut-off-highest"] =
             States |run, states, near| run.of_chain().and(affected_cut_off(states, near? - 1.0));
-        /// Difference between the number of affected blocks and the theory's, the largest for any
-        /// cut-off from 0.1 % to 100 % of the force on block 1.
+        /// Largest difference between the number of affected blocks and the number in theory, over all
+        /// cut-offs from 0.1 % to 100 % of the force on block 1.
         affected_blocks_error: u32 [was = "affected-blocks-error"] =
             States |run, states, _| affected_blocks_error(run.of_chain()?, states);
         /// Largest deviation of `tau_n` at the first onset from (5.45), over its value on block 1.
@@ -98,29 +98,29 @@ numbers! {
         /// Number of precursors before the first global slip event.
         precursor_event_count: u64 [was = "precursor-count"] =
             Events |run, _| Some(precursors::alone(run).len() as f64);
-        /// `L_p / L` of the longest of them; 0 without any.
+        /// `L_p / L` of the longest of these precursors; 0 without any.
         longest_precursor_event_ratio: f64 [was = "longest-precursor"] = Events |run, _| {
             let precursors = precursors::alone(run);
             Some(precursors.iter().map(|found| found.length_ratio(run.header.blocks)).fold(0.0, f64::max))
         };
-        /// `L_p / L` of the longest precursor, or global slip event, that has come up to a load
+        /// `L_p / L` of the longest precursor, or global slip event, that began at or below a given load
         /// `F_T / F_N`.
         event_length_at_load_ratio: f64 [was = "length-at-load"] =
             Loads |run, loads, near| length_at_load(run, loads, near?);
-        /// Number of blocks of the precursor nearest in length to what is claimed.
+        /// Number of blocks of the precursor whose length is nearest to the claimed one.
         nearest_precursor_event_blocks: u32 [was = "precursor-nearest"] =
             Events |run, near| Some(f64::from(nearest_precursor(run, near?)?.last_block));
-        /// Mean of `tau_n / p_n` over the blocks that the front of that precursor passed, at its end.
+        /// Mean of `tau_n / p_n`, at the end of that precursor, over the blocks that its front passed.
         mean_behind_event_front_ratio: f64 [was = "mean-behind-front"] =
             LoadsAndStates |run, loads, states, near| mean_behind_front(run, loads, states, near?);
-        /// How far that is from `mu_d`, over `mu_d`.
+        /// Deviation of that mean from `mu_d`, over `mu_d`.
         mean_behind_event_front_error_ratio: f64 [was = "mean-behind-front-error"] =
             LoadsAndStates |run, loads, states, near| {
                 Some((mean_behind_front(run, loads, states, near?)? / run.mu_d() - 1.0).abs())
             };
-        /// Mean of `tau_n / p_n`, over all precursors before the first global slip event, of the first
-        /// block ahead of the front at the precursor's end: how far it is from
-        /// `alpha = (mu_s + mu_d) / 2`, over `alpha`.
+        /// Deviation of a mean of `tau_n / p_n` from `alpha = (mu_s + mu_d) / 2`, over `alpha`: the mean
+        /// over all precursors before the first global slip event, each at its end, of the first block
+        /// ahead of its front.
         ahead_of_event_front_error_ratio: f64 [was = "ahead-of-front-error"] =
             States |run, states, _| ahead_of_front_error(run.of_chain()?, states);
     }
@@ -138,44 +138,44 @@ numbers! {
         /// Root mean square of the residuals against the quasi-static balance, over `mu_d`.
         event_residual_balance_ratio: f64 [was = "residual-rms-balance", words = "residual balance"] =
             Events |run, _| residual(run, LengthLaw::Balance);
-        /// How far the slope of the straight line through the precursors, `F_T / F_N` against what
-        /// (5.22) says, is from 1.
+        /// Deviation from 1 of the slope of the straight line through the precursors, `F_T / F_N` against
+        /// its value by (5.22).
         event_slope_error_tilted_ratio: f64 [was = "slope-error-5.22", words = "slope error tilted"] =
             Events |run, _| slope_error(run, LengthLaw::Tilted);
-        /// How far the slope against (5.52) is from 1.
+        /// Deviation from 1 of the slope against (5.52).
         event_slope_error_initial_shear_ratio: f64
             [was = "slope-error-5.52", words = "slope error initial shear"] =
             Events |run, _| slope_error(run, LengthLaw::InitialShear);
-        /// How far the slope against (5.57) is from 1.
+        /// Deviation from 1 of the slope against (5.57).
         event_slope_error_linear_ratio: f64 [was = "slope-error-5.57", words = "slope error linear"] =
             Events |run, _| slope_error(run, LengthLaw::Linear);
-        /// How far the slope against (5.22) with the shear ahead of the front is from 1.
+        /// Deviation from 1 of the slope against (5.22) with the shear ahead of the front.
         event_slope_error_screened_ratio: f64 [was = "slope-error-screened"] =
             Events |run, _| slope_error(run, LengthLaw::Screened);
-        /// How far the slope against the quasi-static balance is from 1.
+        /// Deviation from 1 of the slope against the quasi-static balance.
         event_slope_error_balance_ratio: f64 [was = "slope-error-balance"] =
             Events |run, _| slope_error(run, LengthLaw::Balance);
-        /// How far the intercept of the straight line through the precursors, `F_T / F_N` against what
-        /// (5.22) says, is from 0, over `mu_d`.
+        /// Deviation from 0 of the intercept of the straight line through the precursors, `F_T / F_N`
+        /// against its value by (5.22), over `mu_d`.
         event_intercept_error_tilted_ratio: f64
             [was = "intercept-error-5.22", words = "intercept error tilted"] =
             Events |run, _| intercept_error(run, LengthLaw::Tilted);
-        /// How far the intercept against (5.52) is from 0, over `mu_d`.
+        /// Deviation from 0 of the intercept against (5.52), over `mu_d`.
         event_intercept_error_initial_shear_ratio: f64
             [was = "intercept-error-5.52", words = "intercept error initial shear"] =
             Events |run, _| intercept_error(run, LengthLaw::InitialShear);
-        /// How far the intercept against (5.57) is from 0, over `mu_d`.
+        /// Deviation from 0 of the intercept against (5.57), over `mu_d`.
         event_intercept_error_linear_ratio: f64
             [was = "intercept-error-5.57", words = "intercept error linear"] =
             Events |run, _| intercept_error(run, LengthLaw::Linear);
-        /// How far the intercept against (5.22) with the shear ahead of the front is from 0, over
+        /// Deviation from 0 of the intercept against (5.22) with the shear ahead of the front, over
         /// `mu_d`.
         event_intercept_error_screened_ratio: f64 [was = "intercept-error-screened"] =
             Events |run, _| intercept_error(run, LengthLaw::Screened);
-        /// How far the intercept against the quasi-static balance is from 0, over `mu_d`.
+        /// Deviation from 0 of the intercept against the quasi-static balance, over `mu_d`.
         event_intercept_error_balance_ratio: f64 [was = "intercept-error-balance"] =
             Events |run, _| intercept_error(run, LengthLaw::Balance);
-        /// How far (5.52) is from `mu_d` at `L_p = L`, over `mu_d`.
+        /// Deviation of (5.52) at `L_p = L` from `mu_d`, over `mu_d`.
         law_end_error_initial_shear_ratio: f64
             [was = "end-error-5.52", words = "end error initial shear"] =
             Events |run, _| {
@@ -184,10 +184,10 @@ numbers! {
             };
     }
     "First global slip event, and those after it" {
-        /// How far `F_T / F_N` at the onset of the first global slip event is from `mu_d`, over `mu_d`.
+        /// Deviation of `F_T / F_N` at the onset of the first global slip event from `mu_d`, over `mu_d`.
         first_global_event_load_error_ratio: f64 [was = "load-at-first-global-slip-error"] =
             Events |run, _| Some((run.first_global_slip()?.ft_fn_onset / run.mu_d() - 1.0).abs());
-        /// Where `F_T / F_N` at the onset of the first global slip event lies between the two
+        /// Position of `F_T / F_N` at the onset of the first global slip event between the two
         /// coefficients: 0 at `mu_d`, 1 at `mu_s`.
         first_global_event_between_coefficients_ratio: f64 [was = "load-between-coefficients"] =
             Events |run, _| {
@@ -197,68 +197,70 @@ numbers! {
         /// Mean of `F_T / F_N` over time from the first global slip event to the end, over `mu_d`.
         mean_after_global_event_ratio: f64 [was = "mean-after-global-slip"] =
             Loads |run, loads, _| mean_after_global_slip(run, loads);
-        /// How far that is from 1.
+        /// Deviation of that mean from 1.
         mean_after_global_event_error_ratio: f64 [was = "mean-after-global-slip-error"] =
             Loads |run, loads, _| Some((mean_after_global_slip(run, loads)? - 1.0).abs());
-        /// How far the middle between the extrema of `F_T / F_N` in a global slip event is from `mu_d`,
+        /// Deviation of the middle between the extrema of `F_T / F_N` in a global slip event from `mu_d`,
         /// over `mu_d`; the largest of all global slip events.
         global_event_middle_error_ratio: f64 [was = "global-slip-middle-error"] =
             Events |run, _| largest(global_slips(run).map(|slip| middle(slip) / run.mu_d() - 1.0));
         /// Extent of the largest drop of `F_T / F_N` in a global slip event.
         largest_global_event_drop_ft_fn: f64 [unit = "1"] [was = "largest-drop"] =
             Events |run, _| largest_drop(run).map(|slip| slip.ft_fn_max - slip.ft_fn_min);
-        /// The middle of that drop.
+        /// The middle between the extrema of that drop.
         largest_global_event_drop_middle_ft_fn: f64 [unit = "1"] [was = "largest-drop-middle"] =
             Events |run, _| largest_drop(run).map(middle);
-        /// How far it is from `mu_d`, over `mu_d`.
+        /// Deviation of that middle from `mu_d`, over `mu_d`.
         largest_global_event_drop_middle_error_ratio: f64 [was = "largest-drop-middle-error"] =
             Events |run, _| largest_drop(run).map(|slip| (middle(slip) / run.mu_d() - 1.0).abs());
     }
     "Before and after the drive is held" {
-        /// How far `F_T / F_N` sags below the chord of the longest flank between two slip events before
-        /// the drive is held: the mean over time, over the rise. 0 for a straight flank, 1/6 for a
-        /// parabola that begins level.
+        /// Sag of `F_T / F_N` below the chord of the longest flank between two slip events before the
+        /// drive is held: its mean over time, over the rise of the flank. 0 for a straight flank, 1/6 for
+        /// a parabola that begins level.
         sag_before_hold_ratio: f64 [was = "sag-before-hold"] =
             Loads |run, loads, _| sag(longest_flank(run, loads, Side::BeforeHold)?);
-        /// How far it sags after the drive is held.
+        /// Sag of the longest such flank after the drive is held.
         sag_after_hold_ratio: f64 [was = "sag-after-hold"] =
             Loads |run, loads, _| sag(longest_flank(run, loads, Side::AfterHold)?);
         /// Largest deviation of that flank from the parabola through its ends and its middle, over its
         /// rise.
         parabola_error_after_hold_ratio: f64 [was = "parabola-error-after-hold"] =
             Loads |run, loads, _| parabola_error(longest_flank(run, loads, Side::AfterHold)?);
-        /// Its largest deviation from the hyperbola that a constant `F_T` makes of a falling `F_N`.
+        /// Largest deviation of that flank from the hyperbola that a constant `F_T` gives as `F_N` falls,
+        /// over its rise.
         hyperbola_error_after_hold_ratio: f64 [was = "hyperbola-error-after-hold"] =
             Loads |run, loads, _| hyperbola_error(longest_flank(run, loads, Side::AfterHold)?);
-        /// Root mean square of the residuals against the length law that the scenario calls for, over
+        /// Root mean square of the residuals against the length law that applies to the scenario, over
         /// `mu_d`, of the precursors among slip events before the drive is held.
         event_residual_before_hold_ratio: f64 [was = "residual-before-hold"] =
             Events |run, _| rms_over_mu_d(run, &points_beside_hold(run, Side::BeforeHold)?);
-        /// Root mean square of the residuals of those after it, the first global slip event included.
+        /// Root mean square of the residuals of the precursors after it, the first global slip event
+        /// included.
         event_residual_after_hold_ratio: f64 [was = "residual-after-hold"] =
             Events |run, _| rms_over_mu_d(run, &points_beside_hold(run, Side::AfterHold)?);
-        /// How far the slope of the straight line through the precursors among slip events before the
-        /// drive is held, `F_T / F_N` against what that law says, is from 1.
+        /// Deviation from 1 of the slope of the straight line through the precursors among slip events
+        /// before the drive is held, `F_T / F_N` against its value by that law.
         event_slope_error_before_hold_ratio: f64 [was = "slope-error-before-hold"] =
             Events |run, _| slope_error_of(&points_beside_hold(run, Side::BeforeHold)?);
-        /// How far its intercept is from 0, over `mu_d`.
+        /// Deviation of the intercept of that line from 0, over `mu_d`.
         event_intercept_error_before_hold_ratio: f64 [was = "intercept-error-before-hold"] =
             Events |run, _| intercept_error_of(run, &points_beside_hold(run, Side::BeforeHold)?);
     }
     "Motion" {
-        /// How long the slip event within the dense window that is nearest in length to what is claimed
-        /// lasts, over the time in which sound crosses it, `n sqrt(m / k)`.
+        /// Duration of the slip event within the dense window whose length is nearest to the claimed one,
+        /// over the time in which sound crosses it, `n sqrt(m / k)`.
         event_over_crossing_ratio: f64 [was = "event-over-crossing"] =
             Events |run, near| over_crossing(run, event_in_window(run, near?)?);
-        /// How long slip events of five blocks or more last over that time, the median.
+        /// Median of this ratio over the slip events of five blocks or more.
         median_event_over_crossing_ratio: f64 [was = "median-event-over-crossing"] =
             Events |run, _| median_over_crossing(run);
-        /// How often blocks re-attached in the run, all blocks together.
+        /// Number of re-attachments in the run, of all blocks together.
         reattachment_count: u64 [was = "reattachments"] = Events |run, _| {
             Some((run.summary.switch_count - run.summary.detachment_count) as f64)
         };
-        /// Share of the velocities in the dense window, during the slip event nearest in length to what
-        /// is claimed, that are positive.
+        /// Share of positive velocities in the dense window, during the slip event whose length is
+        /// nearest to the claimed one.
         event_forward_velocity_ratio: f64 [was = "forward-share"] = Windows |run, windows, near| {
             let velocities = velocities_in_event(run, windows, near?)?;
             let forward = velocities.iter().filter(|&&velocity| velocity > 0.0).count();
@@ -270,10 +272,10 @@ numbers! {
             let highest = velocities.iter().copied().reduce(f64::max)?;
             Some(velocities.into_iter().reduce(f64::min)? / highest)
         };
-        /// Largest displacement of any block in the states recorded, mm.
+        /// Largest displacement of any block in the recorded states, mm.
         largest_displacement_mm: f64 [unit = "mm"] [was = "largest-displacement-mm"] =
             States |_, states, _| states.largest_displacement_m().map(|u| u * 1e3);
-        /// How many modes of the free chain are over-damped (5.30).
+        /// Number of over-damped modes of the free chain (5.30).
         overdamped_modes: u32 [was = "overdamped-modes"] = Events |run, _| {
             let damping = run.of_chain()?.scenario.slider.relative_damping;
             Some(f64::from(analytic::overdamped_modes(damping, run.header.blocks)))
@@ -281,11 +283,11 @@ numbers! {
         /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
         ring_down_error_ratio: f64 [was = "ring-down-error"] =
             Windows |run, windows, _| ring_down_error(run.of_chain()?, windows);
-        /// Speed of the longitudinal wave along a slab that is `near` spacings long, by what the bonds of
-        /// the lattice pull with, m/s.
+        /// Speed of the longitudinal wave of `near` spacings along a slab, by the pull of the lattice's
+        /// bonds, m/s.
         longitudinal_wave_speed_m_per_s: f64 [was = "longitudinal-wave-speed"] =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[_, c]| c);
-        /// Speed of the shear wave along such a slab, m/s.
+        /// Speed of the shear wave of that length along the slab, m/s.
         shear_wave_speed_m_per_s: f64 [was = "shear-wave-speed"] =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[c, _]| c);
     }
@@ -302,22 +304,22 @@ numbers! {
         /// The `beta` of (5.50) that has the same first moment as the shear.
         rest_shear_beta_ratio: f64 [was = "rest-shear-beta"] =
             States |run, states, _| at_rest::shear_beta(run, states);
-        /// Poisson's ratio of a slab: what its shear at rest and its growth along x make of it.
+        /// Poisson's ratio of a slab, from its shear at rest and its expansion along x.
         rest_poisson_ratio: f64 [was = "rest-poisson-ratio"] =
             States |run, states, _| at_rest::poisson_ratio(run, states);
-        /// `tau`: the prestress of the middle block less sliding friction, over static less sliding
+        /// `tau`: the prestress of the middle block minus sliding friction, over static minus sliding
         /// friction.
         relative_prestress_ratio: f64 [was = "relative-prestress"] =
             Events |run, _| front::relative_prestress(&run.of_chain()?.plan, run.plan.blocks / 2);
     }
     "The front from block 1, and pulses" {
         /// Speed of the front that started at block 1 over the chain's wave speed `a sqrt(k / m)`: the
-        /// straight line through its arrivals at blocks `N / 2` to `11 N / 12`, by least squares; none
-        /// if it did not reach them all.
+        /// least-squares line through its arrivals at blocks `N / 2` to `11 N / 12`; none if it did not
+        /// reach them all.
         first_front_speed_over_wave_speed_ratio: f64 [was = "front-speed-over-c"] =
             Events |run, _| fronts::speed_over_c(run);
-        /// How far it is from the theory of a steady front on rigid contacts, over that; none where
-        /// there is no theory.
+        /// Deviation of that speed from the theory of a steady front on rigid contacts, over the theory;
+        /// none where there is no theory.
         first_front_speed_error_ratio: f64 [was = "front-speed-error"] =
             Events |run, _| Some(fronts::speed_error(run.of_chain()?)?.abs());
         /// Length of a slip pulse, in blocks: its speed times the mean time for which a block of the
@@ -326,7 +328,8 @@ numbers! {
             Events |run, _| fronts::pulse_length_blocks(run);
         /// Mean slip behind a pulse, over the `2 tau / gamma` of the theory without damping.
         pulse_slip_ratio: f64 [was = "pulse-slip-ratio"] = Events |run, _| fronts::pulse_slip_ratio(run);
-        /// How many blocks a front from block 1 has passed: all up to the first one that never slid.
+        /// Number of blocks that a front from block 1 has passed: all before the first one that never
+        /// slid.
         first_front_reach_blocks: u32 [was = "front-reach-blocks"] =
             Events |run, _| Some(fronts::passages(run).len() as f64);
         /// `tau` of the last block that the front from block 1 reached; none if it reached all, or still
@@ -338,17 +341,18 @@ numbers! {
         /// Number of ruptures of a tenth of the blocks or more before the first that reached all,
         /// wherever they began.
         partial_rupture_count: u64 [was = "partial-ruptures"] = Events |run, _| partial_ruptures::count(run);
-        /// Share of the blocks that the largest of them has; 0 without any.
+        /// Share of the blocks in the largest of these ruptures; 0 without any.
         largest_partial_rupture_ratio: f64 [was = "largest-partial-rupture"] =
             Events |run, _| partial_ruptures::largest_share(run);
-        /// How far from the driven end the first rupture of a tenth of the blocks or more began, mm.
+        /// Distance from the driven end at which the first rupture of a tenth of the blocks or more
+        /// began, mm.
         first_nucleation_mm: f64 [unit = "mm"] [was = "first-nucleation-mm"] =
             Events |run, _| partial_ruptures::nucleation_mm(run);
         /// Speed of the front of the first rupture that reached every block, towards higher-numbered
         /// blocks, over the wave speed.
         first_global_rupture_front_speed_over_wave_speed_ratio: f64 [was = "global-front-over-c"] =
             Events |run, _| partial_ruptures::global_front_over_c(run);
-        /// How much faster fronts of precursors and of the first global rupture run where they find more
+        /// Whether the fronts of precursors and of the first global rupture run faster under higher
         /// stress: Spearman's rank correlation of speed and `tau_n / p_n`, -1 to 1.
         front_stress_correlation: f64 [unit = "1"] [was = "front-stress-correlation"] =
             Fronts |run, passed| fronts::speed_stress_correlation(run, passed);

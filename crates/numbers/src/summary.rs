@@ -7,28 +7,27 @@ use serde_json::Value;
 use crate::key::summary;
 
 summary! {
-    /// A run in the numbers that a physicist asks for first.
+    /// The key numbers of a run.
     ///
-    /// What a number says of events is said of ruptures, unless its name says `event`: those are
-    /// raw slip events. A rupture is wide if it has four blocks or more. A precursor is a rupture
-    /// that includes block 1, does not reach every block, and reaches farther than every rupture
-    /// that includes block 1 and began before it. A rupture that reached every block, a global
-    /// rupture, is never among the precursors. Where a number needs ruptures and there is no
-    /// telling which there were, it is null.
+    /// Numbers describe ruptures, except those with `event` in their names, which describe raw slip
+    /// events. A rupture is wide if it spans four blocks or more. A precursor is a rupture that
+    /// includes block 1, does not reach every block, and reaches farther than every rupture that
+    /// includes block 1 and began before it. A rupture that reached every block, a global rupture, is
+    /// never a precursor. A number that needs ruptures is null if the log does not determine them.
     pub struct Summary {
         "The run" {
-            /// Its name: that of its log, without the ending.
+            /// Name of its log, without the ending.
             run: String,
-            /// Its scenario.
+            /// Name of its scenario.
             scenario: String,
             /// `as-coded` or `as-stated`.
             parameter_set: String,
-            /// How it ended: `complete`, `load-not-reached` (at which the drive was to stop),
-            /// `interrupted`, `salvaged`, `stopped-energy` or `stopped-not-finite` (it could not go
-            /// on); or `unknown`, if the log does not say.
+            /// How it ended: `complete`, `load-not-reached` (the load at which the drive was to stop),
+            /// `interrupted`, `salvaged`, `stopped-energy` or `stopped-not-finite` (it could not
+            /// continue); or `unknown`, if the log does not record it.
             status: String,
-            /// Where its ruptures are from: `log`; `steps`, if the log has none and they were found
-            /// in its step records for this summary; or `none`.
+            /// Source of its ruptures: `log`; `steps`, if the log has none and they were found in its
+            /// step records for this summary; or `none`.
             ruptures_from: String,
             /// Number of blocks.
             blocks: u32,
@@ -36,22 +35,22 @@ summary! {
             time_step_s: f64,
             /// Simulated time, s.
             simulated_s: f64,
-            /// Most time between two detachments of neighbours in one rupture, s.
+            /// Longest time that two detachments of neighbours in one rupture may lie apart, s.
             link_time_s: Option<f64>,
         }
         "First slip" {
             /// Time at which a block first slides, s; null if none did.
             first_slip_s: Option<f64>,
-            /// `F_T / F_N` at that time; null, as all such ratios, where the drive pulls both ways, so
-            /// that `F_T` is a difference.
+            /// `F_T / F_N` at that time; null, as are all such ratios, where the drive pulls both ways,
+            /// so that `F_T` is a difference.
             first_slip_ft_fn: Option<f64> [unit = "1"] [was = "load-at-first-slip"],
         }
         "First slip of the whole slider" {
             /// Onset of the first rupture that reached every block, s; null if there is none.
             first_global_rupture_onset_s: Option<f64>,
-            /// When the last block first slid in it, s.
+            /// Time at which the last block began to slide in it, s.
             first_global_rupture_last_block_s: Option<f64>,
-            /// When its last block stopped, s; null if one still slid at the end of the run.
+            /// Time at which its last block stopped, s; null if one still slid at the end of the run.
             first_global_rupture_end_s: Option<f64>,
             /// `F_T / F_N` at its onset.
             first_global_rupture_ft_fn: Option<f64> [unit = "1"],
@@ -59,8 +58,8 @@ summary! {
             first_global_rupture_nucleation_block: Option<u32>,
             /// Speed of its front, m/s, on the side where it ran farther.
             first_global_rupture_front_speed_m_per_s: Option<f64>,
-            /// Onset of the first raw slip event in which every block slid, s. Where creep has
-            /// joined it to what happened before, that is long before the slider slipped.
+            /// Onset of the first raw slip event in which every block slid, s. If creep joins this event
+            /// to earlier slip, the onset is long before the slider slipped.
             first_global_event_onset_s: Option<f64> [was = "first-global-slip-time"],
             /// `F_T / F_N` at the onset of that event.
             first_global_event_ft_fn: Option<f64> [unit = "1"] [was = "load-at-first-global-slip"],
@@ -68,92 +67,92 @@ summary! {
             global_rupture_count: Option<u64>,
         }
         "Precursors" {
-            /// Number of precursors; the slip of the whole slider is not among them.
+            /// Number of precursors, not counting the slip of the whole slider.
             precursor_count: Option<u64>,
-            /// Length of the longest over that of the slider, `L_p / L`.
+            /// Length of the longest precursor over the length of the slider, `L_p / L`.
             longest_precursor_ratio: Option<f64>,
-            /// Mean growth from one to the next, in `L_p / L`; null if there are fewer than two.
+            /// Mean growth from one precursor to the next, in `L_p / L`; null if there are fewer than
+            /// two.
             precursor_growth_ratio: Option<f64>,
-            /// The law of lengths that the scenario calls for; null for slabs and for drives that pull
-            /// both ways, and where nothing drives, or a prestress is no smaller than sliding
-            /// friction: there nothing stops a front.
+            /// The length law that applies to the scenario; null for slabs, for drives that pull both
+            /// ways, where nothing drives, and where a prestress is no smaller than sliding friction,
+            /// since nothing stops a front there.
             length_law: Option<String>,
-            /// Slope of the straight line through what `F_T / F_N` at the onset of each precursor
-            /// exceeds the law by, over `L_p / L`, by least squares; null if there are fewer than
-            /// three.
+            /// Slope of the least-squares line through the residuals of the precursors, `F_T / F_N` at
+            /// the onset minus the law, against `L_p / L`; null if there are fewer than three.
             length_law_slope_residual: Option<f64> [unit = "1"],
             /// Intercept of that line.
             length_law_intercept_residual: Option<f64> [unit = "1"],
-            /// Root mean square of what `F_T / F_N` exceeds the law by.
+            /// Root mean square of these residuals.
             length_law_rms_residual: Option<f64> [unit = "1"],
         }
         "Recurrence of global ruptures" {
-            /// While the slider settles: median of the first quarter of the times from one onset to
-            /// the next, a quarter rounded up, s; null if there are fewer than two onsets.
+            /// While the slider settles: median of the first quarter (rounded up) of the times from one
+            /// onset to the next, s; null if there are fewer than two onsets.
             recurrence_transient_s: Option<f64>,
-            /// Once it has settled: median of the second half of these times, s; null if there are
-            /// fewer than five onsets.
+            /// After it has settled: median of the second half of these times, s; null if there are fewer
+            /// than five onsets.
             recurrence_steady_s: Option<f64>,
         }
         "Loads" {
-            /// Largest `F_T / F_N` of all step records.
+            /// Largest `F_T / F_N` in any step record.
             largest_ft_fn: Option<f64> [unit = "1"] [was = "largest-load-ratio"],
-            /// Mean fall of `F_T / F_N` from onset to end of the precursors.
+            /// Mean fall of `F_T / F_N` from onset to end of a precursor.
             precursor_drop_ft_fn: Option<f64> [unit = "1"],
-            /// The same of the global ruptures.
+            /// Mean fall of `F_T / F_N` from onset to end of a global rupture.
             global_rupture_drop_ft_fn: Option<f64> [unit = "1"],
         }
         "Durations" {
-            /// Median time from onset to end of the precursors, s.
+            /// Median time from onset to end of a precursor, s.
             precursor_duration_s: Option<f64>,
-            /// Median time from onset until the last of its blocks slides, of the precursors, s.
+            /// Median time from the onset of a precursor until the last of its blocks slides, s.
             precursor_crossing_s: Option<f64>,
-            /// Median time from onset to end of the global ruptures, s.
+            /// Median time from onset to end of a global rupture, s.
             global_rupture_duration_s: Option<f64>,
-            /// Median time from onset until the last block slides, of the global ruptures, s.
+            /// Median time from the onset of a global rupture until the last block slides, s.
             global_rupture_crossing_s: Option<f64>,
         }
         "Fronts" {
-            /// Median speed of the fronts of precursors and global ruptures, each on the side where
-            /// it ran farther, m/s; of ruptures of fewer than four blocks nobody can say it.
+            /// Median speed of the fronts of precursors and global ruptures, each on the side where it
+            /// ran farther, m/s; ruptures of fewer than four blocks have no front speed.
             front_speed_m_per_s: Option<f64>,
-            /// The same of the precursors alone, m/s.
+            /// Median front speed of the precursors alone, m/s.
             precursor_front_speed_m_per_s: Option<f64>,
-            /// The same of the global ruptures alone, m/s.
+            /// Median front speed of the global ruptures alone, m/s.
             global_rupture_front_speed_m_per_s: Option<f64>,
             /// Speed of waves in the slider, m/s.
             wave_speed_m_per_s: Option<f64>,
-            /// The first of these speeds over that of waves.
+            /// Median front speed of precursors and global ruptures over the wave speed.
             front_speed_over_wave_speed_ratio: Option<f64>,
-            /// By how much the time step makes these speeds wrong, as a share of them, of either sign:
-            /// an estimate, 0.4 times the time step over the time that a wave takes over a block.
+            /// Relative error of these speeds, of either sign, due to the time step: an estimate, 0.4
+            /// times the time step over the time in which a wave crosses a block.
             front_speed_error_ratio: Option<f64>,
         }
         "Slip and force" {
             /// Mean over the precursors of the mean slip of their blocks, m.
             precursor_slip_m: Option<f64>,
-            /// The same of the global ruptures, m.
+            /// Mean over the global ruptures of the mean slip of their blocks, m.
             global_rupture_slip_m: Option<f64>,
             /// Largest slip of a block in one rupture, m.
             largest_slip_m: Option<f64>,
-            /// Mean over the precursors of the mean fall of the tangential force, without friction,
-            /// on a block, from detachment to re-attachment, N.
+            /// Mean over the precursors of the mean fall of the tangential force on a block, without
+            /// friction, from detachment to re-attachment, N.
             precursor_force_drop_n: Option<f64>,
-            /// The same of the global ruptures, N.
+            /// Mean over the global ruptures of this mean fall, N.
             global_rupture_force_drop_n: Option<f64>,
             /// Mean moment of the global ruptures, N m.
             global_rupture_moment_n_m: Option<f64>,
         }
         "Energy, from the start to the last record" {
-            /// Work of the drive points on the drive springs, J; null, as all energies, in logs
+            /// Work of the drive points on the drive springs, J; null, as are all energies, in logs
             /// without them.
             drive_work_j: Option<f64>,
             /// Work of the prestress, J.
             prestress_work_j: Option<f64>,
             /// Heat of sliding contacts, J.
             friction_heat_j: Option<f64>,
-            /// What friction springs held when they took hold again, less what they lost when they let
-            /// go, J.
+            /// Energy that friction springs stored when blocks re-attached, less the energy that they
+            /// lost when blocks detached, J.
             anchor_change_j: Option<f64>,
             /// Work of the dampers between blocks, J.
             viscous_loss_j: Option<f64>,
@@ -161,50 +160,53 @@ summary! {
             kinetic_j: Option<f64>,
             /// Energy of all springs at the end, J.
             elastic_j: Option<f64>,
-            /// What the time step itself added, J.
+            /// Energy added by the finite time step, the scheme work, J.
             scheme_work_j: Option<f64>,
-            /// Mean heat of a precursor's contacts while it lasted, J; of precursors beside which no
+            /// Mean heat of a precursor's contacts while it lasted, J; over precursors during which no
             /// other rupture slid.
             precursor_heat_j: Option<f64>,
-            /// The same of the global ruptures, J.
+            /// Mean heat of a global rupture's contacts while it lasted, J; over global ruptures during
+            /// which no other rupture slid.
             global_rupture_heat_j: Option<f64>,
         }
         "Creep" {
-            /// Whether the slider creeps from its first block: the creep front came to block 4 and
-            /// over a tenth of the slider.
+            /// Whether the slider creeps from its first block: the creep front reached both block 4 and a
+            /// tenth of the slider.
             creeps: Option<bool>,
-            /// The creep front: the farthest block for which it and all before it had slid when the
-            /// first wide rupture with block 1 began, or, without one, at the end of the run; null
-            /// if block 1 had not slid.
+            /// The creep front: the farthest block that had slid, together with all blocks before it,
+            /// when the first wide rupture with block 1 began, or, without one, at the end of the run;
+            /// null if block 1 had not slid.
             creep_front_block: Option<u32>,
             /// Share of the time before the first global rupture, or of the whole run without one,
             /// in which some block slid.
             sliding_time_ratio: Option<f64>,
         }
         "Raw slip events" {
-            /// Whether raw slip events mislead: the longest outlasts by more than twenty times the
-            /// longest crossing of a wide rupture, and the time that a wave takes along the slider;
-            /// or more than a quarter of those of four blocks or more hold several wide ruptures.
+            /// Whether raw slip events mislead: the longest lasts more than twenty times as long as both
+            /// the longest crossing of a wide rupture and the passage of a wave along the slider; or more
+            /// than a quarter of the events of four blocks or more contain several wide ruptures.
             raw_events_mislead: Option<bool>,
             /// Number of raw slip events.
             event_count: u64,
-            /// Number of those in which every block slid.
+            /// Number of raw slip events in which every block slid.
             global_event_count: u64 [was = "global-slip-count"],
-            /// Duration of the longest, s; of one that did not end, up to the end of the run.
+            /// Duration of the longest raw slip event, s; an event that did not end counts up to the end
+            /// of the run.
             longest_event_s: Option<f64>,
-            /// Number of those of four blocks or more.
+            /// Number of raw slip events of four blocks or more.
             wide_event_count: u64,
-            /// Number of these in which more than one wide rupture began.
+            /// Number of raw slip events of four blocks or more in which more than one wide rupture
+            /// began.
             joined_event_count: Option<u64>,
         }
         "Contacts without load" {
-            /// Steps in which a contact of a slab had lifted off, summed over the contacts; null if
-            /// the log does not say, as before version 6.
+            /// Steps in which a contact of a slab had lifted off, summed over the contacts; null if the
+            /// log does not record them, as before version 6.
             contact_steps_in_air: Option<u64>,
-            /// Number of contacts that detached without load: with a threshold of 0, which is that of
-            /// a contact that bears nothing, or has no static friction.
+            /// Number of contacts that detached without load, at a threshold of 0, because they bore
+            /// nothing or have no static friction.
             unloaded_contact_count: u64,
-            /// Number of their detachments without load.
+            /// Number of detachments without load of these contacts.
             unloaded_detachment_count: u64,
             /// Number of raw slip events in which no contact with load detached.
             unloaded_event_count: u64,
@@ -216,7 +218,7 @@ summary! {
             wide_rupture_count: Option<u64>,
             /// Number of ruptures during which another one slid.
             overlapping_rupture_count: Option<u64>,
-            /// Number of ruptures that something could still have joined when the run ended.
+            /// Number of ruptures that a further detachment could still have joined when the run ended.
             open_rupture_count: Option<u64>,
             /// Number of block switches.
             switch_count: u64,
@@ -226,14 +228,14 @@ summary! {
             last_step: u64,
             /// Number of step records.
             step_record_count: u64,
-            /// Number of steps that the solver took one by one; null, as what follows, if the log
-            /// does not say.
+            /// Number of steps that the solver computed one by one; null, as are the numbers below, if
+            /// the log does not record it.
             plain_steps: Option<u64>,
-            /// Number of steps that it covered in windows.
+            /// Number of steps that the solver covered in windows.
             window_steps: Option<u64>,
             /// Number of windows.
             windows: Option<u64>,
-            /// Number of steps that it covered in jumps.
+            /// Number of steps that the solver covered in jumps.
             jump_steps: Option<u64>,
             /// Number of jumps.
             jumps: Option<u64>,

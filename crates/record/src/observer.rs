@@ -132,9 +132,9 @@ impl fmt::Display for Notice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Notice::GoesOn { step, time_s } => {
-                write!(f, "goes on from {} s, step {step}", short_time(*time_s))
+                write!(f, "resumes from {} s, step {step}", short_time(*time_s))
             }
-            Notice::LackedItsName => f.write_str("it was whole, but for its name"),
+            Notice::LackedItsName => f.write_str("its log was whole and only had to be renamed"),
             Notice::Warning(warning) => write!(f, "warning: {warning}"),
             Notice::LoadNotReached { ratio } => write!(
                 f,

@@ -24,7 +24,7 @@ pub(crate) fn verdict(run: &Run) -> String {
 pub(crate) const SPEED_DIGITS: usize = 4;
 
 /// Why a number of ruptures is not known.
-const NO_RUPTURES: &str = "the log has no ruptures, and not all that they could be found in";
+const NO_RUPTURES: &str = "the log has no ruptures, and lacks some of the step records that contain them";
 
 fn global_slip(run: &Run) -> [String; 2] {
     let summary = &run.summary;

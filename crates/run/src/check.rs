@@ -215,7 +215,7 @@ impl fmt::Display for Seen {
             write!(f, ", by code version {}", shortened(version))?;
         }
         if let Some(number) = other_events_from {
-            write!(f, ", events of another version that differ from this one's from number {number} on")?;
+            write!(f, ", by another version, whose events differ from number {number} on")?;
         }
         if !other_detectors.is_none() {
             write!(f, ", {other_detectors}")?;

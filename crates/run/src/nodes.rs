@@ -50,8 +50,8 @@ pub enum NodesError {
     Chain,
     /// Another code version made the run and would take other steps.
     #[error(
-        "its nodes follow from the steps of the code that made it, {found}, and this is {} (accepted: a run by this \
-         program)",
+        "its nodes can only be computed by the code that made it, {found}, and this is {} (accepted: a run \
+         by this program)",
         CODE_VERSION
     )]
     OtherCode {

@@ -99,7 +99,7 @@ pub enum LeftError {
     OtherRun(#[from] OtherRun),
     /// Its checkpoint does not belong to this run.
     #[error(
-        "{}: its last checkpoint is not a state of this run: {problem}; without the file the run starts from the \
+        "{}: its last checkpoint is not a state of this run: {problem}; remove the file to start from the \
          beginning",
         log.display()
     )]
@@ -158,7 +158,7 @@ impl Left {
         match saved.differing_block(&mut again)? {
             None => Ok(Left::Part { unfinished, saved, state }),
             Some(block) => {
-                refused(format!("its block {block} is detached or stuck, its switches leave it otherwise"))
+                refused(format!("its block {block} is detached or stuck, contrary to its switches"))
             }
         }
     }

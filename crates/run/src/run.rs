@@ -136,7 +136,7 @@ pub enum RunError {
     #[error(
         "stopped: {error}{}",
         log.as_ref().map_or(String::new(), |log| {
-            format!("; {} holds what there is", log.display())
+            format!("; {} contains the run so far", log.display())
         })
     )]
     Simulation {
@@ -152,7 +152,7 @@ pub enum RunError {
     #[error("failed to start a thread: {0}")]
     Thread(String),
     /// The records before a checkpoint could not be read.
-    #[error("failed to go on with what there is: {0}")]
+    #[error("failed to resume: {0}")]
     Log(#[from] LogError),
     /// The log's target must not be replaced.
     #[error(transparent)]
@@ -167,7 +167,7 @@ pub enum RunError {
     #[error(
         "interrupted{}",
         log.as_ref().map_or(String::new(), |log| {
-            format!("; {} holds what there is", log.display())
+            format!("; {} contains the run so far", log.display())
         })
     )]
     Stopped {

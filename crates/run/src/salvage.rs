@@ -21,7 +21,7 @@ pub enum SalvageProblem {
     #[error("{0}: there is nothing to salvage")]
     Whole(Verdict),
     /// All checksums are right, and yet the log contradicts itself.
-    #[error("{0}; all checksums hold, so there is no part to leave out (accepted: the run, made again)")]
+    #[error("{0}; all checksums match, so no damaged part can be left out (accepted: the run, made again)")]
     Contradictory(Box<Checked>),
     /// Nothing is left of it, or the result cannot be written.
     #[error("{error}")]
@@ -72,19 +72,18 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
             if expected == logged {
                 return Ok((logged, Vec::new()));
             }
-            let remark =
-                "metadata `run` was not what the scenario says, and was made again from it".to_owned();
+            let remark = "metadata `run` contradicted the scenario, and was rebuilt from it".to_owned();
             Ok((of(&scenario, UNKNOWN, UNKNOWN, logged.record_schema_version), vec![remark]))
         }
         (None, Some(scenario)) => {
-            let remark = "metadata `run` is lost, and was made again from the scenario".to_owned();
+            let remark = "metadata `run` is lost, and was rebuilt from the scenario".to_owned();
             Ok((of(&scenario, UNKNOWN, UNKNOWN, RECORD_SCHEMA_VERSION), vec![remark]))
         }
         // Only its own id can confirm the header.
         (Some(logged), None) if logged.run_id == run_id(&logged) => Ok((logged, Vec::new())),
         (Some(_), None) => Err("metadata `run` contradicts itself, and the scenario is lost".to_owned()),
         (None, None) => {
-            Err("neither metadata `run` nor the scenario is left: nothing says what run it is of".to_owned())
+            Err("neither metadata `run` nor the scenario is left: nothing identifies its run".to_owned())
         }
     }
 }

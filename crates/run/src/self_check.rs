@@ -28,7 +28,7 @@ pub enum SelfCheckProblem {
         expected: String,
     },
     /// The scenario's text is not that which this program writes.
-    #[error("scenario.toml does not say what this program writes of that scenario")]
+    #[error("scenario.toml is not the text that this program writes for that scenario")]
     Text,
     /// A topic is announced wrongly.
     #[error("{topic} {what}")]
@@ -173,7 +173,7 @@ impl Rerun {
     pub(crate) fn finish(mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), SelfCheckProblem> {
         let what = match self.solver.next_record() {
             Ok(Some(more)) => {
-                let what = "gives a record more".to_owned();
+                let what = "gives an additional record".to_owned();
                 return Err(SelfCheckProblem::Rerun { step: more.step(), what });
             }
             Ok(None) if stopped.is_some() => "is not stopped".to_owned(),

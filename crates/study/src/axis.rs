@@ -184,7 +184,7 @@ impl Written {
                 few_enough(count)?;
                 drawn(*method, ranges, count, u64::from(seed.unwrap_or(1)))?
             }
-            _ => return Err(format!("not one way of saying what varies (accepted: {ACCEPTED})")),
+            _ => return Err(format!("not exactly one way to vary keys (accepted: {ACCEPTED})")),
         };
         let needless = [
             ("spacing", spacing.is_some() && !range),
@@ -200,7 +200,7 @@ impl Written {
 
     fn none_of(&self, needless: &[(&str, bool)]) -> Result<(), String> {
         match needless.iter().find(|(_, given)| *given) {
-            Some((name, _)) => Err(format!("{name} says nothing here (accepted: {ACCEPTED})")),
+            Some((name, _)) => Err(format!("{name} has no effect here (accepted: {ACCEPTED})")),
             None => Ok(()),
         }
     }
@@ -224,7 +224,7 @@ impl Axis {
         }
         let mut seen = BTreeSet::new();
         if let Some(twice) = self.keys.iter().find(|key| !seen.insert(key.path)) {
-            return Err(format!("{} stands twice on one axis (accepted: once)", twice.path));
+            return Err(format!("{} appears twice on one axis (accepted: once)", twice.path));
         }
         for row in &self.rows {
             for (key, value) in self.keys.iter().zip(row) {
@@ -236,7 +236,7 @@ impl Axis {
         let same = |a: usize, b: usize| self.rows[a].iter().zip(&self.rows[b]).all(|(a, b)| a.same(b));
         if let Some(pair) = sorted.windows(2).find(|pair| same(pair[0], pair[1])) {
             let values: Vec<String> = self.rows[pair[0]].iter().map(Value::to_string).collect();
-            return Err(format!("{names}: {} stands there twice (accepted: each once)", values.join(", ")));
+            return Err(format!("{names}: {} appears twice (accepted: each once)", values.join(", ")));
         }
         Ok(())
     }
@@ -371,7 +371,7 @@ impl Range {
         let Range { key: name, from, to, spacing } = self;
         let key = key_of(name)?;
         if !matches!(key.kind, Kind::Number(..) | Kind::Count(..)) {
-            return Err(format!("{name}: it holds no number, so there is no range (accepted: values)"));
+            return Err(format!("{name}: values other than numbers have no range (accepted: values)"));
         }
         if !(from.is_finite() && to.is_finite()) {
             return Err(format!("{name}: from {from} to {to} (accepted: finite numbers)"));
@@ -551,7 +551,7 @@ mod tests {
     fn what_cannot_be_an_axis_is_refused_with_what_can() {
         for (text, problem) in [
             ("key = 'normal_load.tilt'\nvalues = []", "normal_load.tilt: no values"),
-            ("key = 'normal_load.tilt'\nvalues = [0, 0.5, 0.0]", "stands there twice"),
+            ("key = 'normal_load.tilt'\nvalues = [0, 0.5, 0.0]", "appears twice"),
             (
                 "key = 'normal_load.tlit'\nvalues = [0]",
                 "normal_load.tlit: unknown key; did you mean normal_load.tilt?",
@@ -563,15 +563,15 @@ mod tests {
             ("key = 'slider.blocks'\nvalues = [10.5]", "10.5 is not accepted"),
             ("key = 'normal_load.tilt'\nfrom = 0\nto = 1", "lacks one of from, to and count"),
             ("key = 'slider.mass_kg'\nfrom = 0\nto = 1\ncount = 3\nspacing = 'log'", "numbers above 0"),
-            ("key = 'normal_load.tilt'\nvalues = [0]\nseed = 1", "seed says nothing here"),
-            ("key = 'drive.kind'\nfrom = 0\nto = 1\ncount = 2", "it holds no number"),
+            ("key = 'normal_load.tilt'\nvalues = [0]\nseed = 1", "seed has no effect here"),
+            ("key = 'drive.kind'\nfrom = 0\nto = 1\ncount = 2", "values other than numbers have no range"),
             ("key = 'friction.static_offsets'\nvalues = [0]", "a list cannot be an axis"),
-            ("keys = ['slider.blocks', 'slider.blocks']\nrows = [[10, 20]]", "stands twice on one axis"),
+            ("keys = ['slider.blocks', 'slider.blocks']\nrows = [[10, 20]]", "appears twice on one axis"),
             (
                 "keys = ['slider.blocks', 'slider.mass_kg']\nrows = [[10]]",
                 "row 1 of slider.blocks, slider.mass_kg has 1",
             ),
-            ("count = 3", "not one way of saying what varies"),
+            ("count = 3", "not exactly one way to vary keys"),
             ("csv = 'nowhere.csv'", "nowhere.csv"),
             ("colour = 1", "unknown field"),
         ] {

@@ -111,8 +111,8 @@ pub fn collect(
     let mut columns = common_columns.clone();
     columns.extend([
         Column::new("status", ColumnKind::Word, "`done`, `failed`, `quarantined`, `refused` or `missing`."),
-        Column::new("reason", ColumnKind::Word, "Why it failed or was refused."),
-        Column::new("run_id", ColumnKind::Word, "What it is called in a log."),
+        Column::new("reason", ColumnKind::Word, "Why the run failed or was refused."),
+        Column::new("run_id", ColumnKind::Word, "Id of the run, as in its log."),
         Column::new("ended", ColumnKind::Word, "How the run ended, see `status` of a summary."),
     ]);
     columns.extend(summary_columns.iter().map(|n| Summary::KEYS[*n].column.clone()));
@@ -159,7 +159,7 @@ pub fn collect(
             State::Failed(place) => {
                 reason_of = reason(opened(place)?).map_err(|problem| stray(place, problem))?;
             }
-            State::Quarantined => "its process died again and again".clone_into(&mut reason_of),
+            State::Quarantined => "its process died repeatedly".clone_into(&mut reason_of),
             State::Missing(_) | State::Refused | State::Contradicted | State::Logged => {}
         }
         cells.extend([

@@ -122,8 +122,8 @@ impl Job {
              # Runs a sweep in {tasks} parts as a job array, or several where MaxArraySize asks for it, and\n\
              # makes its tables when they are over:\n\
              #     bash sweep.slurm\n\
-             # Called again, it submits the parts in which runs are missing. A minute before its time is up\n\
-             # a task is told so; what it has done is kept, and a long run is resumed.\n\
+             # Called again, it submits the parts in which runs are missing. A minute before its time limit\n\
+             # a task receives SIGTERM; finished work is kept, and a long run is resumed.\n\
              set -euo pipefail\n\
              program={program}\n\
              folder={folder}\n\

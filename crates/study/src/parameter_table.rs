@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::error::StudyError;
 
-/// A table with one row per run, as the pipeline has it.
+/// A table with one row per run.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
@@ -20,7 +20,7 @@ pub struct Study {
     pub parameter: String,
     /// The runs, in the order of the rows.
     pub runs: Vec<String>,
-    /// What to measure.
+    /// The numbers to measure.
     pub measures: Vec<Number>,
 }
 

@@ -243,7 +243,7 @@ impl Plan {
     /// A message with line, key, value and what is accepted, if the plan is invalid or edited.
     pub fn parse(source: impl BufRead) -> Result<Plan, String> {
         let edited =
-            |why: String| format!("{why}it is not as it was written (accepted: a plan nobody edited)");
+            |why: String| format!("{why}it was changed after it was written (accepted: an unedited plan)");
         let mut lines = Lines::of(source);
         let mut reading = Reading::default();
         let mut hasher = blake3::Hasher::new();
@@ -337,7 +337,7 @@ impl Plan {
             true => Err(PlanError::NoPlan {
                 path: folder.join(FILE),
                 problem: format!(
-                    "line {}: the values of run {} do not give its id (accepted: a plan nobody edited)",
+                    "line {}: the values of run {} do not give its id (accepted: an unedited plan)",
                     row.run + 1,
                     row.run
                 ),
@@ -396,7 +396,7 @@ impl Plan {
         match &row.id {
             Some(planned) if *planned == header.run_id => Ok((scenario, header)),
             _ => {
-                Err("its scenario is another now than when it was planned; a file that it names has changed"
+                Err("its scenario has changed since it was planned, because a file that it names has changed"
                     .to_owned())
             }
         }
@@ -481,7 +481,7 @@ impl Common {
     fn parse(line: &str) -> Result<(Common, Vec<&'static Key>), String> {
         let mut common: Common = serde_json::from_str(line).map_err(|error| {
             let problem = problem_of(&error);
-            format!("a plan of another form: {problem} (accepted: one by this version of the program)")
+            format!("a plan of another form: {problem} (accepted: a plan by this version of the program)")
         })?;
         if ![FORMAT_AS_CODED, FORMAT].contains(&common.format) {
             return Err(format!("format = {} (accepted: {FORMAT_AS_CODED} or {FORMAT})", common.format));

@@ -21,9 +21,9 @@ pub const MOST_DEATHS: u32 = 3;
 const MOST_FAULTS: usize = 100;
 
 /// The remedy for a [`Fault`].
-pub const WHAT_TO_DO: &str = "a run gives one result, wherever it is made: remove the file of the node that is faulty \
-                              (its name begins with the node's), or all of these files, and `asperity sweep run` \
-                              makes their runs again";
+pub const WHAT_TO_DO: &str = "a run gives the same result wherever it is made: remove the file of the \
+                              faulty node (its name begins with the name of the node), or all of these \
+                              files, and `asperity sweep run` repeats their runs";
 
 /// The position of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

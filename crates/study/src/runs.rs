@@ -26,8 +26,8 @@ pub const FOLDER: &str = "runs";
 pub struct RunSpec {
     /// Its name, for files and for the rest of the study.
     pub name: String,
-    /// Name of a built-in scenario, or path of a file or a run log, in the folder of the study or from the
-    /// current one.
+    /// Name of a built-in scenario, or path of a file or a run log, relative to the folder of the study
+    /// or to the current folder.
     pub scenario: String,
     /// Overrides, `key=value`, after those of the whole study.
     #[serde(default)]
@@ -147,16 +147,16 @@ pub(crate) fn read_scenario(name: &str, folder: &Path) -> Result<Text, String> {
 /// Most members of an ensemble: a pipeline of a few lines shall not ask for runs without end.
 const MOST_MEMBERS: usize = 1000;
 
-/// Runs that differ in one key: `NAME-1`, `NAME-2` and so on. Where a list of runs names the
-/// ensemble, it means all of them.
+/// Runs that differ in one key: `NAME-1`, `NAME-2` and so on. In a list of runs, the name of the ensemble
+/// means all of them.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "analysis", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Ensemble {
-    /// The name, which those of its runs begin with.
+    /// The name, with which the names of its runs begin.
     pub name: String,
-    /// Name of a built-in scenario, or path of a file or a run log, in the folder of the study or from the
-    /// current one.
+    /// Name of a built-in scenario, or path of a file or a run log, relative to the folder of the study
+    /// or to the current folder.
     pub scenario: String,
     /// Overrides of all its runs, `key=value`.
     #[serde(default)]

@@ -279,7 +279,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
                 _ => return Ok(Some("one has more events".to_owned())),
             };
             let Some(events) = self.kept.get(i).filter(|_| i == j) else {
-                return Ok(Some("their events stand in another order".to_owned()));
+                return Ok(Some("their events are in another order".to_owned()));
             };
             let pairs = events.kind.columns.iter().zip(a.iter().zip(&b));
             for (column, (x, y)) in pairs {

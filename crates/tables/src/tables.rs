@@ -68,7 +68,7 @@ pub fn rupture_columns() -> Vec<asperity_record::Column> {
         (
             "raw_events_mislead",
             ColumnKind::Flag,
-            "Whether slip events do not tell what happened; the same in every row of a run.",
+            "Whether raw slip events mislead; the same in every row of a run.",
         ),
     ];
     let more = more.map(|(name, kind, about)| asperity_record::Column::new(name, kind, about));

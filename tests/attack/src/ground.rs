@@ -90,7 +90,7 @@ pub(crate) struct Ground {
     /// Which round of which seed.
     pub(crate) seed: u64,
     pub(crate) size: Size,
-    /// Only the case of this number.
+    /// Only the case with this number.
     pub(crate) only: Option<usize>,
     /// When to stop, whatever is left.
     pub(crate) deadline: Option<Instant>,

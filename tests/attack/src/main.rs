@@ -62,7 +62,7 @@ const ATTACKS: [(&str, Attack); 8] = [
 /// through all cases in that time; a busy one leaves some out, and says so.
 const USUAL_TIME: Duration = Duration::from_secs(180);
 
-/// Tries to break the promises of the built command; `cargo xtask attack` has the manual.
+/// Tries to break the promises of the built command; see `cargo xtask attack --help`.
 #[derive(Debug, Parser)]
 struct Arguments {
     /// Which attacks.
@@ -74,19 +74,19 @@ struct Arguments {
     /// The root folder of the checkout.
     #[arg(long)]
     root: PathBuf,
-    /// Where to work, and to keep what fails.
+    /// Folder for temporary files, and for the files of failed cases.
     #[arg(long)]
     work: PathBuf,
-    /// What everything by chance follows from.
+    /// The seed of all randomness.
     #[arg(long)]
     seed: Option<u64>,
-    /// Go round with new seeds until so many seconds are over.
+    /// Repeat with new seeds until this many seconds have passed.
     #[arg(long)]
     for_s: Option<u64>,
-    /// As many cases as a night has room for.
+    /// As many cases as fit into a night.
     #[arg(long)]
     full: bool,
-    /// Only the case of this number.
+    /// Only the case with this number.
     #[arg(long)]
     case: Option<usize>,
 }

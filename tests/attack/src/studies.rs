@@ -223,7 +223,7 @@ fn forged(random: &mut Random, ours: &Study) -> (String, Files) {
                 }
                 1 => {
                     lines.insert(line, lines[line].clone());
-                    "stands there twice".to_owned()
+                    "appears twice".to_owned()
                 }
                 _ => {
                     let other = random.below(lines.len() as u64) as usize;
@@ -321,7 +321,7 @@ fn mixed(random: &mut Random, ours: &Study, other: &Study) -> (String, Files) {
         3 => {
             let again = segment.frames[at].clone();
             segment.frames.push(again);
-            format!("the result of run {run} stands there twice")
+            format!("the result of run {run} appears twice")
         }
         4 => {
             segment.frames.push(of_other(run));

@@ -40,7 +40,7 @@ impl Forge {
         self.parts("again-state-lost", "a state of all blocks is missing", says, |parts| {
             remove(parts, "/fields", |number| number == 3);
         });
-        let more = "the run, made again, gives a record more";
+        let more = "the run, made again, gives an additional record";
         self.parts("again-last-state-lost", "the last state is missing", more, |parts| {
             let last = messages(parts, "/fields").len() - 1;
             remove(parts, "/fields", |number| number == last);
@@ -142,7 +142,7 @@ impl Forge {
 
     fn own_scenario(&mut self) {
         let what = "a scenario that says the same in other words";
-        self.parts("own-scenario-words", what, "does not say what this program writes", |parts| {
+        self.parts("own-scenario-words", what, "is not the text that this program writes", |parts| {
             let at = named(parts, "scenario.toml");
             let text = parts[at].attached().expect("it is attached").to_owned();
             parts[at] = Part::attachment("scenario.toml", &[&text[..], b"# and more\n"].concat());

@@ -16,9 +16,9 @@ Exit codes:
   0  done
   1  failure
   2  bad input; a file is not a run log
-  3, 5, 7  the log is incomplete, salvaged with gaps or of a run that was
-           stopped: tables and figures are of what there is, and
-           what-is-missing.txt says so
+  3, 5, 7  the log is incomplete, salvaged with gaps, or its run was stopped:
+           tables and figures show what the log contains, and
+           what-is-missing.txt gives the reason
   4  the log is damaged; nothing was written")]
 pub(crate) struct ReduceArguments {
     /// The run log.
@@ -30,12 +30,12 @@ pub(crate) struct ReduceArguments {
     /// Precursor tables: leave out ruptures and events of fewer distinct blocks.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) min_blocks: u32,
-    /// Precursor table of slip events: count those no farther apart than this as one; 0 merges
+    /// Precursor table of slip events: merge events that are no farther apart than this; 0 merges
     /// none.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) merge_gap_s: f64,
-    /// Leave the version of the code, and the line that says where a figure comes
-    /// from, out of figures: for comparisons to the byte.
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
     #[arg(long)]
     pub(crate) no_provenance: bool,
 }
@@ -48,17 +48,17 @@ Examples:
   asperity draw out/mine.mcap --kind lengths,stress -o out/pictures
   asperity draw out/mine.mcap --kind space-time --set which=longest-precursor
 
-Draws figures alone; asperity reduce makes tables as well, and asperity
-reproduce figures that compare runs. Of the usual kinds, those that the run has
-nothing for are left out, with a note; of kinds that are named, this is an error
-and nothing is written. docs/figures.md explains every key.
+Draws only figures; asperity reduce also makes tables, and asperity reproduce
+draws figures that compare runs. Without --kind, a kind for which the run has no
+data is left out, with a note; if --kind names such a kind, the command fails
+and writes nothing. docs/figures.md explains every key.
 
 Exit codes:
   0  done
-  1  failure; or the run has not what a figure shows
+  1  failure; or the run lacks the data that a figure shows
   2  bad input; a file is not a run log
-  3, 5, 7  the log is incomplete, salvaged with gaps or of a run that was
-           stopped, and the figures are of what there is
+  3, 5, 7  the log is incomplete, salvaged with gaps, or its run was stopped:
+           figures show what the log contains
   4  the log is damaged; nothing was written")]
 pub(crate) struct DrawArguments {
     /// The run log.
@@ -71,15 +71,15 @@ pub(crate) struct DrawArguments {
     /// Set a key of the figure; needs a single --kind. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Folder for KIND.png, KIND.svg and KIND.pdf; or the file of one figure, ending in one of these
+    /// Folder for KIND.png, KIND.svg and KIND.pdf; or a single file with one of these endings
     /// [default: RUN.figures, beside the log].
     #[arg(short, long, value_name = "FOLDER|FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Replace existing figures.
     #[arg(long)]
     pub(crate) force: bool,
-    /// Leave the version of the code, and the line that says where a figure comes
-    /// from, out of figures: for print, and for comparisons to the byte.
+    /// Draw figures without the code version and without the line that names
+    /// their source: for print, and for comparison byte by byte.
     #[arg(long)]
     pub(crate) no_provenance: bool,
     /// List the kinds: what each shows, and the keys for --set.
@@ -94,14 +94,14 @@ Examples:
   asperity reproduce pipelines/chapter5.toml -o out/chapter5-as-stated \\
     --set parameter_set=as-stated
 
-Runs already in the folder are reused if their logs are whole (see asperity
-check: made by this very program with its detectors). Those that are not are
-made again, and a line says why; those of another scenario or solver only with
---fresh, which repeats all. Tables, figures and report.html, the page of all of
-it, are replaced together; reproduce.json says what they were made of. One
-process at a time writes into the folder.")]
+Runs already in the folder are reused if asperity check finds their logs whole:
+complete, and made by this version of the program with its detectors. Other runs
+are repeated, and a line gives the reason. A run of another scenario or solver
+is replaced only with --fresh, which repeats all runs. Tables, figures and the
+page report.html are replaced together; reproduce.json records their sources.
+Only one process at a time can write to the folder.")]
 pub(crate) struct ReproduceArguments {
-    /// The pipeline; or any file of a study, with runs over axes as well.
+    /// The pipeline; or any other file of a study, even with runs over axes.
     #[arg(value_name = "PIPELINE.toml")]
     pub(crate) pipeline: PathBuf,
     /// Folder for runs, tables and figures.
@@ -116,8 +116,8 @@ pub(crate) struct ReproduceArguments {
     /// The solver to use; both give the same events.
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) solver: SolverChoice,
-    /// Leave the version of the code, and the line that says where a figure comes
-    /// from, out of figures: for comparisons to the byte.
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
     #[arg(long)]
     pub(crate) no_provenance: bool,
     /// How many runs to make, and to reduce, at once [default: one per core].
@@ -132,13 +132,13 @@ Examples:
   asperity verify-solver pipelines/chapter5.toml --set parameter_set=as-stated
   asperity verify-solver pipelines/chapter5.toml --only default --for-s 0.1
 
-The plain solver takes every step: allow 15 seconds on one core for each second
-that a run of 100 blocks simulates in steps of 1e-8 s. Equal means: every
-switch in the same step, every event with the same integers, every number within
-1e-9 of the largest of its kind. Where a block comes so close to switching that
-rounding decides, the solvers may see the switch some steps apart. Each such
-near tie is proved by computing the step without rounding, and must be listed in
-the folder of --near-ties.")]
+The plain solver computes every step: allow 15 seconds on one core for each
+simulated second of a run of 100 blocks in steps of 1e-8 s. Two runs are equal
+if every switch happens in the same step, every event has the same integers, and
+every number agrees within 1e-9 of the largest of its kind. Where a block comes
+so close to switching that rounding decides, the solvers may see the switch some
+steps apart. Each such near tie is proved by computing the step without
+rounding, and must be listed in the folder of --near-ties.")]
 pub(crate) struct VerifySolverArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]

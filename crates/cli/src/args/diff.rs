@@ -6,9 +6,9 @@ use clap::{Args, ValueEnum};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum DiffFormat {
-    /// What matters most, on one screen.
+    /// The main differences, on one screen.
     Text,
-    /// Everything; the field `version` is raised when the layout changes.
+    /// All differences; the field `version` increases when the layout changes.
     Json,
 }
 
@@ -31,23 +31,23 @@ Examples:
   asperity diff out/before.mcap out/after.mcap --page out/diff.html
   asperity diff out/before out/after --format json | python3 -m json.tool
 
-Of run logs, what was set differently, the numbers of both summaries and what
-became of the ruptures come first, then the slip events. Between runs of
-different time steps a counterpart is looked for as far as events lie apart,
-else within 1 ms. Where the times of two parameter sets do not match, ruptures
-and events pair by cycles between slips of the whole slider, and by their place
-in the cycle.
+For run logs, the settings that differ, the numbers of both summaries and the
+pairs of ruptures come first, then the slip events. A counterpart is searched
+for within 1 ms of an onset, or, between runs with different time steps, within
+the mean time between events. Where the times of two parameter sets do not
+match, ruptures and events are paired by their cycle between slips of the whole
+slider, and by their place in the cycle.
 
 Events are matched by when and where they slid, never by row: an extra or
 missing event does not make later rows look different. Each event is identical,
 within-tolerance, shifted (same blocks, another time), changed, split, merged,
 missing, extra, or open (cut short by the end of a run). Tables need the
 columns onset_s, end_s, first_block and last_block; a column that one side lacks
-is not compared. Neither is the number of an event; its steps are compared only
-where their times in seconds are equal.
+is not compared. Numbers of events are never compared, and steps only where
+their times in seconds are equal.
 
-A policy (TOML) says what passes:
-  window_s = 1e-3         # how far from an onset to look for its counterpart
+A policy (TOML) defines which differences pass:
+  window_s = 1e-3         # how far from an onset to search for its counterpart
   max_shift_s = 1e-6      # no pair may be shifted farther than this
   [columns.onset_s]
   absolute = 1e-9         # in the column's unit
@@ -61,8 +61,8 @@ Exit codes:
   0  nothing differs except what the policy allows
   1  something differs, or a run has no counterpart
   2  the two sides cannot be compared
-  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps or of a run that
-              was stopped (asperity check)")]
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps, or its run was
+              stopped (see asperity check)")]
 pub(crate) struct DiffArguments {
     /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an
     /// output of asperity reproduce.
@@ -83,14 +83,14 @@ pub(crate) struct DiffArguments {
     /// How the runs of two folders are paired.
     #[arg(long, value_enum, default_value = "hash")]
     pub(crate) pair: PairBy,
-    /// Write a page with settings and numbers, and timelines of ruptures and events; what differs is marked.
+    /// Write a page with settings, numbers and timelines of ruptures and events, with differences marked.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) page: Option<PathBuf>,
     /// Write one row per match, including identical events.
     #[cfg(feature = "analysis")]
     #[arg(long, value_name = "FILE.parquet")]
     pub(crate) matches: Option<PathBuf>,
-    /// Replace such files if they exist; never OLD or NEW.
+    /// Replace existing output files; OLD and NEW are never replaced.
     #[arg(long)]
     pub(crate) force: bool,
 }

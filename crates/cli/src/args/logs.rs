@@ -31,20 +31,20 @@ Examples:
   asperity summary out/mine.mcap --format json | python3 -m json.tool
   asperity summary --schema > out/summary.schema.json
 
-Events are ruptures here: sets of detachments that a front joins, whatever
-slides elsewhere at the same time. Numbers of raw slip events say so. A
-precursor is a rupture from block 1 that reaches farther than any before, up
-to the first that reaches every block, which is not counted. Ruptures that the
-log of an older version does not have are found in its step records. SI units
-throughout; docs/outputs.md explains every key, and so does the schema.
+Numbers describe ruptures: sets of detachments that a front connects, whatever
+slides elsewhere at the same time. Numbers of raw slip events have `event` in
+their names. A precursor is a rupture that includes block 1, does not reach
+every block, and reaches farther than every earlier rupture that includes
+block 1. If the log of an older version has no ruptures, they are found in its
+step records. Units are SI. docs/outputs.md and the schema explain every key.
 
-Exit codes, that of the worst of several logs:
-  0  all of every run is in the summary
+Exit codes; for several logs, that of the worst:
+  0  the summary covers all of every run
   1  failure
   2  a file is not a run log
-  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps or of a run that
-              was stopped, and its summary is of the part that is sound; see
-              asperity check")]
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps, or its run was
+              stopped; its summary covers only the sound part (see asperity
+              check)")]
 pub(crate) struct SummaryArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required_unless_present = "schema")]
@@ -71,11 +71,11 @@ Exit codes:
   0  all events of the run were printed
   1  failure
   2  the file is not a run log
-  3, 4, 5, 7  the log is incomplete, damaged, salvaged with gaps or of a run
-              that was stopped, and its events were printed as far as it is
-              sound; see asperity check")]
+  3, 4, 5, 7  the log is incomplete, damaged, salvaged with gaps, or its run was
+              stopped; the events of its sound part were printed (see asperity
+              check)")]
 pub(crate) struct EventsArguments {
-    /// The run log, or any of the Parquet tables, which are printed as CSV.
+    /// The run log; or a Parquet table, which is printed as CSV.
     #[arg(value_name = "RUN.mcap")]
     pub(crate) run: PathBuf,
     /// How to print the table.
@@ -90,33 +90,33 @@ Examples:
   asperity check out/chapter5/runs/*.mcap
   asperity check out/doubted.mcap --again
 
-Reads every byte and checks the structure and checksums of the file, every
-message against its schema, and the order of steps and their times; that all
-numbers are finite, that switches fit the state of their blocks, that the
-events follow from the step records, and that counts and digests are those
-stated at the end of the log.
+Reads every byte. Checks the structure and checksums of the file, every message
+against its schema, and the order and times of steps; that all numbers are
+finite, that switches fit the state of their blocks, that the events follow from
+the step records, and that counts and digests agree with those at the end of the
+log.
 
-Header and topics of a log of this very program must be those that its own
-scenario derives. Whether its records are the physics of that scenario is not
-compared: somebody who makes all checksums right can change any of them, and
---again finds it. It makes the run again and compares every record, which takes
-as long as the run.
+If this version of the program made the log, its header and topics must also
+follow from its scenario. Its records are not compared with that scenario:
+someone who recomputes all checksums can change any record. --again detects
+this: it repeats the run and compares every record, which takes as long as the
+run.
 
-Exit codes, that of the worst of several logs; this is their order:
+Exit codes, from best to worst; for several logs, that of the worst:
   0  whole: all of its run, by this program with its detectors
   6  by other code or detectors: all of its run, made by another version of the
-     program, or with detectors more or fewer
+     program, or with additional or missing detectors
   3  incomplete: sound up to where it ends
-  7  stopped: all there is of a run that could not go on, and why; mostly its
-     time step was too long
-  5  salvaged with gaps: what asperity salvage left of a damaged one
+  7  stopped: all there is of a run that could not continue, with the reason;
+     usually its time step was too long
+  5  salvaged with gaps: what asperity salvage recovered from a damaged log
   2  not a run log
   4  damaged")]
 pub(crate) struct CheckArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
     pub(crate) runs: Vec<PathBuf>,
-    /// Make the runs of this very program again, and compare every record.
+    /// Repeat runs that this version of the program made, and compare every record.
     #[arg(long)]
     pub(crate) again: bool,
 }
@@ -129,17 +129,17 @@ Examples:
 
 Keeps every record, before and after the damage, that an independent checksum
 or schema confirms: chunks and attachments by their checksums, the header by
-the scenario, each message by its schema, each step by having all its switches.
-Prints what was lost: bytes, messages of each topic, steps. The new log is
-salvaged with gaps, and no command mistakes it for a whole one. To finish an
+the scenario, each message by its schema, each step by its complete switches.
+Prints the losses: bytes, messages of each topic, steps. The new log is marked
+as salvaged with gaps, so no command mistakes it for a whole one. To finish an
 unfinished run, use asperity run --resume. If the scenario of a damaged log is
 known, it is better to repeat the run.
 
 Exit codes:
-  0  salvaged, or there is nothing to salvage: it holds all there is of its run
+  0  salvaged; or nothing to salvage: the log has all there is of its run
   1  failure
-  2  it is not a run log, or the output exists
-  3, 4  it is incomplete or damaged, and nothing can be made of it")]
+  2  the file is not a run log, or the output exists
+  3, 4  the log is incomplete or damaged, and nothing can be recovered")]
 pub(crate) struct SalvageArguments {
     /// The damaged log.
     #[arg(value_name = "DAMAGED.mcap")]
@@ -157,12 +157,12 @@ Examples:
   asperity replay out/chapter5/runs/*.mcap -o out/replayed
   asperity replay out/mine.mcap --detectors settings.toml -o out/merged
 
-A settings file says what differs from a live run; every line is optional:
+A settings file lists what differs from a live run; every line is optional:
   detectors = [\"onset\", \"extent\"]  # which detectors to run
   merge_gap_s = 1e-4               # events no farther apart count as one
   min_blocks = 2                   # leave out events of fewer distinct blocks
   link_time_ratio = 30             # link ruptures by this many sqrt(m/k)
-Other settings give other events, so nothing is compared then. --out writes
+Other settings give other events, which are not compared. --out writes
 NAME.onsets.csv, NAME.events.csv, NAME.global-slips.csv, NAME.ruptures.csv and
 NAME.arrivals.csv for each run, and replay.json with the settings and the logs
 that were replayed.
@@ -171,8 +171,8 @@ Exit codes:
   0  all events are the same as logged, or nothing was compared
   1  other events, or a failure
   2  bad input; a file is not a run log
-  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps or of a run that
-              was stopped, and was left out; see asperity check")]
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps, or its run was
+              stopped; it was left out (see asperity check)")]
 pub(crate) struct ReplayArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -198,7 +198,7 @@ pub(crate) enum ExportFormat {
     Parquet,
     /// Comma-separated, one header line, numbers in full precision.
     Csv,
-    /// One JSON object per line and row.
+    /// One JSON object per row, each on its own line.
     Ndjson,
 }
 
@@ -215,8 +215,9 @@ Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
 NAME.FORMAT.export.json with the header and scenario of the run, the columns
 with their units, and the number of rows of each file. Tables are long: states
 of all blocks (/fields, /window) have one row per block. The whole log is read
-and checked, whichever part is exported. The nodes of a slab are in no log: they
-follow from it by the steps of the program that made it, which are taken again.
+and checked, even if only a part is exported. No log contains the nodes of a
+slab: they are computed by repeating steps of the run, which takes the version
+of the program that made the log.
 
 Exit codes:
   0  all of every log is exported
@@ -225,7 +226,7 @@ Exit codes:
   3  a log is incomplete, and exported up to its end
   4  a log is damaged, and exported up to the damage
   5  a log is salvaged with gaps, and exported around them
-  7  a log is of a run that was stopped, and exported up to there")]
+  7  the run of a log was stopped, and the log is exported up to there")]
 pub(crate) struct ExportArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -245,7 +246,7 @@ pub(crate) struct ExportArguments {
     /// Only what happened before this time.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to_s: Option<f64>,
-    /// All nodes of a slab at this time as well, in NAME.nodes. May be repeated.
+    /// Also export all nodes of a slab at this time, as NAME.nodes. May be repeated.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) nodes_at_s: Vec<f64>,
     /// Replace existing files.

@@ -12,30 +12,30 @@ Examples:
   asperity report out/tilts --out out/tilts.html
   asperity report out/chapter5 out/chapter6 --out out/index.html
 
-A page is one file that fetches nothing: what was asked, the claims beside their
-figures, and of every run its load curve and the space-time map of its ruptures,
-with a table of them. A rupture picked in one is shown in all. It says the same
-in words without scripts. docs/report.md has all of it.
+A page is one file that fetches nothing. It shows what a study asks, its claims
+beside their figures, and for every run the load curve, the space-time map of
+its ruptures, and a table of them; a rupture selected in one is marked in all.
+Without scripts, text and tables remain. docs/report.md describes the page.
 
-Of several folders there is a page with their scores and figures that leads to
-the report.html of each; its pictures stay where they are. reproduce and sweep
-collect write report.html by themselves.
+For several folders, the page shows their scores and figures and links to the
+report.html of each; pictures stay in their folders. asperity reproduce and
+asperity sweep collect write report.html themselves.
 
 Exit codes:
   0  done
   1  failure
   2  bad input; nothing was written
-  3, 5, 7  a log is incomplete, salvaged with gaps or of a run that was
-           stopped: the page is of what there is, and says so
+  3, 5, 7  a log is incomplete, salvaged with gaps, or its run was stopped: the
+           page shows what the log contains, and says so
   4  a log is damaged; nothing was written")]
 pub(crate) struct ReportArguments {
-    /// Run logs; or the folder of a pipeline or a sweep, or several.
+    /// Run logs; or one or more folders of pipelines or sweeps.
     #[arg(value_name = "RUN.mcap|STUDY", required = true)]
     pub(crate) of: Vec<PathBuf>,
     /// The page.
     #[arg(short, long, value_name = "PAGE.html")]
     pub(crate) out: PathBuf,
-    /// Say nothing of the code, the time step and the solver that runs were made with.
+    /// Omit the code version, the time step and the solver of the runs.
     #[arg(long)]
     pub(crate) no_provenance: bool,
     /// Replace an existing file.

@@ -18,12 +18,13 @@ During the run its log is called RUN.mcap.partial. About once a second a
 checkpoint, the complete state of the solver, is written to it. If the run is
 killed or the disk is full, --resume continues from the last checkpoint and ends
 with the same records and events as an uninterrupted run. With --resume, a
-finished run is left as it is, and one that was never begun is started, so a
+finished run is left unchanged, and a run that was never begun is started, so a
 batch job can repeat the same command line.
 
-A run is stopped, with exit code 1, where its time step does more work than
-30 % of what is put in, or a number overflows; its log holds what there is and
-says why. Time steps above 0.4 dt_max are warned of (docs/model.md).")]
+A run is stopped, with exit code 1, if the work of its finite time step exceeds
+30 % of the energy input, or if a number overflows; its log contains the run up
+to there, and the reason. A time step above 0.4 dt_max causes a warning
+(docs/model.md).")]
 pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,

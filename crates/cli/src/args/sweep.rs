@@ -30,7 +30,7 @@ A sweep is a TOML file with a scenario and what varies:
   to = 0.8
   count = 9
 
-docs/sweeps.md has all of it.")]
+docs/sweeps.md describes sweeps in full.")]
 pub(crate) enum SweepCommand {
     /// Make a study in one go: its plan, all runs, tables, figures and page.
     #[command(after_help = "\
@@ -38,9 +38,9 @@ Examples:
   asperity sweep go out/tilts.toml -o out/tilts
   asperity sweep go out/tilts.toml -o out/tilts --to csv --jobs 4
 
-Does what sweep plan, sweep run and sweep collect do, one after the other.
-Called again, it makes what is missing, and the tables of all. A sweep that was
-edited since needs another folder; its figures alone, asperity sweep draw
+Runs sweep plan, sweep run and sweep collect in turn. If called again, it makes
+the missing runs, and the tables of all runs. A sweep that was edited since
+needs another folder; if only its figures were edited, use asperity sweep draw
 --from.
 
 Exit codes:
@@ -58,7 +58,7 @@ Examples:
   asperity sweep log out/tilts 7 -o out/seven.mcap
   asperity report out/seven.mcap -o out/seven.html
 
-A study keeps tables of its runs, and logs only where keep = [\"log\"] asks for
+A study keeps tables of its runs, and logs only if keep = [\"log\"] requests
 them. The log of run 7 has the run id of the plan, and the records, events and
 digest that asperity run gives for its scenario.
 
@@ -76,20 +76,20 @@ Examples:
   asperity sweep plan out/tilts.toml -o out/tilts --skip-refused
   asperity sweep plan pipelines/chapter5.toml -o out/planned")]
     Plan(SweepPlanArguments),
-    /// Make the runs of a plan that are not made yet, on all cores.
+    /// Make the missing runs of a plan, on all cores.
     #[command(after_help = "\
 Examples:
   asperity sweep run out/tilts
   asperity sweep run out/tilts --index 3,7-9
   asperity sweep run out/tilts --chunk 2/8 --jobs 4
 
-What is done is done: killed at any time and called again, it makes what is
-missing, and goes on with runs that had taken more than a minute. A run that
-fails is recorded with its reason and does not stop the others. One whose
+Finished runs are kept: killed at any time and called again, the command makes
+the missing runs, and resumes those that had taken more than a minute. A run
+that fails is recorded with its reason and does not stop the others. A run whose
 process died three times is not tried again.
 
 Exit codes:
-  0    all runs that were asked for are done
+  0    all requested runs are done
   1    failure; or some of them failed, or results contradict the plan or each
        other
   2    bad input; the plan is by other code, or was edited
@@ -97,7 +97,7 @@ Exit codes:
   130  interrupted by SIGINT; what was done is kept
   143  interrupted by SIGTERM, likewise")]
     Run(SweepRunArguments),
-    /// Say which runs are done, failed and missing.
+    /// Print how many runs are done, and which failed or are missing.
     #[command(after_help = "\
 Examples:
   asperity sweep status out/tilts
@@ -109,17 +109,17 @@ Exit codes:
   2  bad input; the plan was edited
   3  runs are missing")]
     Status(SweepStatusArguments),
-    /// Make the tables of a study, and its figures: runs, slip events, ruptures.
+    /// Make the tables of a study (runs, slip events, ruptures) and its figures.
     #[command(after_help = "\
 Examples:
   asperity sweep collect out/tilts
   asperity sweep collect out/tilts --to csv -o out/tables
 
-Every table has a column for each key that varies. Figures are those that the
-sweep asks for, in `figures`. The files are the same bytes whatever the way the
-runs were made. Those that are there are replaced. Where results contradict the
-plan or each other, no table is made, and what contradicts is named. For runs
-with names, as a pipeline has, the files are those of `asperity reproduce`.
+Every table has a column for each key that varies. The figures that the sweep
+requests are drawn into `figures`. How and where the runs were made does not
+change a byte of the files. Existing files are replaced. If results contradict
+the plan or each other, no table is made, and the contradictions are named. For
+named runs, as in a pipeline, the files are those of `asperity reproduce`.
 
 Exit codes:
   0  the tables hold all runs
@@ -135,9 +135,9 @@ Examples:
   asperity sweep draw out/tilts
   asperity sweep draw out/tilts --from out/tilts.toml
 
-A plan is never changed, but what is drawn of its runs may be: with --from, the
-figures are those that the sweep asks for as it is now. docs/figures.md explains
-every key of them. Figures that are there are replaced.
+A plan never changes, but its figures may: --from draws the figures of a sweep
+that was edited since. docs/figures.md explains their keys. Existing figures are
+replaced.
 
 Exit codes:
   0  the figures show all runs
@@ -152,15 +152,16 @@ Examples:
   asperity sweep emit list out/tilts --tasks 16 > out/commands.txt
   asperity sweep emit row out/tilts > out/workflow.toml
 
-`bash out/sweep.slurm` submits what is missing, as job arrays, and behind them a
-job that makes the tables; called again, what is missing then. A path that a
-script cannot hold is refused: one that is not UTF-8 or has control characters,
-for Slurm one with a backslash, for row one with braces.
+`bash out/sweep.slurm` submits the missing runs as job arrays, followed by a job
+that makes the tables; called again, it submits the runs that are still missing.
+Paths that a script cannot contain are refused: those that are not UTF-8 or have
+control characters, for Slurm also those with a backslash, for row also those
+with braces.
 
 Exit codes:
   0  the script is printed
   1  failure
-  2  bad input; a path that the script cannot hold")]
+  2  bad input; a path that the script cannot contain")]
     Emit(SweepEmitArguments),
 }
 
@@ -169,10 +170,10 @@ pub(crate) struct SweepGoArguments {
     /// The sweep, or a pipeline.
     #[arg(value_name = "SWEEP.toml")]
     pub(crate) sweep: PathBuf,
-    /// Folder of the study; new, empty, or that of an earlier call.
+    /// Folder of the study; new, empty, or from an earlier call.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// Record combinations that the scenario refuses, instead of stopping there.
+    /// Record combinations that the scenario refuses, instead of stopping at them.
     #[arg(long)]
     pub(crate) skip_refused: bool,
     /// How many runs to make at once [default: one per core].
@@ -184,8 +185,8 @@ pub(crate) struct SweepGoArguments {
     /// The formats of the tables.
     #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = TABLES)]
     pub(crate) to: Vec<SweepTable>,
-    /// Leave the version of the code, and the line that says where a figure comes
-    /// from, out of figures: for comparisons to the byte.
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
     #[arg(long)]
     pub(crate) no_provenance: bool,
 }
@@ -213,7 +214,7 @@ pub(crate) struct SweepPlanArguments {
     /// Folder of the study; must be new or empty.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// Record combinations that the scenario refuses, instead of stopping there.
+    /// Record combinations that the scenario refuses, instead of stopping at them.
     #[arg(long)]
     pub(crate) skip_refused: bool,
     /// How many runs to resolve at once [default: one per core].
@@ -231,7 +232,7 @@ pub(crate) struct SweepRunArguments {
     /// Only the K-th of N parts.
     #[arg(long, value_name = "K/N")]
     pub(crate) chunk: Option<SweepChunk>,
-    /// All runs that are not made yet, as without it; for scripts.
+    /// All missing runs, which is the default; for scripts.
     #[arg(long, conflicts_with_all = ["index", "chunk"])]
     pub(crate) missing: bool,
     /// How many runs to make at once [default: one per core].
@@ -252,11 +253,11 @@ pub(crate) struct SweepRunArguments {
 pub(crate) struct SweepStatusArguments {
     /// Folder of the study.
     pub(crate) folder: PathBuf,
-    /// Of N parts, print those with missing runs, as arrays of a batch system:
-    /// a line each, with a number to be added to all indices, and indices.
+    /// Print which of N parts have missing runs, as arrays for a batch system: a
+    /// line per array, with an offset to add to all indices, and the indices.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) tasks: Option<u64>,
-    /// All indices are below this, as below MaxArraySize of Slurm.
+    /// All indices are below this, as with MaxArraySize of Slurm.
     #[arg(long, value_name = "N", default_value_t = USUAL_TASKS + 1, requires = "tasks",
           value_parser = clap::value_parser!(u64).range(2..))]
     pub(crate) array_size: u64,
@@ -284,11 +285,11 @@ pub(crate) struct SweepCollectArguments {
     #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = TABLES)]
     pub(crate) to: Vec<SweepTable>,
     /// Folder for the tables, and for a folder of figures [default: tables and
-    /// figures, in that of the study].
+    /// figures, in the folder of the study].
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
-    /// Leave the version of the code, and the line that says where a figure comes
-    /// from, out of figures: for comparisons to the byte.
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
     #[arg(long)]
     pub(crate) no_provenance: bool,
 }
@@ -301,20 +302,20 @@ pub(crate) struct SweepDrawArguments {
     /// The sweep whose figures are drawn [default: as it was planned].
     #[arg(long, value_name = "SWEEP.toml")]
     pub(crate) from: Option<PathBuf>,
-    /// Folder for the figures [default: figures, in that of the study].
+    /// Folder for the figures [default: figures, in the folder of the study].
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
-    /// Leave the version of the code, and the line that says where a figure comes
-    /// from, out of figures: for comparisons to the byte.
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
     #[arg(long)]
     pub(crate) no_provenance: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SweepEngine {
-    /// A job array for Slurm, with a job behind it that makes the tables.
+    /// Job arrays for Slurm, followed by a job that makes the tables.
     Slurm,
-    /// One command a line, for GNU parallel, HyperQueue and the like.
+    /// One command per line, for GNU parallel, HyperQueue and the like.
     List,
     /// A workflow for row.
     Row,
@@ -326,13 +327,13 @@ pub(crate) struct SweepEmitArguments {
     pub(crate) engine: SweepEngine,
     /// Folder of the study.
     pub(crate) folder: PathBuf,
-    /// Into how many parts the runs are cut [default: one per run, 1000 at most].
+    /// Number of parts to divide the runs into [default: one per run, 1000 at most].
     #[arg(long, value_name = "N")]
     pub(crate) tasks: Option<u64>,
-    /// Cores of a task.
+    /// Cores per task.
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) cores: NonZeroUsize,
-    /// Time of a task, as Slurm writes it.
+    /// Time limit of a task, in the notation of Slurm.
     #[arg(long, value_name = "TIME", default_value = "01:00:00")]
     pub(crate) time: String,
 }

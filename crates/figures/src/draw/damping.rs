@@ -11,7 +11,7 @@ use super::plot::{Axis, Corner, Panel, Sheet};
 keys! {
     Damping: file;
 
-    /// The runs, each with what the legend calls it.
+    /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
 }
 

@@ -15,7 +15,7 @@ keys! {
 
     /// The run, of a slab.
     run: String,
-    /// Stands above the figure.
+    /// Title above the figure.
     #[serde(default)]
     title: String,
 }

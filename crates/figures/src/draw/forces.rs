@@ -10,9 +10,9 @@ use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Panel, RED, Series, Sheet
 keys! {
     Forces: file, run, title;
 
-    /// Where the time axis begins; with the run if absent.
+    /// Start of the time axis; by default that of the run.
     from_s: Option<f64>,
-    /// Where the time axis ends; with the run if absent.
+    /// End of the time axis; by default that of the run.
     to_s: Option<f64>,
 }
 

@@ -22,8 +22,8 @@ keys! {
     rupture: Option<u64>,
     /// The rupture, where `rupture` gives no number; if absent the first global slip, or else the widest.
     which: Option<RuptureSelector>,
-    /// The upper end of the axis of speeds, over `c`, at which faster fronts are marked. If absent,
-    /// nineteen of twenty are below it.
+    /// The upper end of the axis of speeds, over `c`; faster fronts are marked there. By default, nineteen
+    /// of twenty are below it.
     to_speed: Option<f64>,
 }
 

@@ -12,12 +12,12 @@ use super::plot::{Axis, Corner, Panel, Pen, Series, Sheet};
 keys! {
     FrontSpeed: file, title;
 
-    /// Stands above the legend.
+    /// Text above the legend.
     #[serde(default)]
     note: String,
-    /// The lower end of the axis of speeds, over `c`. Faster fronts are not shown.
+    /// The lower end of the axis of speeds, over `c`.
     from_speed: f64,
-    /// The upper end of the axis of speeds, over `c`.
+    /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown.
     to_speed: f64,
     /// Runs that belong together.
     series: Vec<Group>,

@@ -12,12 +12,12 @@ use super::scale::Scale;
 keys! {
     FrontStress: file, title;
 
-    /// The runs, each with what the legend calls it: their precursors and first global slips.
+    /// The runs, each with its label in the legend: their precursors and first global slips are shown.
     series: Vec<Labelled>,
     /// Fewest blocks of a rupture that is shown.
     #[serde(default = "five")]
     from_blocks: u32,
-    /// Over how many spacings speed and stress are taken.
+    /// Number of spacings over which speed and stress are taken.
     #[serde(default = "four")]
     across: u32,
     /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown.

@@ -10,14 +10,14 @@ use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
 keys! {
     FrontTransient: file, title;
 
-    /// Stands above the legend.
+    /// Text above the legend.
     #[serde(default)]
     note: String,
     /// The lower end of the axis of speeds, over `c`.
     from_speed: f64,
     /// The upper end of the axis of speeds, over `c`.
     to_speed: f64,
-    /// The runs, each with what the legend calls it.
+    /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
 }
 

@@ -9,7 +9,7 @@ use super::plot::{Axis, Corner, Panel, Sheet};
 keys! {
     InitialShear: file;
 
-    /// The runs, each with what the legend calls it.
+    /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
 }
 

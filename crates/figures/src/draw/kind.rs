@@ -83,7 +83,7 @@ macro_rules! keys {
     ($figure:ident: file, run, title; $($own:tt)*) => {
         $crate::draw::kind::keys! {
             $figure: file, run;
-            /// Stands above the figure.
+            /// Title above the figure.
             #[serde(default)]
             title: String,
             $($own)*
@@ -100,7 +100,7 @@ macro_rules! keys {
     ($figure:ident: file, title; $($own:tt)*) => {
         $crate::draw::kind::keys! {
             $figure: file;
-            /// Stands above the figure.
+            /// Title above the figure.
             #[serde(default)]
             title: String,
             $($own)*
@@ -110,7 +110,7 @@ macro_rules! keys {
         #[derive(Debug, Clone, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(crate) struct $figure {
-            /// The file, ending in `.png`; it stands in the folder `figures`.
+            /// Name of the file in the folder `figures`, ending in `.png`.
             file: String,
             $($own)*
         }
@@ -169,7 +169,7 @@ impl Labelled {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Group {
-    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
+    /// Label in the legend; `k_t` and `k_{t}` set subscripts.
     pub(super) label: String,
     /// The runs.
     pub(super) runs: Vec<String>,

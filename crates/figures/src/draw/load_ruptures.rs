@@ -12,9 +12,9 @@ use super::scale::Scale;
 keys! {
     LoadRuptures: file, run, title;
 
-    /// Where the time axis begins; with the run if absent.
+    /// Start of the time axis; by default that of the run.
     from_s: Option<f64>,
-    /// Where the time axis ends; with the run if absent.
+    /// End of the time axis; by default that of the run.
     to_s: Option<f64>,
 }
 

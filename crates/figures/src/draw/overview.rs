@@ -18,7 +18,7 @@ use super::{load_ruptures, recurrence, sizes, space_time};
 keys! {
     Overview: file, run;
 
-    /// Stands above the page; scenario, parameter set, N and Δt if absent.
+    /// Title above the page; by default scenario, parameter set, N and Δt.
     #[serde(default)]
     title: String,
 }

@@ -13,9 +13,9 @@ use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
 keys! {
     Pulse: file, title;
 
-    /// How much time is shown before a pulse comes to a block, over `a / c`.
+    /// Time shown before a pulse reaches a block, over `a / c`.
     before: f64,
-    /// How much time is shown after a pulse has come to a block, over `a / c`.
+    /// Time shown after a pulse reaches a block, over `a / c`.
     after: f64,
     /// Runs; all blocks of their dense windows are shown.
     series: Vec<Labelled>,

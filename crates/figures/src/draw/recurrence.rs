@@ -15,15 +15,15 @@ use super::sizes::{band, fit_words, steps, with_error};
 keys! {
     Recurrence: file;
 
-    /// The runs, each with what the legend calls it.
+    /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
-    /// Stands above the figure.
+    /// Title above the figure.
     #[serde(default)]
     title: String,
-    /// The smallest rupture that counts, in blocks; global slips alone if absent. Times are from onset to
-    /// onset of those that follow each other, from the first global slip on.
+    /// The smallest rupture that counts, in blocks; by default only global slips count. Times run from
+    /// onset to onset of successive ruptures, from the first global slip on.
     from_blocks: Option<u32>,
-    /// What is fitted, by maximum likelihood.
+    /// The law that is fitted, by maximum likelihood.
     #[serde(default)]
     fit: TimeLaw,
 }

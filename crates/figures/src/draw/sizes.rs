@@ -14,16 +14,16 @@ use super::scale::Scale;
 keys! {
     Sizes: file;
 
-    /// The runs, each with what the legend calls it.
+    /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
-    /// Stands above the figure.
+    /// Title above the figure.
     #[serde(default)]
     title: String,
     /// The smallest rupture that counts, in blocks.
     #[serde(default = "one")]
     from_blocks: u32,
-    /// What is fitted: by maximum likelihood, to whole sizes from `from_blocks` to one block less than
-    /// the slider has, of ruptures after the first global slip.
+    /// The law that is fitted, by maximum likelihood, to the sizes of ruptures after the first global
+    /// slip: whole numbers from `from_blocks` to one block less than the slider has.
     #[serde(default)]
     fit: SizeLaw,
 }

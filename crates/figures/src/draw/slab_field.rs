@@ -20,15 +20,15 @@ keys! {
 
     /// The run, of a slab.
     run: String,
-    /// Stands above the figure.
+    /// Title above the figure.
     #[serde(default)]
     title: String,
     /// One panel per instant, s.
     at_s: Vec<f64>,
-    /// What the colours tell.
+    /// The quantity that colours show.
     shows: Shown,
-    /// The colour scale's ends leave out this share of the values on either side, since there is a peak
-    /// where the drive pulls; what lies beyond has the colour of the end.
+    /// Share of the values that the colour scale leaves out at either end, because they peak where the
+    /// drive pulls; values beyond an end have its colour.
     #[serde(default = "a_hundredth")]
     left_out: f64,
 }
@@ -84,7 +84,7 @@ impl Figure for SlabField {
         let mut maps = Vec::new();
         for at_s in &self.at_s {
             let nodes = run.nodes_at(*at_s)?.ok_or_else(|| {
-                format!("run {} has no nodes at {at_s} s: only `reproduce` tells them", run.name)
+                format!("run {} has no nodes at {at_s} s: only `reproduce` computes them", run.name)
             })?;
             let load = load_at(run.loads()?, nodes.step).map_or(0.0, |load| load.load_ratio());
             // No record is before the first step, and nothing pulls there.

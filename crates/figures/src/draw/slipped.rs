@@ -12,7 +12,7 @@ use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
 keys! {
     Slipped: file, title;
 
-    /// The runs, each with what the legend calls it.
+    /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
 }
 

@@ -22,9 +22,9 @@ use super::scale::Scale;
 keys! {
     SpaceTime: file, run, title;
 
-    /// Where the time axis begins; with the run or shortly before the rupture if absent.
+    /// Start of the time axis; by default that of the run, or shortly before the rupture.
     from_s: Option<f64>,
-    /// Where the time axis ends; with the run or shortly after the rupture if absent.
+    /// End of the time axis; by default that of the run, or shortly after the rupture.
     to_s: Option<f64>,
     /// The lowest block shown; the first, or the first of the rupture, if absent.
     from_block: Option<u32>,

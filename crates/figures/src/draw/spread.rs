@@ -20,7 +20,7 @@ keys! {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Case {
-    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
+    /// Label in the legend; `k_t` and `k_{t}` set subscripts.
     label: String,
     /// The time that the source gives, s.
     stated_s: f64,

@@ -12,16 +12,16 @@ keys! {
 
     /// The scenario key that the runs differ in.
     parameter: String,
-    /// What the axis across is called.
+    /// Label of the axis across.
     parameter_label: String,
-    /// What is measured.
+    /// The number to measure.
     measure: Number,
-    /// What the axis upwards is called.
+    /// Label of the axis upwards.
     measure_label: String,
     /// Whether the parameter's axis is logarithmic, with a label at every decade.
     #[serde(default)]
     logarithmic: bool,
-    /// What the parameter is multiplied by for the axis, as 1000 for millimetres.
+    /// Factor of the parameter on the axis, such as 1000 for millimetres.
     #[serde(default = "one")]
     parameter_factor: f64,
     /// Runs that belong together.

@@ -29,7 +29,7 @@ pub struct Quantity {
 pub enum Kind {
     /// Colours over two keys.
     PhaseMap {
-        /// Which number stands for several runs in one place.
+        /// Statistic of the runs that share a place.
         statistic: Statistic,
         /// Whether both keys are of one axis, so that places are scattered.
         scattered: bool,

@@ -57,9 +57,7 @@ impl Figure {
             let refused = |problem: String| format!("figure.{} {file:?}: {problem}", figure.word());
             plain_file(file).map_err(refused)?;
             if !seen.insert(file) {
-                return Err(refused(format!(
-                    "file = {file:?} stands there twice (accepted: different names)"
-                )));
+                return Err(refused(format!("file = {file:?} appears twice (accepted: different names)")));
             }
         }
         Ok(())
@@ -267,8 +265,8 @@ impl Known<'_> {
             if !told && axis.keys.iter().any(|key| key.values.len() > 1) {
                 let names: Vec<&str> = axis.keys.iter().map(|key| key.path).collect();
                 return Err(format!(
-                    "{} varies, and the figure says nothing of it (accepted: as x, y, colour or facet where the kind \
-                     has it, in over, or one value in at)",
+                    "{} varies, and the figure does not use it (accepted: as x, y, colour or facet where \
+                     the kind has it, in over, or one value in at)",
                     names.join(", ")
                 ));
             }
@@ -429,7 +427,7 @@ mod tests {
         for (text, problem) in [
             (MAP.replace("map.png", "../map.png"), "file = \"../map.png\" is no name of a figure"),
             (MAP.replace("map.png", "map.svg"), "ending in .png"),
-            (format!("{MAP}{MAP}"), "stands there twice"),
+            (format!("{MAP}{MAP}"), "appears twice"),
             (
                 MAP.replace("normal_load.tilt", "normal_load.tlit"),
                 "x = \"normal_load.tlit\" does not vary; did you mean normal_load.tilt? (accepted: normal_load.tilt, fric",
@@ -445,7 +443,7 @@ mod tests {
             ),
             (
                 MAP.replace("over = ['friction.seed']", ""),
-                "friction.seed varies, and the figure says nothing of it (accepted: ",
+                "friction.seed varies, and the figure does not use it (accepted: ",
             ),
             (
                 MAP.replace("facet = 'drive.kind'", "facet = 'drive.kind'\nat = ['drive.kind=top']"),

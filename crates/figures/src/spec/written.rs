@@ -17,9 +17,9 @@ pub struct Figures {
     /// `colour`. A run without the number leaves a gap.
     #[serde(default)]
     pub family: Vec<Family>,
-    /// L_p/L of precursors against F_T/F_N at their onset, with the length law: of runs with names,
-    /// `series`, by their slip events; without `series` of all runs over the axes, by their ruptures,
-    /// which the study keeps.
+    /// L_p/L of precursors against F_T/F_N at their onset, with the length law: for named runs,
+    /// `series`, by their slip events; without `series`, for all runs over the axes, by the ruptures
+    /// that the study keeps.
     #[serde(default)]
     pub lengths: Vec<Lengths>,
 }
@@ -42,39 +42,39 @@ impl Figures {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhaseMap {
-    /// The file, ending in `.png`; it stands in the folder `figures` of the study.
+    /// Name of the file in the folder `figures` of the study, ending in `.png`.
     pub file: String,
-    /// Stands above the figure.
+    /// Title above the figure.
     #[serde(default)]
     pub title: String,
     /// The key across.
     pub x: String,
     /// The key upwards.
     pub y: String,
-    /// The number of the summary that gives the colour; of a flag, 1 for yes.
+    /// The number of the summary that gives the colour; for a flag, yes is 1.
     pub colour: String,
-    /// Which number stands for several runs in one place.
+    /// Statistic of the runs that share a place.
     #[serde(default)]
     pub statistic: Statistic,
     /// A key with a panel for each of its values.
     pub facet: Option<String>,
-    /// Keys of axes whose runs share a place, as seeds; the caption says how many runs a cell has.
+    /// Keys of axes whose runs share a place, such as seeds; the caption says how many runs a cell has.
     #[serde(default)]
     pub over: Vec<String>,
-    /// Values of keys, as `slider.blocks=100`: other runs are not shown.
+    /// Values of keys, such as `slider.blocks=100`: other runs are not shown.
     #[serde(default)]
     pub at: Vec<String>,
-    /// What the axis across is called, where that is not symbol and unit; `k_t` and `k_{t}` set subscripts.
+    /// Label of the axis across, by default symbol and unit; `k_t` and `k_{t}` set subscripts.
     pub x_label: Option<String>,
-    /// What the axis upwards is called, where that is not symbol and unit.
+    /// Label of the axis upwards; by default symbol and unit.
     pub y_label: Option<String>,
-    /// What the colours are called, where that is not symbol and unit.
+    /// Label of the colours; by default symbol and unit.
     pub colour_label: Option<String>,
-    /// How the axis across is divided; by default as the sweep's.
+    /// Scale of the axis across; by default that of the sweep.
     pub x_scale: Option<Scale>,
-    /// How the axis upwards is divided; by default as the sweep's.
+    /// Scale of the axis upwards; by default that of the sweep.
     pub y_scale: Option<Scale>,
-    /// How the colours are divided; by default `linear`.
+    /// Scale of the colours; by default `linear`.
     pub colour_scale: Option<Scale>,
 }
 
@@ -82,43 +82,43 @@ pub struct PhaseMap {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Family {
-    /// The file, ending in `.png`; it stands in the folder `figures` of the study.
+    /// Name of the file in the folder `figures` of the study, ending in `.png`.
     pub file: String,
-    /// Stands above the figure.
+    /// Title above the figure.
     #[serde(default)]
     pub title: String,
-    /// What stands across: a key that varies, or a number of the summary, which then has a mark
-    /// for each run.
+    /// The quantity across: a key that varies, or a number of the summary, which then has a mark for each
+    /// run.
     pub x: String,
-    /// What stands upwards: a number of the summary.
+    /// The quantity upwards: a number of the summary.
     pub y: String,
     /// A key with a curve for each of its values.
     pub colour: Option<String>,
     /// A key with a panel for each of its values.
     pub facet: Option<String>,
-    /// Keys of axes whose runs share a place, as seeds. The curve is their median, the darker band
-    /// lies between the quartiles, the lighter one between the extremes.
+    /// Keys of axes whose runs share a place, such as seeds. The curve is their median; the darker band
+    /// lies between the quartiles, the lighter band between the extremes.
     #[serde(default)]
     pub over: Vec<String>,
-    /// Values of keys, as `slider.blocks=100`: other runs are not shown.
+    /// Values of keys, such as `slider.blocks=100`: other runs are not shown.
     #[serde(default)]
     pub at: Vec<String>,
-    /// Whether to show what theory says of `y` as a dashed line: of `first_global_rupture_ft_fn`
-    /// the length law at L_p = L, of `first_global_rupture_onset_s` the load in time, of
+    /// Whether to show the theory of `y` as a dashed line: for `first_global_rupture_ft_fn` the length
+    /// law at L_p = L, for `first_global_rupture_onset_s` the load in time, for
     /// `front_speed_over_wave_speed_ratio` the steady front.
     #[serde(default)]
     pub theory: bool,
-    /// What the axis across is called, where that is not symbol and unit; `k_t` and `k_{t}` set subscripts.
+    /// Label of the axis across, by default symbol and unit; `k_t` and `k_{t}` set subscripts.
     pub x_label: Option<String>,
-    /// What the axis upwards is called, where that is not symbol and unit.
+    /// Label of the axis upwards; by default symbol and unit.
     pub y_label: Option<String>,
-    /// What the colours are called, where that is not symbol and unit.
+    /// Label of the colours; by default symbol and unit.
     pub colour_label: Option<String>,
-    /// How the axis across is divided; by default as the sweep's, or `linear`.
+    /// Scale of the axis across; by default that of the sweep, or `linear`.
     pub x_scale: Option<Scale>,
-    /// How the axis upwards is divided; by default `linear`.
+    /// Scale of the axis upwards; by default `linear`.
     pub y_scale: Option<Scale>,
-    /// How the colours are divided; by default as the sweep's.
+    /// Scale of the colours; by default that of the sweep.
     pub colour_scale: Option<Scale>,
 }
 
@@ -126,32 +126,32 @@ pub struct Family {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Lengths {
-    /// The file, ending in `.png`; it stands in the folder `figures` of the study.
+    /// Name of the file in the folder `figures` of the study, ending in `.png`.
     pub file: String,
-    /// Stands above the figure.
+    /// Title above the figure.
     #[serde(default)]
     pub title: String,
-    /// The law drawn as a line, of chains: slabs have none. Without it, `series` have no line, and runs over
-    /// axes the law that each scenario calls for; where runs of one colour have more than twelve laws,
+    /// The law drawn as a line; slabs have none. Without this key, `series` have no line, and runs over
+    /// axes have the law that applies to each scenario; if runs of one colour have more than twelve laws,
     /// none is drawn.
     pub law: Option<LengthLaw>,
-    /// Runs with names, each with what the legend calls it.
+    /// Named runs, each with its label in the legend.
     #[serde(default)]
     pub series: Vec<Labelled>,
     /// A key with marks and a law of its own for each of its values.
     pub colour: Option<String>,
     /// A key with a panel for each of its values.
     pub facet: Option<String>,
-    /// Keys of axes whose runs belong together, as seeds. Instead of marks there are bands of the
-    /// load at which precursors have come to a length: median, quartiles, extremes.
+    /// Keys of axes whose runs belong together, such as seeds. Bands replace the marks: median, quartiles
+    /// and extremes of the load at which precursors reach a length.
     #[serde(default)]
     pub over: Vec<String>,
-    /// Values of keys, as `slider.blocks=100`: other runs are not shown.
+    /// Values of keys, such as `slider.blocks=100`: other runs are not shown.
     #[serde(default)]
     pub at: Vec<String>,
-    /// What the colours are called, where that is not symbol and unit.
+    /// Label of the colours; by default symbol and unit.
     pub colour_label: Option<String>,
-    /// How the colours are divided; by default as the sweep's axis.
+    /// Scale of the colours; by default that of the sweep's axis.
     pub colour_scale: Option<Scale>,
 }
 
@@ -161,7 +161,7 @@ pub struct Lengths {
 pub struct Labelled {
     /// The run.
     pub run: String,
-    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
+    /// Label in the legend; `k_t` and `k_{t}` set subscripts.
     pub label: String,
 }
 

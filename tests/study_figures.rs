@@ -1,12 +1,12 @@
-//! Figures of a parameter study: what is drawn is what the tables hold, whatever the way they were made,
-//! and names that are not there are refused before any run is made.
+//! Figures of a parameter study: they show the values of the tables, however they were made, and unknown
+//! names are refused before any run is made.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::binary::{asperity, succeed, text};
 
-/// A sweep that takes seconds: tilts, stiffnesses by factors, and a spread of friction with two seeds.
+/// A sweep of a few seconds: tilts, stiffnesses by factors, and a spread of friction with two seeds.
 const SWEEP: &str = "
 title = 'Short runs'
 scenario = 'default'
@@ -134,12 +134,12 @@ fn figures_depend_on_the_plan_alone() {
     assert_eq!(plan, fs::read(parts.join("plan.ndjson")).expect("it is there"));
 }
 
-/// What no run has is no zero: an empty place, not the colour or the height of nought.
+/// A missing value is no zero: an empty place, not the colour or the height of zero.
 #[test]
 fn a_number_that_is_missing_is_a_gap() {
     let study = Study::of(&format!("{SWEEP}{FIGURES}"));
     let out = study.plan("study");
-    // Before any run is made there is nothing but frames.
+    // Before any run is made there are only frames.
     assert_eq!(asperity(&["sweep", "draw", text(&out)]).status.code(), Some(3));
     let empty = pictures(&out.join("figures"));
     assert_eq!(names(&empty), NAMES);

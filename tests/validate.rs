@@ -1,5 +1,5 @@
-//! `asperity scenario validate`: what it says of a run holds of the run; and what is drawn at random
-//! stands in a log.
+//! `asperity scenario validate`: its predictions agree with the run, and random draws are written to the
+//! log.
 
 use std::fs;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::support::binary::{self, asperity, succeed, text};
 
-/// What a command says on stderr, and how it ends.
+/// The stderr of a command, and its exit.
 fn said(arguments: &[&str]) -> (Option<i32>, String) {
     let output = asperity(arguments);
     (output.status.code(), String::from_utf8(output.stderr).expect("the binary writes UTF-8"))
@@ -92,7 +92,7 @@ const WARNED: [(&str, &[&str]); 10] = [
     ),
 ];
 
-/// A run in which something would slip if its values were in the units of their keys.
+/// A run whose blocks would slip if its values were in the units of their keys.
 const IN_TIME: [&str; 2] = ["time.step_s=5e-8", "time.duration_s=0.1"];
 
 #[test]

@@ -36,7 +36,7 @@ pub(crate) struct Log {
 /// The records of a file in their order, open to changes before the rest is adjusted.
 #[derive(Debug, Clone)]
 pub(crate) struct Records {
-    /// Each with whether it says what it is to say.
+    /// Each with whether its content is forced.
     pub(crate) parts: Vec<(Part, bool)>,
     closed: bool,
 }
@@ -84,7 +84,7 @@ impl Log {
         }
     }
 
-    /// All records in their order, each with the index of the part that contains it.
+    /// Positions of all records in their order: the index of the item and, in a chunk, the index there.
     pub(crate) fn places(&self) -> Vec<(usize, Option<usize>)> {
         let mut places = Vec::new();
         for (at, item) in self.items.iter().enumerate() {

@@ -159,8 +159,8 @@ fn two_reductions_into_one_folder_never_mix() {
     at_once(folder.path(), &|number, out| words(&["reduce", text(&logs[number]), "--out", out]), false);
 }
 
-/// A killed export leaves the old files, the new ones, or no record of them; and no more in
-/// anybody's way than the next one removes.
+/// A killed export leaves the old files, the new ones, or no record of them; the next one removes its
+/// leftovers.
 #[test]
 fn a_killed_export_is_seen_and_makes_way_for_the_next() {
     let folder = folder();

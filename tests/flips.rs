@@ -97,8 +97,7 @@ fn vouched_for(bytes: &[u8]) -> usize {
 /// The contents of a log: its items, and how they end.
 type Outcome = (Vec<LogItem>, Option<LogProblem>);
 
-/// Flips bits all over a log, in records of all kinds. `wrong` says what is wrong with an
-/// outcome, if anything.
+/// Flips bits all over a log, in records of all kinds. `wrong` returns the error in an outcome, if any.
 fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> Option<String>) {
     let folder = asperity_testkit::folder();
     let kinds = kinds(bytes);

@@ -61,7 +61,7 @@ impl Log {
         (succeed(&["salvage", text(&damaged), "--out", text(&out)]), out)
     }
 
-    /// Salvages a damaged copy, and compares the result with what it must be: the messages of these chunks
+    /// Salvages a damaged copy, and compares the result with the expected one: the messages of these chunks
     /// are kept, in order, and the log is incomplete.
     #[track_caller]
     fn must_keep(&self, what: &str, bytes: &[u8], hit: &Range<usize>) -> String {

@@ -181,7 +181,7 @@ struct Module {
     imports: Vec<Import>,
     /// Paths in the code, from their first word.
     paths: Vec<(Vec<String>, usize)>,
-    /// Every word of the code, but for those in `use`.
+    /// Every word of the code, except those in `use`.
     words: BTreeSet<String>,
     defines: BTreeSet<String>,
 }

@@ -1,4 +1,4 @@
-//! Warnings about scenarios that are accepted but may surprise whoever runs them.
+//! Warnings about scenarios that are accepted but may surprise their users.
 
 use crate::choices::{DriveKind, Energies};
 use crate::derive::ADVISED_SHARE;

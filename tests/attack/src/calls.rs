@@ -168,7 +168,7 @@ impl Running {
         self.outcome(status, hung)
     }
 
-    /// What the system has counted so far.
+    /// The counters of the system so far.
     fn measure(&mut self) {
         let id = self.child.id();
         let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();

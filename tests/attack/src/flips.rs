@@ -162,9 +162,8 @@ pub(crate) fn stopped_log(
     Ok(None)
 }
 
-/// How far the bytes of an unfinished log are vouched for: up to the end of the last metadata
-/// `chunk`, or to the end of the data where it was closed. A log of a format without such
-/// metadata makes no exception of any byte.
+/// The end of the verified bytes of an unfinished log: the end of the last metadata `chunk`, or of the data
+/// if the log was closed. In a format without such metadata all bytes count.
 fn vouched(bytes: &[u8]) -> usize {
     let records = file::records(bytes);
     let closed = records.iter().any(|record| record.opcode == op::DATA_END);

@@ -93,7 +93,7 @@ fn at_once(case: &mut Case<'_>, writers: &[Writer]) -> Result<(), Error> {
             format!("{:?}\n{}", now.temporary, told())
         });
     } else if let Some(record) = writers::record(&now.written) {
-        // The record says that the set is complete.
+        // The record marks the set as complete.
         let complete = is_of(0) || is_of(1) || now.written == before;
         case.hold(
             complete,

@@ -1,5 +1,5 @@
-//! Plans and segments of studies: bits and bytes changed, files cut, numbers forged with every checksum
-//! made right, results of two studies mixed. Tables of a study are those of its runs or are not made: if
+//! Plans and segments of studies: bits and bytes changed, files cut, numbers forged with correct checksums,
+//! results of two studies mixed. Tables of a study are those of its runs or are not made: if
 //! `sweep collect` exits with 0, they are equal to the byte. It names what it refuses, and if it reports a
 //! run as missing, `sweep run` restores the tables.
 

@@ -1,7 +1,7 @@
-//! What pages answer in a real browser, on a desk and on a phone, by day and by night: the verdict on a run without
-//! scrolling, the front of a rupture, the run behind each cell and row, symbols instead of markup.
+//! Pages in a real browser, on a desktop and on a phone, in light and dark mode: the verdict on a run
+//! without scrolling, the front of a rupture, the run behind each cell and row, symbols instead of markup.
 //!
-//! What needs Chromium skips without it, see `support/browser.rs`.
+//! Tests that need Chromium skip without it, see `support/browser.rs`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -87,7 +87,7 @@ fn a_run_begins_with_its_verdict_its_curve_and_its_map() {
         assert!(bottom <= size[1], "the map ends at {bottom} of {size:?}");
         tab.assert_quiet();
     }
-    // A run without a global slip says so.
+    // The page of a run without a global slip states that.
     let short = asperity_testkit::folder();
     let [_, page] = page_of_a_run(short.path(), 0.5);
     let html = fs::read_to_string(page).expect("the page is there");
@@ -109,7 +109,7 @@ fn a_rupture_that_is_zoomed_to_shows_its_front_block_by_block() {
     assert_eq!(tab.says(fronts), "1");
     let number = tab.says("document.documentElement.dataset.chosen");
     assert!(tab.says("document.getElementById('chosen').textContent").contains("global slip"));
-    // What is drawn is what the log says of each block.
+    // The drawing agrees with the log for each block.
     let tables = folder.path().join("replayed");
     succeed(&["replay", text(&log), "-o", text(&tables), "--quiet"]);
     let mut table = csv::Reader::from_path(tables.join("one.arrivals.csv")).expect("the table is there");
@@ -219,12 +219,12 @@ fn a_study_begins_with_its_first_figure_and_the_claims_that_differ() {
     }
 }
 
-/// What sticks out of the window, whatever is unfolded; what scrolls by itself does not.
+/// Elements that extend beyond the window, with everything unfolded; areas that scroll do not count.
 const OVERFLOW: &str = "(() => { document.querySelectorAll('details').forEach((one) => { one.open = true; }); \
                         return document.documentElement.scrollWidth <= innerWidth ? '' : \
                         [...document.querySelectorAll('main *')].filter((one) => one.getBoundingClientRect().right > innerWidth) \
                         .map((one) => one.outerHTML.slice(0, 80)).slice(-5).join(' | '); })()";
-/// What is written as markup or as in code, where it is not code.
+/// Text that looks like markup or code outside of code.
 const RAW: &str = "(() => { const copy = document.querySelector('main').cloneNode(true); \
                    copy.querySelectorAll('code, script, select').forEach((one) => one.remove()); \
                    copy.querySelectorAll('td, th, dt, dd, p, li, div').forEach((one) => one.append(' ')); \
@@ -273,7 +273,7 @@ fn no_page_overflows_a_phone_and_none_has_raw_markup() {
             assert_eq!(tab.says(rule), "", "{} at {PHONE:?}", page.display());
         }
     }
-    // What breaks a rule is seen.
+    // Violations of the rules are detected.
     let mut tab = Tab::open(&browser, &two.join("report.html"), PHONE, "light");
     let broken = "(() => { document.querySelector('main').insertAdjacentHTML('beforeend', '<p>|mu_{s}| of 10^-8</p><div \
                   style=\"width: 500px\">w</div><p style=\"width: 20px\"><code class=\"name\" style=\"overflow-wrap: anywhere\">precursors</code></p>'); })()";

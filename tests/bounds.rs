@@ -1,6 +1,5 @@
-//! Memory and time in proportion to what is there: small files that stand for large ones, texts
-//! and logs of more than there can be, checkpoints that nobody wrote. What commands may take is
-//! in `hostile.rs`.
+//! Memory and time in proportion to the input: small files that expand to large ones, texts and logs beyond
+//! the limits, forged checkpoints. The limits of commands are in `hostile.rs`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -46,7 +45,7 @@ fn no_mutant_of_a_parquet_table_makes_its_reader_panic() {
     let table = tables.join("events.parquet");
     let rows = succeed(&["events", text(&table)]);
     assert!(rows.lines().count() > 20, "{rows}");
-    // As by another program: behind the checksum nothing of a mutant would be read.
+    // As written by another program: with a checksum, mutants would be refused at once.
     let mut good = fs::read(&table).expect("there is a table of events");
     let key = b"asperity:crc32";
     let at = good.windows(key.len()).position(|found| found == key).expect("it has a checksum");
@@ -202,7 +201,7 @@ fn csv_tables_of_no_run_are_refused() {
     assert!(said.contains("line 1 is longer than"), "{said}");
 }
 
-/// However often they are asked for, a log is not made of checkpoints.
+/// However often checkpoints are requested, they do not dominate a log.
 #[test]
 fn checkpoints_have_a_budget() {
     let folder = asperity_testkit::folder();
@@ -227,7 +226,7 @@ fn a_start_that_overflows_is_refused_and_leaves_nothing() {
     assert_eq!(fs::read_dir(folder.path()).expect("the folder is there").count(), 1);
 }
 
-/// Places in a JSON value of which each is a number.
+/// Places of numbers in a JSON value.
 fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
     match value {
         Value::Number(_) => found.push(at.to_owned()),
@@ -241,7 +240,7 @@ fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
     }
 }
 
-/// What a forged number is; whole numbers stay whole.
+/// The forged value of a number; whole numbers stay whole.
 fn changed(value: &Value, how: usize) -> Value {
     match (value.as_u64(), value.as_f64(), how) {
         (Some(whole), _, 0) => Value::from(whole.saturating_add(1)),
@@ -263,9 +262,9 @@ fn every_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
     forge_checkpoints(1);
 }
 
-/// A checkpoint that fits no step of the run is refused. A run that goes on from any other is stopped, ends
-/// with the very messages, or is another run, which is seen where it is made again. Of the numbers of
-/// a checkpoint every `each`-th is forged.
+/// A checkpoint that fits no step of the run is refused. A run that continues from any other is stopped,
+/// ends with the original messages, or is another run, which repeating it reveals. Every `each`-th number
+/// of a checkpoint is forged.
 fn forge_checkpoints(each: usize) {
     let scenarios: [&[&str]; 2] = [
         &["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=1.2"],
@@ -284,7 +283,7 @@ fn forge_checkpoints(each: usize) {
     for scenario in scenarios {
         let whole = folder.path().join("whole.mcap");
         fs::remove_file(&whole).ok();
-        // One after each record, whatever the machine. All that is kept is one behind the middle.
+        // One after each record, on any machine. Only one after the middle is kept.
         binary::run(&[scenario, &["--checkpoint-s", "0"]].concat(), &whole);
         let mut parts = parts_of(&whole);
         let is_checkpoint = |part: &Part| part.name() == Some("checkpoint");
@@ -305,7 +304,7 @@ fn forge_checkpoints(each: usize) {
         let mut places = Vec::new();
         numbers(&state, "", &mut places);
         assert!(places.len() > 50, "{places:?}");
-        // All that there is one of, and of the blocks each fifth.
+        // All single fields, and every fifth of the blocks.
         let of_block = |place: &str| place.rsplit('/').next().and_then(|n| n.parse::<usize>().ok());
         places.retain(|place| of_block(place).is_none_or(|n| n % 5 == 0));
         let out = folder.path().join("run.mcap");

@@ -1,9 +1,9 @@
-//! The claims of the pipelines: what they put into the mouth of the thesis it says, to the letter,
-//! they judge alike what is said alike, and each measurement has one verdict.
+//! The claims of the pipelines: quotes of the thesis are verbatim, equal statements are judged alike, and
+//! each measurement has one verdict.
 //!
-//! The text of the thesis is not in this repository. `fixtures/quotes.csv` holds a hash of every
-//! quote that was compared with it, made by `cargo test` in no way: who changes a quote compares
-//! it with the thesis, and puts the hash that the test names in its place.
+//! The text of the thesis is not in this repository. `fixtures/quotes.csv` has a hash of every quote that
+//! was compared with it. `cargo test` never updates it: to change a quote, compare it with the thesis, and
+//! enter the hash named by the test.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -109,7 +109,7 @@ fn the_same_words_have_the_same_limit() {
     }
     let several: Vec<_> = limits.iter().filter(|(_, limits)| limits.len() > 1).collect();
     assert!(several.is_empty(), "{several:#?}");
-    // Whatever is said of the dynamic coefficient.
+    // All statements about the dynamic coefficient.
     let around = [
         "mean_behind_event_front_error_ratio",
         "mean_after_global_event_error_ratio",
@@ -120,8 +120,8 @@ fn the_same_words_have_the_same_limit() {
     assert_eq!(distinct.len(), 1, "{distinct:?}");
 }
 
-/// What a measure is a measure of: the slope is the coefficient over the time, an error the distance
-/// of the number from what it should be, and a closed form is compared with the same reading.
+/// The quantity behind a measure: a slope is the coefficient over the time, an error the deviation of the
+/// number from its nominal value, and a closed form is compared with the measured number.
 fn quantity(measure: &str) -> &str {
     match measure {
         "slope_to_dynamic_coefficient_per_s"
@@ -138,8 +138,8 @@ fn quantity(measure: &str) -> &str {
     }
 }
 
-/// What is said twice of one run, or of two that differ in their names alone, is one measurement, and
-/// so are the two sides of a range.
+/// Repeated claims about one run, or about two that differ only in their names, are one measurement, as are
+/// the two sides of a range.
 #[test]
 fn each_measurement_has_one_verdict() {
     let mut judged: BTreeMap<String, String> = BTreeMap::new();

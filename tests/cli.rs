@@ -1,5 +1,5 @@
-//! What the command says and how it exits: 0 for success, 1 for what could not
-//! be done, 2 for bad input, upon which nothing is written.
+//! Messages and exit codes of the command: 0 for success, 1 for failures, 2 for bad input, after which
+//! nothing is written.
 
 use std::fs;
 use std::path::Path;
@@ -13,8 +13,7 @@ fn is_empty(folder: &Path) -> bool {
     fs::read_dir(folder).expect("the folder is there").next().is_none()
 }
 
-/// Runs the binary, which must exit with `code` and say nothing on stdout, and
-/// gives what it said on stderr.
+/// Runs the binary, which must exit with `code` and print nothing on stdout; returns its stderr.
 #[track_caller]
 fn fail(arguments: &[&str], code: i32) -> String {
     let Output { status, stdout, stderr } = asperity(arguments);
@@ -73,8 +72,8 @@ fn every_command_has_help() {
     assert!(succeed(&["--version"]).starts_with("asperity "));
 }
 
-/// What stands below the options is broken into lines by hand. Were one of them too long, it
-/// would be broken again, and leave a few words alone on the next.
+/// The text below the options has manual line breaks. A line that is too long would be broken again, with a
+/// few words alone on the next.
 #[test]
 fn help_fits_into_80_columns() {
     let below_options = |help: &str| help.find("\nExamples:\n").map(|start| help[start..].to_owned());
@@ -85,7 +84,7 @@ fn help_fits_into_80_columns() {
     }
 }
 
-/// The repository ignores `out`, so that who tries the examples in it finds nothing changed.
+/// The repository ignores `out`, so trying the examples in it changes nothing.
 #[test]
 fn examples_write_into_out_or_the_home_folder() {
     const WRITES: [&str; 6] = ["-o", "--out", ">", "--page", "--matches", "--draft-policy"];
@@ -169,8 +168,7 @@ fn every_command_has_a_manual_page() {
     assert!(fs::read_to_string(pages.join("asperity-run.1")).unwrap().contains(".TH asperity-run 1"));
 }
 
-/// The first signal closes the log, which says that it was interrupted and never bears its
-/// final name.
+/// The first signal closes the log, which is marked as interrupted and never gets its final name.
 #[cfg(unix)]
 #[test]
 fn signals_close_the_log_soundly() {
@@ -234,7 +232,7 @@ fn many_runs_are_replayed_at_once_to_tables_of_their_own() {
     );
     assert!(!new.exists());
     assert!(fail(&["replay", paths[0], paths[1], "--format", "csv"], 2).contains("--format prints"));
-    // What cannot be read does not keep the others.
+    // An unreadable file does not prevent the others.
     let damaged = folder.path().join("damaged.mcap");
     fs::write(&damaged, "no log").unwrap();
     let output = asperity(&["replay", text(&damaged), paths[1]]);
@@ -279,7 +277,7 @@ fn a_replay_by_other_settings_gives_their_events_and_says_so() {
     let all = rows(&raw.join("run.events.csv")).len();
     assert!(expected.len() < all, "nothing to merge");
     let found = rows(&merged.join("run.events.csv"));
-    // Blocks that slid lie side by side here, so that first and last say how many.
+    // Blocks that slid are contiguous here, so first and last give their number.
     expected.retain(|event| event[3] - event[2] + 1.0 >= 3.0);
     assert!(!expected.is_empty() && found.len() == expected.len(), "{} of {all}", found.len());
     for (number_of, (row, event)) in found.iter().zip(&expected).enumerate() {
@@ -448,7 +446,7 @@ fn bad_logs_are_failures() {
             let checked = asperity(&["check", text(&log)]).status.code();
             assert!(matches!(checked, Some(2..=4)) && status.code() == checked, "{stderr}");
             assert!(stderr.contains(name), "it names the file: {stderr}");
-            // What there is of a log that ends early is reduced, and the command says so.
+            // The available part of a log that ends early is reduced, and the command reports that.
             assert!(!out.exists() || checked == Some(3), "{name} was reduced to something");
             fs::remove_dir_all(&out).ok();
         }

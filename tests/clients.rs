@@ -1,11 +1,9 @@
-//! Programs of other people read what asperity writes: the packages `mcap`,
-//! `pymcap-cli`, `rerun-sdk`, `polars`, `pandas` and `duckdb` of Python, and
-//! `@mcap/core` of Node.
+//! Independent programs read the files of asperity: the packages `mcap`, `pymcap-cli`, `rerun-sdk`,
+//! `polars`, `pandas` and `duckdb` of Python, and `@mcap/core` of Node.
 //!
-//! What they say is compared with what `asperity export` says of the same log.
-//! Those that check checksums must refuse damaged copies. `cargo xtask test` sets
-//! them up and says where they are. Without it these tests skip, and say so; with
-//! `ASPERITY_NO_SKIPS=1` they fail instead.
+//! Their results are compared with `asperity export` of the same log. Those that verify checksums must
+//! refuse damaged copies. `cargo xtask test` installs them and passes their paths. Without it these tests
+//! skip with a message; with `ASPERITY_NO_SKIPS=1` they fail instead.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -66,8 +64,8 @@ impl Logs {
 }
 
 /// Flips a bit of a compressed chunk, from the middle of the log on, such that the chunk unpacks to the
-/// same length and nothing but digits are others: every decoder can read it, and the
-/// checksum alone tells. Which bit that is differs with every byte of the log.
+/// same length and only digits change: every decoder can read it, and only the checksum reveals it. The bit
+/// depends on every byte of the log.
 fn flip(mut bytes: Vec<u8>, path: &Path) {
     for chunk in chunks(&bytes) {
         let whole = unpacked(&bytes[chunk.clone()]).expect("the log is whole");
@@ -99,7 +97,7 @@ fn is_misprinted(text: &[u8], other: &[u8]) -> bool {
         && others.all(|(a, b)| a.is_ascii_digit() && b.is_ascii_digit() && *b != b'0')
 }
 
-/// Where the packed records of each chunk of a log stand.
+/// Positions of the packed records of each chunk of a log.
 fn chunks(bytes: &[u8]) -> Vec<Range<usize>> {
     let mut chunks = Vec::new();
     let mut at = 8;
@@ -118,7 +116,7 @@ fn unpacked(packed: &[u8]) -> std::io::Result<Vec<u8>> {
     zstd::stream::decode_all(packed)
 }
 
-/// The rows that asperity exports of a topic, and how many messages they are of.
+/// The rows that asperity exports for a topic, and the number of their messages.
 fn exported(log: &Path, topic: &str, range: &[&str]) -> (usize, Vec<Map<String, Value>>) {
     let out = folder();
     succeed(
@@ -140,7 +138,7 @@ fn exported(log: &Path, topic: &str, range: &[&str]) -> (usize, Vec<Map<String, 
     (messages, rows)
 }
 
-/// What asperity says of the small run: messages per topic.
+/// Messages per topic of the small run, according to asperity.
 fn counts(log: &Path) -> BTreeMap<String, usize> {
     [
         "/step",
@@ -161,12 +159,12 @@ fn parsed(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", said(output)))
 }
 
-/// A message as it stands in the log, which clients give as text.
+/// A message as in the log, which clients return as text.
 fn message(text: &Value) -> Map<String, Value> {
     serde_json::from_str(text.as_str().expect("a message is a text")).expect("a message is an object")
 }
 
-/// What `read_log.py` and `read_log.cjs` print of the small run, against the export.
+/// The output of `read_log.py` and `read_log.cjs` for the small run, against the export.
 fn assert_read(found: &Value, log: &Path) {
     let counts = counts(log);
     assert_eq!(found["status"], "complete");
@@ -342,7 +340,7 @@ fn data_frames_read_what_is_exported_to_the_bit() {
     assert_exported(&python, &logs.whole, logs.folder.path());
 }
 
-/// What is exported of a log is what it holds, to the bit, to every one who reads tables.
+/// Exported tables have the values of the log, to the bit, in every table reader.
 fn assert_exported(python: &Python, log: &Path, folder: &Path) {
     let mut arguments = vec![file("tests/clients/exported.py"), log.to_owned()];
     for format in ["parquet", "csv", "ndjson"] {
@@ -354,7 +352,7 @@ fn assert_exported(python: &Python, log: &Path, folder: &Path) {
     assert!(output.status.success(), "{}", said(&output));
 }
 
-/// States of a slab have one number more for each contact, what it bears.
+/// States of a slab have one more number for each contact, its normal load.
 #[test]
 fn clients_read_the_log_of_a_slab() {
     let (python, node) = (Python::find(), Node::find());
@@ -396,8 +394,8 @@ fn killed(folder: &Path) -> (PathBuf, PathBuf) {
     (whole, killed)
 }
 
-/// A run that was killed leaves a log without summary. What it holds can be read;
-/// what says so is listed in the page beside the Foxglove layout.
+/// A run that was killed leaves a log without summary, whose contents can be read; the page beside the
+/// Foxglove layout lists the readers that report it.
 #[test]
 fn clients_read_what_a_killed_run_has_left() {
     let (python, node) = (Python::find(), Node::find());
@@ -429,13 +427,13 @@ fn clients_read_what_a_killed_run_has_left() {
         &python.program("python", &[text(&file("tests/clients/read_log.py")), text(&killed), "0", "1"]),
     );
 
-    // These say that something is wrong ...
+    // These report that something is wrong ...
     let rerun = |arguments: &[&str]| python.program("rerun", arguments);
     let doctor = python.program("pymcap-cli", &["doctor", text(&killed)]);
     assert_eq!(doctor.status.code(), Some(1), "{}", said(&doctor));
     let check = rerun(&["mcap", "check", text(&killed)]);
     assert_eq!(check.status.code(), Some(1), "{}", said(&check));
-    // ... and rerun reads it when told that it is so.
+    // ... and rerun reads it with the corresponding option.
     let check = rerun(&["mcap", "check", "--recover", text(&killed)]);
     assert!(check.status.success(), "{}", said(&check));
     let recording = folder.path().join("killed.rrd");
@@ -455,7 +453,7 @@ fn interrupted(folder: &Path) -> PathBuf {
         .spawn()
         .expect("the binary starts");
     let partial = folder.join("run.mcap.partial");
-    // A run whose log is there listens to signals, but some steps should be in it.
+    // A run with an existing log handles signals, but the log should have some steps.
     while !partial.exists() {
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
@@ -466,8 +464,7 @@ fn interrupted(folder: &Path) -> PathBuf {
     partial
 }
 
-/// A run that a signal stopped has a sound log, so nothing is wrong with it for
-/// those who do not know `run_end`.
+/// A run that a signal stopped has a sound log, so readers that do not know `run_end` find nothing wrong.
 #[cfg(unix)]
 #[test]
 fn clients_that_give_metadata_tell_an_interrupted_run() {

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A hash that is quick to compile stands in for BLAKE3; what is looked at here are files.
+/// A hash that is quick to compile replaces BLAKE3; these tests are about files.
 const HASHER: &str = "\
 use std::hash::Hasher as _;
 pub struct Hasher(std::hash::DefaultHasher);
@@ -67,7 +67,7 @@ fn make(workspace: &Path) {
     }
 }
 
-/// Builds what has changed, and asks the program.
+/// Builds the changes, and runs the program.
 fn version(workspace: &Path) -> String {
     let output = Command::new(env!("CARGO"))
         .args(["run", "--quiet", "--offline", "--package", "asperity-run"])
@@ -80,7 +80,7 @@ fn version(workspace: &Path) -> String {
     String::from_utf8(output.stdout).expect("the version is text")
 }
 
-/// With the times of the files, by which cargo knows what has changed.
+/// With the modification times of the files, which cargo uses to detect changes.
 fn copy(from: &Path, to: &Path) {
     let status = Command::new("cp").arg("-a").args([from, to]).status().expect("cp starts");
     assert!(status.success());

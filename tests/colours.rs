@@ -42,7 +42,7 @@ impl Picture {
         [0, 1, 2].map(|part| f64::from(self.rgb[at + part]))
     }
 
-    /// What a pixel of a window shows of this picture: the mean of what lies in it.
+    /// The colour of a window pixel for this picture: the mean over its area.
     fn in_window(&self, x: usize, y: usize) -> [f64; 3] {
         let ends = |n: usize| (n as f64 * OWN / WINDOW, (n + 1) as f64 * OWN / WINDOW);
         let ((left, right), (top, bottom)) = (ends(x), ends(y));
@@ -89,7 +89,7 @@ fn offs(own: &Picture, shown: &Picture, bounds: &Bounds) -> Vec<f64> {
     offs
 }
 
-/// What is wrong with the colours that a program shows of a figure.
+/// Errors in the colours that a program shows for a figure.
 fn flaws(drawing: &Drawing, own: &Picture, shown: &Picture) -> Vec<String> {
     let mut flaws = Vec::new();
     for image in drawing.items.iter().filter(|item| item.is_image) {
@@ -167,7 +167,7 @@ fn other_programs_show_the_same_colours() {
             let flaws = flaws(&drawing, &own, shown);
             assert!(flaws.is_empty(), "{name} by {program}: {}", flaws.join("; "));
         }
-        // What it was is seen as wrong.
+        // The old form is detected as wrong.
         if let (Some(browser), true) = (&browser, name.ends_with("/slab-field")) {
             let slivers = folder.path().join("slivers.svg");
             fs::write(&slivers, in_slivers(&svg, &own, &drawing)).expect("the folder can be written");

@@ -1,5 +1,5 @@
-//! `asperity diff` from files to exit code: real runs, tables as other programs write them,
-//! folders, policies, and what is no table.
+//! `asperity diff` from files to exit code: real runs, tables as other programs write them, folders,
+//! policies, and files that are no tables.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ fn runs_logs_tables_and_parquet_of_one_run_are_the_same() {
         assert!(out.contains("28 identical") && out.ends_with("nothing differs\n"), "{out}");
     }
 
-    // A truncated copy of the run: what starts after its end is open, not missing.
+    // A truncated copy of the run: events that start after its end are open, not missing.
     let (code, report) = json(&[text(&log), text(&other)]);
     assert_eq!(code, 1);
     assert_eq!((&report["format"], &report["version"]), (&"asperity-diff".into(), &1.into()));
@@ -295,7 +295,8 @@ fn of_runs_of_two_time_steps_the_physics_is_told_first() {
     assert!(paired >= 5 && of_whole.len() - paired <= 1, "{of_whole:?}");
     assert_eq!(old["global_rupture_count"], 6);
 
-    // Of several pairs, in how many a number differs, and where most.
+    // For several pairs, the number of pairs in which a number differs, and the pair with the largest
+    // difference.
     let [before, after] = ["before", "after"].map(|name| folder.path().join(name));
     for (side, first) in [(&before, &fine), (&after, &coarse)] {
         fs::create_dir(side).expect("a folder can be made");
@@ -361,7 +362,7 @@ fn two_parameter_sets_are_paired_by_cycles_after_what_was_set_differently() {
     let first_whole = first_whole.expect("the slider slips");
     assert!(is_whole(&first_whole["old"]) && is_whole(&first_whole["new"]), "{first_whole}");
 
-    // Swapping the sides swaps the result and nothing else.
+    // Swapping the sides only swaps the result.
     let (_, swapped) = json(&[text(&high), text(&low)]);
     let back = &swapped["runs"][0];
     for of in [ruptures, pair].into_iter().zip([&back["ruptures"], back]) {
@@ -373,7 +374,8 @@ fn two_parameter_sets_are_paired_by_cycles_after_what_was_set_differently() {
     }
     assert_eq!(ruptures["pairs"]["same_blocks"], back["ruptures"]["pairs"]["same_blocks"]);
 
-    // Asked for a window in time, it pairs in time; a drafted policy lets pass what it was drafted from.
+    // With a window in time, it pairs in time; a drafted policy allows the differences that it was drafted
+    // from.
     let in_time = write(folder.path(), "in-time.toml", "window_s = 1e-3\n");
     let (_, report) = json(&[text(&low), text(&high), "--policy", text(&in_time)]);
     assert_eq!(report["runs"][0]["ruptures"]["paired_by"], "time");
@@ -422,8 +424,8 @@ fn ruptures_of_older_logs_are_compared_as_found_anew_and_those_of_tables_not_at_
     assert!(pair["ruptures"].is_null() && pair["no_ruptures"].is_null(), "{pair}");
 }
 
-/// A program of another time may have told ruptures otherwise, so that those of an older log are
-/// none of its own.
+/// A program of another version may have defined ruptures differently, so those in an older log are not
+/// used.
 #[test]
 fn ruptures_that_are_found_anew_are_told_and_not_judged() {
     let folder = folder();

@@ -1,6 +1,5 @@
-//! Full disks and folders that cannot be written: a clear word, nothing under its final name
-//! that is not whole, nothing lost that was there before, and a run that goes on once there
-//! is room.
+//! Full disks and folders that cannot be written: a clear message, nothing incomplete under a final name,
+//! no loss of existing files, and a run that continues once there is room.
 
 use std::env;
 use std::fs;
@@ -98,7 +97,7 @@ fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
     assert_eq!(digest(&folder.path().join("resumed.mcap")), digest(&whole));
 }
 
-/// What other commands write is whole or is not there, and leaves the disk as they found it.
+/// Files of other commands are complete or absent, and the disk is left unchanged.
 #[cfg(target_os = "linux")]
 #[test]
 fn tables_and_figures_on_a_full_disk_are_whole_or_not_there() {

@@ -8,7 +8,7 @@ use std::path::Path;
 use crate::support::binary::{asperity, succeed, text};
 use crate::support::small;
 
-/// The exit code, and what is said on both streams.
+/// The exit code, and the output on both streams.
 fn draw(arguments: &[&str]) -> (i32, String, String) {
     let output = asperity(&[&["draw"], arguments].concat());
     let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -48,7 +48,7 @@ fn the_usual_kinds_stand_beside_the_log() {
             assert!(printed.contains(&format!("{kind}.{ending}")), "{printed:?}");
         }
     }
-    // No states are recorded at the events of this run, or there are some: it is drawn or said.
+    // Draws the figure if states are recorded at the events of this run, or reports that there are none.
     assert!(printed.contains("stress-sequence.png") != err.contains("stress-sequence"), "{err}");
     let before = fs::read(figures.join("overview.png")).expect("it is there");
     let (code, _, err) = draw(&[text(&log)]);
@@ -57,7 +57,7 @@ fn the_usual_kinds_stand_beside_the_log() {
     assert_eq!(fs::read(figures.join("overview.png")).expect("it is there"), before);
 }
 
-/// Each kind of the list is drawn, or says what the run lacks and leaves nothing.
+/// Each kind of the list is drawn, or reports what the run lacks and leaves no file.
 #[test]
 fn every_kind_is_drawn_or_says_why_not() {
     let folder = asperity_testkit::folder();
@@ -121,7 +121,7 @@ fn a_figure_has_the_bytes_of_a_pipeline() {
     assert_eq!(names(folder.path()).len(), 2 + 1 + 9);
 }
 
-/// What is wrong with the words of a call is said before the log is read.
+/// Errors in the arguments are reported before the log is read.
 #[test]
 fn wrong_words_are_refused_at_once() {
     let folder = asperity_testkit::folder();

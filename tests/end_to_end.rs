@@ -116,8 +116,8 @@ fn same_scenario_same_log() {
     small::run(&first);
     small::run(&second);
     assert_eq!(events(&first), events(&second));
-    // Counts and digest over all messages. The files may differ in where a chunk
-    // ends, for what is written is made safe about once a second.
+    // Counts and digest over all messages. The files may differ in the ends of chunks, since the log is
+    // synced about once a second.
     assert_eq!(run_end(&first), run_end(&second));
 }
 
@@ -165,7 +165,7 @@ law = "eq-5.22"
 series = [{ run = "plain", label = "level" }, { run = "tilted", label = "tilted" }]
 "#;
 
-/// Runs the pipeline and gives what it said on stderr.
+/// Runs the pipeline and returns its stderr.
 fn reproduce(pipeline: &Path, out: &Path, jobs: &str) -> String {
     let output = asperity(&["reproduce", text(pipeline), "--out", text(out), "--jobs", jobs]);
     let stderr = String::from_utf8(output.stderr).expect("the binary writes UTF-8");
@@ -173,7 +173,7 @@ fn reproduce(pipeline: &Path, out: &Path, jobs: &str) -> String {
     stderr
 }
 
-/// What a pipeline made: the run ends, the tables, the figures.
+/// The outputs of a pipeline: the run ends, the tables, the figures.
 #[derive(PartialEq)]
 struct Made {
     runs: BTreeMap<&'static str, RunEnd>,
@@ -401,7 +401,7 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
     assert_eq!(error.matches(note).count(), 1, "{error}");
 }
 
-/// A pipeline that is killed goes on where its run stood, and gives the same tables.
+/// A pipeline that is killed continues its run, and gives the same tables.
 #[test]
 fn a_killed_pipeline_goes_on_with_its_run() {
     let folder = folder();

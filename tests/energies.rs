@@ -21,7 +21,7 @@ fn without() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v6/without-energies.mcap")
 }
 
-/// Exit code, and what was said.
+/// Exit code and output.
 fn outcome(arguments: &[&str]) -> (Option<i32>, String) {
     let output = asperity(arguments);
     let said = [output.stdout, output.stderr].concat();
@@ -44,7 +44,7 @@ fn a_run_that_asks_for_none_is_warned_of_and_has_energies_all_the_same() {
     assert!(code == Some(0) && said.contains(WARNED), "{said}");
 }
 
-/// By its energies it is judged, whatever the key says.
+/// Its energies determine the result, whatever the key.
 #[test]
 fn a_run_that_asks_for_none_is_stopped_for_its_time_step() {
     let folder = asperity_testkit::folder();
@@ -55,14 +55,14 @@ fn a_run_that_asks_for_none_is_stopped_for_its_time_step() {
     assert!(said.contains("a shorter time.step_s is needed"), "{said}");
 }
 
-/// What is said of a run without energies, by all who read its log.
+/// Messages about a run without energies, from all commands that read its log.
 #[test]
 fn a_log_without_energies_is_read_by_all_and_what_is_missing_is_said() {
     let folder = asperity_testkit::folder();
     let log = without();
     let out = |name: &str| folder.path().join(name);
     assert!(succeed(&["replay", text(&log)]).contains("the same as logged"));
-    // Neither in the records nor at the end, which counts what the solver no longer does.
+    // Neither in the records nor at the end, whose counters include some that the solver no longer has.
     let end = run_end(&log);
     assert_eq!(end.energy, None);
     assert!(end.solver.counts["zones"] > 5 && end.solver.counts["zone_steps"] > 10_000);

@@ -1,5 +1,5 @@
-//! `asperity export` against the log itself: every value to the bit, only what was
-//! asked for, and of a log that is not whole what is sound.
+//! `asperity export` against the log itself: every value to the bit, only the requested part, and for an
+//! incomplete log the sound part.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -148,7 +148,7 @@ impl Expected {
         }
     }
 
-    /// As it stands in the log.
+    /// As in the log.
     fn event(&mut self, event: &Event) {
         let row = serde_json::from_str(&event.json()).expect("an event is JSON");
         self.push(event.topic(), row);
@@ -277,7 +277,7 @@ fn csv_is_spelled_as_the_tables_are() {
         let tables = folder.path().join("tables");
         succeed(&["reduce", text(&log), "--out", text(&tables)]);
         assert_eq!(read(file(&out, "/events/slip", "csv")), read(tables.join("events.csv")));
-        // The table of the load does not have the energies, which stand last.
+        // The table of the load lacks the energies, which are the last columns.
         let steps = read(file(&out, "/step", "csv"));
         let load = read(tables.join("load.csv"));
         let columns = load.lines().next().map_or(0, |header| header.split(',').count());
@@ -346,8 +346,7 @@ fn topics_and_times_can_be_chosen() {
     assert_eq!((&manifest(&out)["from_s"], &manifest(&out)["to_s"]), (&json!(0.4), &json!(0.9)));
 }
 
-/// A copy of the default run's log that spans several chunks, so that there is
-/// something before the damage.
+/// A copy of the default run's log with several chunks, so that some precede the damage.
 fn chunked(folder: &Path) -> (PathBuf, Vec<u8>) {
     let log = folder.join("whole.mcap");
     binary::run(&["default", "--set", "time.step_s=1e-7", "--set", "time.duration_s=2"], &log);
@@ -443,7 +442,7 @@ fn files_that_are_there_are_kept_unless_told() {
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("run.step.csv exists already") && said.contains("--force"), "{said}");
     assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
-    // `--replace` is what it was called before.
+    // `--replace` is its former name.
     for flag in ["--force", "--replace"] {
         succeed(&[&arguments[..], &[flag]].concat());
         assert!(fs::read_to_string(&path).unwrap().starts_with("step,time_s,"));

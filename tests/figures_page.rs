@@ -1,8 +1,7 @@
 //! `docs/figures.md` has every key of every figure, study and claim, and every number of a run, as the
 //! code describes them, and an example of each kind; `docs/outputs.md` has the keys of the summary.
 //!
-//! To write into the pages what the code says now:
-//! `UPDATE_EXPECT=1 cargo xtask test --test root figures_page::`
+//! To update the pages from the code: `UPDATE_EXPECT=1 cargo xtask test --test root figures_page::`
 
 use std::env;
 use std::fs;

@@ -1,6 +1,6 @@
-//! Who may write what: pairs of processes on one output, kills, links, hard links, files of other
-//! programs under names that look like ours. One process wins or each is refused; nothing is
-//! mixed, nothing lost, and nothing left behind that stands in anybody's way.
+//! Concurrent writers: pairs of processes on one output, kills, links, hard links, files of other programs
+//! under names that look like ours. One process wins or each is refused; nothing is mixed or lost, and no
+//! leftovers block later runs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ use asperity_testkit::{Random, folder, run_end};
 
 use crate::support::binary::{as_coded, asperity, run, succeed, text};
 
-/// What a folder holds, folders in it too, by path.
+/// The contents of a folder, recursively, by path.
 fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("the folder is there") {
@@ -70,7 +70,7 @@ fn refused(arguments: &[&str], code: i32, words: &[&str]) {
     words.iter().for_each(|word| assert!(said.contains(word), "{arguments:?}: no {word:?} in {said}"));
 }
 
-/// A run whose log has several chunks, so that half of it is something.
+/// A run whose log has several chunks, so that half of it has contents.
 const MANY_CHUNKS: [&str; 5] =
     ["default", "--set", "recording.fields_s=0.0005", "--set", "time.duration_s=0.6"];
 
@@ -85,8 +85,8 @@ fn twins(folder: &Path) -> [PathBuf; 2] {
     })
 }
 
-/// Has two processes write into one folder, with and without leave to replace, and holds the
-/// outcome against what each writes alone.
+/// Lets two processes write into one folder, with and without permission to replace, and compares the
+/// result with the output of each alone.
 fn at_once(folder: &Path, command: &dyn Fn(usize, &str) -> Vec<String>, forced: bool) {
     let out = folder.join("both");
     let alone: Vec<_> = [0, 1]
@@ -159,8 +159,8 @@ fn two_reductions_into_one_folder_never_mix() {
     at_once(folder.path(), &|number, out| words(&["reduce", text(&logs[number]), "--out", out]), false);
 }
 
-/// A killed export leaves the old files, the new ones, or no record of them; and no more in
-/// anybody's way than the next one removes.
+/// A killed export leaves the old files, the new ones, or no record of them; the next one removes its
+/// leftovers.
 #[test]
 fn a_killed_export_is_seen_and_makes_way_for_the_next() {
     let folder = folder();
@@ -247,7 +247,7 @@ fn two_runs_or_salvages_of_one_name_make_one_log() {
     assert!(!content(folder.path()).keys().any(|name| is_staged(name)));
 }
 
-/// The first run must not give its name to what the second has begun.
+/// The first run must not give its final name to the file of the second.
 #[test]
 fn a_run_whose_log_was_removed_leaves_that_of_the_next_alone() {
     let folder = folder();
@@ -255,7 +255,7 @@ fn a_run_whose_log_was_removed_leaves_that_of_the_next_alone() {
     let arguments =
         ["run", "default", "--solver", "plain", "--set", "time.duration_s=0.3", "--out", text(&log)];
     let partial = partial_path(&log);
-    // What has been written belongs to a run that has locked the file.
+    // The written part belongs to a run that has locked the file.
     let begun = || {
         while fs::metadata(&partial).map_or(0, |partial| partial.len()) == 0 {
             std::thread::sleep(Duration::from_millis(2));
@@ -292,12 +292,12 @@ fn salvage_loses_neither_its_input_nor_an_unfinished_run() {
         items += 1;
     }
     assert!(items > 100 && said.contains(" messages salvaged"), "{items}: {said}");
-    // What a run can resume from stays, whatever is salvaged beside it.
+    // A file from which a run can resume is kept, whatever is salvaged beside it.
     let other = folder.path().join("z.mcap");
     fs::write(partial_path(&other), "the only hours").expect("the folder can be written");
     succeed(&["salvage", text(&partial_path(&log)), "--out", text(&other)]);
     assert_eq!(fs::read(partial_path(&other)).expect("it is there"), b"the only hours");
-    // And no name of the input is taken.
+    // And no name of the input is overwritten.
     let damaged = folder.path().join("d.mcap");
     fs::write(&damaged, half).expect("the folder can be written");
     for out in [damaged.clone(), partial_path(&damaged)] {
@@ -491,7 +491,7 @@ fn one_pipeline_at_a_time_writes_into_a_folder() {
     assert_eq!(end(first).0, Some(0));
     let whole = content(&out);
     assert!(!whole.keys().any(|name| name.contains(".asperity")), "{:?}", whole.keys());
-    // What a killed one leaves is in nobody's way.
+    // Leftovers of a killed process block nobody.
     for wait in 0..5 {
         kill(&[&slow[..], &["--fresh"]].concat(), Duration::from_millis(30 * wait));
     }
@@ -512,7 +512,7 @@ fn a_pipeline_replaces_no_run_of_another_scenario_unless_told() {
     refused(&other, 2, &["one.mcap is of another scenario, ", "it is not replaced", "or --fresh"]);
     let plain = [&reproduce[..], &["--solver", "plain"]].concat();
     refused(&plain, 2, &["one.mcap is of another solver, fast", "--fresh"]);
-    // Nor what has been begun of one.
+    // Nor do unfinished files of one.
     let log = out.join("runs/one.mcap");
     fs::rename(&log, partial_path(&log)).expect("files can be renamed");
     refused(&other, 2, &["one.mcap.partial is of another scenario, "]);
@@ -522,7 +522,7 @@ fn a_pipeline_replaces_no_run_of_another_scenario_unless_told() {
     assert!(content(&out) != before);
 }
 
-/// A log of version 2 of the format is by other code, whatever this code is.
+/// A log of version 2 of the format is by other code than the present one.
 #[cfg(feature = "analysis")]
 #[test]
 fn a_run_by_other_code_is_made_again_and_this_is_said() {
@@ -543,8 +543,7 @@ fn a_run_by_other_code_is_made_again_and_this_is_said() {
     );
 }
 
-/// Figures may be called as one likes, but not so that one takes the place of another, or of the
-/// pipeline.
+/// Figures may have any names, as long as none overwrites another, or the pipeline.
 #[cfg(feature = "analysis")]
 #[test]
 fn names_of_a_pipeline_that_collide_are_refused_before_it_runs() {

@@ -1,9 +1,9 @@
 //! The first day with the program: every command on logs of short, small and quiet runs of every built-in
-//! scenario and friction law. Each gives a result or says why there is none; none panics or is killed.
+//! scenario and friction law. Each gives a result or a reason why there is none; none panics or is killed.
 //!
-//! Scenarios, laws and commands are asked for and not listed here, so that new ones are tested as they
-//! come. `every_command_on_every_log` is the whole matrix, which `cargo xtask ci` runs as a stage of its
-//! own; the representative part is among the tests.
+//! Scenarios, laws and commands are queried and not listed here, so new ones are tested automatically.
+//! `every_command_on_every_log` is the whole matrix, which `cargo xtask ci` runs as a stage of its own; the
+//! representative part is among the tests.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -19,7 +19,7 @@ use asperity_runlog::{RunReader, Topics};
 use crate::support::binary::{AS_CODED, asperity, succeed, text};
 use crate::support::browser::{Tab, browser};
 
-/// A scenario, and what is set of it on every day.
+/// A scenario, and its overrides in every variant.
 #[derive(Debug, Clone)]
 struct Case {
     name: String,
@@ -42,7 +42,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// What makes a day of a run.
+/// The overrides of a variant of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Day {
     Thousandth,
@@ -54,7 +54,7 @@ enum Day {
 
 const DAYS: [Day; 5] = [Day::Thousandth, Day::OneStep, Day::NoEvent, Day::OneEvent, Day::TwoBlocks];
 
-/// What lets a scenario be as short or small as it is asked to be, each more than the one before.
+/// Overrides that make a scenario short or small, each more than the one before.
 const ROOM: [&[&str]; 4] = [
     &[],
     &["recording.window=[]"],
@@ -62,7 +62,7 @@ const ROOM: [&[&str]; 4] = [
     &["slider.rows=2", "slider.height_m=0.14", "drive.height_m=0.14"],
 ];
 
-/// What keeps blocks from slipping: strong contacts, or nothing that moves them.
+/// Overrides that keep blocks from slipping: strong contacts, or nothing that moves them.
 const STILL: [&[&str]; 3] = [
     &[],
     &["friction.static_coefficient=50"],
@@ -70,7 +70,7 @@ const STILL: [&[&str]; 3] = [
 ];
 
 impl Case {
-    /// What it is with this in addition; none if that is refused.
+    /// The scenario with this override in addition; none if that is refused.
     fn resolve(&self, set: &[String]) -> Option<Scenario> {
         let source = ScenarioSource::new(self.scenario, builtin::find(self.scenario)?);
         let source = match source.named_set() {
@@ -136,8 +136,8 @@ fn onsets(log: &Path) -> Vec<u64> {
     lines.map(|line| line.split(',').nth(column).expect("a cell").parse().expect("a step")).collect()
 }
 
-/// What is called on a log: words, and how it may end. `LOG` is the log, `CUT` and `HALF` half of it under
-/// the name of an unfinished one, `PIPE` a pipeline of that one run, `NEW` a path at which nothing stands.
+/// Calls on a log: arguments, and the accepted exit codes. `LOG` is the log, `CUT` and `HALF` half of it
+/// under the name of an unfinished one, `PIPE` a pipeline of that one run, `NEW` an unused path.
 type Call = (&'static [&'static str], &'static [i32]);
 
 const CALLS: [Call; 22] = [
@@ -148,7 +148,7 @@ const CALLS: [Call; 22] = [
     (&["draw", "LOG", "--out", "NEW"], &[0]),
     (&["draw", "LOG", "--kind", "front-profile,stress", "--out", "NEW"], &[0, 1]),
     (&["reduce", "LOG", "--out", "NEW"], &[0]),
-    // A figure of what the run has not ends it with a word.
+    // A figure of data that the run lacks ends it with a message.
     (&["reproduce", "PIPE", "--quiet", "--out", "NEW"], &[0, 1]),
     (&["verify-solver", "PIPE", "--quiet", "--out", "NEW"], &[0]),
     (&["replay", "LOG"], &[0]),
@@ -166,13 +166,13 @@ const CALLS: [Call; 22] = [
     (&["scenario", "show", "LOG"], &[0]),
 ];
 
-/// What is called on no log.
+/// Calls without a log.
 const WITHOUT_LOG: [&str; 3] = ["sweep", "completions", "man"];
 
 /// Steps times blocks that the plain solver takes here.
 const PLAIN: u64 = 5_000_000;
 
-/// A log with what its calls need beside it.
+/// A log, with the files that calls need beside it.
 struct Subject {
     name: String,
     log: PathBuf,
@@ -205,7 +205,7 @@ impl Subject {
         Some(Subject { name, log, is_long: steps * blocks > PLAIN })
     }
 
-    /// Calls one command; what is wrong with how it ended.
+    /// Calls one command; returns what is wrong with its end.
     fn call(&self, n: usize, (words, codes): &Call) -> Result<(), String> {
         let folder = self.log.parent().expect("it is in a folder");
         let new = folder.join(format!("{}-{n}", self.name));
@@ -230,7 +230,7 @@ impl Subject {
         if code != 0 && !err.contains("error: ") {
             return wrong("it does not say why");
         }
-        // What it writes appears whole or not at all; the runs of a pipeline are kept.
+        // Its files appear complete or not at all; the runs of a pipeline are kept.
         if code != 0 && new.is_dir() && entries(&new) != BTreeSet::from(["runs".to_owned()]) {
             return wrong(&format!("it leaves {:?}", entries(&new)));
         }
@@ -269,7 +269,8 @@ fn folder() -> tempfile::TempDir {
     tempfile::tempdir_in("/dev/shm").unwrap_or_else(|_| asperity_testkit::folder())
 }
 
-/// All calls on a case on a day: how many, and what is wrong with how they ended; none if there is no log.
+/// All calls on a case in a variant: their number, and what is wrong with their ends; none if there is no
+/// log.
 fn calls(case: &Case, day: Day) -> Option<(usize, Vec<String>)> {
     let folder = folder();
     let subject = Subject::of(case, day, folder.path())?;

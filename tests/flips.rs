@@ -1,6 +1,5 @@
-//! One bit of a log that is not as it was written is seen, wherever in a whole log it is, and
-//! anywhere in an unfinished one before the last record `chunk`. After that it changes nothing
-//! that is read.
+//! A single flipped bit is detected anywhere in a complete log, and in an unfinished one anywhere before
+//! the last record `chunk`. After that it does not affect the contents.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,7 +16,7 @@ use mcap::records::op;
 /// How many bits are flipped in a log, each in a copy of its own; by `cargo xtask ci` four times as many.
 const FLIPS: u64 = 500;
 
-/// Of how many records at a log's beginning every bit of the length is flipped.
+/// Number of records at a log's beginning whose length has every bit flipped.
 const FIRST_RECORDS: usize = 8;
 
 /// How many of the copies are given to the built command.
@@ -54,7 +53,7 @@ fn kinds(bytes: &[u8]) -> Vec<u8> {
 
 /// A small log of several chunks and checkpoints.
 fn sound(folder: &Path) -> Vec<u8> {
-    // The plain solver takes its time, and there is a checkpoint a few times a second.
+    // The plain solver is slow enough, and writes a checkpoint a few times a second.
     let often = ["--solver", "plain", "--checkpoint-s", "0.05", "--set", "time.duration_s=0.61"];
     sound_of(folder, &[&small::SCENARIO[..3], &often].concat())
 }
@@ -95,11 +94,10 @@ fn vouched_for(bytes: &[u8]) -> usize {
     end
 }
 
-/// What is read of a log: its items, and what ends them.
+/// The contents of a log: its items, and how they end.
 type Outcome = (Vec<LogItem>, Option<LogProblem>);
 
-/// Flips bits all over a log, in records of all kinds. `wrong` says what is wrong with an
-/// outcome, if anything.
+/// Flips bits all over a log, in records of all kinds. `wrong` returns the error in an outcome, if any.
 fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> Option<String>) {
     let folder = asperity_testkit::folder();
     let kinds = kinds(bytes);
@@ -145,7 +143,7 @@ fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> 
     writeln!(std::io::stdout(), "{what}: {flips} bits of {}, by kind of record: {flipped:x?}", bytes.len())
         .expect("it is open");
     assert!(unseen.is_empty(), "{what}: {} unseen:\n{}", unseen.len(), unseen.join("\n"));
-    // The command sees what the library sees.
+    // The command detects what the library detects.
     let output = asperity(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
     let said = String::from_utf8(output.stdout).expect("the binary writes UTF-8");
     assert_eq!(said.lines().count() as u64, CHECKED, "{said}");
@@ -184,12 +182,12 @@ fn flip_a_whole_log(flips: u64) {
     });
 }
 
-/// Of a slab, checkpoints hold what no record does, and states have a column of their own.
+/// Checkpoints of a slab contain data that no record has, and states have an extra column.
 fn flip_the_log_of_a_slab(flips: u64) {
     let folder = asperity_testkit::folder();
     let sets = "slider.blocks=29 slider.rows=16 time.step_s=4e-7 time.duration_s=0.25";
     let sets = sets.split(' ').flat_map(|set| ["--set", set]);
-    // The plain solver takes its time, see `sound`.
+    // The plain solver is slow enough, see `sound`.
     let often = ["slab", "--solver", "plain", "--checkpoint-s", "0.05"];
     let scenario: Vec<&str> = often.into_iter().chain(sets).collect();
     let bytes = sound_of(folder.path(), &scenario);
@@ -199,8 +197,8 @@ fn flip_the_log_of_a_slab(flips: u64) {
     });
 }
 
-/// A log that was cut off is as good as one that is being written: what it holds is vouched
-/// for up to its last record `chunk`.
+/// A truncated log counts as one that is being written: its contents are verified up to its last record
+/// `chunk`.
 fn flip_an_unfinished_log(flips: u64) {
     let folder = asperity_testkit::folder();
     let bytes = sound(folder.path());

@@ -1,7 +1,6 @@
-//! The Foxglove layout fits what logs hold. Foxglove itself is not at hand: the
-//! layout's message paths are compared with the schemas of a real log and evaluated
-//! on it by the parser of `pymcap-cli`, and its settings against those that the package
-//! foxglove-sdk declares.
+//! The Foxglove layout fits the contents of logs. Foxglove itself is not available: the layout's message
+//! paths are compared with the schemas of a real log and evaluated on it by the parser of `pymcap-cli`, and
+//! its settings against those that the package foxglove-sdk declares.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -41,7 +40,7 @@ fn message_paths(layout: &Value) -> Vec<(String, String, bool)> {
     paths
 }
 
-/// The parts of `/topic{field==value}.field[slice]`, of which only the topic must be there.
+/// The parts of `/topic{field==value}.field[slice]`; only the topic is required.
 struct MessagePath<'a> {
     topic: &'a str,
     filter: Option<&'a str>,
@@ -87,7 +86,7 @@ fn schemas(log: &Path) -> BTreeMap<String, Value> {
     by_topic
 }
 
-/// What is wrong with a message path for messages of these schemas.
+/// Errors of a message path for messages of these schemas.
 fn problem(path: &str, is_plot: bool, schemas: &BTreeMap<String, Value>) -> Option<String> {
     let MessagePath { topic, filter, field, slice } = MessagePath::parse(path);
     let Some(schema) = schemas.get(topic) else { return Some(format!("there is no topic {topic}")) };
@@ -102,7 +101,7 @@ fn problem(path: &str, is_plot: bool, schemas: &BTreeMap<String, Value>) -> Opti
     let kind = match (fields[field]["type"].as_str(), slice) {
         (None, _) => match fields.get(field) {
             None => return Some(format!("{topic} has no field {field}")),
-            // Words of an enumeration stand behind a reference.
+            // Words of an enumeration are behind a reference.
             Some(_) => "word",
         },
         (Some("array"), Some(_)) => fields[field]["items"]["type"].as_str().expect("items have a type"),
@@ -124,7 +123,7 @@ fn every_message_path_names_a_topic_and_a_field() {
     for (panel, path, is_plot) in &paths {
         assert_eq!(problem(path, *is_plot, &schemas), None, "{panel}: {path}");
     }
-    // What would be wrong is found.
+    // Wrong paths are detected.
     for (path, word) in [
         ("/steps.ft_fn", "no topic"),
         ("/step.load", "no field load"),
@@ -154,7 +153,7 @@ fn every_message_path_finds_something() {
     let found: Vec<Vec<Value>> = serde_json::from_slice(&output.stdout).expect("it prints lists");
     assert_eq!(found.len(), paths.len());
     for ((panel, path, is_plot), found) in paths.iter().zip(found) {
-        // What a filter leaves out is null.
+        // Messages excluded by a filter give null.
         let found: Vec<Value> = found.into_iter().filter(|value| !value.is_null()).collect();
         assert!(!found.is_empty(), "{panel}: {path} finds nothing");
         for value in found.iter().filter(|_| *is_plot) {

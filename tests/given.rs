@@ -1,4 +1,4 @@
-//! A command that is given another thing than it takes says what it is, and which command is for it.
+//! A command with a path of the wrong kind names the kind, and the command for it.
 
 use std::fs;
 use std::path::PathBuf;
@@ -48,7 +48,7 @@ impl Things {
     }
 }
 
-/// Commands, with GIVEN in the place of a path, and what each takes there.
+/// Commands, with GIVEN in place of a path, and the kinds that each accepts.
 const COMMANDS: [(&[&str], &[&str]); 25] = [
     (&["run", "GIVEN", "-o", "NEW.mcap"], &["a.mcap", "slider.toml", "other.toml"]),
     (&["scenario", "show", "GIVEN"], &["a.mcap", "slider.toml", "other.toml"]),
@@ -109,7 +109,7 @@ fn what_is_given_in_the_wrong_place_is_named() {
     assert!(new.is_empty(), "{new:?}");
 }
 
-/// The words of a help are no path: what is built in comes first, and what is not there has its own error.
+/// Words from the help are no paths: built-in names come first, and missing files have their own error.
 #[test]
 fn names_and_missing_files_are_as_before() {
     let output = asperity(&["run", "not-there", "-o", "x.mcap"]);

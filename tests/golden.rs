@@ -1,4 +1,4 @@
-//! The event tables of chapter 5 are those that somebody last reviewed and accepted.
+//! The event tables of Chapter 5 are those that were last reviewed and accepted.
 //!
 //! The runs are repeated and compared with `fixtures/golden` by `asperity diff`, under its exact
 //! policy. The effect of an intended change is accepted by `cargo xtask golden --accept REASON` and
@@ -14,7 +14,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace is there")
 }
 
-/// The pipeline of chapter 5 with its runs and without what is drawn from them.
+/// The pipeline of Chapter 5 with its runs and without its figures.
 fn runs_alone() -> String {
     let path = root().join("pipelines/chapter5.toml");
     let text = fs::read_to_string(path).expect("the pipeline is there");
@@ -24,7 +24,7 @@ fn runs_alone() -> String {
     pipeline.to_string()
 }
 
-/// The exit code of a diff and what it prints.
+/// The exit code and output of a diff.
 fn diff(old: &Path, new: &Path) -> (Option<i32>, String) {
     let output = asperity(&["diff", text(old), text(new)]);
     let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();

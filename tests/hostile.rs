@@ -1,10 +1,9 @@
 //! The `asperity` command on files that no program wrote, or that were written to do harm: an error
 //! that names the file and the problem, within bounds of memory and time, and never a panic.
 //!
-//! `fixtures/hostile` contains such files: logs made by `support/forgeries.rs`, which states what
-//! is wrong with each and what the command must report, and texts. With
-//! `ASPERITY_UPDATE_FIXTURES=1` the test writes them. `found` contains the inputs found by fuzzing,
-//! and `corpus` a selection from which it starts.
+//! `fixtures/hostile` contains such files: logs made by `support/forgeries.rs`, which states the error in
+//! each and the required report, and texts. With `ASPERITY_UPDATE_FIXTURES=1` the test writes them. `found`
+//! contains the inputs found by fuzzing, and `corpus` a selection from which it starts.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -17,11 +16,11 @@ use crate::support::binary::text;
 use crate::support::forgeries::{Forge, Forgery, Verdict};
 use crate::support::small;
 
-/// What a command may take, of address space: a debug build maps 0.2 GB before it does
-/// anything, and every thread reserves some.
+/// Limit on the address space of a command: a debug build maps 0.2 GB at its start, and every thread
+/// reserves some.
 const MEMORY_KB: u32 = 600_000;
 
-/// What it may take of time, on a machine that does other things as well.
+/// Limit on its time, on a machine with other work.
 const TIME: Duration = Duration::from_secs(120);
 
 fn fixtures() -> PathBuf {
@@ -42,8 +41,8 @@ pub(crate) struct Outcome {
     pub(crate) err: String,
 }
 
-/// Runs the command within its bounds, in a folder of its own. What it says goes through
-/// files: a pipe that nobody empties would stop it.
+/// Runs the command within its bounds, in its own folder. Its output goes to files: a pipe that nobody
+/// empties would block it.
 pub(crate) fn bounded(folder: &Path, arguments: &[&str]) -> Outcome {
     let file = |name: &str| fs::File::create(folder.join(name)).expect("the folder can be written");
     let mut child = Command::new("sh")
@@ -73,7 +72,7 @@ pub(crate) fn bounded(folder: &Path, arguments: &[&str]) -> Outcome {
     Outcome { code: status.code(), out: said("stdout"), err: said("stderr") }
 }
 
-/// Runs the command over a file, which it must refuse, naming the file and what is wrong.
+/// Runs the command on a file, which it must refuse, naming the file and the error.
 pub(crate) fn refused(folder: &Path, arguments: &[&str], file: &Path) -> String {
     let Outcome { code, out, err } = bounded(folder, arguments);
     let said = if arguments[0] == "check" { out } else { err.clone() };
@@ -102,7 +101,7 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
     if cfg!(feature = "analysis") {
         commands.push(vec!["reduce", text(file), "--out", "reduced"]);
     }
-    // What is left of it is a log, and says that it is not all.
+    // The remaining part is a log, marked as incomplete.
     let out = folder.join("salvaged.mcap");
     let salvage = bounded(folder, &["salvage", text(file), "--out", "salvaged.mcap"]);
     assert!(matches!(salvage.code, Some(0..=5)), "salvage of {}: {}", text(file), salvage.err);
@@ -126,12 +125,12 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
     }
 }
 
-/// Holds what `check` says of forgeries against what it must say, all at once.
+/// Compares the reports of `check` on forgeries with the required ones, all at once.
 fn judged(forgeries: &[Forgery]) {
     judged_by(&[], forgeries);
 }
 
-/// Compares what `check` with these options reports of forgeries with what it must report.
+/// Compares the reports of `check` with these options on forgeries with the required ones.
 fn judged_by(options: &[&str], forgeries: &[Forgery]) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
@@ -177,14 +176,14 @@ fn check_tells_every_forgery_of_a_log_by_what_is_wrong() {
     judged(&Forge::all(&own_log(&[])));
 }
 
-/// What has right checksums, counts and digests, and is not what its own scenario announces.
+/// Logs with correct checksums, counts and digests that contradict their own scenario.
 #[test]
 fn check_holds_a_log_against_its_own_scenario() {
     judged(&Forge::of_own(&own_log(&[])));
 }
 
-/// What agrees with itself and its header is believed, and read by all commands without a panic; that it
-/// is not the run is seen where that is made again.
+/// Consistent logs are accepted, and read by all commands without a panic; only repeating the run shows
+/// that they differ from it.
 #[test]
 fn check_again_tells_every_forgery_of_records() {
     let forgeries = Forge::of_records(&own_log(&[]), &own_log(&["--set", "friction.static_coefficient=0.6"]));
@@ -210,7 +209,7 @@ fn own_log(more: &[&str]) -> Vec<laws::parts::Part> {
     laws::parts::take_apart(&fs::read(&path).expect("it was just written"))
 }
 
-/// The files in the repository are what the code that explains them makes.
+/// The files in the repository are those that the code here generates.
 #[test]
 fn committed_forgeries_are_those_that_are_made() {
     hold_committed(6);
@@ -222,7 +221,7 @@ fn committed_forgeries_are_refused_by_all_commands() {
     hold_committed(1);
 }
 
-/// Compares the files with what is made; all commands read every `each`-th of them.
+/// Compares the files with generated ones; all commands read every `each`-th of them.
 fn hold_committed(each: usize) {
     let folder = fixtures().join("logs");
     let all = Forge::all(&golden());
@@ -353,7 +352,7 @@ fn what_unpacks_to_much_is_read_in_bounds() {
         })
         .cloned()
         .expect("it has a slip event");
-    // Ten chunks, each of which unpacks to fifty million bytes of slip events.
+    // Ten chunks that unpack to fifty million bytes of slip events each.
     let mut records = Vec::new();
     while records.len() < 50_000_000 {
         event.put(&mut records);
@@ -373,7 +372,8 @@ fn what_unpacks_to_much_is_read_in_bounds() {
     refused(folder, &["events", text(&file)], &file);
 }
 
-/// What fuzzing found, and the inputs that reach the most, through the same functions.
+/// Runs the inputs found by fuzzing, and those with the largest coverage, through the functions of the
+/// fuzzers.
 #[test]
 fn what_fuzzing_found_stays_mended() {
     type Law = fn(&[u8]);

@@ -1,5 +1,5 @@
-//! How figures look, as far as a rule can say it, of one figure of each kind: those of the examples in
-//! `docs/figures.md`. Every rule is shown a figure in which it is broken, too.
+//! Rules for the look of figures, checked on one figure of each kind: the examples in `docs/figures.md`.
+//! Every rule is also tested on a figure that violates it.
 //!
 //! `support/svg.rs` reads the SVG; `print.rs` has independent programs open it.
 
@@ -20,7 +20,7 @@ pub(crate) struct Drawn {
     without: Vec<PathBuf>,
 }
 
-/// The block of the page that stands in this file.
+/// The block of the page with this file.
 fn example(page: &str, name: &str) -> String {
     let first = format!("# {name}\n");
     let block = blocks(page).into_iter().find(|block| block.text.starts_with(&first));
@@ -81,13 +81,13 @@ fn drawing(path: &Path) -> Drawing {
     Drawing::read(&fs::read_to_string(path).expect("the SVG is text"))
 }
 
-/// What a look is wrong in.
+/// Violations of the rules in a figure.
 type Rule = fn(&Drawing) -> Vec<String>;
 
-/// What breaks a rule.
+/// A violation of a rule.
 type Damage<'a> = &'a dyn Fn(&mut Drawing);
 
-/// How far a number may be from its mark.
+/// Largest distance of a number from its mark.
 const A_PIXEL: f64 = 1.0;
 
 fn everything_is_on_the_page(drawing: &Drawing) -> Vec<String> {
@@ -145,7 +145,7 @@ fn strokes_have_one_width(drawing: &Drawing) -> Vec<String> {
     drawing.of("data").filter(odd).map(|item| format!("a stroke is {:?} wide", item.stroke_width)).collect()
 }
 
-/// Least share of an axis that data must take up, of axes whose ends are not given.
+/// Least share of an axis that data must cover, for axes without given ends.
 const FULL: f64 = 0.55;
 
 fn axes_are_not_empty(drawing: &Drawing) -> Vec<String> {
@@ -164,7 +164,7 @@ fn axes_are_not_empty(drawing: &Drawing) -> Vec<String> {
     flaws
 }
 
-/// Most of the marks in a frame that may lie on its floor, where they say nothing.
+/// Largest share of the marks in a frame that may lie on its floor, where they carry no information.
 const ON_THE_FLOOR: f64 = 0.7;
 
 fn marks_say_something(drawing: &Drawing) -> Vec<String> {
@@ -179,7 +179,7 @@ fn marks_say_something(drawing: &Drawing) -> Vec<String> {
         let lowest = heights.iter().copied().fold(f64::MIN, f64::max);
         let idle = heights.iter().filter(|height| lowest - **height < 0.01 * frame.bounds.height()).count();
         let share = idle as f64 / heights.len() as f64;
-        // Marks that are all as high say that a number stays the same.
+        // Marks of equal height show that a number is constant.
         if heights.len() > 10 && share > ON_THE_FLOOR && share < 1.0 {
             flaws.push(format!("{:.0} % of the marks lie on the floor", 100.0 * share));
         }
@@ -205,7 +205,7 @@ fn bars_are_not_one_surface(drawing: &Drawing) -> Vec<String> {
     flaws
 }
 
-/// 8 points, of which digits are as high as three quarters.
+/// 8 points; digits have three quarters of that height.
 const LEAST_DIGIT: f64 = 8.0 / 72.0 * 300.0 * 0.72;
 /// A page of two columns.
 const WIDEST: f64 = 7.5 * 300.0;
@@ -213,7 +213,7 @@ const WIDEST: f64 = 7.5 * 300.0;
 const A4_HEIGHT: f64 = 11.69 * 300.0;
 
 fn letters_are_of_full_size(drawing: &Drawing) -> Vec<String> {
-    // What is a whole sheet of paper is printed as it is.
+    // A whole sheet of paper is printed as it is.
     let is_sheet = drawing.page.height() >= A4_HEIGHT;
     let shrunk = if is_sheet { 1.0 } else { (drawing.page.width() / WIDEST).max(1.0) };
     let is_digits = |item: &&Item| item.words.chars().all(|c| c.is_ascii_digit());
@@ -252,7 +252,7 @@ const RULES: [(&str, Rule); 11] = [
     ("words", words_are_those_of_the_field),
 ];
 
-/// Axes whose ends the example gives, and what has one run alone.
+/// Axes whose ends are given by the example, and figures of a single run.
 const EMPTY_BY_REQUEST: [&str; 5] =
     ["with/front-speed", "with/front-transient", "with/spread", "with/study", "with/slipped"];
 
@@ -374,7 +374,7 @@ fn code_version(svg: &str) -> Option<&str> {
     svg.split_once("<code-version>")?.1.split_once('<').map(|(version, _)| version)
 }
 
-/// A PDF without what is packed in its streams, whose bytes are anything.
+/// A PDF without its compressed streams, whose bytes are arbitrary.
 fn outside_streams(pdf: &[u8]) -> Vec<u8> {
     let at = |bytes: &[u8], words: &[u8]| bytes.windows(words.len()).position(|part| part == words);
     let (mut rest, mut outside) = (pdf, Vec::new());

@@ -1,11 +1,9 @@
-//! The tests of what crosses crates, most of them by the built command, as one
-//! program: `cargo test --test root`, a part of them `cargo test --test root cli::`.
+//! Tests across crates, mostly with the built command, as one program: `cargo test --test root`, or a part
+//! of them, `cargo test --test root cli::`.
 //!
-//! One program and not one per file, since each would be linked with all
-//! libraries, polars among them. A file of this folder is a module here, or
-//! `tidy` fails. All run in one process: nothing here sets a variable of the
-//! environment or the current folder, which is done to the commands that are
-//! started.
+//! One program and not one per file, since each would be linked with all libraries, polars among them. A
+//! file of this folder is a module here, or `tidy` fails. All run in one process, so none sets an
+//! environment variable or the current folder of the process; only started commands get their own.
 
 #[cfg(feature = "analysis")]
 mod answers;
@@ -97,12 +95,12 @@ mod vouched;
 #[cfg(feature = "analysis")]
 mod words;
 
-/// What must hold of any input, which the fuzzers hold it to as well.
+/// Properties for any input, shared with the fuzzers.
 #[path = "fuzz/src/lib.rs"]
 #[expect(unreachable_pub, reason = "the fuzzers have it as a crate of its own")]
 mod laws;
 
-/// What these tests share.
+/// Shared by these tests.
 mod support {
     pub(crate) mod binary;
     #[cfg(feature = "analysis")]

@@ -1,5 +1,5 @@
-//! Mistakes of a first day: each is refused as bad input, in words that say what is wrong, where, and what
-//! to write instead; and nothing is written.
+//! Typical mistakes of new users: each is refused as bad input, with the error, its place, and the
+//! correction; and nothing is written.
 
 use std::fs;
 use std::path::Path;
@@ -203,7 +203,7 @@ fn whole_numbers_may_have_a_point() {
     assert_eq!(plan("from = 10\nto = 20\ncount = 2.0", "ranged"), whole);
 }
 
-/// What a command prints, which must succeed.
+/// The output of a command, which must succeed.
 fn said_out(folder: &Path, command: &str) -> String {
     let mut asperity = Command::new(env!("CARGO_BIN_EXE_asperity"));
     let output = asperity.current_dir(folder).args(command.split(' ')).output().expect("the binary starts");

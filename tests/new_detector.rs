@@ -1,7 +1,7 @@
-//! A detector is a crate and a line, a contact law a file and a line: the guide of `docs/extending.md`
-//! is followed in a copy of the workspace, with the crate of `fixtures/detector-template` and the file
-//! of `fixtures/law-template`. What the detector emits is in logs, tables and exports, and logs from
-//! before are read as what they are. By that law, and by one with a memory and a timer of each contact,
+//! A detector is a crate and a line, a contact law a file and a line: these tests follow the guide of
+//! `docs/extending.md` in a copy of the workspace, with the crate of `fixtures/detector-template` and the
+//! file of `fixtures/law-template`. Events of the detector appear in logs, tables and exports, and older
+//! logs are still read correctly. With that law, and with one with a memory and a timer for each contact,
 //! chains and slabs run with both solvers, resume and are checked.
 //!
 //! The copy stays in the target folder, so that only what changed is compiled again, and starts
@@ -26,8 +26,8 @@ const LAWS: [&str; 2] = ["viscous.rs", "healing.rs"];
 const TOPIC: &str = "/events/longest";
 const COLUMNS: &str = "event,onset_s,duration_s,duration_ratio,blocks_slipped";
 
-/// What the guide says is to be changed: the file, the line behind which a new one goes, and that.
-/// The lists of detectors and of laws are the places of code.
+/// The changes described by the guide: the file, the line before the new one, and the new line. The places
+/// in code are the lists of detectors and of laws.
 const CHANGES: [(&str, &str, &str); 4] = [
     (
         "Cargo.toml",
@@ -74,7 +74,7 @@ impl Copy {
         for (path, _, _) in CHANGES {
             assert!(guide.contains(&format!("`{path}`")), "docs/extending.md does not speak of {path}");
         }
-        // What the workspace lost is lost here too.
+        // Files removed from the workspace are removed here too.
         for path in files(&copy.folder.join("crates")) {
             if !written.contains(&path) {
                 fs::remove_file(&path).expect("the copy can be changed");
@@ -87,11 +87,11 @@ impl Copy {
         copy
     }
 
-    /// Copies a file or folder; what is as it should be keeps its time, by which cargo goes.
+    /// Copies a file or folder; unchanged files keep their modification times, which cargo compares.
     fn take(&self, from: &Path, to: &Path, written: &mut BTreeSet<PathBuf>) {
         for path in files(from) {
             let inside = path.strip_prefix(from).expect("it is below the folder");
-            // A file has nothing inside, and joining that would end its path with a slash.
+            // For a file the relative path is empty, and joining it would append a slash.
             let to = if inside.as_os_str().is_empty() { to.to_owned() } else { to.join(inside) };
             let target = self.folder.join(&to);
             let mut bytes = fs::read(&path).expect("the workspace can be read");
@@ -163,7 +163,7 @@ fn column(table: &Path, name: &str) -> Vec<f64> {
     lines.map(cell).collect()
 }
 
-/// What a run of the law gives: the folder of its exported tables.
+/// The result of a run of the law: the folder of its exported tables.
 fn exported(asperity: &Path, scenario: &[&str], log: &Path) -> PathBuf {
     succeed(asperity, &[&["run"], scenario, &["--out", text(log)]].concat());
     let tables = log.with_extension("tables");
@@ -176,8 +176,8 @@ fn table(tables: &Path, name: &str) -> PathBuf {
     found.unwrap_or_else(|| panic!("no {name} in {}", tables.display()))
 }
 
-/// Under a constant force, that of the prestress, sliding blocks approach the velocity at which
-/// viscosity takes what friction leaves of it: `(tau_p - mu_d p) / E`.
+/// Under a constant force, that of the prestress, sliding blocks approach the velocity at which viscosity
+/// balances the force less friction: `(tau_p - mu_d p) / E`.
 fn blocks_approach_the_terminal_velocity(asperity: &Path, folder: &Path) {
     let scenario = [
         "ten-blocks",
@@ -237,8 +237,8 @@ const SLAB: [&str; 21] = [
     "recording.sample_s=1e-2",
 ];
 
-/// Chains and slabs slip by the law, the same with both solvers, are resumed and checked; without
-/// viscosity they are those of the law that it adds to, but for rounding.
+/// Chains and slabs slip under the law, equally with both solvers, and are resumed and checked; without
+/// viscosity they agree with the underlying law up to rounding.
 fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
     let chain = [
         "ten-blocks",
@@ -271,7 +271,7 @@ fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
         let forces = |tables: &Path| column(&table(tables, "switch.csv"), "tangential_force_n");
         assert_eq!(steps(&without), steps(&springs), "{body}");
         for (without, springs) in forces(&without).iter().zip(forces(&springs)) {
-            // By the one law the fast solver takes windows, by the other single steps.
+            // With one law the fast solver uses windows, with the other single steps.
             assert!((without / springs - 1.0).abs() < 1e-9, "{body}: {without} {springs}");
         }
         assert_ne!(steps(&without), steps(&fast), "{body}: viscosity changes the run");
@@ -326,14 +326,15 @@ fn contacts_heal_for_a_known_time(asperity: &Path, folder: &Path) {
         let heals = stuck_steps <= HEALING_STEPS;
         *(if heals { &mut early } else { &mut late }) += 1;
         assert_eq!(thresholds[n], if heals { 1.1 * 28.0 } else { 28.0 }, "step {}", steps[n]);
-        // What has healed may have been pulled by more than it now bears.
+        // A contact that has healed may have been pulled by more than its present strength.
         let most = if stuck_steps == HEALING_STEPS + 1 { 1.1 } else { 1.01 };
         assert!((1.0..most).contains(&(forces[n] / thresholds[n])), "step {}: {}", steps[n], forces[n]);
     }
     assert!(early > 10 && late > 10, "{early} early, {late} late");
 }
 
-/// A log by a law is what its scenario says, and half of it, with many checkpoints, is resumed to the same.
+/// A log of a run with the law matches its scenario, and half of it, with many checkpoints, resumes to the
+/// same log.
 fn is_checked_and_resumed(asperity: &Path, scenario: &[&str], law: &str, log: &Path) {
     succeed(asperity, &["check", "--again", text(log)]);
     let sets: Vec<&str> = law.split_whitespace().flat_map(|set| ["--set", set]).collect();
@@ -349,7 +350,7 @@ fn is_checked_and_resumed(asperity: &Path, scenario: &[&str], law: &str, log: &P
     assert_eq!(run_end(&half).digest, run_end(log).digest, "{law}");
 }
 
-/// Short of building it: the places of the guide are there, and the template goes where it says.
+/// Without building: the places named by the guide exist, and the template fits there.
 #[test]
 fn the_guide_names_places_that_are_there() {
     let scratch = folder();

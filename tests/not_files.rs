@@ -1,6 +1,6 @@
-//! What stands in the place of a file is refused at once by every command that reads: a named pipe, a
-//! socket, a device, a folder. Opening a pipe used to wait for a writer that nobody had promised; and
-//! little memory used to end in a panic of the threads that tables are made on.
+//! Every command that reads refuses at once paths that are no files: a named pipe, a socket, a device, a
+//! folder. Opening a pipe used to wait for a writer that might never come; and little memory used to cause
+//! a panic of the threads that compute tables.
 
 use std::fs;
 use std::os::unix::net::UnixListener;
@@ -111,8 +111,8 @@ fn with_any_little_memory_commands_fail_without_a_panic() {
     lack_memory(1);
 }
 
-/// From the least with which the program is loaded, every command succeeds or says that it lacks memory
-/// or threads. Of fourteen limits every `each`-th is tried.
+/// From the least memory that loads the program, every command succeeds or reports that it lacks memory or
+/// threads. Every `each`-th of fourteen limits is tried.
 #[cfg(all(target_os = "linux", feature = "analysis"))]
 fn lack_memory(each: usize) {
     let scratch = asperity_testkit::folder();
@@ -150,7 +150,7 @@ fn lack_memory(each: usize) {
             let output = limited(limit_kb, &arguments);
             let said = String::from_utf8_lossy(&output.stderr);
             let code = output.status.code();
-            // The system ends a program whose stack it cannot extend, and says nothing (SIGSEGV).
+            // The system ends a program whose stack it cannot extend, without a message (SIGSEGV).
             if std::os::unix::process::ExitStatusExt::signal(&output.status) == Some(11) {
                 ended += 1;
                 continue;

@@ -1,8 +1,7 @@
 //! The page of a diff in a real browser: that its script runs, draws every
 //! event, and leads from a finding to its place.
 //!
-//! Needs Chromium, without which these tests skip, and say so; with
-//! `ASPERITY_NO_SKIPS=1` they fail instead.
+//! Needs Chromium; without it these tests skip with a message, or fail with `ASPERITY_NO_SKIPS=1`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,8 +17,7 @@ fn loaded(browser: &Path, page: &Path, script: &str) -> BTreeMap<String, String>
     let folder = asperity_testkit::folder();
     let html = fs::read_to_string(page).expect("the page can be read");
     let tried = folder.path().join("tried.html");
-    // Pictures are drawn when the browser comes to it, which may be after it has been asked
-    // for the page; before printing they are drawn at once.
+    // The browser may draw pictures later than it returns the page; before printing they are drawn at once.
     let behind =
         format!("<script>{script}; window.dispatchEvent(new Event(\"beforeprint\"))</script></body>");
     fs::write(&tried, html.replace("</body>", &behind)).expect("the folder can be written");
@@ -92,13 +90,13 @@ fn a_split_and_a_missing_event_are_drawn_and_found() {
     let seen = loaded(&browser, &page, "");
     assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (8, 8));
 
-    // A click on the first finding leads to it, and nothing else stays in view.
+    // A click on the first finding leads to it, and no other stays in view.
     let click = "document.querySelector('tr[data-finding]').click()";
     let seen = loaded(&browser, &page, click);
     assert_eq!(number(&seen, "chosen"), 0);
     assert_eq!(number(&seen, "drawn"), 3, "one old and two new events");
 
-    // What is filtered out is neither drawn nor listed.
+    // Events that are filtered out are neither drawn nor listed.
     let filter = "const box = document.querySelector('input[data-class=identical]'); box.click(); \
                   document.documentElement.dataset.rows = \
                   [...document.querySelectorAll('tr[data-finding]')].filter((row) => !row.hidden).length";
@@ -130,8 +128,8 @@ fn one_changed_event_of_a_whole_run_is_found() {
     assert_eq!(number(&loaded(&browser, &page, rows), "rows"), 1);
 }
 
-/// As when two chaotic runs part: from a third of the run on, of three events one
-/// is gone, one is longer, and one is the same.
+/// As when two chaotic runs part: from a third of the run on, of every three events one is missing, one is
+/// longer, and one is unchanged.
 #[test]
 fn thousands_of_events_that_differ_are_drawn() {
     let Some(browser) = browser() else { return };

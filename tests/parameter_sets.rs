@@ -1,4 +1,4 @@
-//! Which slider a run has: the physical one unless something names the other, and what was stored before keeps its own.
+//! The slider of a run: the physical one unless something names the other; stored runs keep theirs.
 
 use std::fs;
 use std::path::Path;
@@ -38,7 +38,7 @@ fn a_file_that_names_no_set_is_told_which_it_gets() {
     assert_eq!(parameter_set(&log), "as-stated");
     assert!(outcome(&["scenario", "validate", text(&file)]).2.starts_with(&note));
 
-    // One that names it, a log, and what is built in need no word.
+    // A scenario that names it, a log, and built-in scenarios need no note.
     let named = [text(&file), "--set", "parameter_set=as-stated"];
     for scenario in [&named[..], &[text(&log)], &["default"]] {
         let (code, _, said) = outcome(&[&["scenario", "validate"], scenario].concat());
@@ -78,7 +78,7 @@ fn a_run_as_coded_says_so_in_its_line_its_summary_and_its_page() {
     }
 }
 
-/// The scenario of an unfinished log is the one that it was begun with.
+/// The scenario of an unfinished log is the one from its start.
 #[test]
 fn a_run_that_the_former_default_left_is_refused_or_ends_as_coded() {
     let folder = folder();

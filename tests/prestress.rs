@@ -1,5 +1,5 @@
-//! Prestress and the fronts that it drives, from outside: what is accepted, that both solvers and
-//! every command know it, and that fronts in the switches are those in the fields.
+//! Prestress and the fronts that it drives, tested with the command: accepted values, support by both
+//! solvers and every command, and agreement of fronts in switches and fields.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -96,7 +96,7 @@ fn fronts_in_the_switches_are_those_in_the_fields() {
         arrivals(&log).into_iter().filter(|(block, _)| (10.0..=35.0).contains(block)).collect();
     assert_eq!(by_switches.len(), 26);
 
-    // The detector of ruptures says the same: one rupture of all forty blocks.
+    // The detector of ruptures agrees: one rupture of all forty blocks.
     let detected = rows(&log, "/events/arrival", &["rupture", "block", "arrival_step"]);
     assert_eq!(detected.len(), 40);
     for (block, step) in arrivals(&log) {
@@ -121,7 +121,7 @@ fn fronts_in_the_switches_are_those_in_the_fields() {
     }
     let (switched, dense) = (speed(&by_switches), speed(&by_fields));
     assert!((dense / switched - 1.0).abs() < 2e-4, "{switched} {dense}");
-    // And both are what theory says: v = 1.3604 c.
+    // And both agree with theory: v = 1.3604 c.
     let over_c = switched * 1.754_116e-6 / 1e-9;
     assert!((over_c / 1.3604 - 1.0).abs() < 1e-3, "{over_c}");
 }
@@ -134,7 +134,7 @@ fn fronts_through_soft_contacts_come_where_the_force_comes_to_the_threshold() {
         { from_s = 2e-5, to_s = 3e-5, every_s = 1e-9, first_block = 20, last_block = 20 }]";
     run(&FRONT, &["friction.law=interfacial-springs", window], &log);
     let at_20 = arrivals(&log).into_iter().find(|(block, _)| *block == 20.0).expect("it slides").1;
-    // mu_s p_n = 0.7 * 10 N; the switch is at the end of the first step in which the force is there.
+    // mu_s p_n = 0.7 * 10 N; the switch is at the end of the first step with the force.
     let forces = rows(&log, "/window", &["step", "tangential_force_n"]);
     let first = forces.iter().find(|row| row[1] >= 7.0).expect("it comes to the threshold");
     assert_eq!(first[0] + 1.0, at_20);
@@ -184,7 +184,7 @@ fn both_solvers_write_the_same_events_and_every_command_knows_them() {
         assert!(said.contains(": whole: "), "{said}");
         assert!(succeed(&["replay", text(&log("fast"))]).contains("the same as logged"), "{name}");
     }
-    // The log holds what the file said, and can stand for it once that is gone.
+    // The log contains the contents of the file, and can replace it once it is gone.
     fs::remove_file(&profile).expect("it is there");
     let log = folder.path().join("profile-fast.mcap");
     assert!(succeed(&["check", "--again", text(&log)]).contains(": whole: "));

@@ -1,7 +1,7 @@
 //! SVG and PDF of figures as programs of others show them, beside the PNG.
 //!
-//! Needs `rsvg-convert` and `pdftoppm` (Debian packages librsvg2-bin and poppler-utils), without which
-//! the test skips, and says so; with `ASPERITY_NO_SKIPS=1` it fails instead.
+//! Needs `rsvg-convert` and `pdftoppm` (Debian packages librsvg2-bin and poppler-utils), without which the
+//! test skips with a message, or fails with `ASPERITY_NO_SKIPS=1`.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -93,8 +93,8 @@ impl Grey {
 /// How much of the ink may lie elsewhere.
 const ELSEWHERE: f64 = 0.003;
 
-/// By how much a value may be darker: what is left of an edge that covers a quarter of a pixel, and more
-/// where surfaces share that edge.
+/// Largest difference of a value towards dark: the remainder of an edge that covers a quarter of a pixel,
+/// and more if surfaces share that edge.
 const SMOOTHED: u8 = 80;
 
 fn shown(by: &mut Command, at: &Path) -> Grey {
@@ -138,7 +138,7 @@ fn other_programs_show_the_same_picture() {
             let difference = own.difference(other);
             assert!(difference < ELSEWHERE, "{name} by {program}: {difference:.3} of the ink lies elsewhere");
         }
-        // A picture without its data, or without its words, is not taken for it.
+        // A picture without its data, or without its words, is not accepted.
         let svg = fs::read_to_string(path.with_extension("svg")).expect("the SVG is text");
         for (what, left) in [
             ("data", without(&svg, |line| line.contains(" class=\"data\""))),

@@ -1,7 +1,7 @@
-//! The recipes of `fixtures/clients/README.md` run, from the first to the last and
-//! in one folder, and print what the page says that they print.
+//! The recipes of `fixtures/clients/README.md` run in order in one folder, and print the output given on
+//! the page.
 //!
-//! To write into the page what they print now, look at it, and commit it:
+//! To update the page with the present output, for review and commit:
 //! `UPDATE_EXPECT=1 cargo xtask test --test root recipes::`
 
 use std::env;

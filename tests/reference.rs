@@ -1,9 +1,8 @@
 //! The event tables of an independent program, row for row.
 //!
-//! `fixtures/reference` holds what a plain-stepping program that shares nothing
-//! with this one found for the same parameters. Steps and blocks must be the
-//! same; loads are printed there with nine decimals. The tables are never
-//! re-blessed: if one differs, this program is wrong until shown otherwise.
+//! `fixtures/reference` contains the results of an independent plain-stepping program for the same
+//! parameters. Steps and blocks must be equal; loads are printed there with nine decimals. The tables are
+//! never re-blessed: if one differs, this program is wrong until shown otherwise.
 
 use std::fs;
 use std::path::Path;
@@ -45,7 +44,7 @@ const TABLES: [(&str, f64, &str); 9] = [
     ("slab-57x31-T06-dt2e-7", 2e-7, "slab"),
 ];
 
-/// A slab of which single steps are few.
+/// A slab with few single steps.
 const COARSE_SLAB: (&str, f64, &str) =
     ("slab-29x16-T06-dt4e-7", 4e-7, "slab slider.blocks=29 slider.rows=16 time.step_s=4e-7");
 
@@ -167,7 +166,7 @@ fn rows(table: &str, step_s: f64) -> Vec<Row> {
             ft_fn_onset: number("ft_fn_onset"),
             ft_fn_end: (!cell("ft_fn_end").is_empty()).then(|| number("ft_fn_end")),
         };
-        // Our own table says the steps as well, and must mean the same ones.
+        // Our own table has the steps as well, and must agree.
         if columns.iter().any(|column| column == "onset_step") {
             assert_eq!(cell("onset_step"), row.onset_step.to_string());
             assert_eq!(cell("end_step"), row.end_step.map_or(String::new(), |step| step.to_string()));

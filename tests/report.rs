@@ -1,6 +1,6 @@
 //! The page of a run, of a study, of a sweep and of several, as files and in a real browser.
 //!
-//! What needs Chromium skips without it, see `support/browser.rs`.
+//! Tests that need Chromium skip without it, see `support/browser.rs`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ fn page_of_a_run(folder: &Path) -> PathBuf {
     page
 }
 
-/// A run that the account of energies stops after a third of what was planned, and its page.
+/// A run that its energies stop after a third of the planned steps, and its page.
 fn page_of_a_stopped_run(folder: &Path) -> PathBuf {
     let log = folder.join("stopped.mcap");
     let set = ["slider.blocks=24", "time.step_s=2.5e-6"];
@@ -37,8 +37,8 @@ fn page_of_a_stopped_run(folder: &Path) -> PathBuf {
     page
 }
 
-/// Where a rupture is on the map, which is scrolled to: a script for the one that `which` gives, as
-/// `[number, x, y]`.
+/// Scrolls to the map and returns the position of a rupture on it: a script for the one that `which`
+/// selects, as `[number, x, y]`.
 fn place_on_map(which: &str) -> String {
     format!(
         "(() => {{ const run = JSON.parse(document.querySelector('script.run').textContent); \
@@ -85,7 +85,7 @@ pub(crate) fn study(folder: &Path) -> PathBuf {
     out
 }
 
-/// All that stands behind `name="` in a page.
+/// All values of `name="` in a page.
 fn attributes<'a>(html: &'a str, name: &str) -> Vec<&'a str> {
     let behind = format!("{name}=\"");
     html.split(behind.as_str()).skip(1).filter_map(|rest| rest.split('"').next()).collect()
@@ -128,7 +128,7 @@ fn a_rupture_picked_in_one_is_shown_in_all() {
     assert_eq!(tab.says(SELECTED), near);
     assert!(tab.says(SAID).starts_with(&format!("Rupture {near},")));
 
-    // Twice in the same place zooms in about it, on the curve as on the map, and picks nothing else.
+    // A double click zooms in about its position, on the curve as on the map, and selects nothing else.
     let drawn = "Number(document.documentElement.dataset.drawn)";
     for picture in ["#load .u-over", "#map"] {
         tab.click_on("button[data-action=whole]");
@@ -161,11 +161,11 @@ fn nothing_goes_on_behind_the_last_step_of_a_stopped_run() {
     assert_eq!(tab.says(CHOSEN), at[0].to_string());
     let said = tab.says(SAID);
     assert!(said.contains(" s to the last step of the log; "), "{said}");
-    // What is missing is said above the pair.
+    // The missing part is stated above the pair.
     let lacks = "(() => { const one = document.getElementById('lacks'); return one.getClientRects().length ? \
                  one.textContent : ''; })()";
     assert!(tab.says(lacks).starts_with("Not all of this run is there: stopped"), "{}", tab.says(lacks));
-    // A step is 2.5 µs, which takes seven decimals.
+    // A step is 2.5 µs, which needs seven decimals.
     let onsets = tab.says("[...document.querySelectorAll('#ruptures tr[data-row]')].map((row) => row.cells[2].textContent).join()");
     let exact = tab.says(
         "JSON.parse(document.querySelector('script.run').textContent).ruptures.map((r) => (r[1] * 25 / 1e7).toFixed(7)).join()",
@@ -310,7 +310,7 @@ fn ruptures_are_sorted_and_filtered() {
         wide.to_string(),
         "the map shows the same"
     );
-    // What a filter hides is no longer picked.
+    // A hidden event is no longer selected.
     let other = "[...document.querySelectorAll('#ruptures tr[data-row]')].find((row) => row.cells[1].textContent === 'rupture').click()";
     tab.eval(other);
     tab.painted();
@@ -358,7 +358,7 @@ fn pages_are_light_dark_and_printed() {
     assert!(light.0 == dark.1 && light.1 == dark.0, "{seen:?}");
 }
 
-/// What a PDF says, and its first page as a picture.
+/// The text of a PDF, and its first page as a picture.
 fn printed(pdf: &[u8], folder: &Path) -> (String, Grey) {
     let (paper, first) = (folder.join("printed.pdf"), folder.join("printed"));
     fs::write(&paper, pdf).expect("the folder can be written");
@@ -398,7 +398,7 @@ fn paper_is_white_and_has_the_words_of_every_run() {
     tab.assert_quiet();
 }
 
-/// Figures whose files are called as parts of the page are, several runs, and enough claims to look for one.
+/// Figures whose files are named like parts of the page, several runs, and enough claims to search.
 fn named_as_parts(folder: &Path) -> PathBuf {
     let pipeline = folder.join("parts.toml");
     let mut toml = "title = \"Parts\"\n".to_owned();
@@ -489,7 +489,7 @@ fn links_lead_to_runs_and_claims_are_sorted_and_filtered() {
     tab.assert_quiet();
 }
 
-/// What canvases write, and in which font.
+/// The texts on canvases, and their font.
 #[test]
 fn pictures_are_lettered_in_one_font_and_stay_within_their_frame() {
     let Some(browser) = browser() else { return };
@@ -531,7 +531,7 @@ fn a_study_shows_claims_beside_figures_and_each_run() {
     assert!(html.contains("<h1>Two &lt;runs&gt; &amp; a tilt</h1>"));
     assert!(html.contains("<b>The source:</b> 1 of 2 agree, 1 differ."));
     assert!(html.contains("<b>This project:</b> 1 of 1 agree."));
-    // The claims of the figure stand beside it; the other one stands with the run.
+    // The claims of the figure are beside it; the other one is with the run.
     let (_, figure) = html.split_once("id=\"figure-of-figure-1.01\"").expect("the figure is there");
     let (figure, rest) = figure.split_once("id=\"figure-of-figure-1.02\"").expect("so is the next");
     assert!(figure.contains("“it stays below μ<sub>s</sub>”") && figure.contains("✗ differs"));
@@ -539,7 +539,7 @@ fn a_study_shows_claims_beside_figures_and_each_run() {
     let (_, of_run) = rest.split_once("id=\"run-a\"").expect("so are the runs");
     let (of_run, _) = of_run.split_once("id=\"run-bb\"").expect("one after the other");
     assert!(of_run.contains("This project says") && of_run.contains("it is small"));
-    // Every picture has words, and stands in the page itself.
+    // Every picture has a description, and is embedded in the page.
     let (pictures, words) = (attributes(&html, "<img alt"), attributes(&html, " src"));
     assert_eq!((pictures.len(), words.len()), (2, 2));
     assert!(
@@ -553,7 +553,7 @@ fn a_study_shows_claims_beside_figures_and_each_run() {
     for link in links {
         assert!(out.join(link).is_file(), "{link}");
     }
-    // Both runs are held by the page, and what differs between them has a column.
+    // The page contains both runs, with a column for each difference.
     assert_eq!(html.matches("<script type=\"application/json\" class=\"run\"").count(), 2);
     assert!(html.contains("<i>θ</i></th>"), "{html}");
 }
@@ -620,7 +620,7 @@ fn a_sweep_has_a_page_with_its_runs() {
     assert_eq!(html.matches("src=\"data:image/").count(), 1);
     let (_, table) = html.split_once("id=\"runs\"").expect("the table of runs");
     assert_eq!(table.matches("<tr>").count(), 4, "headings and three runs");
-    // Above numbers stand headings of numbers, whether these have a unit or not.
+    // Columns of numbers have number headings, with or without a unit.
     for heading in ["<i>θ</i>", "precursor count", "first global rupture onset (s)"] {
         assert!(table.contains(&format!("class=\"number\">{heading}</th>")), "{heading}: {table}");
     }
@@ -660,7 +660,7 @@ fn what_cannot_be_shown_is_refused_and_what_is_missing_is_said() {
     let (code, said) = report(&path("cut.mcap"), &[]);
     assert_eq!(code, Some(3), "{said}");
     assert!(read(&page).contains("Not all of this run is there: incomplete"));
-    // What exists is replaced only if that is asked for, and what is read never.
+    // Existing files are replaced only on request, and inputs never.
     let (code, said) = report(&log, &[]);
     assert!(code == Some(2) && said.contains("(accepted: another file, or --force)"), "{said}");
     assert_eq!(report(&log, &["--force"]).0, Some(0));
@@ -670,6 +670,6 @@ fn what_cannot_be_shown_is_refused_and_what_is_missing_is_said() {
     let output = asperity(&["report", text(&log), "--out", text(&log), "--force"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(fs::read(&log).expect("the log can be read") == bytes);
-    // Without scripts it says what there is to say.
+    // Without scripts all text is there.
     assert!(whole.contains("class=\"without-script\"") && whole.contains("widest of"), "{whole}");
 }

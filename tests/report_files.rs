@@ -1,5 +1,5 @@
-//! What `asperity report` does with files: it writes over none that it reads or leads to, and shows none
-//! but those of the folder that it is given, whoever that comes from.
+//! Files of `asperity report`: it overwrites no file that it reads or links to, and shows only files of the
+//! given folder, whatever its source.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -53,8 +53,7 @@ fn nothing_is_written_over_what_a_page_is_made_of() {
     let mut tried = 0;
     for study in &studies {
         for (path, before) in files_in(study) {
-            // The page itself is replaced, PDF is no part of it, and a worker's lock belongs to
-            // nobody.
+            // The page itself is replaced, PDF is no part of it, and a worker's lock has no owner.
             let end = path.extension().unwrap_or_default().to_string_lossy().into_owned();
             if path.ends_with("report.html")
                 || !["svg", "png", "csv", "json", "ndjson", "seg", "mcap"].contains(&end.as_str())

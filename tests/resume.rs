@@ -1,5 +1,5 @@
-//! Runs that are killed, interrupted, or out of disk: what they leave behind never claims to
-//! be whole, and `--resume` ends with what one run would have given, to the byte.
+//! Runs that are killed, interrupted, or out of disk: their files never claim to be complete, and
+//! `--resume` ends with the log of an uninterrupted run, to the byte.
 
 use std::fs;
 use std::io::Write;
@@ -13,14 +13,14 @@ use asperity_record::{RunEnd, RunStatus};
 use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
-/// Runs that differ in what a solver's state is made of.
+/// Runs that differ in the parts of a solver's state.
 const SCENARIOS: [&[&str]; 7] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     &["default", "--set", "time.duration_s=2"],
     &["default", "--set", "time.duration_s=1.2", "--set", "parameter_set=as-stated"],
     // Thresholds with a memory.
     &["ageing-contacts", "--set", "time.duration_s=1.2", "--set", "time.step_s=1e-7"],
-    // A hold whose step is only known once it has come, and every step taken.
+    // A hold whose step is not known in advance, and every step taken.
     &[
         "ten-blocks",
         "--set",
@@ -72,7 +72,7 @@ const SCENARIOS: [&[&str]; 7] = [
 struct Run {
     folder: tempfile::TempDir,
     arguments: Vec<String>,
-    /// What one run without interruption gives, and how long that takes.
+    /// The result of an uninterrupted run, and its duration.
     items: Vec<LogItem>,
     end: RunEnd,
     takes: Duration,
@@ -110,8 +110,8 @@ impl Run {
             .expect("the binary starts")
     }
 
-    /// Holds what is there now against the promise: what bears the final name is whole, and
-    /// what says that it is whole is all of it.
+    /// Checks the present files: a file with the final name is complete, and a file that claims to be
+    /// complete is.
     fn must_not_lie(&self) {
         let log = self.log();
         if log.exists() {
@@ -127,7 +127,7 @@ impl Run {
         assert!(!resumed.exists() || partial.exists(), "the unfinished log gave way too early");
     }
 
-    /// Holds the whole log against that of the run without interruption.
+    /// Compares the complete log with that of the uninterrupted run.
     fn must_be_equal(&self) {
         let (items, end) = read_log(&self.log()).expect("the log is whole");
         let first = items.iter().zip(&self.items).position(|(resumed, whole)| resumed != whole);
@@ -138,7 +138,7 @@ impl Run {
             (&self.end.digest, self.end.switches, self.end.last_step)
         );
         assert_eq!((end.status, &end.message_counts), (self.end.status, &self.end.message_counts));
-        // What the solver's work was made of adds up over all that went on.
+        // The statistics of the solver add up over all parts of the run.
         for name in ["steps", "switches", "plain_steps"] {
             assert_eq!(end.solver.counts[name], self.end.solver.counts[name], "{name}");
         }
@@ -165,11 +165,11 @@ fn killed_a_run_ends_as_if_never_killed(kills_of_each: usize) {
     for scenario in SCENARIOS {
         let run = Run::of(scenario);
         let (mut killed, mut went_on) = (0, 0);
-        // How long a run takes follows what else the machine does.
+        // The duration of a run depends on the load of the machine.
         let mut longest = run.takes.mul_f64(1.1);
         while killed < kills_of_each || went_on < kills_of_each / 4 {
             let mut child = run.start();
-            // Most die young, so that one run goes on again and again.
+            // Most are killed early, so one run continues many times.
             let fraction = random.uniform(0.0, 1.0);
             std::thread::sleep(longest.mul_f64(fraction * fraction));
             child.kill().expect("it can be killed, or has ended");
@@ -271,7 +271,7 @@ fn interrupted_a_run_goes_on_from_where_it_was() {
     assert_eq!(reader.end().map(|end| end.status), Some(RunStatus::Interrupted));
     let state: serde_json::Value =
         serde_json::from_str(reader.checkpoint().expect("closed with one")).unwrap();
-    // Nothing is done twice but what a leap had recorded ahead.
+    // No step is repeated except those that a leap had recorded ahead.
     assert!(state["solver"]["slider"]["step"].as_u64().unwrap() + 2_000_000 > last_step);
     assert!(finish(&run).contains("resumes from"));
 }
@@ -281,7 +281,7 @@ fn a_run_that_lacks_only_its_name_gets_it() {
     let run = Run::of(SCENARIOS[2]);
     fs::copy(run.folder.path().join("whole.mcap"), partial_path(&run.log())).expect("a file can be copied");
     assert!(finish(&run).contains("its log was whole and only had to be renamed"));
-    // And then there is nothing left to do.
+    // And then no work is left.
     assert!(finish(&run).contains("is whole already"));
 }
 

@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::support::binary::{self, succeed, text};
 use crate::support::clients::{Python, file, said};
 
-/// A stiff drive and long steps, so that few of them hold many events.
+/// A stiff drive and long steps, so that few of them contain many events.
 const STATED: [&str; 5] = [
     "parameter_set=as-stated",
     "slider.blocks=20",

@@ -83,8 +83,8 @@ fn header_first_and_end_last() {
     assert_eq!(end.metadata["status"], "complete");
     assert_eq!(end.metadata["last_step"], run.metadata["steps"]);
 
-    // The attachment is the whole of the scenario that `scenario show` shows; what
-    // that leaves to the parameter set is written out here.
+    // The attachment is the whole of the scenario that `scenario show` shows; values that it leaves to the
+    // parameter set are written out here.
     assert_eq!((scenario.name.as_str(), scenario.media_type.as_str()), ("scenario.toml", "application/toml"));
     let shown = succeed(&[&["scenario", "show"], &small::SCENARIO[..]].concat());
     let attached = std::str::from_utf8(data).expect("the attachment is text");
@@ -205,8 +205,7 @@ fn read(path: &Path) -> Result<RunEnd, LogError> {
     RunReader::open(path, Topics::ALL)?.verify()
 }
 
-/// The digests can be made by a program that knows MCAP, BLAKE3 and what the head of
-/// `crates/runlog/src/lib.rs` says.
+/// The digests can be computed with MCAP, BLAKE3 and the head of `crates/runlog/src/lib.rs` alone.
 #[test]
 fn digests_are_those_of_the_messages_as_they_stand_in_the_file() {
     let log = Log::make();
@@ -236,11 +235,11 @@ fn digests_are_those_of_the_messages_as_they_stand_in_the_file() {
         by_topic.iter().map(|(topic, digest)| (topic.clone(), text(digest))).collect();
     assert_eq!(end.topic_digests, expected);
     assert_eq!(expected.len(), 9);
-    // It has no dense window: the hash of nothing.
+    // It has no dense window: the hash of an empty input.
     assert_eq!(expected["/window"], blake3::hash(b"").to_hex().as_str());
 }
 
-/// Logs of one run, with more detectors and with fewer, say the same of all that both hold.
+/// Logs of one run with more and with fewer detectors agree in their common topics.
 #[test]
 fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
     let log = Log::make();
@@ -303,7 +302,7 @@ fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
     assert_eq!(found.only_first, ["/events/arrival", "/events/global", "/events/rupture"]);
     assert_eq!(found.only_second, ["/events/onset"]);
 
-    // Of a log without them only what its counts and the digest of all say is known.
+    // A log without them can only be checked by its counts and the digest of all.
     let without = |end: &RunEnd| RunEnd { topic_digests: BTreeMap::new(), ..end.clone() };
     assert!(same.compare_topics(&without(&whole)).same_in_common());
     let found = fewer.compare_topics(&without(&other));
@@ -311,7 +310,8 @@ fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
     assert_eq!(found.unknown, ["/events/slip", "/fields", "/step", "/switch", "/window"]);
 }
 
-/// What is none is called none, not damaged; what is cut off behind its first bytes may be one.
+/// A file that is no log is reported as such, not as damaged; one that is cut off after its first bytes may
+/// be a log.
 #[test]
 fn what_is_no_run_log_is_told_from_what_is_damaged() {
     let folder = asperity_testkit::folder();
@@ -364,12 +364,11 @@ fn what_is_no_run_log_is_told_from_what_is_damaged() {
     }
 }
 
-/// MCAP readers check no checksum unless told to, and then a flipped bit passes
-/// as data. Bits in the lengths of records lead the reader astray instead, which
-/// it must survive.
+/// MCAP readers check no checksum by default, so a flipped bit passes as data. Bits in the lengths of
+/// records mislead the reader instead, which it must survive.
 #[test]
 fn no_damage_goes_unseen() {
-    /// A prime, so that the places fall on all kinds of fields.
+    /// A prime, so that the positions cover all kinds of fields.
     const STRIDE: usize = 499;
     let log = Log::make();
     read(&log.path).expect("the log is whole");
@@ -396,8 +395,8 @@ fn no_damage_goes_unseen() {
     assert!(unseen.is_empty(), "damage that went unseen:\n{}", unseen.join("\n"));
 }
 
-/// `asperity check` tells a log that ends early from one that is damaged, and never calls
-/// either whole.
+/// `asperity check` distinguishes a log that ends early from a damaged one, and never reports either as
+/// complete.
 #[test]
 fn check_tells_whole_from_incomplete_from_damaged() {
     let log = Log::make();
@@ -432,8 +431,8 @@ fn check_tells_whole_from_incomplete_from_damaged() {
     assert_eq!(output.status.code(), verdict(&other).0);
 }
 
-/// The MCAP library finishes a file as its writer is dropped, in a panic as well: what it
-/// leaves must not pass for a whole log.
+/// The MCAP library finishes a file as its writer is dropped, in a panic as well: the resulting file must
+/// not count as a complete log.
 #[test]
 fn a_writer_that_is_dropped_in_a_panic_leaves_no_whole_log() {
     let log = Log::make();

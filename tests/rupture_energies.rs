@@ -1,9 +1,10 @@
-//! Energies of ruptures: with what lies between them they are those of the run, for chains and slabs,
-//! by either solver and every friction law. And moments, which are slip times area times modulus.
+//! Energies of ruptures: together with those between them they add up to the energies of the run, for
+//! chains and slabs, with either solver and every friction law. And moments, which are slip times area
+//! times modulus.
 //!
-//! The bug: a rupture's energies began behind its first detachment, so that the anchor change left out
-//! what the friction spring of the nucleating block lost: +2.70e-9 J instead of -1.31e-8 J for the first
-//! rupture of the default as stated.
+//! The bug: a rupture's energies began after its first detachment, so the anchor change omitted the loss of
+//! the nucleating block's friction spring: +2.70e-9 J instead of -1.31e-8 J for the first rupture of the
+//! default as stated.
 
 use std::path::Path;
 
@@ -44,7 +45,7 @@ fn logged(log: &Path) -> Run {
     Run { steps, ruptures, end }
 }
 
-/// All that happens in steps, and not by switches: what friction springs hold less the anchor change.
+/// All changes within steps, without switches: the energy of friction springs less the anchor change.
 fn in_steps(energy: &Energy) -> [f64; 7] {
     [
         energy.drive_work_j,
@@ -103,7 +104,7 @@ impl Run {
     }
 }
 
-/// Adds up a run; how many ruptures overlap comes back.
+/// Adds up a run; returns the number of overlapping ruptures.
 fn adds_up(what: &str, run: &Run) -> usize {
     let (first, last) = (run.steps[0].step, run.steps.last().expect("it has records").step);
     let change = |from: u64, to: u64| {
@@ -116,7 +117,7 @@ fn adds_up(what: &str, run: &Run) -> usize {
     let mut sum = [0.0; 7];
     let mut add = |parts: [f64; 7]| sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
 
-    // What lies between ruptures: blocks that stick, and neither rub nor switch.
+    // Intervals between ruptures: blocks stick, and neither rub nor switch.
     let union = run.union();
     let mut behind = first;
     for &(from, to) in union.iter().chain([&(last, last)]) {
@@ -125,7 +126,7 @@ fn adds_up(what: &str, run: &Run) -> usize {
         add(between);
         behind = to;
     }
-    // Ruptures that slide alone tell it themselves; of those that overlap only all together is known.
+    // Ruptures that slide alone have these changes themselves; for overlapping ones only the sum is known.
     for &(from, to) in &union {
         let within: Vec<&Rupture> = run
             .ruptures
@@ -174,7 +175,7 @@ fn by_single_steps_ruptures_add_up_to_the_run() {
     assert!(ruptures > 50 && overlapping > 10, "{ruptures} ruptures, {overlapping} overlapping");
 }
 
-/// Adds up runs of all kinds by a solver; how many ruptures there are and how many overlap.
+/// Adds up runs of all kinds with a solver; returns the numbers of ruptures and of overlapping ones.
 fn all_add_up(solver: &str) -> (usize, usize) {
     let ten = ["time.step_s=1e-7", "time.duration_s=1.2"];
     let creeping = [

@@ -1,5 +1,5 @@
-//! `recording.rupture_fields_from_blocks`: large ruptures are recorded without their time being known
-//! before, and nothing else in the log is otherwise.
+//! `recording.rupture_fields_from_blocks`: large ruptures are recorded without knowing their times in
+//! advance, and the rest of the log is unchanged.
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! Ruptures of whole runs: against the definition of `docs/ruptures.md` computed in another language
-//! from exported switches, against known counts, and by other choices of what links detachments.
+//! Ruptures of whole runs: against the definition of `docs/ruptures.md` computed in another language from
+//! exported switches, against known counts, and with other criteria for linking detachments.
 
 use std::fs;
 use std::io::Write;
@@ -21,8 +21,7 @@ fn by_definition(tables: &Path) -> Output {
         .expect("python3 starts")
 }
 
-/// Exports a log, and holds its ruptures and arrivals against the definition. What is counted of
-/// them comes back.
+/// Exports a log, and checks its ruptures and arrivals against the definition. Returns their counts.
 fn held_to_the_definition(log: &Path) -> Value {
     let tables = log.with_extension("tables");
     succeed(&["export", text(log), "--to", "csv", "--out", text(&tables)]);
@@ -31,7 +30,7 @@ fn held_to_the_definition(log: &Path) -> Value {
     serde_json::from_slice(&output.stdout).expect("it prints JSON")
 }
 
-/// Makes a run and holds its ruptures against the definition.
+/// Makes a run and checks its ruptures against the definition.
 fn run_and_hold(folder: &Path, name: &str, scenario: &[&str]) -> Value {
     let log = folder.join(format!("{name}.mcap"));
     binary::run(scenario, &log);
@@ -42,7 +41,7 @@ fn count(counts: &Value, of: &str) -> u64 {
     counts[of].as_u64().unwrap_or_else(|| panic!("{of} is not among {counts}"))
 }
 
-/// Longer steps than the default, so that runs are short work.
+/// Longer steps than the default, to keep runs short.
 const STEP: [&str; 2] = ["--set", "time.step_s=1e-7"];
 
 /// Creeps at its driven end from the start on; its first global slip is at 2.764 s.
@@ -88,7 +87,7 @@ fn ruptures_are_those_of_the_definition() {
     assert!(count(&stated, "growing") > 20 && count(&stated, "down") > 0, "{stated}");
 }
 
-/// What says so must see a difference: one wrong value of each table, one row more.
+/// The comparison must detect differences: one wrong value of each table, one row more.
 #[test]
 fn the_program_of_the_definition_sees_what_differs() {
     let folder = asperity_testkit::folder();
@@ -127,8 +126,8 @@ fn the_program_of_the_definition_sees_what_differs() {
     assert!(by_definition(&tables).status.success() && tried > 40);
 }
 
-/// The table of `docs/ruptures.md`: ruptures of three blocks or more, those that contain block 1
-/// and reach farther than all before, and those of the whole slider, by what links detachments.
+/// The table of `docs/ruptures.md`: ruptures of three blocks or more, those that contain block 1 and reach
+/// farther than all before, and those of the whole slider, for several criteria of linking detachments.
 fn assert_counts(folder: &Path, scenario: &[&str], expected: &[(f64, [u64; 3])]) {
     let log = folder.join("run.mcap");
     binary::run(scenario, &log);
@@ -239,7 +238,7 @@ fn a_replay_by_the_ratio_of_another_run_gives_its_ruptures() {
     let live = of(&narrow, 3.0, "live");
     assert_eq!(of(&usual, 3.0, "replayed"), live);
     assert_ne!(of(&usual, 100.0, "as-usual"), live);
-    // Those are the events of the log, and the log says by what they were found.
+    // Those are the events of the log, and the log states the criteria.
     assert!(succeed(&["replay", text(&narrow)]).contains("the same as logged"));
     held_to_the_definition(&narrow);
     let manifest = fs::read_to_string(folder.path().join("narrow.tables/narrow.csv.export.json")).unwrap();
@@ -247,7 +246,7 @@ fn a_replay_by_the_ratio_of_another_run_gives_its_ruptures() {
     assert_eq!(manifest["run"]["scales"]["link_time_ratio"], 3.0);
 }
 
-/// Logs of older versions have none, and say so; a replay finds them.
+/// Logs of older versions have none, and commands report that; a replay finds them.
 #[test]
 fn ruptures_of_older_logs_are_found_again() {
     let folder = asperity_testkit::folder();

@@ -15,7 +15,7 @@ use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
 use mcap::read::LinearReader;
 use mcap::records::{Record, op};
 
-/// A log of many chunks, all of which it holds in memory.
+/// A log of many chunks, in memory.
 struct Log {
     folder: tempfile::TempDir,
     bytes: Vec<u8>,
@@ -28,7 +28,7 @@ struct Log {
 type Message = (String, u32, u64, Vec<u8>);
 
 impl Log {
-    /// Most of it are the states of all blocks, so that there are many chunks.
+    /// It consists mostly of states of all blocks, so it has many chunks.
     fn make() -> Log {
         Log::with(&["default", "--set", "recording.fields_s=0.0005", "--set", "time.duration_s=0.6"])
     }
@@ -50,7 +50,7 @@ impl Log {
         self.chunks.iter().filter(untouched).flat_map(|(_, messages)| messages).cloned().collect()
     }
 
-    /// Salvages some bytes; what the command said, and the log that it made.
+    /// Salvages some bytes; returns the output of the command, and its log.
     fn salvage(&self, bytes: &[u8]) -> (String, PathBuf) {
         let (damaged, out) =
             (self.folder.path().join("damaged.mcap"), self.folder.path().join("salvaged.mcap"));
@@ -61,8 +61,8 @@ impl Log {
         (succeed(&["salvage", text(&damaged), "--out", text(&out)]), out)
     }
 
-    /// Salvages a damaged copy, and compares the result with what it must be: the messages of these
-    /// chunks are left, in their order, and the log is not whole.
+    /// Salvages a damaged copy, and compares the result with the expected one: the messages of these chunks
+    /// are kept, in order, and the log is incomplete.
     #[track_caller]
     fn must_keep(&self, what: &str, bytes: &[u8], hit: &Range<usize>) -> String {
         let (said, out) = self.salvage(bytes);
@@ -118,7 +118,7 @@ fn messages(bytes: &[u8]) -> Vec<Message> {
     chunks(bytes).into_iter().flat_map(|(_, messages)| messages).collect()
 }
 
-/// The record `chunk` that stands there.
+/// The record `chunk` at that position.
 fn link_at(bytes: &[u8], at: usize) -> Range<usize> {
     assert!(bytes[at + 9..].starts_with(b"\x05\0\0\0chunk"), "no record `chunk` at byte {at}");
     at..at + 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize
@@ -148,7 +148,7 @@ fn what_is_not_hit_anywhere_is_kept() {
     hit(1);
 }
 
-/// Damages a log in twelve places, of which only every `each`-th is taken.
+/// Damages a log in every `each`-th of twelve places.
 fn hit(each: usize) {
     let log = Log::make();
     let end = log.bytes.len();
@@ -158,7 +158,7 @@ fn hit(each: usize) {
         let mut flipped = log.bytes.clone();
         flipped[place] ^= 1 << (number % 8);
         log.must_keep(&format!("a bit of byte {place}"), &flipped, &(place..place + 1));
-        // Header and scenario are in one block of the disk; with both gone nothing is left to say.
+        // Header and scenario are in one block of the disk; with both gone, nothing identifies the run.
         let place = place.max(log.chunks[0].0.start);
         let block = place..(place + 4096).min(end);
         let mut zeroed = log.bytes.clone();
@@ -176,8 +176,8 @@ fn hit(each: usize) {
     }
 }
 
-/// The chunk that names the channels is the first one: without it, messages are known by
-/// what they hold.
+/// The chunk that names the channels is the first one: without it, messages are recognised by their
+/// contents.
 #[test]
 fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
     let log = Log::make();
@@ -212,7 +212,7 @@ fn every_broken_chunk_costs_its_messages_and_nothing_else() {
     break_chunks(1);
 }
 
-/// Every `each`-th chunk of a log broken once: what is lost are its messages and nothing else.
+/// Breaks every `each`-th chunk of a log once: only its messages are lost.
 fn break_chunks(each: usize) {
     for scenario in [
         &["default", "--set", "recording.fields_s=0.0005", "--set", "time.duration_s=0.6"][..],
@@ -234,7 +234,7 @@ fn break_chunks(each: usize) {
     }
 }
 
-/// Where a chunk stands tells nothing: its record `chunk` does, or the next one.
+/// The position of a chunk is irrelevant: its record `chunk` decides, or the next one.
 #[test]
 fn chunks_that_are_gone_moved_or_there_twice_are_noticed() {
     let log = Log::make();
@@ -261,7 +261,7 @@ fn chunks_that_are_gone_moved_or_there_twice_are_noticed() {
         let moved = [&b[..first], &b[last.start..end], &b[first..last.start], &b[end..]].concat();
         all("moved", &moved, "chunks stood out of their order, and were put back");
     }
-    // A record `chunk` gone, or broken: the next one says the same.
+    // A record `chunk` is missing or broken: the next one repeats it.
     for (chunk, _) in log.chunks.iter().step_by(4).chain(log.chunks.last()) {
         let link = link_at(b, chunk.end);
         all("without a record `chunk`", &[&b[..link.start], &b[link.end..]].concat(), "salvaged");
@@ -302,7 +302,7 @@ fn nothing_of_another_run_is_kept() {
     }
 }
 
-/// Logs of version 2 do not say of which run a chunk is; messages that contradict others do.
+/// Logs of version 2 do not record the run of a chunk; contradictory messages reveal it.
 #[test]
 fn of_two_old_runs_the_first_is_kept_where_they_contradict_each_other() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v2");
@@ -373,7 +373,7 @@ fn what_is_whole_or_hopeless_is_left_alone() {
     assert_eq!(fs::read_to_string(&out).unwrap(), "mine");
 }
 
-/// Detectors do not look past a gap, and the other commands print what there is, and fail.
+/// Detectors stop at a gap, and the other commands print the available part, and fail.
 #[test]
 fn commands_take_a_salvaged_log_for_what_it_is() {
     let log = Log::make();
@@ -404,7 +404,7 @@ fn whichever_of_two_hundred_chunks_is_lost_the_rest_is_salvaged_with_gaps() {
     lose_chunks(70);
 }
 
-/// Whatever is lost, what is left is a salvaged log, in whose gaps alone something is missing.
+/// Whatever is lost, the rest is a salvaged log, with messages missing in its gaps only.
 fn lose_chunks(of_each_packing: usize) {
     let folder = asperity_testkit::folder();
     let path = |name: &str| folder.path().join(name);
@@ -415,7 +415,7 @@ fn lose_chunks(of_each_packing: usize) {
     let (damaged, out) = (path("damaged.mcap"), path("salvaged.mcap"));
     let mut wrong = Vec::new();
     let mut lost = 0;
-    // Chunks of one message each, too: then nothing but that message is missing.
+    // Chunks of one message each, too: then only that message is missing.
     for per_chunk in [1, 7, 40] {
         let bytes = put_together(&parts, Packing { per_chunk, ..Packing::USUAL });
         let mut at = 8;

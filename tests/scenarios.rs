@@ -16,7 +16,7 @@ fn every_scenario_runs_checks_and_replays() {
     run_all(1.0);
 }
 
-/// That part of a scenario's duration, as it is set; nothing where its windows or schedules forbid it.
+/// An override for that fraction of a scenario's duration; none if its windows or schedules forbid it.
 fn shortened(name: &str, parts: f64) -> Option<String> {
     let source = ScenarioSource::new(name, builtin::find(name)?);
     let duration_s = Scenario::resolve(&source).ok()?.time.duration_s;
@@ -32,7 +32,7 @@ fn run_all(parts: f64) {
     let folder = asperity_testkit::folder();
     let one = |name: &str| {
         let log = folder.path().join(format!("{name}.mcap"));
-        // The slab takes a minute; up to its first precursor is enough here.
+        // The slab needs a minute; running up to its first precursor is enough here.
         let set = match name {
             "slab" => Some("time.duration_s=0.2".to_owned()),
             _ if parts > 1.0 => shortened(name, parts),

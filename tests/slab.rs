@@ -12,7 +12,7 @@ use asperity_record::Record;
 use asperity_runlog::LogItem;
 use asperity_testkit::{read_log, run_end};
 
-/// A coarse slab, up to its second precursor, and what else is asked of it.
+/// A coarse slab, up to its second precursor, with further overrides.
 fn run(folder: &Path, name: &str, sets: &[&str]) -> PathBuf {
     let log = folder.join(name);
     let coarse = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.21"];
@@ -35,7 +35,7 @@ fn a_slab_is_logged_and_comes_back() {
     let again = folder.path().join("again.mcap");
     binary::run(&[text(&log)], &again);
     assert_eq!(run_end(&again).digest, run_end(&log).digest);
-    // By either solver the same events; the one that is asked for jumps over most of the steps.
+    // Both solvers give the same events; the fast one jumps over most of the steps.
     let plain = folder.path().join("plain.mcap");
     binary::run(&[text(&log), "--solver", "plain"], &plain);
     let of_plain = succeed(&["events", text(&plain)]);
@@ -98,7 +98,7 @@ fn a_slab_is_drawn_and_reported() {
     succeed(&["reduce", text(&log), "--out", text(&out)]);
     let figures = fs::read_dir(&out).expect("the folder was made").count();
     assert!(figures > 3, "{figures} files");
-    // The laws of lengths are of chains: its precursors stand beside none.
+    // The length laws are for chains, so its precursors are compared with none.
     for (table, empty) in [
         ("precursors.csv", &["law", "ft_fn_law", "residual"][..]),
         ("precursor-ruptures.csv", &["law", "ft_fn_law", "residual"]),
@@ -121,7 +121,7 @@ fn a_slab_is_drawn_and_reported() {
     assert!(page.contains("a lattice of 29 by 16 nodes"), "its sketch is one of a slab");
 }
 
-/// A slab that tips: most of what it does happens without load, and counts as slip events all the same.
+/// A slab that tips: most of its motion happens without load, but counts as slip events.
 #[test]
 fn contacts_in_the_air_are_counted_apart_and_warned_of() {
     let folder = asperity_testkit::folder();
@@ -155,7 +155,7 @@ fn contacts_in_the_air_are_counted_apart_and_warned_of() {
             summary.unloaded_event_count, summary.event_count
         );
         assert!(told.contains(&note), "{told}");
-        // The states of all steps say which contacts bear nothing.
+        // The states of all steps show which contacts bear no load.
         let (items, end) = read_log(&log).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(end.solver.counts["contact_steps_in_air"], in_air);
         let states = items.iter().filter_map(|item| match item {
@@ -179,7 +179,7 @@ fn contacts_in_the_air_are_counted_apart_and_warned_of() {
     assert_eq!(found[0], found[1]);
     let [in_air, events, unloaded, contacts] = found[0];
     assert!(in_air > 50_000 && unloaded > 900 && unloaded < events && contacts < 5, "{found:?}");
-    // One that stands has none, and nothing is said.
+    // One that does not tip has none, and no warning.
     let stands = run(folder.path(), "stands.mcap", &[]);
     let output = asperity(&["summary", "--format", "json", text(&stands)]);
     let summary: Summary = serde_json::from_slice(&output.stdout).expect("it is a summary");
@@ -214,7 +214,7 @@ fn what_a_slab_cannot_have_is_refused_with_the_reason() {
     }
 }
 
-/// What is left of a damaged log of a slab is what was sound, and says what it lacks.
+/// Salvage of a damaged log of a slab keeps the sound part, and states the gaps.
 #[test]
 fn a_damaged_log_of_a_slab_is_salvaged() {
     let folder = asperity_testkit::folder();

@@ -1,4 +1,4 @@
-//! The nodes of a slab at any time, which no log holds: `asperity export --nodes-at-s`.
+//! The nodes of a slab at any time, which no log contains: `asperity export --nodes-at-s`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -23,7 +23,7 @@ fn slab(log: &Path, more: &[&str]) {
     run(&["slab"].into_iter().chain(sets).chain(more.iter().copied()).collect::<Vec<&str>>(), log);
 }
 
-/// What a table has of some columns, by the texts of others.
+/// The values of some columns of a table, by the texts of others.
 fn columns(table: &str, by: &[&str], of: &[&str]) -> BTreeMap<Vec<String>, Vec<String>> {
     let mut rows = csv::Reader::from_reader(table.as_bytes());
     let header = rows.headers().expect("it is CSV").clone();
@@ -63,8 +63,8 @@ fn compare(solver: &str) {
         &["step", "block"],
         &["displacement_m", "velocity_m_per_s"],
     );
-    // The state of a contact is the same text as that of its node, but inside leaps of the fast solver,
-    // where samples leave out what is negligible.
+    // The state of a contact has the same text as that of its node, except inside leaps of the fast solver,
+    // where samples omit negligible terms.
     let mut compared = 0;
     for (at, cells) in of_nodes.iter().filter(|(at, _)| at[0] == "1") {
         let Some(expected) = recorded.get(&at[1..]) else { continue };
@@ -91,7 +91,7 @@ fn compare(solver: &str) {
         let found: Vec<f64> = cells.iter().map(|cell| cell.parse().expect("a number")).collect();
         assert_eq!(found, [u[node], u[29 * 16 + node]], "row {row}, column {column}");
     }
-    // And the same out of a log that has no state to go on from.
+    // The result is the same for a log without a checkpoint to continue from.
     let other = folder.path().join("other/slab.mcap");
     fs::create_dir(folder.path().join("other")).expect("the folder can be written");
     slab(&other, &["--solver", solver, "--checkpoint-s", "1e6"]);
@@ -142,8 +142,8 @@ fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
     }
 }
 
-/// What stands before a cut or a damage is as sound as that of a whole log; it used to be refused, since
-/// the end of the log was asked for first.
+/// The part before a cut or a damage is as sound as that of a complete log; it used to be refused, since
+/// the end of the log was read first.
 #[test]
 fn nodes_of_a_log_that_breaks_off_are_those_of_the_whole_one() {
     let folder = asperity_testkit::folder();
@@ -177,7 +177,7 @@ fn nodes_of_a_log_that_breaks_off_are_those_of_the_whole_one() {
         let name = log.file_stem().expect("it has a name").to_string_lossy();
         assert!(read(&out.join(format!("{name}.nodes.csv"))) == expected, "{word}: other nodes");
     }
-    // Beyond what there is.
+    // Beyond the end.
     let short = file("short.mcap");
     fs::write(&short, &bytes[..bytes.len() / 4]).expect("the folder can be written");
     let (code, said, _) = ask(&short, "0.205", "short");

@@ -46,7 +46,7 @@ fn runs_of(part: &Value, found: &mut BTreeSet<String>) {
     }
 }
 
-/// The pipeline without what needs other runs.
+/// The pipeline without outputs that need other runs.
 fn short() -> Table {
     let whole = fs::read_to_string(file("pipelines/slab.toml")).expect("the pipeline is there");
     let mut pipeline: Table = whole.parse().expect("it is TOML");

@@ -1,9 +1,9 @@
-//! Sweeps under a real Slurm, which is started here on this machine: what `sweep emit slurm` prints is
+//! Sweeps under a real Slurm, which is started on this machine: the output of `sweep emit slurm` is
 //! submitted, tasks are killed and cancelled, it is submitted again, and the tables are those of
 //! `sweep run`.
 //!
-//! It needs root and the Debian packages slurm-wlm and munge. Without them the tests skip, and say
-//! so; with `ASPERITY_NO_SKIPS=1` they fail instead.
+//! It needs root and the Debian packages slurm-wlm and munge. Without them the tests skip with a message,
+//! or fail with `ASPERITY_NO_SKIPS=1`.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -29,7 +29,7 @@ const PROGRAMS: [&str; 7] = ["munged", "slurmctld", "slurmd", "sbatch", "scancel
 /// Arrays have fewer tasks than this: less than the tests have parts.
 const MAX_ARRAY_SIZE: u32 = 4;
 
-/// How long anything may take. Nothing takes so long unless it is stuck.
+/// Time limit for any operation, which only a hang exceeds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A cluster of this machine alone, for as long as this lives.
@@ -50,7 +50,7 @@ impl Cluster {
         }
         let folder = asperity_testkit::folder();
         let path = |name: &str| folder.path().join(name);
-        // The daemons are particular about who may change what stands above their files.
+        // The daemons check the permissions of all folders above their files.
         fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).expect("it is ours");
         let key: Vec<u8> = blake3::hash(text(folder.path()).as_bytes()).as_bytes().repeat(4);
         fs::write(path("key"), key).expect("the folder can be written");
@@ -100,7 +100,7 @@ impl Cluster {
         self.daemons.push(command.spawn().expect("it is installed"));
     }
 
-    /// What a program of Slurm prints.
+    /// The output of a Slurm program.
     fn said(&self, program: &str, arguments: &[&str]) -> String {
         let output = self.command(program).args(arguments).output().expect("it is installed");
         String::from_utf8_lossy(&output.stdout).into_owned()
@@ -121,7 +121,7 @@ impl Cluster {
         }
     }
 
-    /// Calls a script that submits a sweep; the parts that it says to have submitted.
+    /// Calls a script that submits a sweep; returns the parts that it reports.
     fn submit(&self, script: &Path) -> Vec<String> {
         let output = self.command("bash").arg(script).output().expect("there is bash");
         let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -163,7 +163,7 @@ impl Drop for Cluster {
     }
 }
 
-/// What these tests need and do not find.
+/// Missing requirements of these tests.
 fn missing() -> Option<String> {
     let folders: Vec<PathBuf> = env::var_os("PATH").iter().flat_map(env::split_paths).collect();
     let is_there = |program: &&str| folders.iter().any(|folder| folder.join(program).is_file());
@@ -225,7 +225,7 @@ fn script(study: &Study, out: &Path, more: &[&str]) -> PathBuf {
     script
 }
 
-/// Which runs a study lacks, as its status says.
+/// The missing runs of a study, from its status.
 fn lacks(out: &Path) -> String {
     let (_, status, _) = sweep(&["status", text(out)]);
     let line = status.lines().find_map(|line| line.strip_prefix("missing: "));
@@ -259,7 +259,7 @@ values = [12, 10, 1, 1.1, 1.2, 1.3, 1.4]
     assert_eq!(tasks.len(), 7, "{queue}");
     cluster.said("scancel", &[tasks[6]]);
     cluster.said("scontrol", &["update", "PartitionName=main", "State=UP"]);
-    // The first two tasks that are seen are killed: the first two that start, whose runs take longest.
+    // Kills the first two tasks that appear: the first two that start, whose runs are the longest.
     let mut killed = BTreeSet::new();
     let deadline = Instant::now() + PATIENCE;
     while killed.len() < 2 {
@@ -285,7 +285,7 @@ values = [12, 10, 1, 1.1, 1.2, 1.3, 1.4]
     assert!(left.len() > 2, "nothing was killed half-way: {left:?}");
     let told = fs::read_to_string(out.join("collect.txt")).expect("the last job has run all the same");
     assert!(told.contains("runs.") && told.contains(" missing"), "{told}");
-    // Only what is missing is submitted again, by the words of the status.
+    // Only missing runs are submitted again, with the command from the status.
     let parts = succeed_or_incomplete(&["status", text(&out), "--tasks", "7", "--array-size", "4"]);
     let parts: Vec<&str> = parts.lines().filter_map(|line| line.split_once(' ')).map(|part| part.1).collect();
     assert_eq!(cluster.submit(&script), parts);
@@ -293,7 +293,7 @@ values = [12, 10, 1, 1.1, 1.2, 1.3, 1.4]
     assert_eq!(sweep(&["status", text(&out)]), (0, "14 of 14 runs done\n".to_owned(), String::new()));
     succeed(&["sweep", "run", text(&whole)]);
     assert!(tables(&out) == tables(&whole), "other tables");
-    // Once more: nothing is left to be made, and the tables are made.
+    // Once more: no runs are missing, and the tables are made.
     fs::remove_dir_all(out.join("tables")).expect("they are there");
     assert_eq!(cluster.submit(&script), [""; 0]);
     cluster.wait_until_idle();
@@ -320,7 +320,7 @@ fn succeed_or_incomplete(arguments: &[&str]) -> String {
     told
 }
 
-/// A minute before its time is up a task is sent SIGTERM, and nothing but it: so it is here.
+/// A minute before its time limit a task receives SIGTERM, and only the task; so it is here.
 #[test]
 fn a_task_that_is_told_to_end_keeps_what_it_has_done() {
     let Some(cluster) = Cluster::start() else { return };

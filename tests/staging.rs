@@ -38,7 +38,7 @@ fn begun(out: &Path, run: u64) -> PathBuf {
     partial_path(&out.join(format!("staging/{run}.mcap")))
 }
 
-/// Runs a study, which succeeds; the runs that went on.
+/// Runs a study, which succeeds; returns the runs that were resumed.
 fn go_on(out: &Path, more: &[&str]) -> Vec<u64> {
     let (code, _, err) = sweep(&[&["run", text(out)], more].concat());
     assert_eq!(code, 0, "{err}");
@@ -57,12 +57,12 @@ fn wherever_a_run_breaks_off_it_goes_on_and_gives_what_an_unbroken_one_gives() {
     break_off(&[0.0, 0.01, 0.2, 0.5, 0.7, 0.9, 0.999, 1.0]);
 }
 
-/// However far a run had come, and whatever of its end is lost.
+/// Whatever the progress of a run, and however much of its end is lost.
 fn break_off(shares: &[f64]) {
     let study = Study::of(LONG);
     let whole = study.plan("whole");
     assert_eq!(go_on(&whole, &[]), [0; 0]);
-    // Short runs leave nothing behind, nor do they with a log.
+    // Short runs leave no staged files, even with a log.
     assert_eq!(staged(&whole), [""; 0]);
     let expected = tables(&whole);
     let log = study.path("log.mcap");
@@ -85,7 +85,7 @@ fn break_off(shares: &[f64]) {
         assert!(tables(&out) == expected, "{share}: other tables");
         assert_eq!(staged(&out), [""; 0], "{share}");
     }
-    // So it is where a worker died between the result and what it had to tidy up.
+    // As if a worker died between the result and its cleanup.
     fs::write(begun(&whole, 2), &bytes[..bytes.len() / 2]).expect("the folder can be written");
     assert!(!sweep(&["status", text(&whole)]).1.contains("begun"));
     assert_eq!(go_on(&whole, &[]), [0; 0]);
@@ -96,7 +96,7 @@ fn break_off(shares: &[f64]) {
     fs::write(begun(&other, 1), &bytes[..bytes.len() / 2]).expect("the folder can be written");
     assert_eq!(go_on(&other, &[]), [0; 0]);
     assert!(tables(&other) == expected, "other tables");
-    // What is no log is somebody else's.
+    // A file that is no log belongs to somebody else.
     let foreign = study.plan("foreign");
     fs::create_dir(foreign.join("staging")).expect("the folder can be written");
     fs::write(begun(&foreign, 1), "my notes").expect("the folder can be written");
@@ -129,7 +129,7 @@ fn terminate(child: &mut Child) -> Option<i32> {
     child.wait().expect("it is ours").code()
 }
 
-/// It takes minutes: longer than anything that is done to it.
+/// It needs minutes, longer than the whole test.
 const ENDLESS: &str = "
 title = 'A run that does not end'
 scenario = 'default'
@@ -148,7 +148,7 @@ fn a_long_run_is_kept_when_it_is_told_to_stop_and_a_short_one_is_not() {
     wait_for("worker", || short.join("staging").exists());
     assert_eq!(terminate(&mut child), Some(143));
     assert_eq!(staged(&short), [""; 0]);
-    // Which file has the name, once it holds anything.
+    // The file with that name, once it has contents.
     let log = || {
         let file = fs::metadata(begun(&long, 1)).ok()?;
         (file.len() > 0).then(|| file.ino())
@@ -157,7 +157,7 @@ fn a_long_run_is_kept_when_it_is_told_to_stop_and_a_short_one_is_not() {
         let before = log();
         assert_eq!(before.is_some(), times > 0);
         let mut child = start(&long, &AT_ONCE);
-        // A run that goes on writes another, which takes the place of the first.
+        // A resumed run writes another file, which replaces the first.
         wait_for("log", || log().is_some() && log() != before);
         // Nobody else makes it meanwhile.
         let (code, _, err) = sweep(&[&["run", text(&long)], &AT_ONCE[..]].concat());
@@ -170,7 +170,7 @@ fn a_long_run_is_kept_when_it_is_told_to_stop_and_a_short_one_is_not() {
     assert_eq!(checked.status.code(), Some(3), "{}", String::from_utf8_lossy(&checked.stdout));
 }
 
-/// Two processes that begin the same runs at once, whoever makes which.
+/// Two processes begin the same runs at once, in any order.
 #[test]
 fn two_that_make_the_same_runs_do_not_disturb_each_other() {
     let study = Study::of(LONG);
@@ -246,7 +246,7 @@ fn what_is_missing_is_named_as_arrays_of_a_batch_system() {
     }
 }
 
-/// Runs of a second and more, so that what is done to them comes in between.
+/// Runs of a second and more, so that the test can interfere with them.
 const LONGER: &str = "
 title = 'Two processes at one run'
 scenario = 'default'
@@ -290,8 +290,8 @@ fn a_stopped_worker_leaves_nothing_of_a_run_that_is_done() {
     assert_eq!(sweep(&["status", text(&out)]).0, 0);
 }
 
-/// What another process holds at the start is cleared at the end, if that has let go of it by then; and
-/// so are whole logs that nobody brought to where they are kept.
+/// Files that another process has locked at the start are cleared at the end, if they are free by then;
+/// likewise complete logs that were not moved to their final place.
 #[test]
 fn logs_of_runs_that_are_done_are_cleared_at_the_end() {
     let study = Study::of(LONGER);

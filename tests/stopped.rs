@@ -1,4 +1,4 @@
-//! Runs whose time step is too long: they are warned of, stopped, and their logs say so.
+//! Runs whose time step is too long: they cause a warning, are stopped, and their logs record it.
 
 use std::fs;
 use std::path::Path;
@@ -43,13 +43,13 @@ fn a_run_that_its_time_step_drives_is_stopped_and_says_why() {
     let log = folder.path().join("long.mcap");
     let (code, said) = run(&log, &[]);
     assert_eq!(code, 1, "{said}");
-    // Both numbers, once, and what so long a step does to fronts.
+    // Both numbers, once, and the effect of such a long step on fronts.
     assert_eq!(said.matches("warning").count(), 2, "{said}");
     assert!(said.contains("time.step_s = 2.5e-6 is 0.94 of the longest stable step, 2.664e-6 s"), "{said}");
     let (why, digest) = stopped(&log);
     assert!(why.starts_with("in step ") && why.contains("more than 30 % of the "), "{why}");
     assert!(
-        said.contains(&format!("error: rigid-contacts: stopped: {why}; {} holds", log.display())),
+        said.contains(&format!("error: rigid-contacts: stopped: {why}; {} contains", log.display())),
         "{said}"
     );
     assert!(!partial_path(&log).exists());
@@ -57,7 +57,7 @@ fn a_run_that_its_time_step_drives_is_stopped_and_says_why() {
         let (code, told, _) = outcome(&[again, &[text(&log)]].concat());
         assert!(code == 7 && told.contains(": stopped: ") && told.contains(&why), "{told}");
     }
-    // Nothing to resume from, and nothing that looks like a finished run.
+    // No file to resume from, and none that looks like a finished run.
     let (code, said) = run(&log, &["--resume"]);
     assert!(code == 1 && said.contains(&why), "{said}");
 
@@ -103,7 +103,7 @@ fn forge(log: &Path, forged: &Path, record: &str, pairs: &[(&str, Option<&str>)]
     fs::write(forged, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
 }
 
-/// How a run ended must be said in one way; whether it did is seen where it is made again.
+/// The end of a run must be stated consistently; repeating the run shows whether it is true.
 #[test]
 fn how_a_run_ended_is_said_in_one_way_and_seen_by_making_it_again() {
     let folder = asperity_testkit::folder();
@@ -142,7 +142,7 @@ fn how_a_run_ended_is_said_in_one_way_and_seen_by_making_it_again() {
     }
 }
 
-/// What would overflow is refused before a run is made.
+/// Scenarios that would overflow are refused before a run.
 #[test]
 fn numbers_that_would_overflow_are_refused_with_what_is_accepted() {
     let folder = asperity_testkit::folder();

@@ -1,4 +1,4 @@
-//! Reductions take runs one after the other, and of each what is asked for: their memory grows
+//! Reductions process runs one after the other, and keep only requested data of each: their memory grows
 //! neither with the number of runs nor with their length.
 
 use std::fs;
@@ -13,8 +13,8 @@ use crate::support::clients;
 /// Growth that is none: less than the states of one more run take.
 const SLACK_MB: f64 = 10.0;
 
-/// A run of so long with four thousand states of a hundred blocks per half second, 13 MB if all are
-/// held.
+/// A run of that duration with four thousand states of a hundred blocks per half second, 13 MB if all are
+/// kept.
 fn scenario(duration_s: &str) -> Vec<String> {
     let keys = [
         "parameter_set=as-coded",
@@ -48,8 +48,8 @@ fn peak_mb(arguments: &[&str]) -> Option<f64> {
     Some(String::from_utf8_lossy(&output.stdout).trim().parse().expect("Python prints a number"))
 }
 
-/// Reduces as many copies of a run, which are there already, with a figure and a claim for each; and
-/// gives the memory that it takes, MB.
+/// Reduces that many existing copies of a run, with a figure and a claim for each; returns the memory used,
+/// MB.
 fn reduce(folder: &Path, log: &Path, duration_s: &str, runs: usize) -> Option<f64> {
     let out = folder.join(format!("{runs}-{duration_s}"));
     fs::create_dir_all(out.join("runs")).expect("the folder can be made");

@@ -1,5 +1,5 @@
-//! Plans and segments that nobody wrote, or that somebody wrote to do harm: tables are made of what
-//! the runs of the plan gave, or not at all, within bounds of memory, and never with a panic.
+//! Damaged and malicious plans and segments: tables contain the results of the runs of the plan, or are not
+//! made, within bounds of memory, and never with a panic.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ impl Made {
         folder
     }
 
-    /// The results, one of which is changed.
+    /// The results, with one of them changed.
     fn changed(&self, change: impl FnOnce(&mut Vec<Frame>)) -> Segment {
         let mut all = self.all.clone();
         change(&mut all.frames);
@@ -80,8 +80,8 @@ fn with_line(text: &str, line: usize, change: impl FnOnce(&str) -> String) -> St
     lines.join("\n") + "\n"
 }
 
-/// Of two results of a run the one was taken that came first, and of a result only the number under
-/// which it stood was believed: tables of a faulty node were made with exit code 0.
+/// Formerly the first of two results of a run was used, and a result was identified by its number only:
+/// tables of a faulty node were made with exit code 0.
 #[test]
 fn results_that_contradict_the_plan_or_each_other_make_no_tables() {
     let made = Made::new();
@@ -106,7 +106,7 @@ fn results_that_contradict_the_plan_or_each_other_make_no_tables() {
             text.replacen(&from, &to, 1)
         }
     };
-    // What stands in the segments, whether that is seen without unpacking it, and what is said.
+    // The contents of the segments, whether they are detected without unpacking, and the message.
     let cases: Vec<(Files<'_>, bool, &str)> = vec![
         (
             one(made.changed(|frames| frames[3] = Frame { run: 4, ..of_5.clone() })),
@@ -222,7 +222,7 @@ fn results_that_contradict_the_plan_or_each_other_make_no_tables() {
         let report = asperity(&["report", study, "--out", text(&page)]);
         let err = String::from_utf8_lossy(&report.stderr).into_owned();
         assert!(report.status.code() == Some(1) && said_all(&err) && !page.exists(), "{says}: {err}");
-        // What is said to be done about it helps.
+        // The recommended remedy works.
         for (name, _) in &segments {
             fs::remove_file(Path::new(study).join("segments").join(name)).expect("it is there");
         }
@@ -351,7 +351,7 @@ fn every_flipped_bit_and_every_cut_of_a_plan_is_seen() {
     }
 }
 
-/// A study made before segments said whose each result is.
+/// A study from before segments recorded the owner of each result.
 fn fixture() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1")
 }

@@ -1,12 +1,12 @@
-//! Figures of a parameter study: what is drawn is what the tables hold, whatever the way they were made,
-//! and names that are not there are refused before any run is made.
+//! Figures of a parameter study: they show the values of the tables, however they were made, and unknown
+//! names are refused before any run is made.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::binary::{asperity, succeed, text};
 
-/// A sweep that takes seconds: tilts, stiffnesses by factors, and a spread of friction with two seeds.
+/// A sweep of a few seconds: tilts, stiffnesses by factors, and a spread of friction with two seeds.
 const SWEEP: &str = "
 title = 'Short runs'
 scenario = 'default'
@@ -113,7 +113,7 @@ fn figures_depend_on_the_plan_alone() {
     let expected = pictures(&one.join("figures"));
     assert_eq!(names(&expected), NAMES);
     assert!(expected.iter().all(|(_, bytes)| bytes.len() > 5000));
-    // The two seeds of a cell are told on the page and in the files.
+    // The page and the files name the two seeds of a cell.
     let page = fs::read_to_string(one.join("report.html")).expect("the page is there");
     let svg = fs::read_to_string(one.join("figures/map.svg")).expect("the figure is there");
     for place in [page, svg] {
@@ -140,12 +140,12 @@ fn figures_depend_on_the_plan_alone() {
     assert_eq!(plan, fs::read(parts.join("plan.ndjson")).expect("it is there"));
 }
 
-/// What no run has is no zero: an empty place, not the colour or the height of nought.
+/// A missing value is no zero: an empty place, not the colour or the height of zero.
 #[test]
 fn a_number_that_is_missing_is_a_gap() {
     let study = Study::of(&format!("{SWEEP}{FIGURES}"));
     let out = study.plan("study");
-    // Before any run is made there is nothing but frames.
+    // Before any run is made there are only frames.
     assert_eq!(asperity(&["sweep", "draw", text(&out)]).status.code(), Some(3));
     let empty = pictures(&out.join("figures"));
     assert_eq!(names(&empty), NAMES);

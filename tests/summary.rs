@@ -1,5 +1,5 @@
-//! What `asperity summary` says of runs, beside what a second program finds in the switches that they
-//! export (clusters by union and find, in Python), and in every place where a summary stands.
+//! The output of `asperity summary` against the results of a second program from exported switches
+//! (clusters by union and find, in Python), and in every place with a summary.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +12,7 @@ use crate::support::binary::{self, asperity, succeed, text};
 use crate::support::small;
 use asperity_testkit::folder;
 
-/// Runs a scenario in steps of 0.1 microseconds, and gives what was said on stderr.
+/// Runs a scenario in steps of 0.1 microseconds, and returns its stderr.
 fn run(scenario: &str, set: &[&str], log: &Path) -> String {
     let overrides = ["time.step_s=1e-7"].iter().chain(set).flat_map(|set| ["--set", *set]);
     let arguments: Vec<&str> = ["run", scenario, "--out", text(log)].into_iter().chain(overrides).collect();
@@ -63,7 +63,7 @@ fn the_default_slider() {
     assert_near(found.wave_speed_m_per_s, wave_speed);
     assert_near(found.link_time_s, 100.0 * (0.1 / 99.0) / wave_speed);
 
-    // Each place says the same.
+    // All places agree.
     let json: Value =
         serde_json::from_str(&succeed(&["summary", "--format", "json", text(&log)])).expect("JSON");
     assert_fits_schema(&json);
@@ -88,7 +88,7 @@ fn the_default_slider() {
     }
 }
 
-/// Of every key what the schema promises, and no other key.
+/// Every key matches the schema, and there is no other key.
 fn assert_fits_schema(json: &Value) {
     let schema: Value = serde_json::from_str(&succeed(&["summary", "--schema"])).expect("it is JSON");
     assert_eq!(schema["additionalProperties"], Value::Bool(false));
@@ -113,7 +113,7 @@ fn assert_fits_schema(json: &Value) {
     }
 }
 
-/// Its raw events tell of a global slip at 0.016 s that lasts until 2.763 s.
+/// Its raw events include a global slip at 0.016 s that lasts until 2.763 s.
 #[test]
 fn a_creeping_slider() {
     let folder = folder();
@@ -273,7 +273,7 @@ fn a_pipeline_has_the_summary_of_each_of_its_runs() {
     assert!(read("reproduce.json").contains("\"tables/summary.csv\""));
 }
 
-/// A run that goes on from where it was stopped says of its physics what one does that was not.
+/// A resumed run has the same physical numbers as an uninterrupted one.
 #[test]
 fn a_resumed_run_tells_all_of_it() {
     let folder = folder();

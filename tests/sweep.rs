@@ -1,5 +1,5 @@
-//! Parameter studies: what comes out depends on the plan alone, however often workers and those who
-//! lead them are killed, and in whatever parts the runs are made.
+//! Parameter studies: the results depend only on the plan, however often workers and their coordinators are
+//! killed, and however the runs are divided.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -161,8 +161,8 @@ fn bytes_of_segments(study: &Path) -> u64 {
     segments.filter_map(|segment| segment.metadata().ok()).map(|file| file.len()).sum()
 }
 
-/// What segments hold, by the form that the manual gives: the kind of each whole result (1 is done, 3
-/// that the process died), and its run.
+/// The contents of segments, by the format in the manual: the kind of each complete result (1 done, 3
+/// process died), and its run.
 fn frames(study: &Path) -> Vec<(u8, u64)> {
     let mut frames = Vec::new();
     for segment in fs::read_dir(study.join("segments")).into_iter().flatten() {
@@ -192,8 +192,7 @@ fn results(study: &Path) -> BTreeMap<u64, usize> {
     counts(&frames(study), 1)
 }
 
-/// Whether the next death of a run would be its last: a slow run may be the one that is hit time and
-/// again.
+/// Whether the next death of a run would be its last: a slow run may be hit repeatedly.
 #[cfg(target_os = "linux")]
 fn has_one_that_died_twice(study: &Path) -> bool {
     let frames = frames(study);
@@ -201,7 +200,7 @@ fn has_one_that_died_twice(study: &Path) -> bool {
     counts(&frames, 3).iter().any(|(run, deaths)| *deaths >= 2 && !done.contains_key(run))
 }
 
-/// Where a run was killed depends on the clock; nothing that is asserted does.
+/// The step at which a run is killed depends on the clock; the assertions do not.
 #[test]
 #[cfg(target_os = "linux")]
 fn killed_thirty_times_a_study_gives_the_same_tables() {
@@ -227,7 +226,7 @@ values = ['as-coded', 'as-stated']
     let mut any = |below| random.below(below);
     let (mut kills, mut studies) = (0, 0);
     while kills < 30 {
-        // One that is done before it was killed often enough is followed by another.
+        // If one finishes before enough kills, another follows.
         studies += 1;
         let killed = study.plan(&format!("killed-{studies}"));
         let mut before = 0;
@@ -246,8 +245,8 @@ values = ['as-coded', 'as-stated']
                 workers.extend(children(parent.id()));
                 children(parent.id())
             };
-            // At once, with something done, or after one worker is gone. Nobody is to kill a worker
-            // three times at the same run: it would be left out.
+            // At once, with some runs done, or after one worker is gone. No run may lose its worker three
+            // times: it would be left out.
             let kind = any(3);
             let begun = grows_by([0, 1, 3][kind as usize], &mut parent);
             if kind == 2 && !begun.is_empty() && !workers_are_spared {
@@ -280,7 +279,7 @@ values = ['as-coded', 'as-stated']
         }
         succeed(&["sweep", "run", text(&killed)]);
         assert!(tables(&killed) == expected, "other tables");
-        // What was done was not made again.
+        // Completed runs were not repeated.
         assert_eq!(results(&killed), (1..=RUNS as u64).map(|run| (run, 1)).collect());
         let bytes = bytes_of_segments(&killed);
         succeed(&["sweep", "run", text(&killed)]);
@@ -321,7 +320,7 @@ fn parts_made_at_once_give_the_same_tables() {
     assert!(tables(&single) == tables(&whole), "other tables");
 }
 
-/// A run that takes its process with it is tried three times.
+/// A run that crashes its process is tried three times.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_run_whose_process_dies_again_and_again_is_left_out() {
@@ -419,12 +418,12 @@ values = [0.4, 0.7]
     let runs = rows(&tables(&out)["runs.csv"]);
     assert_eq!((&*runs[0]["status"], &*runs[1]["status"]), ("refused", "done"));
     assert!(runs[0]["reason"].contains("friction.dynamic_coefficient"), "{:?}", runs[0]["reason"]);
-    // A folder that holds something is no place for another plan.
+    // A non-empty folder is refused for another plan.
     let (code, _, err) = sweep(&["plan", text(&file), "--out", text(&out), "--skip-refused"]);
     assert!(code == 2 && err.contains("(accepted: a new or empty folder)"), "{err}");
 }
 
-/// A run that its time step drives fails, always and for a reason; the others go on.
+/// A run driven by its time step always fails, with a reason; the others continue.
 #[test]
 fn a_run_that_is_stopped_is_a_row_with_the_reason() {
     let study = Study::of(
@@ -515,7 +514,7 @@ fn a_list_of_commands_makes_all_runs() {
     assert!(row.contains_key("action"));
 }
 
-/// Runs with names, and what is made of them.
+/// Named runs, and their outputs.
 #[cfg(feature = "analysis")]
 pub(crate) const RUNS: &str = "
 first_global_slips = ['base', 'kicked']
@@ -555,7 +554,7 @@ fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
         let study = Study::of(&toml);
         let (whole, out) = (study.path("whole"), study.plan(name));
         succeed(&["reproduce", text(&study.path("sweep.toml")), "--out", text(&whole)]);
-        // One run alone; the rest in two parts, the first of which is stopped at once.
+        // One run alone; the rest in two parts, with the first part stopped at once.
         succeed(&["sweep", "run", text(&out), "--index", "2"]);
         assert_eq!(sweep(&["collect", text(&out)]).0, 3);
         let mut first =
@@ -564,7 +563,7 @@ fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
         first.wait().unwrap();
         for part in [&["--chunk", "1/2"][..], &[]] {
             let arguments = [&["run", text(&out)], part].concat();
-            // While the workers of the one that was stopped end, a run is left to them.
+            // While the workers of the stopped one end, their runs are left to them.
             let ended = std::iter::repeat_with(|| sweep(&arguments)).find(|(code, ..)| *code != 3);
             let (code, _, said) = ended.expect("it ends");
             assert_eq!(code, 0, "{said}");
@@ -573,7 +572,7 @@ fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
         let (code, _, said) = sweep(&formats);
         assert_eq!(code, 0, "{said}");
         assert_eq!(files_below(&out), files_below(&whole), "{name}");
-        // A log that is gone is made again, and one that is damaged is named.
+        // A missing log is made again, and a damaged one is named.
         fs::remove_file(out.join("runs/base.mcap")).unwrap();
         let (code, said, _) = sweep(&["status", text(&out)]);
         assert!(code == 3 && said.contains("1 missing"), "{said}");
@@ -588,7 +587,7 @@ fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
     }
 }
 
-/// Claims of runs over axes are judged by the numbers of their summaries, and stand beside their figures.
+/// Claims of runs over axes are judged by the numbers of their summaries, and appear beside their figures.
 #[cfg(feature = "analysis")]
 #[test]
 fn claims_of_runs_over_axes_are_judged_by_their_summaries() {
@@ -659,7 +658,7 @@ stated = '0.5'
     }
 }
 
-/// The bytes of all files below a folder, but for plan, segments and staging, by their paths.
+/// The bytes of all files below a folder, except plan, segments and staging, by their paths.
 #[cfg(feature = "analysis")]
 pub(crate) fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();

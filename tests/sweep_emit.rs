@@ -1,5 +1,5 @@
-//! What `sweep emit` prints, run by the shells that there are: whatever a folder is called, the runs
-//! are made in that very folder and nothing else is executed, or the name is refused.
+//! The output of `sweep emit`, run by all available shells: whatever the name of a folder, the runs are
+//! made in exactly that folder and nothing else is executed, or the name is refused.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -19,7 +19,7 @@ key = 'normal_load.tilt'
 values = [0.5]
 ";
 
-/// Names of folders that a shell, or what comes before it, might take for something else.
+/// Names of folders that a shell, or the program before it, might misinterpret.
 const NAMES: [&[u8]; 24] = [
     b"two words",
     b"it's",
@@ -134,7 +134,7 @@ fn a_script_makes_the_runs_in_the_very_folder_and_executes_nothing_else() {
                     fs::write(&script, &out).expect("the folder can be written");
                     let task = format!("SLURM_ARRAY_TASK_ID=1 bash '{}'", text(&script));
                     runs("sh", &task);
-                    // sh reads what is wrapped.
+                    // sh reads the wrapped command.
                     let collect = wrapped(&place, &out);
                     for shell in &shells {
                         fresh();

@@ -15,7 +15,7 @@ fn go_does_what_plan_run_and_collect_do() {
     succeed(&["sweep", "run", text(&steps)]);
     succeed(&["sweep", "collect", text(&steps), "--to", "csv"]);
     let file = study.path("sweep.toml");
-    // Begun as a study of which two runs are there.
+    // Begun as a study with two completed runs.
     let out = study.plan("go");
     succeed(&["sweep", "run", text(&out), "--index", "2,5"]);
     let go = || sweep(&["go", text(&file), "-o", text(&out), "--to", "csv"]);
@@ -27,7 +27,7 @@ fn go_does_what_plan_run_and_collect_do() {
         let bytes = [&steps, &out].map(|folder| fs::read(folder.join(name)).expect(name));
         assert!(bytes[0] == bytes[1], "{name} differs");
     }
-    // Called again there is nothing to make.
+    // A second call makes nothing.
     let before = fs::read_dir(out.join("segments")).expect("there are segments").count();
     assert_eq!(go().0, 0);
     assert_eq!(fs::read_dir(out.join("segments")).expect("there are segments").count(), before);

@@ -1,5 +1,5 @@
-//! Tables of ruptures, beside those of slip events: what `reduce` writes of runs in which slip
-//! events mislead, and of logs from before there were ruptures.
+//! Tables of ruptures, beside those of slip events: the output of `reduce` for runs with misleading slip
+//! events, and for logs from before there were ruptures.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -38,7 +38,7 @@ impl Table {
     }
 }
 
-/// Reduces a log; gives the folder of tables and what was said on stderr.
+/// Reduces a log; returns the folder of tables and its stderr.
 fn reduce(log: &Path, code: i32) -> (PathBuf, String) {
     let out = log.with_extension("tables");
     let output = asperity(&["reduce", text(log), "--out", text(&out)]);
@@ -47,8 +47,8 @@ fn reduce(log: &Path, code: i32) -> (PathBuf, String) {
     (out, said)
 }
 
-/// What the page says of precursors, worked out from the table of ruptures: number, last block,
-/// and whether it is the slip of the whole slider.
+/// Precursors as defined on the page, computed from the table of ruptures: number, last block, and whether
+/// it is the slip of the whole slider.
 fn precursors_of(ruptures: &Table) -> Vec<(String, u32, bool)> {
     let [number, onset, first, last, every] =
         ["rupture", "onset_step", "first_block", "last_block", "reached_every_block"]
@@ -138,7 +138,7 @@ fn in_the_default_slider_slip_events_tell_what_ruptures_do() {
     assert!(!said.contains("creeps") && !said.contains("mislead"), "{said}");
     let found = check_precursors(&tables);
     assert!(found.len() > 20 && found.last().is_some_and(|last| last.2), "{found:?}");
-    // The table of the raw events has the same lengths, but for what dt alone tells apart.
+    // The table of the raw events has the same lengths, except for differences below dt.
     let raw = Table::read(&tables.join("precursors.csv"));
     let lengths = |numbers: Vec<f64>| numbers.into_iter().map(f64::to_bits).collect::<BTreeSet<u64>>();
     let ruptures = Table::read(&tables.join("precursor-ruptures.csv"));
@@ -146,7 +146,7 @@ fn in_the_default_slider_slip_events_tell_what_ruptures_do() {
     for flag in ["creeps", "raw_events_mislead"] {
         assert!(ruptures.column(flag).iter().all(|cell| *cell == "false"), "{flag}");
     }
-    // Parquet holds the same table.
+    // Parquet contains the same table.
     for name in ["ruptures", "precursor-ruptures"] {
         let csv = fs::read_to_string(tables.join(format!("{name}.csv"))).expect("it is there");
         assert_eq!(succeed(&["events", text(&tables.join(format!("{name}.parquet")))]), csv, "{name}");
@@ -157,7 +157,7 @@ fn in_the_default_slider_slip_events_tell_what_ruptures_do() {
     check_rows_of_replay(&replayed.join("default.ruptures.csv"), &tables);
 }
 
-/// The table of ruptures of a replay is that of `reduce` but for its last columns.
+/// The table of ruptures of a replay is that of `reduce` without its last columns.
 fn check_rows_of_replay(replayed: &Path, tables: &Path) {
     let (replayed, reduced) = (Table::read(replayed), Table::read(&tables.join("ruptures.csv")));
     let more = ["event", "creeps", "raw_events_mislead"];
@@ -198,7 +198,7 @@ fn of_logs_from_before_there_were_ruptures_they_are_found_in_the_steps() {
         let replayed = folder.path().join(format!("{version}-replayed"));
         succeed(&["replay", text(&log), "--out", text(&replayed)]);
         check_rows_of_replay(&replayed.join(format!("{version}.ruptures.csv")), &tables);
-        // What is left of a run does not tell them.
+        // The remainder of a run does not determine them.
         let part = folder.path().join(format!("{version}-part.mcap"));
         fs::copy(fixtures.join(version).join("interrupted.mcap"), &part).expect("it can be copied");
         let (tables, said) = reduce(&part, 3);

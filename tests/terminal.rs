@@ -1,5 +1,5 @@
-//! Words on a terminal: what others wrote never looks like a line of ours, words that cannot be
-//! written change nothing else, and a name that is no UTF-8 is a name.
+//! Output on a terminal: foreign text never looks like a line of ours, failures to print notes have no
+//! effect, and names that are not UTF-8 are valid.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -11,7 +11,7 @@ use crate::laws::parts::{Part, take_apart};
 use crate::support::binary::{asperity, text};
 use crate::support::small;
 
-/// A second line, were it printed as it stands; and one that would replace the first.
+/// A second line, if printed unescaped; and one that would replace the first.
 const HOSTILE: [&str; 3] =
     ["as-coded\nfake.mcap: whole", "as-coded\r\u{1b}[2Kfake.mcap: whole", "\u{202e}elohw"];
 
@@ -20,7 +20,7 @@ fn said(output: &Output) -> (String, String) {
     (text(&output.stdout), text(&output.stderr))
 }
 
-/// That nothing in a text acts on a terminal but the breaks between lines.
+/// Checks that a text contains no control characters except line breaks.
 fn is_plain(words: &str) -> bool {
     !words.chars().any(|c| (c.is_control() && c != '\n') || ('\u{202a}'..='\u{202e}').contains(&c))
 }
@@ -43,7 +43,7 @@ fn what_a_log_says_stays_within_its_line() {
         assert!(out.lines().count() == 1 && out.contains("parameter_set"), "{out:?}");
         assert!(out.starts_with(text(&forged)) && is_plain(&out), "{out:?}");
         assert_eq!(err, "");
-        // The page of a diff quotes both headers; of a log by other code, whatever they say.
+        // The page of a diff quotes both headers; for a log by other code, whatever their contents.
         map.insert("code_version".to_owned(), "other".to_owned());
         *parts.iter_mut().find(|part| part.name() == Some("run")).expect("there is a header") =
             Part::metadata("run", &map);
@@ -81,14 +81,14 @@ fn names_of_files_and_arguments_stay_within_their_line() {
             let output = asperity(arguments);
             let (out, err) = said(&output);
             assert!(!output.status.success() && out.is_empty() && is_plain(&err), "{arguments:?}: {err:?}");
-            // What somebody wrote may break an error into lines, each of which says that it is one.
+            // Foreign text may break an error into lines; each is marked as an error.
             let forged = err.lines().find(|line| line.starts_with("fake.mcap"));
             assert_eq!(forged, None, "{arguments:?}: {err:?}");
         }
     }
 }
 
-/// Runs the command by a shell, which does with its output what is asked for.
+/// Runs the command in a shell, which redirects its output as given.
 #[cfg(unix)]
 fn shell(folder: &Path, script: &str) -> Output {
     Command::new("bash")
@@ -240,7 +240,7 @@ fn a_name_that_is_no_utf_8_is_a_name_for_every_command() {
     }
 }
 
-/// What stops a command for lack of something says what, and how much of it one may have.
+/// An error about a lack of resources names the resource, and its limit.
 #[test]
 #[cfg(target_os = "linux")]
 fn limits_of_the_process_are_named() {
@@ -256,7 +256,7 @@ fn limits_of_the_process_are_named() {
     let (code, err) = run("ulimit -f 1; exec $ASPERITY replay small.mcap --out replayed");
     assert_eq!(code, Some(1), "{err}");
     assert!(err.contains("file size limit, ulimit -f") && err.lines().count() == 1, "{err}");
-    // Standard streams and the log; a fourth file that whoever runs the tests left open is closed.
+    // Standard streams and the log; a fourth file that the parent of the tests left open is closed.
     let (code, err) = run("exec 3>&-; ulimit -n 4; exec $ASPERITY run ten-blocks --out many.mcap");
     assert_eq!(code, Some(1), "{err}");
     assert!(err.contains("open files, ulimit -n") && !err.contains("another process"), "{err}");
@@ -265,7 +265,7 @@ fn limits_of_the_process_are_named() {
     assert!(code != Some(0) && !err.contains("panicked"), "{code:?} {err}");
 }
 
-/// Lines that say what is known in advance stand where somebody watches, and not in what a script reads.
+/// Predictions are printed for people on a terminal, and not in output that a script reads.
 #[test]
 #[cfg(unix)]
 fn a_run_on_a_terminal_begins_with_what_is_known_of_it() {

@@ -1,5 +1,5 @@
-//! The recipe of the README by which `git diff` shows run logs and Parquet
-//! tables as rows, in a repository made for it.
+//! The recipe of the README for showing run logs and Parquet tables as rows in `git diff`, in a temporary
+//! repository.
 
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,6 @@
-//! The house rules that no compiler checks. Those of the crates, who may use whom, who
-//! alone wraps a dependency, which files may be long, are read from ARCHITECTURE.md
-//! (`tidy/page.rs`) and compared with cargo and the sources; here stand those of the files.
+//! The house rules that no compiler checks. The rules for crates (allowed uses, sole wrappers of
+//! dependencies, files that may be long) are read from ARCHITECTURE.md (`tidy/page.rs`) and compared with
+//! cargo and the sources; the rules for files are here.
 
 mod circles;
 mod page;
@@ -55,7 +55,7 @@ struct Member {
     /// Without the `asperity-` in front.
     name: String,
     manifest: PathBuf,
-    /// What its library, binary or build script depends on.
+    /// Dependencies of its library, binary or build script.
     uses: BTreeSet<String>,
 }
 
@@ -125,7 +125,7 @@ fn wrapped_dependencies_have_one_user() {
     for (dependency, wrapper) in wrapped {
         let users: Vec<&String> = members
             .iter()
-            // What only tests hold the others against may use what it likes.
+            // Crates that only tests compare with others may use anything.
             .filter(|member| member.name != "xtask")
             .filter(|member| member.uses.contains(&dependency))
             .map(|member| &member.name)
@@ -185,7 +185,7 @@ fn long_files_have_a_reason() {
     );
 }
 
-/// What a crate is for is shown by a few lines that its tests run.
+/// Every crate shows its purpose in a short example that its tests run.
 #[test]
 fn every_library_shows_an_example_that_runs() {
     let mut without = Vec::new();
@@ -236,7 +236,8 @@ fn versions_and_features_stand_in_the_workspace_manifest_alone() {
                 let keys: Option<BTreeSet<&str>> =
                     dependency.as_table().map(|table| table.keys().map(String::as_str).collect());
                 let plain = keys == Some(BTreeSet::from(["workspace"]));
-                // Tables and figures of runs need polars and plotters, the attack what it writes files with.
+                // Tables and figures of runs need polars and plotters, the attack needs libraries for
+                // writing files.
                 let may_lack =
                     matches!(member.name.as_str(), "diff" | "figures" | "study" | "tables" | "xtask");
                 assert!(
@@ -249,7 +250,7 @@ fn versions_and_features_stand_in_the_workspace_manifest_alone() {
     }
 }
 
-/// What creates, renames or removes files, and so must stand in `crates/files`.
+/// Functions that create, rename or remove files, and so must be in `crates/files`.
 const WRITERS: [&str; 9] = [
     "File::create",
     "File::options",
@@ -277,14 +278,14 @@ fn has_word(line: &str, word: &str) -> bool {
     line.match_indices(word).any(|(at, _)| begins(at))
 }
 
-/// Whoever writes past `crates/files` has no lock, and may write over what somebody reads.
+/// Code that bypasses `crates/files` has no lock, and may overwrite a file that is being read.
 #[test]
 fn files_are_written_in_one_place() {
     let mut found = String::new();
     for path in files_in(&["crates"]) {
         let name = short(&path);
         let is_source = name.contains("/src/") && name.ends_with(".rs");
-        // What only tests and the benchmark are built from.
+        // Sources of tests and the benchmark only.
         let is_for_tests = ["files", "testkit"].map(|name| format!("crates/{name}/"));
         if is_source && !is_for_tests.iter().any(|folder| name.starts_with(folder)) {
             for (line, word) in writes(&read(&path)) {
@@ -297,12 +298,12 @@ fn files_are_written_in_one_place() {
     assert_eq!(writes(sample).collect::<Vec<_>>(), [(3, "File::create")]);
 }
 
-/// What opens files to be read, and waits for a writer where a pipe stands in the place of one.
+/// Functions that open files for reading, and would wait for a writer if the path is a pipe.
 const READERS: [&str; 3] = ["File::open", "fs::read(", "fs::read_to_string"];
 
 #[test]
 fn files_of_others_are_opened_in_one_place() {
-    // What the build and tests read of the sources, and what the kernel writes.
+    // Sources read by the build and tests, and files written by the kernel.
     let is_own =
         |name: &str, line: &str| name == "crates/run/src/code_version.rs" || line.contains("\"/proc/");
     let mut found = String::new();
@@ -334,7 +335,7 @@ fn every_source_file_says_what_it_is_for() {
     }
 }
 
-/// A file that no module names is never compiled, and says nothing of it.
+/// A file that no module names is never compiled, without a warning.
 #[test]
 fn every_root_test_is_a_module_of_the_one_program() {
     let manifest: toml::Table =
@@ -391,7 +392,7 @@ fn the_architecture_page_and_the_crates_agree() {
     }
 }
 
-/// The repository stands alone; a path out of it means nothing to its readers.
+/// The repository is self-contained; a path out of it is meaningless to its readers.
 #[test]
 fn nothing_points_out_of_the_repository() {
     // Put together here, or this file would be the first to fail.
@@ -409,7 +410,7 @@ fn nothing_points_out_of_the_repository() {
         "xtask",
     ];
     for path in files_in(&parts) {
-        // What is no text cannot be read by those whom a path would mislead.
+        // Binary files are skipped, since nobody reads paths in them.
         let bytes = fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", short(&path)));
         let Ok(text) = String::from_utf8(bytes) else { continue };
         for word in foreign {
@@ -446,8 +447,8 @@ fn every_pipeline_resolves_in_both_parameter_sets() {
     }
 }
 
-/// What `cargo xtask test` leaves out to `cargo xtask ci` is what that runs: a name that no test has would
-/// run nothing, and pass.
+/// Tests that `cargo xtask test` leaves to `cargo xtask ci` must exist: an unknown name would run nothing,
+/// and pass.
 #[test]
 fn long_tests_are_run_by_ci() {
     let list = read(&root().join("xtask/src/ci.rs"));

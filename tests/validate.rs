@@ -1,5 +1,5 @@
-//! `asperity scenario validate`: what it says of a run holds of the run; and what is drawn at random
-//! stands in a log.
+//! `asperity scenario validate`: its predictions agree with the run, and random draws are written to the
+//! log.
 
 use std::fs;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::support::binary::{self, asperity, succeed, text};
 
-/// What a command says on stderr, and how it ends.
+/// The stderr of a command, and its exit.
 fn said(arguments: &[&str]) -> (Option<i32>, String) {
     let output = asperity(arguments);
     (output.status.code(), String::from_utf8(output.stderr).expect("the binary writes UTF-8"))
@@ -41,9 +41,14 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
 
     let (code, noted) = said(&["scenario", "validate", "default"]);
     assert_eq!(code, Some(0));
-    let expected = "default: as coded: 12 kg, c = 46 m/s\ndefault: the plain solver would take about ";
+    let expected = "default: as coded: 12 kg, c = 46 m/s\ndefault: --solver plain, which computes every step, would take about ";
     assert!(noted.starts_with(expected), "{noted}");
-    assert!(noted.ends_with(" here, an estimate from its first 0.25 s\n"), "{noted}");
+    assert!(
+        noted.ends_with(
+            " here, as its first 0.25 s show; the default solver takes far less wherever few blocks switch\n"
+        ),
+        "{noted}"
+    );
 
     let folder = asperity_testkit::folder();
     let (file, log) = (folder.path().join("mine.toml"), folder.path().join("mine.mcap"));
@@ -92,7 +97,7 @@ const WARNED: [(&str, &[&str]); 10] = [
     ),
 ];
 
-/// A run in which something would slip if its values were in the units of their keys.
+/// A run whose blocks would slip if its values were in the units of their keys.
 const IN_TIME: [&str; 2] = ["time.step_s=5e-8", "time.duration_s=0.1"];
 
 #[test]

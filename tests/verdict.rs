@@ -1,5 +1,5 @@
-//! One verdict behind all commands: what `asperity check` calls a log, every other command goes by,
-//! in the same words and with the exit codes of the table in `docs/run-logs.md`.
+//! One verdict behind all commands: every command follows the verdict of `asperity check`, in the same
+//! words and with the exit codes of the table in `docs/run-logs.md`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -74,7 +74,7 @@ fn by_other_code(run: &Part) -> Part {
     Part::metadata("run", &map)
 }
 
-/// The table of the manual: by verdict and command, what the cell says.
+/// The table of the manual: the text of the cell by verdict and command.
 fn table() -> BTreeMap<String, BTreeMap<String, String>> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/run-logs.md");
     let page = fs::read_to_string(page).expect("the manual can be read");
@@ -94,7 +94,7 @@ fn table() -> BTreeMap<String, BTreeMap<String, String>> {
         .collect()
 }
 
-/// What a command says of a log, and its exit code.
+/// The messages of a command about a log, and its exit code.
 fn outcome(arguments: &[&str]) -> (i32, String) {
     let output = asperity(arguments);
     let said = [output.stdout, output.stderr].concat();
@@ -135,16 +135,16 @@ fn every_command_goes_by_the_verdict_of_check() {
             let promised = cell.split([',', ' ']).next().and_then(|code| code.parse().ok());
             assert_eq!(Some(code), promised, "the table says {cell:?}\n{what}");
             assert!(!said.contains("panicked"), "{what}");
-            // Of a whole log only check says so; what salvage made says what was wrong with the rest.
+            // Only `check` reports a complete log as such; a salvaged log states the errors in the rest.
             let told = match command.as_str() {
                 "salvage" if file.exists() => said.contains(" salvaged to "),
-                // It lists what made the runs, whatever it was.
+                // It lists the code versions of the runs, whatever they were.
                 "diff" if code == 0 => said.contains("code_version") == (*verdict != "whole"),
                 "check" => said.contains(&format!(": {verdict}: ")),
                 _ => said.contains(verdict) || *verdict == "whole",
             };
             assert!(told, "{what}");
-            // What is refused leaves nothing behind.
+            // A refusal leaves no files.
             let is_written = fs::read_dir(&out).is_ok_and(|mut entries| entries.next().is_some());
             assert!(!cell.contains("refused") || !is_written, "{what}");
             assert_eq!(file.exists(), command == "salvage" && cell.contains("what is left"), "{what}");
@@ -185,8 +185,8 @@ fn a_replay_that_finds_other_events_than_the_log_fails() {
     assert!(!said.contains("the same as logged"), "{said}");
 }
 
-/// A log of which hardly anything can be read has its verdict and the exit codes of that like any
-/// other: `summary` and `report` used to end with 1.
+/// A log that is hardly readable has its verdict and exit codes like any other: `summary` and `report` used
+/// to end with 1.
 #[test]
 fn damaged_beginnings_are_judged_alike() {
     let Logs { folder, logs } = Logs::make();
@@ -266,7 +266,7 @@ fn the_worst_of_several_logs_decides() {
     }
 }
 
-/// A stored run is used again if it is whole; else a line says why it is made again.
+/// A stored run is reused if it is complete; otherwise a line gives the reason for repeating it.
 #[cfg(feature = "analysis")]
 #[test]
 fn reproduce_uses_only_what_is_whole() {

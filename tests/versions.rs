@@ -1,5 +1,5 @@
-//! Logs of every version of the format, each made by the program of that time, read as it
-//! read them. `fixtures/logs/vN` holds them with the slip events that it found.
+//! Logs of every version of the format, each made by the program of that time, are read as that program
+//! did. `fixtures/logs/vN` contains them with the slip events that it found.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -55,8 +55,8 @@ fn logs_of_every_version_give_the_events_that_they_gave() {
     }
 }
 
-/// What a newer program writes may mean anything: it is refused by its version, before
-/// anything else in it can be found wrong.
+/// Data of a newer program may mean anything: the log is refused by its version, before any other error can
+/// be reported.
 #[test]
 fn a_newer_version_is_refused_by_name() {
     let folder = asperity_testkit::folder();

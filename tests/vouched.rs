@@ -167,7 +167,7 @@ fn message_indexes_and_chunks_say_what_is_in_them() {
     }
 }
 
-/// A run goes on from a checkpoint that a record `chunk` confirms, and from no other.
+/// A run resumes only from a checkpoint that a record `chunk` confirms.
 #[test]
 fn a_checkpoint_counts_once_it_is_vouched_for() {
     let folder = asperity_testkit::folder();

@@ -13,8 +13,8 @@ pub(crate) fn asperity(arguments: &[&str]) -> Output {
     as_given(&as_coded(arguments))
 }
 
-/// Lets a command that runs or validates a built-in scenario do so as coded, unless the scenario or a later
-/// override names another parameter set: what tests know of events is of the thesis' program.
+/// Makes a command run or validate a built-in scenario as coded, unless the scenario or a later override
+/// names another parameter set: the events that tests expect are those of the thesis' program.
 pub(crate) fn as_coded<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     let mut arguments = arguments.to_vec();
     let names_no_set = |name: &&str| builtin::find(name).is_some_and(|text| !text.contains("parameter_set"));
@@ -31,7 +31,7 @@ pub(crate) fn as_given(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_asperity")).args(arguments).output().expect("the binary starts")
 }
 
-/// The override by which runs are as coded.
+/// The override that makes runs as coded.
 pub(crate) const AS_CODED: &str = "parameter_set=as-coded";
 
 /// Runs the binary to its end, which must be a good one, and gives its standard output.
@@ -48,8 +48,8 @@ pub(crate) fn run(scenario: &[&str], out: &Path) {
     succeed(&arguments);
 }
 
-/// Holds what a run ends with that goes on from parts of its log, in eighths, against the whole of it.
-/// `run` lets it go on.
+/// Compares the results of a run resumed from parts of its log, in eighths, with its complete log. `run`
+/// resumes it.
 pub(crate) fn goes_on(run: &[&str], eighths: &[usize]) {
     let folder = asperity_testkit::folder();
     let (whole, resumed) = (folder.path().join("whole.mcap"), folder.path().join("resumed.mcap"));

@@ -1,7 +1,7 @@
 //! A page in headless Chromium, driven as a reader would: by mouse and keys, through the browser's
 //! own protocol over two pipes.
 //!
-//! Without Chromium these tests skip, and say so; with `ASPERITY_NO_SKIPS=1` they fail instead.
+//! Without Chromium these tests skip with a message, or fail with `ASPERITY_NO_SKIPS=1`.
 
 use std::env;
 use std::fs::File;
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::support::binary::text;
 
-/// What the browser is called, and how it is kept from calling home.
+/// The name of the browser, and options that keep it from calling home.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 pub(crate) const QUIET: [&str; 9] = [
     "--headless",
@@ -126,7 +126,7 @@ impl Tab {
         }
     }
 
-    /// What an expression of the page's own script comes to.
+    /// The value of an expression in the page's own script.
     pub(crate) fn eval(&mut self, script: &str) -> Value {
         let parameters = json!({ "expression": script, "awaitPromise": true, "returnByValue": true });
         let result = self.call("Runtime.evaluate", parameters);
@@ -134,7 +134,7 @@ impl Tab {
         result["result"]["value"].clone()
     }
 
-    /// Waits until what was asked for is drawn.
+    /// Waits until the requested drawing is done.
     pub(crate) fn painted(&mut self) {
         self.eval("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))");
     }
@@ -156,7 +156,7 @@ impl Tab {
         self.painted();
     }
 
-    /// Where the middle of what a selector finds is in the window, once that is scrolled to.
+    /// Scrolls to the element that a selector finds; returns the position of its centre in the window.
     fn middle_of(&mut self, selector: &str) -> [f64; 2] {
         let script = format!(
             "(() => {{ const one = document.querySelector({selector:?}); one.scrollIntoView({{ block: 'center' }}); \
@@ -166,7 +166,7 @@ impl Tab {
         [0, 1].map(|n| at[n].as_f64().unwrap_or_else(|| panic!("{selector} is nowhere")))
     }
 
-    /// Clicks into the middle of what a selector finds, which is scrolled to.
+    /// Scrolls to the element that a selector finds, and clicks on its centre.
     pub(crate) fn click_on(&mut self, selector: &str) {
         let [x, y] = self.middle_of(selector);
         self.click(x, y);
@@ -199,7 +199,7 @@ impl Tab {
         self.painted();
     }
 
-    /// Clicks twice into the middle of what a selector finds.
+    /// Double-clicks on the centre of the element that a selector finds.
     pub(crate) fn double_click_on(&mut self, selector: &str) {
         let [x, y] = self.middle_of(selector);
         for count in [1, 2] {
@@ -212,7 +212,7 @@ impl Tab {
         self.painted();
     }
 
-    /// What the window shows: a PNG.
+    /// The contents of the window, as a PNG.
     pub(crate) fn picture(&mut self) -> Vec<u8> {
         let taken = self.call("Page.captureScreenshot", json!({ "format": "png" }));
         from_base64(taken["data"].as_str().unwrap_or_default())
@@ -224,9 +224,9 @@ impl Tab {
         from_base64(printed["data"].as_str().unwrap_or_default())
     }
 
-    /// Makes sure that nothing went wrong on the page, and that it asked for no file but itself.
+    /// Checks that the page reported no error, and requested no file but itself.
     pub(crate) fn assert_quiet(&mut self) {
-        // Whatever was on its way has come.
+        // All pending messages have arrived.
         self.painted();
         let failure = self.says("document.documentElement.dataset.failure || ''");
         assert_eq!(failure, "", "the script failed");
@@ -237,7 +237,7 @@ impl Tab {
                 "Runtime.consoleAPICalled" | "Log.entryAdded" => panic!("the console says {message}"),
                 "Network.requestWillBeSent" => {
                     let url = message["params"]["request"]["url"].as_str().unwrap_or_default();
-                    // What stands in the page itself is no request.
+                    // Embedded data are no requests.
                     if !url.starts_with("data:") {
                         requests.push(url.to_owned());
                     }
@@ -249,7 +249,7 @@ impl Tab {
     }
 }
 
-/// The bytes that a text in base64 stands for.
+/// Decodes base64 to bytes.
 fn from_base64(text: &str) -> Vec<u8> {
     let value = |letter: u8| match letter {
         b'A'..=b'Z' => letter - b'A',
@@ -272,7 +272,7 @@ fn from_base64(text: &str) -> Vec<u8> {
 
 impl Drop for Tab {
     fn drop(&mut self) {
-        // Already gone is as good; a browser that is killed leaves others behind.
+        // It may have ended already; a browser that is killed leaves child processes.
         self.to.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0").ok();
         self.child.wait().ok();
     }

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// What a variable of the environment points to, unless the test skips.
+/// The path in an environment variable, unless the test skips.
 pub(crate) fn find(variable: &str, name: &str) -> Option<PathBuf> {
     let reason = match env::var_os(variable).map(PathBuf::from) {
         Some(path) if path.exists() => return Some(path),
@@ -24,7 +24,7 @@ pub(crate) fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
-/// What a program said and how it ended.
+/// The output of a program and its exit.
 pub(crate) fn said(output: &Output) -> String {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     format!("{}\n{}\n{}", output.status, text(&output.stdout), text(&output.stderr))
@@ -47,7 +47,7 @@ impl Python {
         Some(python)
     }
 
-    /// Runs a program of this environment, such as `python`, or one that came with a package.
+    /// Runs a program of this environment, such as `python`, or one from a package.
     pub(crate) fn program(&self, name: &str, arguments: &[&str]) -> Output {
         let path = self.interpreter.with_file_name(name);
         self.command(&path).args(arguments).output().expect("the program starts")

@@ -1,5 +1,5 @@
-//! Logs that nobody wrote, made of one that was: each with what is wrong with it and what
-//! `asperity check` must say of it.
+//! Forged logs, derived from a genuine one: each with its error and the required report of
+//! `asperity check`.
 
 mod messages;
 mod own;
@@ -13,7 +13,7 @@ use crate::laws::parts::{Part, correct_end};
 use crate::laws::seal::is_sealed;
 use crate::laws::thin::messages;
 
-/// What `check` calls it.
+/// The verdict of `check`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// Nothing in it is changed that is read.
@@ -44,13 +44,13 @@ impl Verdict {
 pub(crate) struct Forgery {
     /// Its file's name, without extension.
     pub(crate) name: &'static str,
-    /// What is wrong with it.
+    /// The error in it.
     pub(crate) what: &'static str,
-    /// What it is to be called.
+    /// The required verdict.
     pub(crate) verdict: Verdict,
-    /// What is to be said of it; one of several, where it depends on what is looked at first.
+    /// The required message; one of several, if the order of checks matters.
     pub(crate) says: &'static str,
-    /// Whether its end agrees with its messages, so that only what is read of them can tell.
+    /// Whether its end agrees with its messages, so that only their contents reveal the forgery.
     pub(crate) consistent: bool,
     pub(crate) bytes: Vec<u8>,
 }
@@ -65,7 +65,7 @@ impl Forgery {
     }
 }
 
-/// A sound log, and what is made of it.
+/// A sound log, and the forgeries derived from it.
 pub(crate) struct Forge {
     sound: Vec<Part>,
     made: Vec<Forgery>,
@@ -131,7 +131,7 @@ impl Forge {
         self.file(name, what, verdict, says, put_together(&parts, Packing::USUAL));
     }
 
-    /// A file whose metadata says something else.
+    /// A file with changed metadata.
     fn says(
         &mut self,
         name: &'static str,
@@ -152,8 +152,7 @@ impl Forge {
         });
     }
 
-    /// A file of which one message says something else; the first on that topic that says what
-    /// is to be replaced.
+    /// A file with one changed message: the first on that topic with the text to be replaced.
     fn message(
         &mut self,
         name: &'static str,
@@ -173,7 +172,7 @@ impl Forge {
         });
     }
 
-    /// A file of which the first message on a topic is another.
+    /// A file with another first message on a topic.
     fn payload(&mut self, name: &'static str, what: &'static str, says: &'static str, payload: &[u8]) {
         self.parts(name, what, says, |parts| {
             let at = messages(parts, "/step")[0];
@@ -189,7 +188,7 @@ impl Forge {
             "up to step",
             |_| {},
         );
-        // From version 3 on there is nothing in a log but what belongs there.
+        // From version 3 on a log contains no foreign records.
         let (verdict, says) = match is_sealed(&self.sound) {
             true => (Damaged, "something stands before metadata `run`"),
             false => (Whole, "up to step"),

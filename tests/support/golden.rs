@@ -1,5 +1,5 @@
-//! The golden tables: where they stand, how they are signed, and the record of
-//! what was accepted. The test and `cargo xtask golden` share it.
+//! The golden tables: their paths, their hashes, and the record of accepted changes. The test and
+//! `cargo xtask golden` share it.
 
 use std::fs;
 use std::io;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub(crate) const TABLES: &str = "fixtures/golden/chapter5";
 /// Every change of them that was accepted, the newest first.
 pub(crate) const CHANGES: &str = "fixtures/golden/CHANGES.md";
-/// What an entry of it starts with.
+/// The start of an entry.
 pub(crate) const ENTRY: &str = "## Tables ";
 
 /// A hash over the names and contents of the tables in a folder.

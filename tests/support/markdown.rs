@@ -1,12 +1,12 @@
-//! What pages in Markdown are made of, as far as tests ask.
+//! The parts of Markdown pages that tests need.
 
 /// A fenced block.
 pub(crate) struct Block {
     /// The line on which it starts, counted from 1.
     pub(crate) line: usize,
-    /// What stands behind its opening fence.
+    /// The text after its opening fence.
     pub(crate) language: String,
-    /// What stands between its fences.
+    /// The text between its fences.
     pub(crate) text: String,
     /// The last line of text before it.
     pub(crate) before: String,
@@ -70,7 +70,7 @@ pub(crate) fn paragraphs(page: &str) -> Vec<(usize, String)> {
     paragraphs
 }
 
-/// What a link to one of the page's headings says behind the `#`, as GitHub makes it.
+/// The anchors of the page's headings, as in links on GitHub.
 pub(crate) fn anchors(page: &str) -> Vec<String> {
     let mut anchors: Vec<String> = Vec::new();
     for (_, line) in prose(page) {
@@ -92,7 +92,7 @@ pub(crate) fn links(paragraph: &str) -> impl Iterator<Item = &str> {
     paragraph.split("](").skip(1).filter_map(|rest| rest.split(')').next())
 }
 
-/// What stands in backquotes in a paragraph.
+/// The text in backquotes in a paragraph.
 pub(crate) fn code(paragraph: &str) -> impl Iterator<Item = &str> {
     paragraph.split('`').skip(1).step_by(2)
 }

@@ -1,4 +1,4 @@
-//! The smallest run in which something happens, about a second of work.
+//! The smallest run with events, about a second of work.
 
 use std::path::Path;
 

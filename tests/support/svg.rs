@@ -1,4 +1,4 @@
-//! What is drawn in an SVG of ours: a path or a picture a line.
+//! The elements of one of our SVG files: a path or a picture per line.
 
 /// A rectangle along the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +59,7 @@ impl Bounds {
 #[derive(Debug, Clone)]
 pub(crate) struct Item {
     pub(crate) class: String,
-    /// What it says, if it is text.
+    /// Its text, if any.
     pub(crate) words: String,
     pub(crate) stroke_width: Option<f64>,
     /// Whether it is a picture.

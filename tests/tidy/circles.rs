@@ -1,12 +1,12 @@
 //! Which file of a crate uses which, read from the sources, and the circles among them.
 //!
-//! A file uses another if it names something that the other defines: by `use`, or by a path
-//! that starts at `crate`, `self`, `super` or a module declared there. What a module passes on
-//! (`pub use`) is followed to the file that defines it, so that neither `mod child;` nor a
-//! re-export makes a parent use its child; a name that is passed on and used as well does.
-//! Tests (`#[cfg(test)]`) are left out, since they may look at whatever they like.
+//! A file uses another if it names something that the other defines: by `use`, or by a path that starts at
+//! `crate`, `self`, `super` or a module declared there. A re-export (`pub use`) is followed to the file
+//! that defines the name, so neither `mod child;` nor a re-export makes a parent use its child; a
+//! re-exported name that is also used does. Tests (`#[cfg(test)]`) are left out, since they may look at
+//! whatever they like.
 //!
-//! This reads words, not types: what only macros spell out it does not see.
+//! This reads words, not types: names that only macros generate are not seen.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -77,7 +77,7 @@ fn block_comment(rest: &str) -> usize {
     at
 }
 
-/// How long the text literal is that stands here, raw or not.
+/// Length of the string literal at this position, raw or not.
 fn text_literal(rest: &str) -> Option<usize> {
     let prefix = ["br", "cr", "r", "b", "c", ""].into_iter().find(|prefix| {
         let behind = rest.strip_prefix(prefix).map(|behind| behind.trim_start_matches('#'));
@@ -145,7 +145,7 @@ fn behind_item(tokens: &[Token<'_>], mut at: usize) -> usize {
     at
 }
 
-/// Without what is compiled for tests alone.
+/// The source without parts compiled for tests only.
 fn without_tests<'a>(tokens: &[Token<'a>]) -> Vec<Token<'a>> {
     let (mut kept, mut at) = (Vec::new(), 0);
     while at < tokens.len() {
@@ -181,7 +181,7 @@ struct Module {
     imports: Vec<Import>,
     /// Paths in the code, from their first word.
     paths: Vec<(Vec<String>, usize)>,
-    /// Every word of the code, but for those in `use`.
+    /// Every word of the code, except those in `use`.
     words: BTreeSet<String>,
     defines: BTreeSet<String>,
 }
@@ -274,7 +274,7 @@ impl Modules {
         self.0.insert(path.to_vec(), module);
     }
 
-    /// Where a path from a module of this crate leads: the file that defines what it names.
+    /// Resolves a path from a module of this crate to the file that defines its target.
     fn file_of(&self, from: &[String], path: &[String]) -> Option<&Path> {
         let (first, mut rest) = path.split_first()?;
         let mut module = match first.as_str() {
@@ -332,7 +332,7 @@ impl Modules {
         self.0.get(&[module, between].concat()).is_some_and(|module| module.defines.contains(name))
     }
 
-    /// What each file uses: the file, and the line that says so.
+    /// The uses of each file: the used file, and the line.
     fn uses(&self) -> Uses {
         let mut uses = Uses::new();
         for (path, module) in &self.0 {
@@ -406,7 +406,7 @@ fn tree(tokens: &[Token<'_>], before: &[String], passed_on: bool, imports: &mut 
 /// For each file those that it uses, each with the first line that does.
 type Uses = BTreeMap<PathBuf, BTreeMap<PathBuf, usize>>;
 
-/// What the files of a crate use of each other, from its `lib.rs` or `main.rs`.
+/// Uses among the files of a crate, from its `lib.rs` or `main.rs`.
 pub(super) fn uses(root: &Path) -> Uses {
     uses_by(root, &|file| fs::read_to_string(file).ok())
 }
@@ -417,7 +417,7 @@ fn uses_by(root: &Path, read: Read<'_>) -> Uses {
     modules.uses()
 }
 
-/// The sets of files each of which uses, by however many others, each other.
+/// The sets of files that all use each other, directly or through others.
 pub(super) fn circles(uses: &Uses) -> Vec<BTreeSet<PathBuf>> {
     let reached: BTreeMap<&Path, BTreeSet<&Path>> =
         uses.keys().map(|file| (file.as_path(), reached_from(file, uses))).collect();

@@ -1,12 +1,12 @@
-//! What ARCHITECTURE.md says, as far as the tests hold the sources to it: the page is the one
-//! place where a rule of the house is written.
+//! The rules of ARCHITECTURE.md that tests enforce on the sources: the page is the only place where they
+//! are written.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The page, read.
 #[derive(Debug, Default)]
 pub(super) struct Page {
-    /// What each crate may use of the workspace, by the table of crates.
+    /// The workspace crates that each crate may use, by the table of crates.
     pub(super) may_use: BTreeMap<String, BTreeSet<String>>,
     /// Who wraps a dependency for all others, by the words "the only user of".
     pub(super) wrapped: BTreeMap<String, String>,
@@ -25,7 +25,7 @@ impl Page {
     /// Reads the page.
     ///
     /// # Errors
-    /// A line that cannot be understood, with what is accepted there.
+    /// A line that cannot be parsed, with the accepted form.
     pub(super) fn parse(text: &str) -> Result<Page, String> {
         let mut page = Page::default();
         page.read_sections(text)?;
@@ -87,7 +87,7 @@ impl Page {
         let all: BTreeSet<String> = rows.iter().flat_map(|(_, crates, _)| crates.clone()).collect();
         let mut above = BTreeSet::new();
         for (number, crates, used) in rows {
-            // What stands behind a colon is prose.
+            // Text after a colon is prose.
             let used = match used.split(':').next().unwrap_or_default().trim() {
                 "-" | "none" => BTreeSet::new(),
                 "all" | "all above" => above.clone(),

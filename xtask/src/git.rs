@@ -27,7 +27,7 @@ pub(crate) struct Commit {
 }
 
 impl Commit {
-    /// Prefix of the names of its folders: equal in every checkout, however git abbreviates.
+    /// Name of its folders: equal in every checkout, however git abbreviates.
     pub(crate) fn short(&self) -> &str {
         &self.id[..12]
     }

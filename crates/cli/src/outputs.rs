@@ -19,9 +19,8 @@ pub(crate) fn format_of(path: &Path) -> Option<String> {
     ENDINGS.contains(&ending.as_str()).then_some(ending)
 }
 
-/// Refuses the name of an output whose ending denotes another type than `what` is written, whose names end
-/// in `ending`, or which is a folder if that is empty. Existing files are left to the checks for
-/// replacement.
+/// Refuses an output name whose ending denotes another format than that of `what`. Names of `what` end in
+/// `ending`; it is a folder if `ending` is empty. Existing files are left to the checks for replacement.
 pub(crate) fn fits(option: &str, path: &Path, ending: &str, what: &str) -> Result<(), Failure> {
     if path.exists() {
         return Ok(());

@@ -131,7 +131,7 @@ mod tests {
         let all: [&Preview; 2] = [&long, &held];
         let words = ranges(&all).expect("there are runs");
         assert!(words.starts_with("F_T/F_N is at most 0.001996 to 0.7984, if nothing slides; "), "{words}");
-        assert!(words.contains("; the first slip comes at 0.05674 s, in 1 never; "), "{words}");
+        assert!(words.contains("; the first slip comes at 0.05674 s; 1 without slip; "), "{words}");
         assert!(words.ends_with("; the time step is 0.01756 of the longest stable one"), "{words}");
         assert_eq!(ranges(&[]), None);
     }

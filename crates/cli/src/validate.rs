@@ -33,7 +33,7 @@ pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board
             if let Some(time_s) = forecast.plain_solver_s {
                 board.line(&format!(
                     "{}: --solver plain, which computes every step, would take about {} here, as its first {} s \
-                     show; the default solver takes far less",
+                     show; the default solver takes far less wherever few blocks switch",
                     forecast.scenario,
                     duration(time_s),
                     TRIAL.as_secs_f64()

@@ -81,7 +81,7 @@ pub enum Allowed {
 /// A policy, resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Policy {
-    /// How far from an event's onset its counterpart is looked for, s; `None` for [`WINDOW_S`],
+    /// Window around an event's onset in which its counterpart is searched for, s; `None` for [`WINDOW_S`],
     /// or between runs of different time steps [`between_events_s`].
     pub window_s: Option<f64>,
     /// The farthest that a pair may be shifted, s; infinite if the policy sets no limit.

@@ -285,7 +285,7 @@ pub struct TableDiff {
     pub new_rows: u64,
     /// How they were paired.
     pub paired_by: PairedBy,
-    /// How far from an event's onset its counterpart is looked for in time, s.
+    /// Window in time around an event's onset in which its counterpart is searched for, s.
     pub window_s: f64,
     /// Window around its place in the cycle instead, as a share of the cycle. Absent if paired by time.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -464,7 +464,7 @@ pub struct Match {
 /// A match that is neither identical nor within tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What became of the events.
+    /// The class of the events.
     pub class: Class,
     /// Whether the policy allows it.
     pub allowed: bool,

@@ -20,7 +20,7 @@ use crate::statistics::{self, Distribution};
 pub struct Comparison<'a> {
     /// The columns that both tables have ([`matching::comparable`]).
     pub columns: Columns,
-    /// How far from an event's onset its counterpart is looked for, s.
+    /// Window around an event's onset in which its counterpart is searched for, s.
     pub window_s: f64,
     /// How events are paired if not by times; the window then has that unit.
     pub cycles: Option<&'a Cycles>,

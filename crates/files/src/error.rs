@@ -30,7 +30,7 @@ pub enum FileError {
     NoFile {
         /// The name.
         path: PathBuf,
-        /// What it is.
+        /// Its kind.
         what: &'static str,
     },
     /// Another process is writing it.

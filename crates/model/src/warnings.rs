@@ -1,4 +1,4 @@
-//! Warnings about scenarios that are accepted but may surprise whoever runs them.
+//! Warnings about scenarios that are accepted but may surprise their users.
 
 use crate::choices::{DriveKind, Energies};
 use crate::derive::ADVISED_SHARE;
@@ -305,7 +305,7 @@ mod tests {
         assert_eq!(front(0.09), Vec::<String>::new());
         let warned = front(0.138);
         assert_eq!(warned.len(), 1, "{warned:?}");
-        let expected = "is 0.138 of the time that a wave takes over a block, 1.156e-7 s: speeds of fronts are wrong by \
+        let expected = "is 0.138 of the time in which a wave crosses a block, 1.156e-7 s: speeds of fronts are wrong by \
                         about 6 %, in proportion to the step";
         assert!(warned[0].contains(expected), "{warned:?}");
     }

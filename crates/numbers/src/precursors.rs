@@ -4,13 +4,11 @@
 //! with the first that reaches every block; it is flagged, and no count of precursors includes it. The rest
 //! is about raw slip events, which the thesis counts.
 //!
-//! A precursor starts at block 1 and runs farther than any before it; the list
-//! ends with the first slip of the whole slider, even if an event before it has
-//! reached the last block already without taking all. The raw event table is full of
-//! events of one or two blocks or steps, which are real but may be unwanted, so
-//! rules may drop short events and merge those that follow each other closely.
-//! By default nothing is dropped or merged, and every table says by which rules
-//! it was made.
+//! A precursor starts at block 1 and runs farther than any before it; the list ends with the first slip of
+//! the whole slider, even if an earlier event reached the last block without including all blocks. The raw
+//! event table is full of events of one or two blocks or steps, which are real but may be unwanted, so
+//! rules may drop short events and merge those that follow each other closely. By default nothing is
+//! dropped or merged, and every table names its rules.
 
 use asperity_record::{Extent, Reach, Rupture, SlipEvent};
 use schemars::JsonSchema;
@@ -134,9 +132,9 @@ fn among_groups<'a>(
 }
 
 /// The ruptures that include block 1 and reach farther than every one that does and began before, by onset.
-/// The last may be the first slip of the whole slider, which [`Rupture::reached_every_block`] tells.
-/// Ruptures of fewer blocks than the rules require are left out; none are merged, since a rupture already
-/// contains everything that belongs together.
+/// The last may be the first slip of the whole slider, see [`Rupture::reached_every_block`]. Ruptures of
+/// fewer blocks than the rules require are left out; none are merged, since a rupture already contains
+/// everything that belongs together.
 pub fn among_ruptures<'a>(run: &'a RunEvents, rules: &PrecursorRules) -> Vec<&'a Rupture> {
     let mut growth = RuptureGrowth::default();
     for rupture in run.ruptures.iter().flatten() {

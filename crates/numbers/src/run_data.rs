@@ -438,7 +438,7 @@ impl Collector {
         self.run.nodes.push(nodes);
     }
 
-    /// Finishes: returns the data kept, given the source of its ruptures, and its end if known.
+    /// Returns the data kept, given the source of its ruptures, and its end if known.
     pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> RunData {
         let Collector { mut run, ruptures, summarizer } = self;
         run.states.end();

@@ -211,7 +211,7 @@ mod tests {
         assert!(Recorded::read("{").is_err());
     }
 
-    /// A folder may come from anybody, and a page is made to be sent.
+    /// A folder may come from anywhere, and pages are meant to be shared.
     #[test]
     fn a_record_names_files_of_its_folder_alone() {
         let of = |file: &str, figure: &str| {

@@ -14,7 +14,7 @@ pub(crate) struct Derived {
     pub(crate) text: String,
     /// Its unit, empty for none.
     pub(crate) unit: &'static str,
-    /// What it is.
+    /// Its meaning.
     pub(crate) meaning: &'static str,
 }
 

@@ -15,7 +15,7 @@ pub struct Figure {
     pub path: String,
     /// Its title; where there is none, it is called by the first sentence of its caption.
     pub title: String,
-    /// What it shows.
+    /// Its caption.
     pub caption: String,
     /// The runs that it shows.
     pub runs: Vec<String>,

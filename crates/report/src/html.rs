@@ -1,7 +1,7 @@
 //! Pages: single HTML files that fetch nothing, so they can be sent and kept.
 //!
 //! Words and tables of a page need no scripts; scripts add interaction. The look (`look.css`: light, dark
-//! and print, told apart without colours) and the components are shared by all pages.
+//! and print, distinguishable without colours) and the components are shared by all pages.
 //!
 //! ```
 //! use asperity_report::html::{Document, markup};

@@ -55,8 +55,8 @@ pub(crate) fn differing(all: &[Parameters]) -> Vec<&'static Key> {
     KEYS.iter().filter(|key| !NAMES.contains(&key.path)).filter(differs).collect()
 }
 
-/// The parameters common to all scenarios, as a table, without those that are at their default and have no
-/// effect.
+/// The parameters common to all scenarios, as a table, without those that are zero or empty, or that
+/// another key disables.
 pub(crate) fn parameters(first: &Parameters, differing: &[&'static Key]) -> String {
     let same = first.0.iter().filter(|(key, value)| {
         !differing.iter().any(|other| other.path == key.path) && !does_nothing(value) && !first.is_idle(key)

@@ -30,7 +30,7 @@ pub struct Study {
 pub struct Run {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its header.
     pub header: RunHeader,
     /// Its scenario.
     pub scenario: Scenario,

@@ -322,13 +322,14 @@ tested = \"7\"
         );
         let before = version(workspace);
 
-        // What shapes no run: a figure, a dev-dependency, another version of a package beside ours.
+        // Inputs that do not affect runs: a figure, a dev-dependency, another version of a package beside
+        // ours.
         write(workspace, "crates/figures/src/lib.rs", "other figures");
         write(workspace, "Cargo.lock", &LOCK.replace("tested-sum", "x").replace("\"old\"", "\"older\""));
         write(workspace, "Cargo.toml", &WORKSPACE.replace("tested = \"7\"", "tested = \"8\""));
         assert_eq!(version(workspace), before);
 
-        // What shapes a run: sources, packages, their features, the compiler.
+        // Inputs that affect runs: sources, packages, their features, the compiler.
         let mut seen = vec![before];
         let mut is_new = |what: &str, version: String| {
             assert!(!seen.contains(&version), "{what}");

@@ -21,7 +21,7 @@ use toml::Spanned;
 struct OfRun {
     /// How its blocks lie.
     blocks: Contacts,
-    /// What links detachments to ruptures; None for a log that lost this, in which ruptures cannot
+    /// The scales that link detachments to ruptures; None for a log that lost them, where ruptures cannot
     /// be found.
     links: Option<Links>,
 }

@@ -78,7 +78,7 @@ impl Saved {
 /// Most interruptions of a run; each costs some time.
 const MOST_RESUMED: u64 = 1 << 32;
 
-/// What is left of an interrupted run.
+/// The remainder of an interrupted run.
 pub(crate) enum Left {
     /// Nothing to resume from.
     Nothing,
@@ -106,7 +106,7 @@ pub enum LeftError {
     NoState {
         /// The log.
         log: PathBuf,
-        /// What does not fit.
+        /// The mismatch.
         problem: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Recovers what is left of a damaged log as a new log that states what it lacks.
+//! Recovers the rest of a damaged log as a new log that states its gaps.
 
 use std::path::Path;
 

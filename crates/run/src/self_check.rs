@@ -35,7 +35,7 @@ pub enum SelfCheckProblem {
     Topic {
         /// The topic.
         topic: String,
-        /// What is wrong with it.
+        /// The error in it.
         what: &'static str,
     },
     /// The repeated run differs.

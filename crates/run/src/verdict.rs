@@ -15,7 +15,7 @@ pub enum Verdict {
     /// It contains all of a run that the solver stopped: its time step was too long, or a number
     /// overflowed.
     Stopped,
-    /// It was recovered from a damaged log, and states what it lacks.
+    /// It was recovered from a damaged log, and states its gaps.
     Salvaged,
     /// It is not a run log, or there is no such file.
     NoRunLog,

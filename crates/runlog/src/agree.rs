@@ -1,5 +1,5 @@
-//! Consistency checks between messages of a log, or between fields of one message. A writer cannot
-//! violate them; whoever reads one of two redundant values can rely on it.
+//! Consistency checks between messages of a log, or between fields of one message. A writer cannot violate
+//! them; readers of one of two redundant values can rely on it.
 
 use mcap::records::MessageHeader;
 

@@ -41,7 +41,7 @@ pub(crate) struct Found {
     pub(crate) newer: Option<u32>,
 }
 
-/// What is kept, in order, and remarks about the rest.
+/// The parts kept, in order, and remarks about the rest.
 #[derive(Default)]
 pub(crate) struct Kept {
     pub(crate) entries: Vec<Entry>,

@@ -16,11 +16,11 @@ use crate::format::{RUN, RUN_END, SALVAGE};
 pub struct LogError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The error in it.
     pub problem: LogProblem,
 }
 
-/// What is wrong with a run log.
+/// An error in a run log.
 #[derive(Debug, thiserror::Error)]
 pub enum LogProblem {
     /// The system call failed.
@@ -148,7 +148,7 @@ pub enum LogProblem {
         topic: String,
         /// The message's number in it.
         sequence: u32,
-        /// What is wrong with it.
+        /// The error in it.
         error: serde_json::Error,
     },
     /// Switches that do not belong to the step before them.
@@ -186,7 +186,7 @@ pub enum LogProblem {
     Unsound {
         /// Offset of the record, or of its chunk, in the file.
         at: u64,
-        /// What is wrong.
+        /// The error.
         what: &'static str,
     },
     /// Two headers, or something after the end.

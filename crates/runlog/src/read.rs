@@ -70,7 +70,7 @@ pub struct RunReader {
     checkpoint: Option<String>,
     /// A checkpoint that is not sealed yet.
     next_checkpoint: Option<String>,
-    /// What may be missing from a salvaged log.
+    /// The parts that may be missing from a salvaged log.
     salvage: Option<Gaps>,
     end: Option<RunEnd>,
     /// A step record whose switches are still being read, and the number that it states.

@@ -81,7 +81,7 @@ impl Records {
     pub(crate) fn next(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
         self.read().map_err(|problem| match problem {
             LogProblem::Io(_) => problem,
-            // Whatever is wrong with the file of another program, it is not a run log.
+            // A file of another program is not a run log, whatever its errors.
             _ if self.other_library.is_some() && !self.layout.has_run() => self.no_header(),
             _ => problem,
         })

@@ -47,7 +47,7 @@ pub enum SalvageError {
     Hopeless {
         /// The file.
         path: String,
-        /// What is missing.
+        /// The missing part.
         problem: String,
     },
     /// The output cannot be written.

@@ -73,7 +73,7 @@ impl RunWriter {
         RunWriter::start(Place::of_run(path, existing)?, header, scenario_toml, events)
     }
 
-    /// Starts the log of what was salvaged from `input`, with its topics of events.
+    /// Starts the log for the messages salvaged from `input`, with its topics of events.
     pub(crate) fn create_salvaged(
         path: &Path,
         input: &Path,

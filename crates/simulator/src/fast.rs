@@ -167,7 +167,7 @@ impl<L: Leaps> Fast<L> {
         })
     }
 
-    /// Takes a single step; `decide` runs after the last pending one.
+    /// Takes a single step; calls `decide` after the last pending one.
     fn take_step(&mut self, decide: impl FnOnce(&mut Self)) -> Result<(), SimulationError> {
         let was_sliding = self.stepper.state().sliding > 0;
         let driving = self.stepper.take_step(self.pace.single_steps);

@@ -12,10 +12,10 @@
 //! (dt sqrt(K / m) / 4) Df / (mu_d p) = (dt / dt_max) (mu_s / mu_d - 1) / 2
 //! ```
 //!
-//! of what friction takes, which never exceeds the energy put in. With the coefficients of the default
-//! slider the share is at most 0.28 at any step that the scheme admits, hence [`MOST_SCHEME_SHARE`].
-//! Where blocks switch back and forth every few steps, as they do close to `dt_max`, each switch adds
-//! work, and the sum is unbounded.
+//! of the energy dissipated by friction, which never exceeds the energy put in. With the coefficients of
+//! the default slider the share is at most 0.28 at any step that the scheme admits, hence
+//! [`MOST_SCHEME_SHARE`]. Where blocks switch back and forth every few steps, as they do close to `dt_max`,
+//! each switch adds work, and the sum is unbounded.
 //!
 //! A slider released with stored energy may move at once. Then the `dt v F / 2` above contributes by
 //! itself: for a swing on `K` it is at most `dt / dt_max` of the energy in motion, which is therefore

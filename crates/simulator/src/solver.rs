@@ -83,7 +83,7 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
     }
 }
 
-/// A run that cannot go on.
+/// A run that cannot continue.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
     /// The time step has done more work than in any accurate run
@@ -102,7 +102,7 @@ pub enum SimulationError {
         share: f64,
         /// The energy that it is compared with.
         put_in_j: f64,
-        /// What kind of energy that is.
+        /// The kind of energy.
         put_in: &'static str,
     },
     /// A number to be recorded overflowed or became NaN.

@@ -100,7 +100,7 @@ impl Batch {
         self.rows
     }
 
-    /// Removes all rows and returns them.
+    /// Removes all rows.
     pub fn clear(&mut self) {
         self.columns.iter_mut().for_each(Values::clear);
         self.rows = 0;

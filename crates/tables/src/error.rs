@@ -1,4 +1,4 @@
-//! What can go wrong with the file of a table.
+//! Errors with the file of a table.
 
 use asperity_files::FileError;
 use asperity_numbers::run_data::NotKept;

@@ -88,7 +88,7 @@ impl serde::Serialize for State {
 /// The source of a table's rows.
 #[derive(Debug, Clone)]
 pub struct About {
-    /// What the run is.
+    /// The header of the run.
     pub header: RunHeader,
     /// The state of its log.
     pub state: State,

@@ -46,7 +46,7 @@ pub fn paths(folder: &Path, name: &str) -> [PathBuf; 2] {
     ["csv", "parquet"].map(|ending| folder.join(format!("{name}.{ending}")))
 }
 
-/// What every Parquet file starts with.
+/// The first bytes of every Parquet file.
 const PARQUET: &[u8] = b"PAR1";
 
 /// Whether a file is Parquet, by its content: files from git may have any name.

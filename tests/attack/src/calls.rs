@@ -1,4 +1,4 @@
-//! Calling the built command from outside: what it said, how it ended, and what it took.
+//! Calls of the built command from outside: its output, its end, and its resources.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Seek};
@@ -8,18 +8,18 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A command that has worked for so long, or has waited for so long without doing anything, is
-/// taken to hang. Time in which others had the machine does not count.
+/// A command that works for this long, or is idle for this long, is assumed to hang. Time taken by other
+/// processes does not count.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// No command may take more address space than this, so that a bomb does not take the machine
-/// with it. What is promised is less, and measured.
+/// Most address space of a command, so that a bomb does not exhaust the machine. The documented bound is
+/// lower, and is measured.
 const ADDRESS_SPACE_KB: u32 = 3_000_000;
 
 /// How one call of the command ended.
 #[derive(Debug, Clone)]
 pub(crate) struct Outcome {
-    /// What the shell would show after its name.
+    /// The exit code or signal, as a shell would show it.
     pub(crate) call: String,
     pub(crate) code: Option<i32>,
     pub(crate) signal: Option<i32>,
@@ -51,7 +51,7 @@ impl Outcome {
         }
     }
 
-    /// Everything that it said, shortened to what a reader can take in.
+    /// Its whole output, shortened for readers.
     pub(crate) fn said(&self) -> String {
         shortened(&format!("{}{}", self.out, self.err), 600)
     }
@@ -168,7 +168,7 @@ impl Running {
         self.outcome(status, hung)
     }
 
-    /// What the system has counted so far.
+    /// The counters of the system so far.
     fn measure(&mut self) {
         let id = self.child.id();
         let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
@@ -181,7 +181,7 @@ impl Running {
         if let Some(kb) = peak.and_then(|kb| kb.parse::<f64>().ok()) {
             self.peak_mb = self.peak_mb.max(kb / 1024.0);
         }
-        // The name of the program, in brackets, may hold spaces.
+        // The name of the program, in brackets, may contain spaces.
         let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
         let behind_name: Vec<&str> =
             stat.rsplit(") ").next().unwrap_or_default().split_whitespace().collect();
@@ -194,7 +194,7 @@ impl Running {
     fn outcome(mut self, status: ExitStatus, hung: bool) -> io::Result<Outcome> {
         let mut said = [String::new(), String::new()];
         for (file, text) in self.outputs.iter_mut().zip(&mut said) {
-            // What is said is a few lines; what is printed as a table may be much.
+            // Messages have a few lines; printed tables may be long.
             const MOST: u64 = 50_000_000;
             let mut bytes = Vec::new();
             file.rewind()?;

@@ -1,5 +1,5 @@
-//! One case: a folder of its own, calls of the command in it, and what did not hold. Cases of
-//! an attack run on all cores; the files of those that fail are kept, with the calls.
+//! One case: its own folder, calls of the command in it, and the failures. Cases of an attack run on all
+//! cores; the files of failed ones are kept, with the calls.
 
 use std::fs;
 use std::path::PathBuf;
@@ -13,17 +13,17 @@ use crate::ground::{Error, Ground, emptied};
 use crate::random::Random;
 use crate::tally::say;
 
-/// How often it is said how far an attack has come.
+/// Interval between reports on the progress of an attack.
 const NEWS: Duration = Duration::from_secs(5);
 
 /// See the head of this file.
 pub(crate) struct Case<'a> {
     pub(crate) ground: &'a Ground,
     pub(crate) number: usize,
-    /// What is by chance in it.
+    /// Its random numbers.
     pub(crate) random: Random,
     pub(crate) folder: PathBuf,
-    /// Kind and detail of what did not hold.
+    /// Kind and detail of each failure.
     broken: Vec<(String, String)>,
     calls: String,
 }
@@ -148,7 +148,7 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// Holds something against a promise.
+    /// Checks a result against a documented property.
     pub(crate) fn hold(&mut self, holds: bool, kind: &str, detail: impl FnOnce() -> String) {
         if !holds {
             let detail = detail();
@@ -168,7 +168,7 @@ impl<'a> Case<'a> {
         self.calls += &format!("{}    # {}\n", outcome.call, outcome.ending());
     }
 
-    /// What holds of every call: it ends, by itself, with a code.
+    /// Checks for every call: it ends by itself, with a code.
     pub(crate) fn must_end_well(&mut self, outcome: &Outcome) {
         self.note(outcome);
         let command = outcome.call.split("asperity ").nth(1).unwrap_or_default();

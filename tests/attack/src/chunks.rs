@@ -1,5 +1,5 @@
-//! Every chunk of genuine logs broken, one at a time: the damage is seen, salvage keeps exactly
-//! the messages that stood in the other chunks, and what it makes can be worked with.
+//! Breaks every chunk of genuine logs, one at a time: the damage is detected, salvage keeps exactly the
+//! messages of the other chunks, and its result is usable.
 
 use std::fs;
 

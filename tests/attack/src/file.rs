@@ -1,5 +1,4 @@
-//! Run logs as what they are for any program: files of MCAP records. Read here without the code
-//! that is attacked, and as far as the bytes go.
+//! Run logs as plain MCAP files, read independently of the attacked code, as far as the bytes allow.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,16 +14,16 @@ pub(crate) const HEAD: usize = 9;
 /// No chunk of a genuine log unpacks to more.
 const LONGEST_CHUNK: usize = 1 << 26;
 
-/// A record as it stands in a file.
+/// A record in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Record {
     pub(crate) opcode: u8,
-    /// Where it stands, its head included.
+    /// Its bytes in the file, including its head.
     pub(crate) at: Range<usize>,
 }
 
 impl Record {
-    /// What stands behind its head.
+    /// Its content after the head.
     pub(crate) fn body<'a>(&self, bytes: &'a [u8]) -> &'a [u8] {
         &bytes[self.at.start + HEAD..self.at.end]
     }
@@ -34,13 +33,13 @@ impl Record {
         Part::new(self.opcode, self.body(bytes))
     }
 
-    /// What kind of record it is, in words.
+    /// The kind of the record, in words.
     pub(crate) fn kind(&self, bytes: &[u8]) -> String {
         kind(&self.part(bytes))
     }
 }
 
-/// What kind of record it is, in words; metadata and attachments by their names.
+/// The kind of the record, in words; metadata and attachments by their names.
 pub(crate) fn kind(part: &Part) -> String {
     let word = match part.opcode {
         op::HEADER => "header",
@@ -188,13 +187,13 @@ fn message(part: &Part, topic: &Arc<str>) -> Option<Message> {
     })
 }
 
-/// What a metadata record of that name says, the first one.
+/// The content of the first metadata record of that name.
 pub(crate) fn metadata(bytes: &[u8], name: &str) -> Option<BTreeMap<String, String>> {
     let parts = records(bytes).into_iter().filter(|record| record.opcode == op::METADATA);
     parts.map(|record| record.part(bytes)).find(|part| part.name() == Some(name))?.map()
 }
 
-/// How two sequences of messages differ, in words; nothing if they do not.
+/// The difference of two sequences of messages, in words; `None` if they agree.
 pub(crate) fn difference(expected: &[&Message], found: &[&Message]) -> Option<String> {
     let same = expected.iter().zip(found).take_while(|(a, b)| a == b).count();
     if same == expected.len() && same == found.len() {

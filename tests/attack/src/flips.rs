@@ -1,5 +1,5 @@
-//! Single bits and bytes changed, in every kind of place of whole and of unfinished logs: no
-//! such log is whole, and of an unfinished one `check` says something else than before.
+//! Changes single bits and bytes in every kind of place of complete and unfinished logs: no such log counts
+//! as complete, and for an unfinished one `check` reports something else than before.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +14,7 @@ use crate::ground::{DENSE, Error, Genuine, Ground, RUN, SMALL};
 use crate::verdict::Judged;
 use mcap::records::op;
 
-/// A log and the places in it, by kind, so that those that are a few bytes have their turn.
+/// A log and the places in it, by kind, so that small kinds are tried too.
 struct Target {
     what: String,
     bytes: Vec<u8>,
@@ -127,7 +127,7 @@ fn regions(bytes: &[u8]) -> Vec<(String, Vec<Range<usize>>)> {
 /// An unfinished log to be flipped.
 fn stopped(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Target>, Error> {
     let Some(bytes) = stopped_log(ground, signal, from_bytes, &[])? else { return Ok(None) };
-    // Under the name that the flipped ones have, since what is said begins with it.
+    // Under the name of the flipped ones, since messages begin with it.
     fs::write(ground.work.join("flipped.mcap.partial"), &bytes)?;
     let check = Call::new(&ground.program, &ground.work, &["check", "flipped.mcap.partial"])?.run()?;
     let what = format!("a log stopped by SIG{signal} at {} bytes", bytes.len());
@@ -162,9 +162,8 @@ pub(crate) fn stopped_log(
     Ok(None)
 }
 
-/// How far the bytes of an unfinished log are vouched for: up to the end of the last metadata
-/// `chunk`, or to the end of the data where it was closed. A log of a format without such
-/// metadata makes no exception of any byte.
+/// The end of the verified bytes of an unfinished log: the end of the last metadata `chunk`, or of the data
+/// if the log was closed. In a format without such metadata all bytes count.
 fn vouched(bytes: &[u8]) -> usize {
     let records = file::records(bytes);
     let closed = records.iter().any(|record| record.opcode == op::DATA_END);

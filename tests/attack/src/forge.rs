@@ -16,7 +16,7 @@ const COMPRESSION_LEVEL: i32 = 3;
 pub(crate) enum Item {
     Record {
         part: Part,
-        /// Whether it says what it is to say, and is not corrected. Only metadata `chunk` are.
+        /// Whether its content is forced, and not corrected. Only metadata `chunk` is corrected.
         as_is: bool,
     },
     Chunk {
@@ -25,7 +25,7 @@ pub(crate) enum Item {
     },
 }
 
-/// What a log says, without what only helps to find it.
+/// The contents of a log, without indexes.
 #[derive(Debug, Clone)]
 pub(crate) struct Log {
     pub(crate) items: Vec<Item>,
@@ -33,10 +33,10 @@ pub(crate) struct Log {
     closed: bool,
 }
 
-/// The records of a file in their order, still open to changes that nothing else follows.
+/// The records of a file in their order, open to changes before the rest is adjusted.
 #[derive(Debug, Clone)]
 pub(crate) struct Records {
-    /// Each with whether it says what it is to say.
+    /// Each with whether its content is forced.
     pub(crate) parts: Vec<(Part, bool)>,
     closed: bool,
 }
@@ -84,7 +84,7 @@ impl Log {
         }
     }
 
-    /// All records in their order, each with the place of what holds it.
+    /// Positions of all records in their order: the index of the item and, in a chunk, the index there.
     pub(crate) fn places(&self) -> Vec<(usize, Option<usize>)> {
         let mut places = Vec::new();
         for (at, item) in self.items.iter().enumerate() {
@@ -116,7 +116,7 @@ impl Log {
         }
     }
 
-    /// Its records as they are to stand, chunks packed and indexed.
+    /// Its records in final form, with chunks packed and indexed.
     pub(crate) fn packed(&self) -> Result<Records, String> {
         let mut parts = Vec::new();
         for item in &self.items {
@@ -177,7 +177,7 @@ fn pack(compression: &str, records: &[Part]) -> Result<(Part, Vec<Part>), String
 }
 
 impl Records {
-    /// The records of a file as they stand up to the end of the data, chunks unopened.
+    /// The records of a file up to the end of the data, with chunks unopened.
     pub(crate) fn as_they_are(bytes: &[u8]) -> Records {
         let records = file::records(bytes);
         let end = records.iter().position(|record| record.opcode == op::DATA_END);
@@ -208,8 +208,8 @@ impl Records {
         parts
     }
 
-    /// Makes every metadata `chunk` say what stands before it: which piece of the log, a chunk
-    /// with its indexes, an attachment or other metadata, and how many bytes.
+    /// Corrects every metadata `chunk` to describe the piece of the log before it (a chunk with its
+    /// indexes, an attachment or other metadata), and the number of bytes.
     pub(crate) fn chain(&mut self) {
         let mut bytes = mcap::MAGIC.len() as u64;
         let mut all = crc32fast::Hasher::new();
@@ -225,7 +225,7 @@ impl Records {
                         ("bytes", bytes.to_string()),
                         ("bytes_crc", format!("{:08x}", all.clone().finalize())),
                     ] {
-                        // What the format does not have is not made up.
+                        // Fields that the format version lacks are not added.
                         if let Some(old) = map.get_mut(key) {
                             *old = value;
                         }
@@ -254,8 +254,7 @@ fn chunk_map(part: &Part) -> Option<BTreeMap<String, String>> {
     part.map().filter(|_| part.name() == Some("chunk"))
 }
 
-/// What the summary says of the records of the data section, each of which begins after the
-/// ones before it.
+/// The summary of the records of the data section, each of which begins after the previous ones.
 fn summary(parts: &[Part]) -> Vec<Part> {
     let mut at = mcap::MAGIC.len() as u64;
     let mut announced: BTreeMap<(u8, u16), Part> = BTreeMap::new();
@@ -313,7 +312,7 @@ fn summary(parts: &[Part]) -> Vec<Part> {
     summary
 }
 
-/// Makes the records that say where groups of the summary begin say so.
+/// Corrects the records with the offsets of the groups of the summary.
 pub(crate) fn correct_offsets(parts: &mut Vec<Part>) {
     parts.retain(|part| part.opcode != op::SUMMARY_OFFSET);
     let Some(data_end) = parts.iter().position(|part| part.opcode == op::DATA_END) else { return };
@@ -334,8 +333,7 @@ pub(crate) fn correct_offsets(parts: &mut Vec<Part>) {
     parts.splice(footer..footer, offsets);
 }
 
-/// The index of the chunk that stands first, at that byte, with the indexes of its messages
-/// behind it.
+/// The index of the first chunk, at that byte, with the indexes of its messages after it.
 fn chunk_index(parts: &[Part], at: u64) -> Part {
     let chunk = &parts[0];
     let length = (chunk.body.len() + HEAD) as u64;
@@ -378,8 +376,8 @@ pub(crate) fn put_text(out: &mut Vec<u8>, text: &str) {
     out.extend(text.as_bytes());
 }
 
-/// The file of these records: the places and checksums that data end and footer say are made
-/// right, whatever else is wrong.
+/// The file of these records: positions and checksums in data end and footer are corrected, whatever else
+/// is wrong.
 pub(crate) fn seal(parts: Vec<Part>) -> Vec<u8> {
     let mut out = mcap::MAGIC.to_vec();
     let (mut summary_at, mut offsets_at) = (0, 0);
@@ -429,7 +427,7 @@ mod tests {
         std::fs::read(&log).unwrap_or_else(|error| panic!("{}: {error}", log.display()))
     }
 
-    /// The MCAP library finds by the index what a reader from front to end finds.
+    /// Reading by index with the MCAP library and reading from front to end give equal results.
     fn assert_indexed(bytes: &[u8]) {
         let all = file::messages(bytes).expect("the log can be read");
         let summary = mcap::Summary::read(bytes).expect("the summary can be read").expect("there is one");

@@ -1,7 +1,7 @@
-//! Records of every kind, each changed in one field, with everything else made right again:
-//! checksums, counts, digests, indexes. `check` finds what contradicts the rest of the log, and a
-//! header or a topic that contradicts its own scenario. What it cannot find is listed here, each with
-//! the reason; any other forgery that it calls whole is a failure.
+//! Records of every kind, each changed in one field, with everything else corrected: checksums, counts,
+//! digests, indexes. `check` detects contradictions within the log, and a header or a topic that
+//! contradicts its own scenario. Undetectable forgeries are listed here, each with the reason; any other
+//! forgery that it accepts as complete is a failure.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +16,8 @@ use crate::random::Random;
 use crate::tally::say;
 use crate::verdict::Verdict;
 
-/// Kinds of forgeries that `check` may call whole, a `*` at the end standing for anything: what
-/// no command makes anything of.
+/// Kinds of forgeries that `check` may accept as complete, where a final `*` matches anything: data that no
+/// command uses.
 const WITHOUT_MEANING: [(&str, &str); 9] = [
     ("header library", "a free text of MCAP that names the library which wrote the file"),
     (
@@ -66,7 +66,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     for (name, run) in [("small", &SMALL[..]), ("dense", &DENSE)] {
         logs.push(Log::read(&ground.genuine(name, run)?.bytes)?);
     }
-    // Put together again without a change they must be whole, or nothing here would mean anything.
+    // Reassembled without a change they must be complete, or the tests would be meaningless.
     for log in &logs {
         let path = ground.work.join("rebuilt.mcap");
         std::fs::write(&path, log.bytes()?)?;
@@ -113,7 +113,7 @@ fn forged(case: &mut Case<'_>, log: &Log) -> Result<Option<String>, Error> {
     Ok(Some(kind))
 }
 
-/// What was changed, by kind and in detail, and the file.
+/// The change, by kind and in detail, and the file.
 type Forgery = (String, String, Vec<u8>);
 
 fn forge(random: &mut Random, log: &Log) -> Result<Forgery, Error> {
@@ -130,11 +130,11 @@ fn forge(random: &mut Random, log: &Log) -> Result<Forgery, Error> {
     }
 }
 
-/// A record of the data section changed, and everything that says it again.
+/// Changes a record of the data section, and everything that repeats it.
 fn said(random: &mut Random, log: &Log) -> Result<Option<Forgery>, Error> {
     let mut log = log.clone();
     let places = log.places();
-    // Kinds first, so that those of which there is one have their turn.
+    // Chooses the kind first, so that rare kinds are tried too.
     let mut kinds: BTreeMap<String, Vec<_>> = BTreeMap::new();
     let topics = topics(&log);
     for place in places {
@@ -244,15 +244,15 @@ fn summarised(random: &mut Random, log: &Log) -> Result<Option<Forgery>, Error> 
             None => return Ok(None),
         },
     };
-    // What says where groups of records begin must be right, unless it is what was changed.
+    // The offsets of groups of records must be correct, unless they were changed.
     if opcode != op::SUMMARY_OFFSET {
         crate::forge::correct_offsets(&mut parts);
     }
     Ok(Some((format!("{kind} {field}"), what, seal(parts))))
 }
 
-/// Changes one field of a record; which one, and from what to what. Nothing, if chance would
-/// leave the record as it is.
+/// Changes one field of a record; returns its name, with the old and the new value. Returns none if the
+/// random change would leave the record unchanged.
 fn change(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
     let old = part.clone();
     change_field(random, part).filter(|_| *part != old)
@@ -333,7 +333,7 @@ fn change_field(random: &mut Random, part: &mut Part) -> Option<(String, String)
             }
         }
         _ if part.body.is_empty() => None,
-        // Indexes, statistics and offsets: numbers, all of which mean something.
+        // Indexes, statistics and offsets: numbers, all of them meaningful.
         _ => {
             let at = random.below(part.body.len() as u64) as usize;
             Some(("byte".to_owned(), number(random, part, at..at + 1)))
@@ -357,7 +357,7 @@ fn attachment(random: &mut Random, part: &mut Part) -> Option<(String, String)> 
         2 => ("name", letter(random, part, 20 + last_letter(&name))),
         3 if !media.is_empty() => ("media type", letter(random, part, media_at + 4)),
         _ => {
-            // A digit, so that it stays what it is.
+            // Changes a digit to a digit, to keep the type.
             let end = part.body.len() - 4;
             let digits: Vec<usize> = (data_at..end).filter(|at| part.body[*at].is_ascii_digit()).collect();
             let at = *digits.get(random.below(digits.len().max(1) as u64) as usize)?;
@@ -423,13 +423,13 @@ fn value(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
 fn number(random: &mut Random, part: &mut Part, at: std::ops::Range<usize>) -> String {
     let old = part.body[at.clone()].to_vec();
     let by = 1 + random.below(200) as u8;
-    // The lowest byte mostly: the number stays near what it was.
+    // Mostly changes the lowest byte, so the number changes little.
     let byte = if random.below(4) == 0 { random.below(at.len() as u64) as usize } else { 0 };
     part.body[at.start + byte] = part.body[at.start + byte].wrapping_add(by);
     format!("bytes {at:?} of the record from {old:?} to {:?}", &part.body[at.clone()])
 }
 
-/// Changes a letter in place, to one that it may be as well.
+/// Changes a letter in place, to another valid one.
 fn letter(random: &mut Random, part: &mut Part, at: usize) -> String {
     let old = part.body[at];
     let new = if old.is_ascii_alphabetic() { b'a' + (old + random.below(25) as u8) % 26 } else { b'_' };
@@ -470,12 +470,12 @@ fn text_at(body: &[u8], at: usize) -> Option<String> {
     String::from_utf8(body.get(at + 4..at + 4 + length)?.to_vec()).ok()
 }
 
-/// A run long enough to be stopped, and of so few steps that it ends soon even if a forged
-/// checkpoint has them all taken one by one.
+/// A run long enough to be stopped, with few enough steps to end soon even if a forged checkpoint makes it
+/// take them all singly.
 const MEDIUM: [&str; 2] = ["--set", "time.step_s=1e-7"];
 
-/// Checkpoints that were tampered with: an unfinished run refuses to go on from one, ends with the very
-/// messages of an undisturbed run, or `check --again` sees that it is another.
+/// Forged checkpoints: an unfinished run refuses to continue from one, ends with the messages of an
+/// undisturbed run, or `check --again` detects the difference.
 fn checkpoints(ground: &Ground) -> Result<(), Error> {
     let undisturbed = ground.genuine("medium", &MEDIUM)?;
     let mut unfinished = Vec::new();
@@ -503,7 +503,7 @@ fn checkpoints(ground: &Ground) -> Result<(), Error> {
 }
 
 fn checkpoint(case: &mut Case<'_>, mut log: Log, undisturbed: &Genuine) -> Result<(), Error> {
-    // The last one is where the run goes on from.
+    // The run continues from the last one.
     let last = log.items.iter_mut().rev().find_map(|item| match item {
         Item::Record { part, .. } if part.name() == Some("checkpoint") => Some(part),
         _ => None,
@@ -550,7 +550,7 @@ fn with_attached(part: &Part, data: &[u8]) -> Option<Part> {
 
 /// A state with one number changed, behind which key.
 fn tampered(random: &mut Random, state: &[u8]) -> Option<(String, Vec<u8>, String)> {
-    // Numbers stand between what parts values. Keys first, so that long lists are not all.
+    // Finds numbers between separators. Chooses a key first, so that long lists do not dominate.
     let mut numbers: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     let (mut key, mut quote) = (String::new(), 0);
     for at in 1..state.len() {

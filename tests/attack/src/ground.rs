@@ -1,5 +1,5 @@
-//! What all attacks stand on: the built command, a folder to work in, genuine logs, and the
-//! one seed that everything by chance follows from.
+//! The basis of all attacks: the built command, a working folder, genuine logs, and the seed of all random
+//! choices.
 
 use std::fs::{self, File};
 use std::io;
@@ -61,7 +61,7 @@ pub(crate) type Error = Box<dyn std::error::Error + Send + Sync>;
 pub(crate) struct Genuine {
     pub(crate) name: String,
     pub(crate) bytes: Vec<u8>,
-    /// Each with the number of the chunk that it stands in.
+    /// Each with the number of its chunk.
     pub(crate) messages: Vec<(usize, Message)>,
     /// Of the records in `bytes`, those that are chunks.
     pub(crate) chunks: Vec<file::Record>,
@@ -87,12 +87,12 @@ impl Genuine {
 /// See the head of this file.
 pub(crate) struct Ground {
     pub(crate) program: PathBuf,
-    /// Which round of which seed.
+    /// The round and the seed.
     pub(crate) seed: u64,
     pub(crate) size: Size,
     /// Only the case with this number.
     pub(crate) only: Option<usize>,
-    /// When to stop, whatever is left.
+    /// The time to stop, whatever is left.
     pub(crate) deadline: Option<Instant>,
     /// Where cases work.
     pub(crate) work: PathBuf,
@@ -103,18 +103,18 @@ pub(crate) struct Ground {
     /// The root folder of the checkout.
     pub(crate) root: PathBuf,
     pub(crate) tally: Mutex<Tally>,
-    /// Nobody else works in these folders as long as this is held.
+    /// No other process uses these folders while this lock is held.
     pub(crate) _lock: File,
 }
 
-/// A run of the slider of the thesis' program, in the folder of the case; what follows is set besides.
+/// A run of the slider of the thesis' program, in the folder of the case, with these further overrides.
 pub(crate) const RUN: [&str; 7] =
     ["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--out", "run.mcap"];
 
-/// A run that takes a twentieth of a second and has everything that a run may have.
+/// A run of a twentieth of a second with all kinds of records and events.
 pub(crate) const SMALL: [&str; 4] = ["--set", "time.step_s=1e-7", "--set", "time.duration_s=1"];
 
-/// The run with most of its log in states of all blocks, so that there are several chunks.
+/// The run with a log of mostly states of all blocks, so that it has several chunks.
 pub(crate) const DENSE: [&str; 6] =
     ["--set", "time.step_s=1e-7", "--set", "time.duration_s=0.4", "--set", "recording.fields_s=0.0005"];
 
@@ -122,7 +122,7 @@ pub(crate) const DENSE: [&str; 6] =
 pub(crate) const OTHER: [&str; 2] = ["--set", "normal_load.tilt=-0.3"];
 
 impl Ground {
-    /// Runs the command, which must succeed, or there is nothing to attack.
+    /// Runs the command, which must succeed to give something to attack.
     pub(crate) fn succeed(&self, folder: &Path, arguments: &[&str]) -> Result<Outcome, Error> {
         let outcome = Call::new(&self.program, folder, arguments)?.run()?;
         if outcome.code != Some(0) {
@@ -144,7 +144,7 @@ impl Ground {
                 &[&["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--out", &file], run]
                     .concat(),
             )?;
-            // What is called damaged untouched would prove nothing when it is touched.
+            // A log that counts as damaged already would prove nothing.
             self.succeed(&self.logs, &["check", &file])?;
         }
         Genuine::read(&path)

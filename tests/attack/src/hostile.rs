@@ -1,6 +1,6 @@
-//! Inputs of at most ten million bytes that are made to use up memory and time, to forge what is
-//! said, or to make something fall over. Every command that reads such files ends by itself,
-//! with a sentence, and within stated bounds.
+//! Inputs of at most ten million bytes that are made to use up memory and time, to forge messages, or to
+//! crash something. Every command that reads such files ends by itself, with a message, and within
+//! documented bounds.
 
 use std::fs;
 use std::io::Write;
@@ -17,10 +17,10 @@ use crate::parquet;
 use crate::parts::Part;
 use crate::studies::{self, Study};
 
-/// What a command may have of memory at once, MB, whatever it reads.
+/// Limit on the memory of a command, MB, whatever it reads.
 const MEMORY_MB: f64 = 300.0;
 
-/// What it may take of a processor, seconds.
+/// Limit on its processor time, s.
 const TIME_S: f64 = 5.0;
 
 /// Where a call is stopped that keeps to neither.
@@ -29,7 +29,7 @@ const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 /// No input is longer.
 const LONGEST: usize = 10_000_000;
 
-/// What reads a kind of file; FILE stands for its name.
+/// The commands that read a kind of file, with FILE in place of its name.
 const ON_LOGS: [&[&str]; 12] = [
     &["check", "FILE"],
     &["salvage", "FILE", "--out", "salvaged.mcap"],
@@ -54,7 +54,7 @@ const ON_SCENARIOS: [&[&str]; 3] =
     [&["scenario", "show", "FILE"], &["scenario", "validate", "FILE"], &["run", "FILE", "--out", "run.mcap"]];
 const ON_PIPELINES: [&[&str]; 1] = [&["reproduce", "FILE", "--out", "reproduced"]];
 const ON_POLICIES: [&[&str]; 1] = [&["diff", "sound.mcap", "sound.mcap", "--policy", "FILE"]];
-/// Of a study that is sound but for this file.
+/// Of a study that is sound except for this file.
 const ON_STUDIES: [&[&str]; 5] = [
     &["sweep", "status", STUDY],
     &["sweep", "collect", STUDY, "--to", "csv"],
@@ -64,7 +64,7 @@ const ON_STUDIES: [&[&str]; 5] = [
 ];
 const ON_SETTINGS: [&[&str]; 1] = [&["replay", "sound.mcap", "--detectors", "FILE"]];
 
-/// Where files of studies stand.
+/// The places of files in studies.
 const STUDY: &str = "study";
 
 /// One input.
@@ -77,7 +77,7 @@ struct Input {
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     let sound = ground.genuine("small", &SMALL)?.bytes;
     fs::write(ground.work.join("rows.parquet"), parquet::equal_rows(3))?;
-    // As long as it is short it must be a table, or the long one proves nothing.
+    // The short form must be a valid table, or the long one proves nothing.
     let three = ground.succeed(&ground.work, &["events", "rows.parquet"])?;
     if three.out.lines().count() != 4 {
         return Err(format!("a Parquet file made by hand is read as {:?}", three.out).into());
@@ -117,7 +117,7 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -
     let program = &case.ground.program;
     let outcome = Call::by_shell(program, &case.folder, STOP, &arguments, "")?.run()?;
     let Outcome { cpu_s, peak_mb, .. } = outcome;
-    // What was stopped here is a failure by its time.
+    // A command that was stopped here has failed by its time.
     if outcome.signal.is_some() && cpu_s > TIME_S {
         case.note(&outcome);
     } else {
@@ -246,7 +246,7 @@ fn inputs(sound: &[u8], table: &[u8]) -> Result<Vec<Input>, Error> {
     let mut random = crate::random::Random::new(table.len() as u64);
     for number in 0..60 {
         let mut bytes = table.to_vec();
-        // Mostly in the footer, which is what readers believe.
+        // Mostly in the footer, which readers trust.
         let from = if number % 3 == 0 { 4 } else { bytes.len() - bytes.len().min(3000) };
         for _ in 0..=number % 3 {
             let place = from + random.below((bytes.len() - from) as u64) as usize;
@@ -353,7 +353,7 @@ fn with_chunks(log: &Log, records: &[u8], times: usize) -> Result<Vec<u8>, Error
     Ok(log.unfinished_bytes()?)
 }
 
-/// Eight million bytes in which a chunk seems to begin at every thirtieth.
+/// Eight million bytes with an apparent beginning of a chunk at every thirtieth.
 fn chunk_heads(sound: &[u8]) -> Vec<u8> {
     let mut bytes = sound[..sound.len() / 4].to_vec();
     let mut head = vec![op::CHUNK];

@@ -1,6 +1,6 @@
-//! Commands stopped at any moment. A run that is stopped again and again and resumed ends with
-//! the messages of an undisturbed one; any other command leaves nothing half done under a
-//! final name, and the same call works afterwards.
+//! Kills commands at any moment. A run that is repeatedly killed and resumed ends with the messages of an
+//! undisturbed one; any other command leaves nothing incomplete under a final name, and a repeated call
+//! works afterwards.
 
 use std::fs;
 use std::thread;
@@ -72,7 +72,7 @@ fn stopped_and_resumed(case: &mut Case<'_>, undisturbed: &Genuine, run: &[&str])
         case.hold(outcome.code != Some(0), "a run exits with 0 without its log", || outcome.said());
         if case.path("run.mcap.partial").exists() && case.random.below(3) == 0 {
             let judged = case.check("run.mcap.partial")?;
-            // Of one that was killed before its header was written, no more can be said.
+            // Nothing can be checked for one that was killed before its header was written.
             let fine = [Verdict::Incomplete, Verdict::NoRunLog].map(Some).contains(&judged.verdict);
             case.hold(
                 fine,

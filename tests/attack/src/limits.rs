@@ -1,6 +1,6 @@
-//! Too little of everything: outputs that cannot be written, few open files, small files, little
-//! memory, a full disk; and inputs made to use up more than there is. A command then works, or
-//! ends by itself with a sentence, and nothing half done stands under a final name.
+//! Lack of resources: outputs that cannot be written, few open files, small files, little memory, a full
+//! disk; and inputs made to exhaust them. A command then works, or ends by itself with a message, and
+//! leaves nothing incomplete under a final name.
 
 use std::fs;
 use std::process::Command;
@@ -11,7 +11,7 @@ use crate::ground::{Error, Ground};
 use crate::hostile;
 use crate::writers::{INPUTS, Writer, Written, compared, found, prepare};
 
-/// Lines of shell before a call, and what of it is behind it.
+/// Lines of shell before a call, and those after it.
 const LIMITS: [(&str, &str, &str); 16] = [
     ("standard error full", "", "2>/dev/full"),
     ("standard error closed", "", "2>&-"),
@@ -63,7 +63,7 @@ fn limited(
     prepare(case.ground, &folder)?;
     let program = &case.ground.program;
     if before.starts_with("ulimit -v") {
-        // Where it cannot even be loaded, it has no say.
+        // If it cannot even be loaded, it cannot print a message.
         let loads = Call::by_shell(program, &folder, before, &["--version"], "")?.run()?;
         if loads.code != Some(0) {
             case.ground
@@ -84,7 +84,7 @@ fn limited(
     let told = || format!("{}: {}: {}", outcome.call, outcome.ending(), outcome.said());
     let command = writer.map_or(arguments[0], |writer| writer.name);
     let words = format!("{}{}", outcome.out, outcome.err);
-    // What it says goes into files here, so that where there can be none it cannot speak.
+    // Its output goes to files here, so without files it cannot print a message.
     let spoken = !redirections.contains('2') && limit != "files of 0 bytes";
     // The standard library ends a process that gets no memory, with a sentence of its own.
     let out_of_memory = words.contains("memory allocation of") || words.contains("out of memory");
@@ -94,7 +94,7 @@ fn limited(
         case.must_end_well(&outcome);
     }
     let failed = outcome.code != Some(0);
-    // A diff of two runs that differ has done what it is for.
+    // A diff of differing runs has succeeded.
     let differs = command == "diff" && writer.is_none() && outcome.code == Some(1);
     if failed && !differs && spoken {
         case.hold(words.trim().len() > 10, &format!("{command} fails without a word, with {limit}"), told);
@@ -112,7 +112,7 @@ fn limited(
         case.hold(outcome.code == expected, &format!("{command} does not work, with {limit}"), told);
     }
     if muted("standard output full") && outcome.code != Some(1) {
-        // What prints nothing has nothing to fail with.
+        // A command without output cannot fail to print.
         let loud = Call::new(program, &folder, arguments)?.run()?.out;
         case.hold(
             loud.is_empty() || writer.is_some(),
@@ -124,8 +124,7 @@ fn limited(
     complete_or_not_there(case, writer, &former, limit, &outcome)
 }
 
-/// What stands under final names is what the command writes, all of it if it says that it
-/// succeeded.
+/// Files under final names are those that the command writes, and complete if it reports success.
 fn complete_or_not_there(
     case: &mut Case<'_>,
     writer: &Writer,
@@ -179,8 +178,8 @@ fn full_disk(ground: &Ground, writers: &[Writer]) -> Result<(), Error> {
 fn on_full_disk(case: &mut Case<'_>, writer: &Writer, free_kb: u32) -> Result<(), Error> {
     let folder = case.folder.clone();
     prepare(case.ground, &folder)?;
-    // Inputs are reached by a link, so that only outputs are on the disk; what is on it when
-    // all is over is copied back, since nobody else sees it.
+    // Inputs are reached by a link, so that only outputs are on the disk; its final contents are copied
+    // back, since they are invisible elsewhere.
     let script = format!(
         "mkdir disk kept && mount -t tmpfs -o size={}k tmpfs disk && cd disk || exit 99
          ln -s ../{INPUTS} {INPUTS}; head -c 8192 /dev/zero > filler

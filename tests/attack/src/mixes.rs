@@ -1,7 +1,6 @@
-//! Chunks and halves where they do not belong: of another run, moved, doubled, dropped, and
-//! logs cut at every border of records. Raw, as a file system or a careless program would leave
-//! them, and with the indexes and checksums of MCAP made right, as a careful one would. None is
-//! whole, and salvage keeps what is of this run, once and in its order, and nothing else.
+//! Misplaced chunks and halves: of another run, moved, doubled, dropped, and logs cut at every border of
+//! records. Raw, as after a fault of the file system, and with corrected indexes and checksums of MCAP.
+//! None counts as complete, and salvage keeps exactly the parts of this run, once and in order.
 
 use std::fs;
 use std::ops::Range;
@@ -65,7 +64,7 @@ impl Run {
     }
 }
 
-/// A file made of pieces of logs, and what is to be left of our run in it.
+/// A file composed of pieces of logs, and the part of our run that must be kept.
 struct Mix {
     what: String,
     bytes: Vec<u8>,
@@ -106,7 +105,7 @@ fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
             let mut order: Vec<usize> = (0..count).filter(|number| *number != i).collect();
             order.insert(if to > i { to - 1 } else { to }, i);
             let middle: Vec<u8> = order.iter().flat_map(|number| ours.block(*number).to_vec()).collect();
-            // What stands between chunks, checkpoints, stays before the last ones.
+            // Records between chunks, such as checkpoints, stay before the last chunks.
             let between: Vec<u8> =
                 ours.blocks.windows(2).flat_map(|w| a[w[0].end..w[1].start].to_vec()).collect();
             let last = ours.blocks.last().map_or(0, |block| block.end);
@@ -159,7 +158,7 @@ fn mixed(case: &mut Case<'_>, ours: &Run, other: &Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// What salvage made.
+/// The result of salvage.
 struct Kept {
     id: Option<String>,
     messages: Vec<Message>,
@@ -222,7 +221,7 @@ fn cut(case: &mut Case<'_>, ours: &Run, border: usize) -> Result<(), Error> {
     case.hold(!judged.is_whole(), "check calls whole a log that is cut off", || {
         format!("{what}: {}", judged.said())
     });
-    // Chunks that stand there with all that belongs to them, and those that stand there at all.
+    // Chunks present with all their records, and chunks present at all.
     let complete = ours.blocks.iter().filter(|block| block.end <= border).count();
     let there = ours.log.chunks.iter().filter(|chunk| chunk.at.end <= border).count();
     let Some(kept) = salvaged(case, "its end cut off", &what, "cut.mcap")? else {

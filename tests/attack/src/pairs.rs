@@ -1,7 +1,6 @@
-//! Two and eight processes at once that want to write the same files, some of them killed.
-//! Afterwards each final name has what one process writes alone, or what was there before; a
-//! set of files is of one process; and who exits with 0 has written what is there, or was
-//! replaced by another who did.
+//! Two and eight processes that write the same files at once, some of them killed. Afterwards each final
+//! name has the output of one process, or the previous file; a set of files is of one process; and a
+//! process that exits with 0 has written the files, or was replaced by another one that did.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -59,7 +58,7 @@ fn at_once(case: &mut Case<'_>, writers: &[Writer]) -> Result<(), Error> {
     let inputs_now = found(&folder.join(INPUTS))?.written;
     case.hold(inputs_now == inputs, &format!("{name}, {count} at once: an input is changed"), told);
 
-    // File by file: what one process writes alone, or what was there.
+    // File by file: the output of one process, or the previous file.
     let stray = now.written.iter().find(|(path, digest)| {
         let known = [&writer.alone[0], &writer.alone[1], &before];
         known.iter().all(|set| set.get(*path) != Some(digest))
@@ -79,7 +78,7 @@ fn at_once(case: &mut Case<'_>, writers: &[Writer]) -> Result<(), Error> {
         .map(|(process, _)| process.variant)
         .collect();
     let is_of = |variant: usize| now.written == writer.alone[variant];
-    // What is there is the set of one process that was done with it, or what was there.
+    // The files are a complete set of one process, or the previous ones.
     let of_one = done.iter().any(|variant| is_of(*variant));
     if !any_killed {
         case.hold(
@@ -94,7 +93,7 @@ fn at_once(case: &mut Case<'_>, writers: &[Writer]) -> Result<(), Error> {
             format!("{:?}\n{}", now.temporary, told())
         });
     } else if let Some(record) = writers::record(&now.written) {
-        // The record says that the set is complete.
+        // The record marks the set as complete.
         let complete = is_of(0) || is_of(1) || now.written == before;
         case.hold(
             complete,
@@ -102,7 +101,7 @@ fn at_once(case: &mut Case<'_>, writers: &[Writer]) -> Result<(), Error> {
             told,
         );
     } else if !done.is_empty() && !writer.over_former {
-        // Without force nobody replaces what another has done.
+        // Without force no process replaces the output of another.
         case.hold(
             of_one,
             &format!("{name}, {count} at once, some killed: who succeeded has no complete set there"),

@@ -1,10 +1,10 @@
-//! Parquet by hand: a table of events in which a run length of a few bytes stands for as many
-//! equal rows as one likes. No library writes such a file; every library reads it.
+//! Parquet by hand: a table of events where a run length of a few bytes represents any number of equal
+//! rows. No library writes such a file; every library reads it.
 
 /// The physical types of the format.
 const INT32: i64 = 1;
 const DOUBLE: i64 = 5;
-/// What a block's number is, beyond its physical type.
+/// The logical type of a block's number.
 const UNSIGNED: i64 = 13;
 
 /// The columns that a table of events must have, with the one value of each.

@@ -1,7 +1,7 @@
-//! Plans and segments of studies: bits and bytes changed, files cut, numbers forged with every
-//! checksum made right, results of two studies mixed. Tables of a study are those of its runs or are
-//! not made: where `sweep collect` exits with 0, they are the same bytes. What it refuses it names,
-//! and where it says that a run is missing, `sweep run` brings the same tables.
+//! Plans and segments of studies: bits and bytes changed, files cut, numbers forged with correct checksums,
+//! results of two studies mixed. Tables of a study are those of its runs or are not made: if
+//! `sweep collect` exits with 0, they are equal to the byte. It names what it refuses, and if it reports a
+//! run as missing, `sweep run` restores the tables.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -121,7 +121,7 @@ fn any<'a>(random: &mut Random, files: &'a mut Files) -> (String, &'a mut Vec<u8
     (name.clone(), bytes)
 }
 
-/// Has the command make tables of a study, and holds what comes of it against the genuine ones.
+/// Makes tables of a study with the command, and compares the result with the genuine ones.
 fn judged(case: &mut Case<'_>, kind: &str, what: &str, files: &Files, ours: &Study) -> Result<(), Error> {
     fs::create_dir_all(case.path("study/segments"))?;
     for (name, bytes) in files {
@@ -140,7 +140,7 @@ fn judged(case: &mut Case<'_>, kind: &str, what: &str, files: &Files, ours: &Stu
                 told,
             );
         }
-        // Runs are missing, and nobody says anything else of them.
+        // Runs are missing, and no result contradicts that.
         Some(3) => {
             case.hold(status.code == Some(3), &format!("status and collect disagree of {kind}"), || {
                 format!("{}\n{}: {}", told(), status.ending(), status.said())
@@ -152,7 +152,7 @@ fn judged(case: &mut Case<'_>, kind: &str, what: &str, files: &Files, ours: &Stu
                 format!("{}\n{}: {}\n{}", told(), run.ending(), run.said(), again.said())
             });
         }
-        // A forged death or failure is what the tables then say of a run.
+        // A forged death or failure appears in the tables as such.
         Some(1) if collect.err.is_empty() => {}
         Some(1 | 2) => {
             let named =
@@ -246,7 +246,7 @@ fn forged(random: &mut Random, ours: &Study) -> (String, Files) {
     (format!("{name}: {what}"), files)
 }
 
-/// A line of JSON with one value changed to something that may stand there or not.
+/// A line of JSON with one value changed to another, valid or not.
 fn json_changed(random: &mut Random, line: &str) -> (String, String) {
     let Ok(mut value) = serde_json::from_str::<serde_json::Value>(line) else {
         return ("is no JSON".to_owned(), "{".to_owned());
@@ -336,7 +336,7 @@ fn mixed(random: &mut Random, ours: &Study, other: &Study) -> (String, Files) {
     (format!("{name}: {what}"), files)
 }
 
-/// What only a second result gives away: other numbers in the form of ours, beside ours.
+/// Forgeries that only a second result reveals: other valid numbers, beside ours.
 fn twice_told(ours: &Study, mut files: Files, name: &str, segment: Segment, run: u64) -> (String, Files) {
     files.insert("segments/another-node.seg".to_owned(), segment.bytes());
     let known = ours.segments.iter().any(|(_, segment)| segment.frames.iter().any(|frame| frame.run == run));

@@ -1,5 +1,4 @@
-//! What held and what did not: counted by kind, so that a thousand failures of one kind are
-//! one line.
+//! Counts of passed and failed checks by kind, so that a thousand failures of one kind are one line.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,7 +20,7 @@ struct Module {
     tried: usize,
     failed: usize,
     kinds: BTreeMap<String, Kind>,
-    /// What could not be tried here, with the reason.
+    /// Attacks that could not be tried here, with the reason.
     skipped: Vec<String>,
 }
 
@@ -34,7 +33,7 @@ struct Kind {
 }
 
 impl Tally {
-    /// Counts a case; `kinds` is what did not hold in it. Whether its files are worth keeping.
+    /// Counts a case with these kinds of failures; returns whether to keep its files.
     pub(crate) fn count(
         &mut self,
         module: &'static str,
@@ -59,7 +58,7 @@ impl Tally {
         keep
     }
 
-    /// Says that something could not be tried.
+    /// Records that something could not be tried.
     pub(crate) fn skip(&mut self, module: &'static str, reason: String) {
         let skipped = &mut self.modules.entry(module).or_default().skipped;
         if !skipped.contains(&reason) {
@@ -77,7 +76,7 @@ impl Tally {
         self.modules.values().any(|module| module.failed > 0)
     }
 
-    /// What could not be tried.
+    /// Attacks that could not be tried.
     pub(crate) fn skipped(&self) -> Vec<String> {
         self.modules
             .iter()
@@ -108,7 +107,7 @@ impl fmt::Display for Tally {
     }
 }
 
-/// A line for whoever waits. That nobody can read it changes nothing.
+/// A line on progress. Failures to print it are ignored.
 pub(crate) fn say(line: &str) {
     writeln!(io::stderr(), "{line}").ok();
 }

@@ -1,11 +1,10 @@
-//! What `asperity check` says of a file, read as a user reads it: by its word and by its exit
-//! code, which must agree.
+//! The verdict of `asperity check` on a file, by its word and by its exit code, which must agree.
 
 use crate::calls::Outcome;
 use crate::case::Case;
 use crate::ground::Error;
 
-/// What a log can be.
+/// The possible verdicts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Verdict {
     Whole,
@@ -40,13 +39,13 @@ impl Verdict {
     fn of_word(said: &str, file: &str) -> Option<Verdict> {
         let behind = said.lines().next()?.strip_prefix(file)?.strip_prefix(": ")?;
         let found = Verdict::ALL.iter().find(|(_, word, _)| behind.starts_with(word));
-        // What is no log is said in a sentence.
+        // A file that is no log is reported in a sentence.
         let found = found.or_else(|| Verdict::ALL.iter().find(|(_, word, _)| behind.contains(word)));
         found.map(|(verdict, ..)| *verdict)
     }
 }
 
-/// What was said of a file.
+/// The output about a file.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
     pub(crate) verdict: Option<Verdict>,
@@ -54,12 +53,12 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    /// Whether a user who looks at the word, or at the code, takes the log for whole.
+    /// Whether the word or the code indicates a complete log.
     pub(crate) fn is_whole(&self) -> bool {
         self.verdict == Some(Verdict::Whole) || self.outcome.code == Some(0)
     }
 
-    /// What was said, for a report.
+    /// The output, for a report.
     pub(crate) fn said(&self) -> String {
         format!("{}: {}: {}", self.outcome.call, self.outcome.ending(), self.outcome.said().trim())
     }

@@ -1,5 +1,5 @@
-//! The commands that write files, each in two variants that want the same names, and what
-//! stands under those names afterwards.
+//! The commands that write files, each in two variants with the same names, and the files under these names
+//! afterwards.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,9 +15,9 @@ use crate::ground::{Error, Ground, OTHER, RUN, SMALL, emptied};
 pub(crate) struct Writer {
     pub(crate) name: &'static str,
     variants: [Vec<&'static str>; 2],
-    /// Whether a complete set of the first variant stands there before.
+    /// Whether a complete set of the first variant exists before.
     pub(crate) over_former: bool,
-    /// What each variant writes when nobody disturbs it, and how long that takes.
+    /// The undisturbed output of each variant, and its duration.
     pub(crate) alone: [Written; 2],
     pub(crate) takes: Duration,
 }
@@ -26,7 +26,7 @@ pub(crate) struct Writer {
 /// messages, since the ends of its chunks depend on timing.
 pub(crate) type Written = BTreeMap<String, String>;
 
-/// The file of a set that says what the others hold: written last, removed first.
+/// The record of a set of files: written last, removed first.
 pub(crate) fn record(written: &Written) -> Option<&String> {
     written.keys().find(|path| path.ends_with(".json"))
 }
@@ -34,7 +34,7 @@ pub(crate) fn record(written: &Written) -> Option<&String> {
 /// Where the inputs are, in every folder that a command is called in.
 pub(crate) const INPUTS: &str = "in";
 
-/// What is in a folder beside the inputs.
+/// The files in a folder beside the inputs.
 #[derive(Debug, Default)]
 pub(crate) struct Found {
     pub(crate) written: Written,
@@ -43,7 +43,7 @@ pub(crate) struct Found {
 }
 
 impl Writer {
-    /// All of them, with what each writes alone, which is found out once.
+    /// All of them, with their undisturbed output, which is determined once.
     pub(crate) fn all(ground: &Ground) -> Result<&'static [Writer], Error> {
         static ALL: OnceLock<Vec<Writer>> = OnceLock::new();
         match ALL.get() {
@@ -106,7 +106,7 @@ impl Writer {
         &self.variants[variant % 2]
     }
 
-    /// Finds out what it writes alone.
+    /// Determines its undisturbed output.
     fn learn(&mut self, ground: &Ground) -> Result<(), Error> {
         let folder = ground.work.join("alone");
         for variant in 0..2 {
@@ -127,7 +127,7 @@ impl Writer {
     }
 }
 
-/// Puts the inputs into a folder, and nothing else.
+/// Puts only the inputs into a folder.
 pub(crate) fn prepare(ground: &Ground, folder: &Path) -> Result<(), Error> {
     emptied(folder)?;
     copy(&ground.logs.join("inputs"), &folder.join(INPUTS))
@@ -166,7 +166,7 @@ fn make_inputs(ground: &Ground) -> Result<(), Error> {
     Ok(())
 }
 
-/// What stands in a folder beside the inputs.
+/// The files in a folder beside the inputs.
 pub(crate) fn found(folder: &Path) -> Result<Found, Error> {
     let mut found = Found::default();
     look(folder, "", &mut found)?;
@@ -179,7 +179,7 @@ fn look(folder: &Path, before: &str, found: &mut Found) -> Result<(), Error> {
         let name = entry.file_name().to_string_lossy().into_owned();
         let path = format!("{before}{name}");
         let kind = entry.file_type()?;
-        // Whatever is in such a folder.
+        // Everything in such a folder.
         if is_temporary(&name) {
             found.temporary.push(path);
         } else if kind.is_dir() {
@@ -193,7 +193,7 @@ fn look(folder: &Path, before: &str, found: &mut Found) -> Result<(), Error> {
     Ok(())
 }
 
-/// Names that say that a file is not to be used yet.
+/// Names of files that must not be used yet.
 fn is_temporary(name: &str) -> bool {
     name.ends_with(".partial")
         || name.contains(".partial.")

@@ -1,13 +1,12 @@
-//! A sound log changed as a string of bytes says, and then made consistent again: so a
-//! fuzzer that knows nothing of MCAP reaches what stands behind checksums, lengths and
-//! digest with every input.
+//! Edits a sound log as directed by a string of bytes, and makes it consistent again: so a fuzzer that
+//! knows nothing of MCAP passes checksums, lengths and digest with every input.
 
 use mcap::records::op;
 
 use super::packing::{Packing, put_together};
 use super::parts::{MESSAGE_HEAD, Part, correct_end};
 
-/// What stands at the borders of what a value may be.
+/// Values at the limits of their ranges.
 const VALUES: [&str; 36] = [
     "0",
     "1",
@@ -128,7 +127,7 @@ fn edit(parts: &mut Vec<Part>, script: &mut Script<'_>) {
             let part = Part::new(script.byte(), script.bytes());
             parts.insert(at, part);
         }
-        // Values are what most checks are about.
+        // Most checks concern values.
         6..=9 => value(&mut parts[at], script),
         10 => {
             let bytes = script.bytes();
@@ -178,7 +177,7 @@ fn value(part: &mut Part, script: &mut Script<'_>) {
         return;
     }
     let Some(payload) = part.payload() else { return };
-    // Values stand between a colon, or what parts those of a list, and the next of these.
+    // Values lie between a colon or a separator of a list and the next of these.
     let starts: Vec<usize> =
         (1..payload.len()).filter(|&at| matches!(payload[at - 1], b':' | b',' | b'[')).collect();
     let Some(&start) = starts.get(chosen % starts.len().max(1)) else { return };

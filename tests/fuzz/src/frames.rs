@@ -1,5 +1,5 @@
-//! Plans and segments of studies, taken apart and put together again with every checksum right. The
-//! forms are those of `docs/internals/formats.md`.
+//! Disassembles plans and segments of studies, and reassembles them with correct checksums. The forms are
+//! those of `docs/internals/formats.md`.
 
 /// The kind of a result of a run that is done.
 pub const DONE: u8 = 1;
@@ -11,12 +11,12 @@ pub struct Segment {
     pub frames: Vec<Frame>,
 }
 
-/// A result as it stands in a segment.
+/// A result in a segment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
     pub kind: u8,
     pub run: u64,
-    /// The line that says whose it is; empty in segments of version 1.
+    /// The line with its owner; empty in segments of version 1.
     pub owner: Vec<u8>,
     pub content: Vec<u8>,
 }
@@ -28,7 +28,7 @@ impl Frame {
         Frame { kind: DONE, run, owner: owner.to_vec(), content }
     }
 
-    /// What the content of a run that is done unpacks to.
+    /// The unpacked content of a completed run.
     pub fn text(&self) -> String {
         let unpacked = zstd::bulk::decompress(&self.content, 1 << 26).expect("it is a sound one");
         String::from_utf8(unpacked).expect("it is a sound one")
@@ -93,7 +93,7 @@ pub fn sealed(body: &str) -> String {
     format!("{body}{{\"rows\":{},\"blake3\":\"{hash}\"}}\n", body.lines().count().saturating_sub(1))
 }
 
-/// What segments call a plan.
+/// The name of a plan in segments.
 fn hash_of(plan: &str) -> String {
     let end = plan.trim_end().rsplit_once("\"blake3\":\"").map_or("", |(_, end)| end);
     end.trim_end_matches("\"}").to_owned()

@@ -1,9 +1,9 @@
-//! What must hold of any input whatsoever: it is read, or refused with an error that says
-//! where and what; nothing panics, and no length is believed before there is as much.
+//! Properties for any input: it is read, or refused with an error that names place and problem; nothing
+//! panics, and no length is trusted before the data exist.
 //!
-//! The fuzzers call these functions with inputs that they make up (`targets/`), and
-//! `tests/hostile.rs` with those that were found and kept, so that what was mended once
-//! stays so, and these functions compile, where there is no fuzzer.
+//! The fuzzers call these functions with inputs that they make up (`targets/`), and `tests/hostile.rs` with
+//! the inputs found before, so that fixed bugs do not return, and these functions compile, without a
+//! fuzzer.
 
 pub mod edits;
 pub mod frames;
@@ -41,13 +41,13 @@ pub fn log_bytes(bytes: &[u8]) {
     fs::remove_file(&path).expect("the file was just written");
 }
 
-/// A log that is sound but for what the input changes.
+/// A log that is sound except for the changes by the input.
 pub fn log_edits(script: &[u8]) {
     log_bytes(&edits::edited(short_log(), script));
 }
 
-/// A log whose `run` and `run_end` say what the input says: lines of `key=value`, those of
-/// `run_end` with `end.` in front.
+/// A log whose `run` and `run_end` are given by the input: lines of `key=value`, those of `run_end` with
+/// `end.` in front.
 pub fn metadata(text: &[u8]) {
     let text = String::from_utf8_lossy(text);
     let mut parts = short_log().to_vec();
@@ -87,7 +87,7 @@ fn log_file(path: &Path) {
             // One more is enough, that of `replay`.
             break;
         }
-        // What is sound as a whole is so in part, and the same.
+        // A table that is sound as a whole is sound in parts, with equal rows.
         if let Ok(all) = &all {
             let some = some.unwrap_or_else(|error| panic!("whole, but not with {topics:?}: {error}"));
             assert!(!topics.steps || some.found == all.found, "other events with {topics:?}");
@@ -102,7 +102,7 @@ fn log_file(path: &Path) {
     }
 }
 
-/// What a log gave.
+/// The contents of a log.
 struct Seen {
     logged: Vec<Event>,
     found: Vec<Event>,
@@ -118,12 +118,12 @@ fn read_log(path: &Path, topics: Topics) -> Result<Seen, LogError> {
     let mut detectors = detectors::all(&header, reader.scenario_toml());
     while let Some(item) = reader.next_item()? {
         if reader.has_gap() {
-            // What is missing may have been the beginning of an event: no detector goes on.
+            // The gap may contain the beginning of an event, so no detector continues.
             continue;
         }
         match item {
             LogItem::Event(event) => {
-                // What it says is its detector's affair, but it must be readable or refused.
+                // Its contents concern its detector, but it must be readable or refused.
                 assert_eq!(event.topic() == SlipEvent::TOPIC, event.get::<SlipEvent>().is_some());
                 seen.logged.push(event);
             }
@@ -153,7 +153,7 @@ pub fn scenario(input: &[u8]) {
     let text = pieces.next().unwrap_or_default();
     let source = ScenarioSource::new("fuzz.toml", text);
     let source = pieces.fold(source, |source, assignment| source.with_override(assignment));
-    // Which files it may name is the user's affair, and what is in them that of `profile`.
+    // The choice of files is up to the user, and their contents are checked by `profile`.
     if input.contains("profile_csv") {
         return;
     }
@@ -203,8 +203,8 @@ fn resolve(source: &ScenarioSource) -> Option<Scenario> {
     Some(scenario)
 }
 
-/// A plan of a study: its lines but for the last one, which is made right. What is read is written back
-/// as it was.
+/// A plan of a study: its lines without the last one, which is recomputed. A plan that is read is written
+/// back unchanged.
 pub fn plan(lines: &[u8]) {
     let lines = String::from_utf8_lossy(lines);
     let text = frames::sealed(lines.trim_end_matches('\n'));
@@ -221,8 +221,8 @@ pub fn plan(lines: &[u8]) {
     }
 }
 
-/// The results of a run of a study: whose they are, summary and events, each line as the input says,
-/// packed with the checksum right.
+/// The results of a run of a study: owner, summary and events, each line from the input, packed with the
+/// correct checksum.
 pub fn results(text: &[u8]) {
     let folder = scratch("study");
     fs::create_dir_all(folder.join("segments")).expect("the scratch folder can be written");
@@ -244,7 +244,7 @@ pub fn results(text: &[u8]) {
     fs::remove_dir_all(&folder).expect("it was just written");
 }
 
-/// Sees rows of tables and does nothing.
+/// Receives rows of tables and ignores them.
 struct Unseen;
 
 impl asperity_study::Observer for Unseen {
@@ -265,7 +265,7 @@ pub fn pipeline(text: &[u8]) {
     }
 }
 
-/// The tables of a log that is sound but for what the input changes.
+/// The tables of a log that is sound except for the changes by the input.
 #[cfg(feature = "analysis")]
 pub fn tables(script: &[u8]) {
     use asperity_model::analytic::LengthLaw;

@@ -15,12 +15,12 @@ pub struct Packing {
 }
 
 impl Packing {
-    /// As logs are, but for compression and summary, which say nothing more.
+    /// As logs are, except for compression and summary, which add nothing.
     pub const USUAL: Packing = Packing { per_chunk: 1000, data_crc: true };
 }
 
-/// A file of these records: those that belong there in chunks; no summary, unless they are of
-/// a version of the format in which it is looked at.
+/// A file of these records, with messages in chunks; without a summary, unless their format version
+/// verifies it.
 pub fn put_together(parts: &[Part], packing: Packing) -> Vec<u8> {
     if is_sealed(parts) {
         return seal(&chunked(parts, packing.per_chunk), packing.data_crc);

@@ -1,6 +1,5 @@
-//! A log taken apart into its MCAP records and put together again, with lengths and
-//! checksums that are right however wrong the rest is: damage that a checksum finds
-//! never gets as far as the layers behind it.
+//! Disassembles a log into its MCAP records and reassembles it with correct lengths and checksums, however
+//! wrong the rest is: damage that a checksum detects never reaches the layers behind it.
 
 use std::collections::BTreeMap;
 
@@ -10,12 +9,12 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
 /// How long a message's head is: channel, sequence, two times.
 pub const MESSAGE_HEAD: usize = 2 + 4 + 8 + 8;
 
-/// One record: its opcode, and what stands behind its length.
+/// One record: its opcode, and its content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
-    /// What it is.
+    /// Its kind.
     pub opcode: u8,
-    /// What it holds.
+    /// Its content.
     pub body: Vec<u8>,
 }
 
@@ -70,7 +69,7 @@ impl Part {
         Part::new(op::MESSAGE, body)
     }
 
-    /// A chunk that holds these records without compression, its checksum right.
+    /// A chunk of these records without compression, with the correct checksum.
     pub fn chunk(parts: &[Part]) -> Part {
         let mut records = Vec::new();
         parts.iter().for_each(|part| part.put(&mut records));
@@ -120,20 +119,20 @@ impl Part {
         Some(u16::from_le_bytes(self.body.get(..2).filter(|_| known)?.try_into().ok()?))
     }
 
-    /// What is in an attachment.
+    /// The content of an attachment.
     pub fn attached(&self) -> Option<&[u8]> {
         let (_, name_end) = text_at(&self.body, 16).filter(|_| self.opcode == op::ATTACHMENT)?;
         let (_, type_end) = text_at(&self.body, name_end)?;
         self.body.get(type_end + 8..self.body.len().checked_sub(4)?)
     }
 
-    /// Of what kind an attachment is.
+    /// The kind of an attachment.
     pub fn media_type(&self) -> Option<&str> {
         let (_, name_end) = text_at(&self.body, 16).filter(|_| self.opcode == op::ATTACHMENT)?;
         text_at(&self.body, name_end).map(|(text, _)| text)
     }
 
-    /// What a message says.
+    /// The content of a message.
     pub fn payload(&self) -> Option<&[u8]> {
         self.body.get(MESSAGE_HEAD..).filter(|_| self.opcode == op::MESSAGE)
     }
@@ -144,7 +143,7 @@ impl Part {
         Part::new(self.opcode, [&self.body[..MESSAGE_HEAD], payload].concat())
     }
 
-    /// Appends it as it stands in a file.
+    /// Appends it in the format of a file.
     pub fn put(&self, out: &mut Vec<u8>) {
         out.push(self.opcode);
         out.extend((self.body.len() as u64).to_le_bytes());
@@ -193,8 +192,8 @@ pub fn take_apart(bytes: &[u8]) -> Vec<Part> {
     }
 }
 
-/// Corrects what `run_end` says of the messages: counts, switches and digests, those of the
-/// topics if it has any.
+/// Corrects the counts, switches and digests of messages in `run_end`, with those of the topics if it has
+/// any.
 pub fn correct_end(parts: &mut [Part]) {
     let mut topics: BTreeMap<u16, String> = BTreeMap::new();
     let mut counts: BTreeMap<String, u64> = BTreeMap::new();
@@ -252,7 +251,7 @@ pub fn beginning(parts: &[Part], messages: usize) -> Option<Vec<Part>> {
     };
     let topic = |part: &Part| part.channel_id().and_then(|id| topics.get(&id).copied()).unwrap_or_default();
     let first = parts.iter().position(|part| part.opcode == op::MESSAGE)?;
-    // A step without sliding or switches, behind which the next step stands.
+    // A step without sliding or switches that is followed by a step.
     let end = (first + messages..parts.len()).find(|&at| {
         topic(&parts[at]) == "/step"
             && number(&parts[at], "sliding") == Some(0)

@@ -1,6 +1,6 @@
-//! Everything that a log of versions 3 to 6 has besides its records: the records `chunk`, indexes
-//! and summary, all of them right, however wrong the rest is. Written from the description of the
-//! format, independently of `crates/runlog`, so that each checks the other.
+//! Everything that a log of versions 3 to 6 has besides its records: the records `chunk`, indexes and
+//! summary, all of them correct, however wrong the rest is. Written from the description of the format,
+//! independently of `crates/runlog`, so that each checks the other.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use mcap::records::op;
 
 use super::parts::{MESSAGE_HEAD, Part};
 
-/// Whether these records are of a log that says so.
+/// Whether these records are of a log with such a version.
 pub fn is_sealed(parts: &[Part]) -> bool {
     let version = |run: &Part| run.map()?.get("record_schema_version")?.parse::<u32>().ok();
     parts
@@ -119,8 +119,8 @@ impl Seal {
         self.attachments.push(Part::new(op::ATTACHMENT_INDEX, body));
     }
 
-    /// Puts a chunk with the times of its messages, and their indexes. Of one that is
-    /// compressed nothing is known.
+    /// Adds a chunk with the times of its messages, and their indexes. Nothing is known of a compressed
+    /// one.
     fn chunk(&mut self, part: &Part, out: &mut Vec<u8>) {
         let at = out.len() as u64;
         let plain = part.body.get(28..32) == Some(&[0; 4]);
@@ -193,7 +193,7 @@ impl Seal {
         Part::new(op::STATISTICS, body)
     }
 
-    /// What stands behind the end of the data, up to the end of the file.
+    /// The records after the end of the data, up to the end of the file.
     fn summary(self, out: &mut Vec<u8>) {
         let start = out.len();
         let statistics = self.statistics();

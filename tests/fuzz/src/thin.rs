@@ -1,5 +1,5 @@
-//! A small log of a sound one, in which there is all that can be in one: fuzzers read it
-//! hundreds of times a second, and the repository holds a hundred of it.
+//! Thins a sound log to a small one with all kinds of records: fuzzers read it hundreds of times a second,
+//! and the repository has a hundred such logs.
 
 use std::collections::BTreeMap;
 
@@ -17,8 +17,8 @@ pub fn renumber(parts: &mut [Part]) {
     }
 }
 
-/// A small log of a sound one, to be kept: of the samples between slips only the first few,
-/// of scenario and schemas only what is read.
+/// A small log from a sound one: with only the first few samples between slips, and only the used parts of
+/// scenario and schemas.
 pub fn thinned(sound: &[Part]) -> Vec<Part> {
     let steps = messages(sound, "/step");
     let states = messages(sound, "/fields");
@@ -61,7 +61,7 @@ pub fn thinned(sound: &[Part]) -> Vec<Part> {
     thin
 }
 
-/// A schema with its number and name, that says nothing.
+/// A schema with number and name only.
 fn small_schema(body: &[u8]) -> Vec<u8> {
     let mut small = body[..2].to_vec();
     for text in ["", "jsonschema", "{}"] {

@@ -1,4 +1,4 @@
-//! Forged messages: what they say, their order, and the events among them.
+//! Forged messages: their contents, their order, and the events among them.
 
 use mcap::records::op;
 

@@ -78,7 +78,7 @@ impl Forge {
         for (name, key) in [("again-threshold", "threshold_n"), ("again-switch-velocity", "velocity_m_per_s")]
         {
             self.parts(name, what, says, |parts| {
-                // Of the first one the events tell as well.
+                // The events reveal the first one as well.
                 let at = *messages(parts, "/switch").last().expect("blocks switch");
                 change(parts, at, |message| message[key] = json!(1e-3));
             });
@@ -229,7 +229,7 @@ impl Forge {
         }
     }
 
-    /// What links detachments, in the header.
+    /// The scales that link detachments, in the header.
     fn own_links(&mut self) {
         let what = "a header that no run has";
         for (name, key, value) in [
@@ -303,7 +303,7 @@ fn replace(parts: &mut [Part], opcode: u8, old: &[u8], new: &[u8]) {
     parts[at].body[place..place + old.len()].copy_from_slice(new);
 }
 
-/// Changes what the header says.
+/// Changes the header.
 fn change_run(parts: &mut [Part], change: impl FnOnce(&mut BTreeMap<String, String>)) {
     let at = named(parts, "run");
     let mut map = parts[at].map().expect("it is metadata");

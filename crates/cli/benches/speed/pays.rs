@@ -15,7 +15,7 @@ use asperity_testkit::Random;
 /// How many scenarios.
 const SCENARIOS: u64 = 200;
 
-/// The parameters of a random scenario.
+/// The seed of the scenarios.
 const SEED: u64 = 16;
 
 /// How many times both solvers run each; the median counts.

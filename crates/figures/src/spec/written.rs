@@ -243,7 +243,7 @@ impl Statistic {
         }
     }
 
-    /// That it stands for so many runs in the cells of a map, as a caption says it; none if no cell has
+    /// The number of runs per cell of a map, with the statistic shown, for a caption; `None` if no cell has
     /// several.
     pub fn of_runs_per_cell(self, counts: impl Iterator<Item = usize>) -> Option<String> {
         let (least, most) = counts

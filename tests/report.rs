@@ -6,7 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::print::{Grey, are_there};
+use asperity_testkit::Grey;
+
+use crate::print::are_there;
 use crate::support::binary::{asperity, run, succeed, text};
 use crate::support::browser::{Tab, browser};
 

@@ -1,5 +1,6 @@
-//! Shared by the tests of several crates: plans, made-up records and events, pseudo-random numbers, logs
-//! read to their end. All functions panic on errors, so tests contain only what they are about.
+//! Shared by the tests of several crates: plans, made-up records and events, pseudo-random numbers,
+//! pictures, logs read to their end. All functions panic on errors, so tests contain only what they are
+//! about.
 //!
 //! ```
 //! use asperity_testkit::{quiet_step, read_log, scenario};
@@ -21,12 +22,14 @@
 // Lets `made_up` refer to this crate by its name, in `numbers` as well, whose unit tests include it.
 extern crate self as asperity_testkit;
 
+mod grey;
 mod logs;
 pub mod made_up;
 mod plans;
 mod random;
 mod records;
 
+pub use grey::Grey;
 pub use logs::{read_log, run_end};
 pub use plans::{SMALL_SLAB, plan, scenario};
 pub use random::Random;

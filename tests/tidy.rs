@@ -459,8 +459,17 @@ fn long_tests_are_run_by_ci() {
     let parts = ["tests", "crates"];
     for path in files_in(&parts).iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
         let file = path.file_stem().expect("it has a name").to_string_lossy().into_owned();
-        // A file of this program is a module of it, one of a crate's folder `tests` a program.
-        let before = if short(path).starts_with("tests/") { format!("root {file}::") } else { file + " " };
+        let place = short(path);
+        // A file of this program is a module of it, one of a crate's sources a module of its unit tests,
+        // one of a crate's folder `tests` a program.
+        let before = match place.strip_prefix("crates/").and_then(|place| place.split_once("/src/")) {
+            _ if place.starts_with("tests/") => format!("root {file}::"),
+            Some((name, module)) => {
+                let module = module.trim_end_matches(".rs").replace('/', "::");
+                format!("asperity_{} {module}::", name.replace('-', "_"))
+            }
+            None => file + " ",
+        };
         for test in read(path).split("#[ignore = \"").skip(1) {
             let (reason, test) = test.split_once("\"]").expect("a reason ends");
             let name = test.split_once("fn ").and_then(|(_, test)| test.split_once('(')).expect("a test").0;

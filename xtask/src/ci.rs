@@ -104,7 +104,7 @@ fn test() -> Result<(), Failure> {
 
 /// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of each property.
 /// Program and test, the longest first, so that no core runs one alone at the end.
-const LONG_TESTS: [&str; 27] = [
+const LONG_TESTS: [&str; 28] = [
     "root reference::the_plain_solver_gives_the_table_as_coded",
     "root reference::the_plain_solver_gives_the_table_as_stated",
     "root reference::the_plain_solver_gives_the_other_tables",
@@ -115,6 +115,7 @@ const LONG_TESTS: [&str; 27] = [
     "root verify::chapter_5_begins_alike_as_stated",
     "root words::own_program_builds",
     "root rules::a_program_written_from_the_rules_gets_the_same_events_in_all_cases",
+    "asperity_figures draw::first_day::every_figure_of_every_run_is_drawn_or_says_what_lacks",
     "laws a_ramp_of_200_million_steps_does_not_drift",
     "root salvage::every_broken_chunk_costs_its_messages_and_nothing_else",
     "root scenarios::every_scenario_runs_checks_and_replays",

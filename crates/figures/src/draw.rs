@@ -130,7 +130,8 @@ kinds! {
     "study" study: study::StudyFigure,
     /// Speed of fronts against prestress, beside the theory.
     "front-speed" front_speed: front_speed::FrontSpeed,
-    /// Speed of fronts along the slider.
+    /// Speed of the front of a run with one front, such as the scenario `front`, along the slider: from the
+    /// first slip of each block in the run. For one rupture among others, see `front-profile`.
     "front-transient" front_transient: front_transient::FrontTransient,
     /// Velocity and slip of blocks that a slip pulse passes.
     "pulse" pulse: pulse::Pulse,

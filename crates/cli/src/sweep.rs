@@ -223,9 +223,6 @@ fn clear_done(folder: &Path, results: &Results) -> Result<(), Failure> {
         .map_err(Failure::failed)
 }
 
-/// The prefix of a worker's message that a run resumes.
-const RESUMES: &str = "resumes ";
-
 /// A worker's message that another process makes a run.
 const BY_ANOTHER: &str = "by another";
 
@@ -337,7 +334,7 @@ impl Study<'_> {
             current.begin(run);
             let said = loop {
                 match current.hear() {
-                    Some(said) if said.starts_with(RESUMES) => self.tell(run, &said),
+                    Some(said) if said.starts_with(Notice::RESUMES) => self.tell(run, &said),
                     said => break said,
                 }
             };

@@ -46,9 +46,9 @@ pub(crate) fn names<'a>(written: &str, known: impl IntoIterator<Item = &'a str>)
     let plain = |name: &str| name.to_lowercase().replace(['-', ' ', '.'], "_");
     let known: Vec<(&str, String)> = known.into_iter().map(|name| (name, plain(name))).collect();
     let written = plain(written);
-    let meant = MEANT.iter().filter(|(other, _)| *other == written).map(|(_, meant)| *meant);
-    if let Some((name, _)) = known.iter().find(|(name, _)| meant.clone().any(|meant| meant == *name)) {
-        return vec![name];
+    let is_known = |meant: &str| known.iter().any(|(name, _)| *name == meant);
+    if let Some((_, meant)) = MEANT.iter().find(|(other, meant)| *other == written && is_known(meant)) {
+        return vec![meant];
     }
     let spelt = known.iter().filter_map(|(name, plain)| Some((wrong_letters(&written, plain)?, *name)));
     if let Some((_, name)) = spelt.min_by_key(|(wrong, _)| *wrong) {

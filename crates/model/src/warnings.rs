@@ -4,6 +4,7 @@ use crate::choices::{DriveKind, Energies};
 use crate::derive::ADVISED_SHARE;
 use crate::implausible;
 use crate::initial;
+use crate::keys::{KEYS, Value};
 use crate::plan::Plan;
 use crate::preview::Preview;
 use crate::scenario::Scenario;
@@ -15,9 +16,6 @@ const LEAST_LOAD_RATIO: f64 = 1e-9;
 /// Smallest shear that a profile leaves to the last block, over the mean load of a block, that
 /// exceeds rounding.
 const LEAST_REMAINDER_RATIO: f64 = 1e-6;
-
-/// The seed of a scenario that names none.
-const USUAL_SEED: u32 = 1;
 
 /// A warning about a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -74,7 +72,9 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
 fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let friction = &scenario.friction;
     let draws = friction.static_spread != 0.0 || friction.dynamic_spread != 0.0;
-    if friction.spread_seed != USUAL_SEED && !draws {
+    let key = KEYS.iter().find(|key| key.path == "friction.spread_seed").expect("the key is in the table");
+    let is_default = key.default_in(true) == Some(Value::Count(friction.spread_seed.into()));
+    if !is_default && !draws {
         return Some(format!(
             "friction.spread_seed = {} has no effect: friction.static_spread and friction.dynamic_spread are 0, so \
              runs with other seeds are identical",

@@ -128,11 +128,16 @@ pub enum Notice<'a> {
     Fallback(&'a str),
 }
 
+impl Notice<'_> {
+    /// The beginning of the words for [`Notice::GoesOn`], by which a message of another process is recognised.
+    pub const RESUMES: &'static str = "resumes from ";
+}
+
 impl fmt::Display for Notice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Notice::GoesOn { step, time_s } => {
-                write!(f, "resumes from {} s, step {step}", short_time(*time_s))
+                write!(f, "{}{} s, step {step}", Notice::RESUMES, short_time(*time_s))
             }
             Notice::LackedItsName => f.write_str("its log was whole and only had to be renamed"),
             Notice::Warning(warning) => write!(f, "warning: {warning}"),

@@ -7,14 +7,13 @@ use std::sync::Arc;
 
 use asperity_diff::policy::Policy;
 use asperity_diff::report::{Report, Verdict};
-use asperity_diff::run_log::RunLog;
+use asperity_diff::run_log::{RunLog, Summarized};
 use asperity_diff::sides::{self, Logs};
 use asperity_diff::summary as screen;
 use asperity_diff::{CompareError, Compared, Settings, compare, page};
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::text;
-use asperity_numbers::{Summarizer, Summary};
-use asperity_record::{Event, Observer, Record, RunHeader};
+use asperity_record::RunHeader;
 use asperity_run::Checked;
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
@@ -86,40 +85,11 @@ fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
 /// Checks a log, and collects the data for a diff in the same pass.
 fn read_log(path: &Path, most_slip_events: usize) -> Result<RunLog, Failure> {
     let begin = |header: &RunHeader, toml: &str| {
-        let log = RunLog::begin(header, toml, most_slip_events);
-        // Without a summary, the comparison gives the reason.
-        Ok((log, Summarizing(summary::begin(path, header, toml))))
+        Ok(Summarized::begin(header, toml, summary::begin(path, header, toml), most_slip_events))
     };
     let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);
-    let Reading { checked, observer: (mut log, Summarizing(summarizer)), ruptures_from } =
-        reading::once(path, begin, accept)?;
-    log.ruptures_from = ruptures_from;
-    match summarizer {
-        Ok(summarizer) => {
-            let summary = summarizer.finish(ruptures_from, checked.seen.end.as_ref());
-            let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
-            log.summary = keys.zip(summary.values()).collect();
-        }
-        Err(problem) => log.problem = Some(format!("{}: {problem}", path.display())),
-    }
-    Ok(log)
-}
-
-/// A summary, or why there is none.
-struct Summarizing(Result<Summarizer, String>);
-
-impl Observer for Summarizing {
-    fn record(&mut self, record: &Record) {
-        if let Ok(summarizer) = &mut self.0 {
-            summarizer.record(record);
-        }
-    }
-
-    fn event(&mut self, event: &Event) {
-        if let Ok(summarizer) = &mut self.0 {
-            summarizer.event(event);
-        }
-    }
+    let Reading { checked, observer, ruptures_from } = reading::once(path, begin, accept)?;
+    Ok(observer.finish(path, ruptures_from, checked.seen.end.as_ref()))
 }
 
 /// Reserves the outputs, which must not overwrite inputs.

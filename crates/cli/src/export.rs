@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use asperity_files::{Existing, Inputs};
 use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
-use asperity_run::{Checked, NodeState, Nodes, NodesError, Unchecked, Verdict};
-use asperity_tables::export::MOST_FOREIGN;
+use asperity_run::{Checked, NodeState, Nodes, StatesError, Unchecked, Verdict};
 use asperity_tables::format::{Format, State};
+use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
 use asperity_tables::{Csv, Export, ExportError, Ndjson, NodeRows, Ran, Report, Request, name_of};
 
 use crate::args::{ExportArguments, ExportFormat};
@@ -50,10 +50,12 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
             ));
         }
         let request = Request {
-            topics: arguments.topic.clone(),
-            nodes: !arguments.nodes_at_s.is_empty(),
-            from_s: arguments.from_s,
-            to_s: arguments.to_s,
+            chosen: Chosen {
+                topics: arguments.topic.clone(),
+                nodes: !arguments.nodes_at_s.is_empty(),
+                from_s: arguments.from_s,
+                to_s: arguments.to_s,
+            },
             out: arguments.out.clone(),
             name,
             existing: if arguments.force { Existing::Replace } else { Existing::Refuse },
@@ -154,14 +156,14 @@ fn export_one(
 }
 
 /// Converts an error about nodes; adds the verdict if the log is not complete.
-fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(NodesError) -> Failure + 'a {
+fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(StatesError) -> Failure + 'a {
     move |error| {
         let said = format!("--nodes-at-s: {}: {error}", run.display());
         match error {
-            NodesError::Outside { .. } | NodesError::Log(_) if !checked.verdict.holds_all() => {
+            StatesError::Outside { .. } | StatesError::Log(_) if !checked.verdict.holds_all() => {
                 Failure::Log(checked.verdict, format!("{said}; the log is {checked}"))
             }
-            NodesError::Log(_) | NodesError::Stopped(_) => Failure::failed(said),
+            StatesError::Log(_) | StatesError::Stopped(_) => Failure::failed(said),
             _ => Failure::BadInput(said),
         }
     }
@@ -181,9 +183,7 @@ fn state(verdict: Verdict) -> State {
 
 fn failure(error: ExportError) -> Failure {
     match error {
-        ExportError::UnknownTopic { .. }
-        | ExportError::NotFoundThen { .. }
-        | ExportError::EmptyRange { .. } => Failure::bad_input(error),
+        ExportError::Choice(_) => Failure::bad_input(error),
         ExportError::File(error) => refused("--out", &error, true),
         ExportError::Write { .. } => Failure::failed(error),
     }

@@ -1,26 +1,16 @@
-//! Reads a log once: checks it, and meanwhile passes its sound part to the observer of a command.
+//! Reads a log once for a command, whose failure names the log and its verdict.
 
 use std::path::Path;
 
-use asperity_model::{Scenario, ScenarioSource};
-use asperity_numbers::RupturesFrom;
-use asperity_record::{Event, EventPayload, Observer, Record, RunHeader, Rupture};
-use asperity_run::{Checked, Verdict, check_seen};
+use asperity_record::{Observer, RunHeader};
+use asperity_run::{Checked, Unread, read_once};
 
 use crate::exit::Failure;
 use crate::verdict_exit::{self, unreadable};
 
-/// A log that has been read.
-pub(crate) struct Reading<O> {
-    pub(crate) checked: Checked,
-    /// The observer.
-    pub(crate) observer: O,
-    /// Where the ruptures that it observed are from.
-    pub(crate) ruptures_from: RupturesFrom,
-}
+pub(crate) use asperity_run::{Reading, scenario_of as scenario};
 
-/// Reads a log. `begin` creates the observer from its header and scenario, or returns an error; `accept`
-/// may refuse verdicts. Ruptures that a complete log of an older version lacks are passed at its end.
+/// Reads a log as [`read_once`] does.
 ///
 /// # Errors
 /// If it is not a run log, is not accepted, or cannot be observed.
@@ -29,69 +19,9 @@ pub(crate) fn once<O: Observer>(
     begin: impl FnOnce(&RunHeader, &str) -> Result<O, String>,
     accept: impl FnOnce(&Checked) -> Result<(), Failure>,
 ) -> Result<Reading<O>, Failure> {
-    let mut passing = Passing { begin: Some(begin), observer: None, ruptures: Vec::new() };
-    let checked = check_seen(run, &mut passing);
-    let Passing { observer, ruptures, .. } = passing;
-    if checked.verdict == Verdict::NoRunLog {
-        return Err(verdict_exit::failure(run, &checked));
-    }
-    accept(&checked)?;
-    let problem = |problem: String| unreadable(run, checked.verdict, problem);
-    let observer = observer.unwrap_or_else(|| {
-        Err(checked.problem.as_ref().map_or_else(String::new, |problem| problem.to_string()))
-    });
-    let mut observer = observer.map_err(problem)?;
-    let ruptures_from = if checked.seen.topics.iter().any(|topic| topic == Rupture::TOPIC) {
-        RupturesFrom::Log
-    } else if checked.verdict.holds_all() {
-        ruptures.iter().for_each(|rupture| observer.event(rupture));
-        RupturesFrom::Steps
-    } else {
-        RupturesFrom::None
-    };
-    Ok(Reading { checked, observer, ruptures_from })
-}
-
-/// The scenario of a log; none if it has lost it.
-///
-/// # Errors
-/// In words, if it cannot be understood.
-pub(crate) fn scenario(run: &Path, toml: &str) -> Result<Option<Scenario>, String> {
-    if toml.is_empty() {
-        return Ok(None);
-    }
-    let source = ScenarioSource::logged(format!("{}: scenario.toml", run.display()), toml);
-    Scenario::resolve(&source).map(Some).map_err(|errors| errors.to_string())
-}
-
-/// Passes a log to an observer that is made when its header is known.
-struct Passing<Begin, O> {
-    begin: Option<Begin>,
-    observer: Option<Result<O, String>>,
-    /// Those that the log lacks.
-    ruptures: Vec<Event>,
-}
-
-impl<O: Observer, Begin: FnOnce(&RunHeader, &str) -> Result<O, String>> Observer for Passing<Begin, O> {
-    fn begins(&mut self, header: &RunHeader, scenario_toml: &str) {
-        self.observer = self.begin.take().map(|begin| begin(header, scenario_toml));
-    }
-
-    fn record(&mut self, record: &Record) {
-        if let Some(Ok(observer)) = &mut self.observer {
-            observer.record(record);
-        }
-    }
-
-    fn event(&mut self, event: &Event) {
-        if let Some(Ok(observer)) = &mut self.observer {
-            observer.event(event);
-        }
-    }
-
-    fn lacking(&mut self, event: &Event) {
-        if event.topic() == Rupture::TOPIC {
-            self.ruptures.push(event.clone());
-        }
-    }
+    read_once(run, begin, accept).map_err(|unread| match unread {
+        Unread::NoRunLog(checked) => verdict_exit::failure(run, &checked),
+        Unread::Refused(failure) => failure,
+        Unread::Unobserved { verdict, problem } => unreadable(run, verdict, problem),
+    })
 }

@@ -15,8 +15,7 @@ use asperity_run::Notice;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, Word, arrays};
 use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
 use asperity_study::segment::{Kind, Writer};
-use asperity_study::stored::reason_kept;
-use asperity_study::work::{Made, PATIENCE, Ways, make};
+use asperity_study::work::{Made, PATIENCE, Ways, clear_done, make_and_store};
 use asperity_study::{Plan, staging};
 
 use crate::args::{
@@ -145,7 +144,7 @@ fn make_chosen(
     wanted: &Wanted,
     board: &Board,
 ) -> Result<Results, Failure> {
-    clear_done(folder, &results)?;
+    clear_done(folder, &results).map_err(Failure::Failed)?;
     let queue: VecDeque<(u64, u32)> = results
         .missing()
         .filter(is_chosen)
@@ -202,7 +201,7 @@ fn make_chosen(
         return Err(Failure::Failed(problem));
     }
     let results = Results::read(folder, plan).map_err(|error| unreadable(folder, &error))?;
-    clear_done(folder, &results)?;
+    clear_done(folder, &results).map_err(Failure::Failed)?;
     Ok(results)
 }
 
@@ -211,16 +210,6 @@ fn made(plan: &Plan, results: &Results, counts: Counts, board: &Board) -> Result
     board.line(&in_words(plan, results.counts()));
     faults(results).for_each(|fault| board.line(&fault));
     outcome_of(results, counts)
-}
-
-/// Removes logs of runs that are no longer missing: left by workers that died between storing a result and
-/// clearing its log, or whose run another process finished first.
-fn clear_done(folder: &Path, results: &Results) -> Result<(), Failure> {
-    let left = staging::left(folder).map_err(|error| unreadable(folder, &error))?;
-    left.into_iter()
-        .filter(|run| !results.is_missing(*run))
-        .try_for_each(|run| staging::clear(folder, run))
-        .map_err(Failure::failed)
 }
 
 /// A worker's message that another process makes a run.
@@ -441,38 +430,17 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
         let run: u64 = line.trim().parse().map_err(|_| Failure::Failed(format!("{line} is no run")))?;
         let row = (run as usize).checked_sub(1).and_then(|index| plan.rows.get(index));
         let row = row.ok_or_else(|| Failure::Failed(format!("there is no run {run}")))?;
-        let (kind, content, said) = match make(&plan, row, ways).map_err(Failure::Failed)? {
-            Made::Done { content: Some(content), events } => (Kind::Done, content, format!("done {events}")),
-            Made::Done { content: None, events } => {
-                say(format_args!("done {events}"))?;
-                continue;
-            }
-            Made::Failed(reason) => {
-                let said = format!("failed {}", reason.replace('\n', " "));
-                (Kind::Failed, reason_kept(&reason).as_bytes().to_vec(), said)
-            }
+        match make_and_store(&plan, row, ways, &mut segment).map_err(Failure::Failed)? {
+            Made::Done { events, .. } => say(format_args!("done {events}"))?,
+            Made::Failed(reason) => say(format_args!("failed {}", reason.replace('\n', " ")))?,
+            Made::ByAnother => say(BY_ANOTHER)?,
             Made::Stopped => {
                 // From now on other processes may find the study complete and not return to it.
                 let results = Results::read(folder, &plan).map_err(Failure::failed)?;
-                clear_done(folder, &results)?;
+                clear_done(folder, &results).map_err(Failure::Failed)?;
                 break;
             }
-            Made::ByAnother => {
-                say(BY_ANOTHER)?;
-                continue;
-            }
-        };
-        let segment = match &mut segment {
-            Some(segment) => segment,
-            none => none.insert(Writer::create(folder, &plan.hash).map_err(Failure::failed)?),
-        };
-        let unwritten = |error| Failure::Failed(format!("failed to write a result: {error}"));
-        segment.add(kind, row, &content).map_err(unwritten)?;
-        if staging::is_begun(folder, run) {
-            segment.sync().map_err(unwritten)?;
-            staging::clear(folder, run).map_err(Failure::failed)?;
         }
-        say(said)?;
     }
     if let Some(mut segment) = segment {
         segment.sync().map_err(Failure::failed)?;

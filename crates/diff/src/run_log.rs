@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use asperity_numbers::RupturesFrom;
-use asperity_record::{Event, EventPayload, Observer, RunHeader, Rupture, SlipEvent};
+use asperity_numbers::{RupturesFrom, Summarizer, Summary};
+use asperity_record::{Event, EventPayload, Observer, Record, RunEnd, RunHeader, Rupture, SlipEvent};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use serde_json::Value;
 
@@ -93,6 +93,55 @@ impl RunLog {
 
     fn spread(&self, events: u64) -> Spread {
         Spread { events, duration_s: self.provenance.duration_s() }
+    }
+}
+
+/// A log that is being read, and its summary.
+pub struct Summarized {
+    log: RunLog,
+    /// Or why there is none: the comparison reports it.
+    summarizer: Result<Summarizer, String>,
+}
+
+impl Summarized {
+    /// Begins as [`RunLog::begin`]. `summarizer` may be the reason why there is none.
+    pub fn begin(
+        header: &RunHeader,
+        scenario_toml: &str,
+        summarizer: Result<Summarizer, String>,
+        most_slip_events: usize,
+    ) -> Summarized {
+        Summarized { log: RunLog::begin(header, scenario_toml, most_slip_events), summarizer }
+    }
+
+    /// The log at this path, after its last event.
+    pub fn finish(self, path: &Path, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> RunLog {
+        let Summarized { mut log, summarizer } = self;
+        log.ruptures_from = ruptures_from;
+        match summarizer {
+            Ok(summarizer) => {
+                let summary = summarizer.finish(ruptures_from, end);
+                let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
+                log.summary = keys.zip(summary.values()).collect();
+            }
+            Err(problem) => log.problem = Some(format!("{}: {problem}", path.display())),
+        }
+        log
+    }
+}
+
+impl Observer for Summarized {
+    fn record(&mut self, record: &Record) {
+        if let Ok(summarizer) = &mut self.summarizer {
+            summarizer.record(record);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.log.event(event);
+        if let Ok(summarizer) = &mut self.summarizer {
+            summarizer.event(event);
+        }
     }
 }
 

@@ -86,7 +86,13 @@ impl ScenarioSource {
     /// read as a string, so that `friction.reattach=two-way` needs no quotes. A key that is not
     /// TOML, such as `k_t/k`, is quoted, so that the error can suggest a known key.
     #[must_use]
-    pub fn with_override(mut self, assignment: &str) -> ScenarioSource {
+    pub fn with_override(self, assignment: &str) -> ScenarioSource {
+        self.with_override_from(format!("--set {assignment}"), assignment)
+    }
+
+    /// Adds an override as [`ScenarioSource::with_override`] does; errors call it `origin`.
+    #[must_use]
+    pub fn with_override_from(mut self, origin: String, assignment: &str) -> ScenarioSource {
         let is_toml = |text: &str| DeTable::parse(text).is_ok();
         let text = match assignment.split_once('=') {
             Some((key, value)) if !is_toml(assignment) => {
@@ -103,7 +109,7 @@ impl ScenarioSource {
             }
             _ => assignment.to_owned(),
         };
-        self.layers.push(Layer::new(format!("--set {assignment}"), text, LayerKind::Override));
+        self.layers.push(Layer::new(origin, text, LayerKind::Override));
         self
     }
 

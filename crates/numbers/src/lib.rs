@@ -89,11 +89,12 @@ pub mod text;
 mod theory_residuals;
 mod unloaded;
 
+pub use asperity_record::RupturesFrom;
 pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
 pub use number::Number;
 pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s};
 pub use statistics::median;
-pub use summarizer::{RupturesFrom, Slider, Summarizer};
+pub use summarizer::{Slider, Summarizer};
 pub use summary::Summary;
 pub use theory_residuals::AFFECTED_THRESHOLD;

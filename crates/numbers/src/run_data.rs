@@ -9,13 +9,13 @@ use std::path::Path;
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
     Arrival, Direction, Event, EventPayload, FieldRecord, Observer, Record, RunEnd, RunHeader, Rupture,
-    SlipEvent, StepRecord, WindowRecord,
+    RupturesFrom, SlipEvent, StepRecord, WindowRecord,
 };
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
 use crate::required_data::RequiredData;
 use crate::states::States;
-use crate::summarizer::{RupturesFrom, Slider, Summarizer};
+use crate::summarizer::{Slider, Summarizer};
 use crate::summary::Summary;
 
 /// A log that cannot be used.
@@ -486,7 +486,7 @@ mod tests {
     use crate::made_up;
     use crate::required_data::RequiredData;
     use crate::states::States;
-    use crate::summarizer::RupturesFrom;
+    use asperity_record::RupturesFrom;
 
     #[test]
     fn of_switches_there_stay_the_first_and_the_last_of_each_block() {

@@ -3,8 +3,8 @@
 use asperity_model::Scenario;
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_record::{
-    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
-    TimeGrid,
+    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, Rupture, RupturesFrom, Scales, SlipEvent,
+    StepRecord, TimeGrid,
 };
 
 use crate::creep::CreepFront;
@@ -39,28 +39,6 @@ impl Slider {
         let law = (LengthLaw::natural(scenario), LengthLawParameters::of(scenario));
         // With both ends pulled, F_T is a difference; slabs have no such theory.
         Slider { scales: Some(scenario.scales()), length_law: LengthLaw::is_for(scenario).then_some(law) }
-    }
-}
-
-/// The origin of a run's ruptures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RupturesFrom {
-    /// Its log.
-    Log,
-    /// Its step records, searched for this summary.
-    Steps,
-    /// They were not searched for.
-    None,
-}
-
-impl RupturesFrom {
-    /// The word in a summary.
-    pub fn word(self) -> &'static str {
-        match self {
-            RupturesFrom::Log => "log",
-            RupturesFrom::Steps => "steps",
-            RupturesFrom::None => "none",
-        }
     }
 }
 

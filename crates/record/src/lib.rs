@@ -68,7 +68,7 @@ pub use observer::{Notice, Observer};
 #[doc(hidden)]
 pub use payload::macros;
 pub use printable::printable;
-pub use rupture::{Arrival, Rupture};
+pub use rupture::{Arrival, Rupture, RupturesFrom};
 pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, StepRecord, Switch};

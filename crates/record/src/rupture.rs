@@ -136,3 +136,25 @@ payload! {
         pub front_speed_m_per_s: Option<f64>,
     }
 }
+
+/// The origin of a run's ruptures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RupturesFrom {
+    /// Its log.
+    Log,
+    /// Its step records, searched for this summary.
+    Steps,
+    /// They were not searched for.
+    None,
+}
+
+impl RupturesFrom {
+    /// The word in a summary.
+    pub fn word(self) -> &'static str {
+        match self {
+            RupturesFrom::Log => "log",
+            RupturesFrom::Steps => "steps",
+            RupturesFrom::None => "none",
+        }
+    }
+}

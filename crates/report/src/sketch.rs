@@ -17,7 +17,7 @@ const LONGEST: f64 = 30.0;
 const DRAWN: usize = 7;
 
 /// The sketch of a scenario as SVG, with words for those who do not see it.
-pub(crate) fn sketch(scenario: &Scenario) -> String {
+pub fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
     if plan.elastic.has_inside() {
         return slab_sketch::sketch(&plan, &plan.elastic.as_lattice(), scenario.drive.kind);

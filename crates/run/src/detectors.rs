@@ -178,8 +178,11 @@ impl Settings {
         })
     }
 
-    /// Parses settings; the error is a byte offset and a description.
-    fn parse(text: &str) -> Result<Settings, (usize, String)> {
+    /// Parses settings.
+    ///
+    /// # Errors
+    /// A byte offset and a description, if a value is not accepted.
+    pub fn parse(text: &str) -> Result<Settings, (usize, String)> {
         check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
         let written: Written = typed::parse(text, "`asperity replay --help`")
             .map_err(|typed::TypedError { at, problem }| (at, problem))?;

@@ -7,6 +7,7 @@
 //! - [`Forecast`]: predictions about a run without making it.
 //! - [`detectors`]: the registered detectors, and how to choose among them.
 //! - [`Replay`]: sends a log through detectors.
+//! - [`read_once`]: a log, checked while an observer receives it.
 //! - [`check`], [`Unchecked`], [`Verdict`]: judges a log, for observers of it as well; [`salvage`]: recovers the sound parts of a damaged one.
 //! - [`verify`](verify::verify): compares the fast solver with the plain one.
 //! - [`study`]: named runs in a folder, made unless they exist.
@@ -44,16 +45,19 @@ mod check;
 mod code_version;
 pub mod detectors;
 mod event_check;
+mod field;
 mod forecast;
 mod header;
 mod log;
 mod log_target;
 mod nodes;
+mod reading;
 mod replay;
 mod resume;
 mod run;
 mod salvage;
 mod self_check;
+mod states;
 pub mod stream;
 pub mod study;
 mod verdict;
@@ -62,16 +66,19 @@ pub mod verify;
 pub use asperity_record::{Notice, Observer};
 pub use check::{CheckProblem, Checked, Seen, Unchecked, check, check_again, check_seen};
 pub use event_check::{Difference, OtherDetectors};
+pub use field::{Field, Quantity, Span};
 pub use forecast::{Forecast, MostLogBytes};
 pub use header::CODE_VERSION;
 pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};
 pub use log_target::{LogTargetError, OtherRun};
-pub use nodes::{NodeState, Nodes, NodesError};
+pub use nodes::{NodeState, Nodes};
+pub use reading::{Reading, Unread, read_once, scenario_of};
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
 pub use run::{Begin, Outcome, RunError, Task, Threads, run};
 pub use salvage::{SalvageProblem, salvage};
 pub use self_check::SelfCheckProblem;
+pub use states::StatesError;
 pub use verdict::Verdict;
 
 pub use asperity_detect::{Detector, Detectors};

@@ -14,14 +14,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use asperity_model::Plan;
-use asperity_record::RunHeader;
-use asperity_runlog::{LogError, LogItem, RunReader, Topics};
-use asperity_simulator::{SimulationError, Snapshot, Solver, SolverKind};
+use asperity_model::{Plan, Scenario};
+use asperity_runlog::{RunReader, Topics};
+use asperity_simulator::{Snapshot, Solver, SolverKind};
 
-use crate::header::CODE_VERSION;
-use crate::resume::Saved;
-use crate::self_check::{self, SelfCheckProblem};
+use crate::states::{self, StatesError};
 
 /// The state of all nodes after a step.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,49 +34,6 @@ pub struct NodeState {
     pub displacement_m: Vec<f64>,
     /// Velocities, m/s, in the order of the displacements.
     pub velocity_m_per_s: Vec<f64>,
-}
-
-/// Why the nodes cannot be computed.
-#[derive(Debug, thiserror::Error)]
-pub enum NodesError {
-    /// The log cannot be read.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// The run is of a chain.
-    #[error("a chain has no nodes but its blocks, whose states are in /fields (accepted: a run of a slab)")]
-    Chain,
-    /// Another code version made the run and would take other steps.
-    #[error(
-        "its nodes can only be computed by the code that made it, {found}, and this is {} (accepted: a run \
-         by this program)",
-        CODE_VERSION
-    )]
-    OtherCode {
-        /// The code version of the log.
-        found: String,
-    },
-    /// A time outside the run.
-    #[error("the log has no state at {at_s} s (accepted: 0 to {last_s} s)")]
-    Outside {
-        /// The requested time.
-        at_s: f64,
-        /// The time of the last step in the log.
-        last_s: f64,
-    },
-    /// The scenario of the log contradicts its header.
-    #[error(transparent)]
-    Scenario(#[from] SelfCheckProblem),
-    /// A checkpoint does not belong to this run.
-    #[error("the checkpoint at step {step} is not a state of this run: {problem}")]
-    NoState {
-        /// The step that the checkpoint claims.
-        step: u64,
-        /// The mismatch.
-        problem: String,
-    },
-    /// The solver stops before the requested time.
-    #[error(transparent)]
-    Stopped(#[from] SimulationError),
 }
 
 /// Computes the nodes of a logged run at chosen times, one after the other.
@@ -102,37 +56,40 @@ impl Nodes {
     ///
     /// # Errors
     /// If the log is not sound up to there, not of a slab, or of another code version.
-    pub fn of_log(log: &Path, last_sound_step: u64, at_s: &[f64]) -> Result<Nodes, NodesError> {
+    pub fn of_log(log: &Path, last_sound_step: u64, at_s: &[f64]) -> Result<Nodes, StatesError> {
         let mut reader = RunReader::open(log, Topics::RECORDS)?;
         let header = reader.header().clone();
-        if header.code_version != CODE_VERSION {
-            return Err(NodesError::OtherCode { found: header.code_version });
-        }
-        let plan = self_check::plan(&header, reader.scenario_toml())?;
-        if !plan.elastic.has_inside() {
-            return Err(NodesError::Chain);
-        }
-        let nearest = |at_s: &f64| if *at_s >= 0.0 { plan.grid.nearest_step(*at_s) } else { u64::MAX };
-        let mut steps: Vec<u64> = at_s.iter().map(nearest).collect();
-        let (last_step, saved) = saved(&mut reader, last_sound_step, &steps);
-        if let Some(at_s) = at_s.iter().find(|at_s| nearest(at_s) > last_step) {
-            return Err(NodesError::Outside { at_s: *at_s, last_s: plan.grid.time_s(last_step) });
-        }
-        steps.sort_unstable_by(|a, b| b.cmp(a));
-        steps.dedup();
-        let fitting = saved.into_iter().map(|(step, saved)| match saved.fits(&plan) {
-            Ok(()) => Ok((step, saved.solver)),
-            Err(problem) => Err(NodesError::NoState { step, problem }),
-        });
-        let from = fitting.collect::<Result<_, _>>()?;
-        Ok(Nodes { kind: kind(&header), plan: Arc::new(plan), solver: None, last: None, steps, from })
+        let plan = states::plan(&header, &reader)?;
+        let wanted = steps_at(&plan, at_s)?;
+        let (last_step, saved) = states::saved(&mut reader, last_sound_step, &wanted, &mut |_| ());
+        let steps = within(&plan, wanted, last_step)?;
+        let from = states::fitting(saved, &plan)?;
+        Ok(Nodes { kind: states::kind(&header), plan: Arc::new(plan), solver: None, last: None, steps, from })
+    }
+
+    /// Of a run without a log.
+    ///
+    /// # Errors
+    /// If it is not of a slab, or has no such time.
+    pub fn of_scenario(scenario: &Scenario, kind: SolverKind, at_s: &[f64]) -> Result<Nodes, StatesError> {
+        let plan = Plan::new(scenario);
+        let steps = within(&plan, steps_at(&plan, at_s)?, plan.steps)?;
+        Ok(Nodes { plan: Arc::new(plan), kind, solver: None, last: None, steps, from: BTreeMap::new() })
     }
 
     /// Computes the nodes at the next of the times; `None` after the last.
     ///
     /// # Errors
     /// If the solver stops before.
-    pub fn next_state(&mut self) -> Result<Option<NodeState>, NodesError> {
+    pub fn next_state(&mut self) -> Result<Option<NodeState>, StatesError> {
+        self.next_state_unless(&|| false)
+    }
+
+    /// As [`Nodes::next_state`]; `stop` is polled between records.
+    ///
+    /// # Errors
+    /// If the solver stops before, or the caller stops it.
+    pub fn next_state_unless(&mut self, stop: &dyn Fn() -> bool) -> Result<Option<NodeState>, StatesError> {
         let Some(step) = self.steps.pop() else { return Ok(None) };
         let solver = self.solver.get_or_insert_with(|| self.kind.start(Arc::clone(&self.plan)));
         let checkpoint = self.from.range(..=step).next_back();
@@ -148,6 +105,9 @@ impl Nodes {
             }
             if solver.step() >= step || solver.next_record()?.is_none() {
                 break;
+            }
+            if stop() {
+                return Err(StatesError::Interrupted);
             }
         }
         let mut state = last.expect("a solver begins before any step that a log has");
@@ -170,38 +130,27 @@ impl Nodes {
     }
 }
 
-/// The solver that made a run.
-fn kind(header: &RunHeader) -> SolverKind {
-    SolverKind::named(&header.solver).unwrap_or_default()
+/// The step nearest to each time, in descending order.
+fn steps_at(plan: &Plan, at_s: &[f64]) -> Result<Vec<u64>, StatesError> {
+    if !plan.elastic.has_inside() {
+        return Err(StatesError::Chain);
+    }
+    if let Some(at_s) = at_s.iter().copied().find(|at_s| at_s.is_nan() || *at_s < 0.0) {
+        return Err(StatesError::Outside { at_s, last_s: plan.grid.time_s(plan.steps) });
+    }
+    let mut steps: Vec<u64> = at_s.iter().map(|at_s| plan.grid.nearest_step(*at_s)).collect();
+    steps.sort_unstable_by(|a, b| b.cmp(a));
+    steps.dedup();
+    Ok(steps)
 }
 
-/// The last step with a record in the sound part of a log, before any gap, and the last checkpoint
-/// before each of the steps, where there is one.
-fn saved(reader: &mut RunReader, last_sound_step: u64, steps: &[u64]) -> (u64, BTreeMap<u64, Saved>) {
-    let mut last_step = 0;
-    let mut found: BTreeMap<u64, Saved> = BTreeMap::new();
-    let mut seen = String::new();
-    // The verdict reports where the log cannot be read.
-    while let Ok(Some(item)) = reader.next_item() {
-        let LogItem::Record(record) = item else { continue };
-        // Records after a gap need not follow from those before.
-        if record.step() > last_sound_step || reader.has_gap() {
-            break;
+/// These steps, if none is after the last.
+fn within(plan: &Plan, steps: Vec<u64>, last_step: u64) -> Result<Vec<u64>, StatesError> {
+    let time_s = |step| plan.grid.time_s(step);
+    match steps.first() {
+        Some(step) if *step > last_step => {
+            Err(StatesError::Outside { at_s: time_s(*step), last_s: time_s(last_step) })
         }
-        last_step = record.step();
-        if let Some(text) = reader.checkpoint().filter(|text| **text != *seen) {
-            text.clone_into(&mut seen);
-            if let Ok(saved) = serde_json::from_str::<Saved>(text) {
-                found.insert(saved.step(), saved);
-            }
-            // Only the last of several checkpoints before one step is needed.
-            let needed: Vec<u64> = steps
-                .iter()
-                .filter_map(|step| found.range(..=*step).next_back())
-                .map(|(at, _)| *at)
-                .collect();
-            found.retain(|step, _| needed.contains(step));
-        }
+        _ => Ok(steps),
     }
-    (last_step, found)
 }

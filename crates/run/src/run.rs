@@ -129,6 +129,25 @@ pub struct Outcome {
     pub end: Option<RunEnd>,
 }
 
+impl Outcome {
+    /// The `run_end` of its log, or, without a log, what it would say apart from digests and counts of
+    /// messages. `last_step` is that of the run's header.
+    pub fn into_end(self, last_step: u64) -> RunEnd {
+        let Outcome { status, counters, end, .. } = self;
+        end.unwrap_or_else(|| RunEnd {
+            status,
+            stopped: None,
+            last_step,
+            message_counts: Default::default(),
+            switches: counters.switches,
+            energy: None,
+            digest: String::new(),
+            topic_digests: Default::default(),
+            solver: SolverReport { counts: counters.by_name(), fallbacks: Vec::new() },
+        })
+    }
+}
+
 /// Why a run did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {

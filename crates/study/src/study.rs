@@ -76,7 +76,11 @@ impl Study {
         Study::parse(&text, path.parent().unwrap_or(Path::new("."))).map_err(refused)
     }
 
-    pub(crate) fn parse(text: &str, folder: &Path) -> Result<Study, String> {
+    /// A study from its text. A scenario that is a file is looked up in this folder, then in the current one.
+    ///
+    /// # Errors
+    /// A message with key, value and the accepted values.
+    pub fn parse(text: &str, folder: &Path) -> Result<Study, String> {
         let file = File::parse(text)?;
         if file.axis.is_empty() && file.run.is_empty() {
             return Err(

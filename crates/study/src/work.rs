@@ -1,25 +1,30 @@
 //! Makes a run of a plan: its log, if it has a name, or else its packed result.
 
 use std::error::Error;
+use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use asperity_files::create_folder;
 use asperity_model::Scenario;
 use asperity_numbers::{RupturesFrom, Slider, Summarizer};
-use asperity_record::{Event, EventPayload, Record, RunEnd, RunHeader, Rupture, SlipEvent, SolverReport};
+use asperity_record::{Event, EventPayload, Record, RunHeader, Rupture, SlipEvent};
 use asperity_run::study::Job;
 use asperity_run::{
     Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, SolverKind, Task,
-    Threads, run,
+    Threads, at_once, run,
 };
 use asperity_runlog::{Existing, WriteError};
 
 use crate::file::Keep;
 use crate::plan::{Plan, Row};
+use crate::results::Results;
 use crate::runs;
+use crate::segment::{Kind, Writer};
 use crate::staging;
-use crate::stored::{line_of, pack};
+use crate::stored::{line_of, pack, reason_kept};
 
 /// Computing time from which on a run keeps its unfinished log, to be resumed instead of repeated: balances
 /// the loss from a kill against the cost of a log.
@@ -93,21 +98,91 @@ pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
         Err(RunError::Write(WriteError::Busy(_))) => return Ok(Made::ByAnother),
         Err(error) => return Err(failed(&error)),
     };
-    let steps = header.steps;
-    let end = outcome.end.unwrap_or_else(|| RunEnd {
-        status: outcome.status,
-        stopped: None,
-        last_step: steps,
-        message_counts: Default::default(),
-        switches: outcome.counters.switches,
-        energy: None,
-        digest: String::new(),
-        topic_digests: Default::default(),
-        solver: SolverReport { counts: outcome.counters.by_name(), fallbacks: Vec::new() },
-    });
+    let end = outcome.into_end(header.steps);
     let summary = summarizer.finish(RupturesFrom::Log, Some(&end));
     let content = pack(&summary, &lines).map_err(|error| error.to_string())?;
     Ok(Made::Done { content: Some(content), events: summary.event_count })
+}
+
+/// Makes a run as [`make`] does, and stores its packed result, or why it failed, in this worker's segment,
+/// which its first result creates.
+///
+/// # Errors
+/// If the system refuses something, independent of the run.
+pub fn make_and_store(
+    plan: &Plan,
+    row: &Row,
+    ways: Ways<'_>,
+    segment: &mut Option<Writer>,
+) -> Result<Made, String> {
+    let made = make(plan, row, ways)?;
+    let (kind, content) = match &made {
+        Made::Done { content: Some(content), .. } => (Kind::Done, &content[..]),
+        Made::Failed(reason) => (Kind::Failed, reason_kept(reason).as_bytes()),
+        Made::Done { content: None, .. } | Made::Stopped | Made::ByAnother => return Ok(made),
+    };
+    let segment = match segment {
+        Some(segment) => segment,
+        none => none.insert(Writer::create(ways.folder, &plan.hash).map_err(|error| error.to_string())?),
+    };
+    let unwritten = |error| format!("failed to write a result: {error}");
+    segment.add(kind, row, content).map_err(unwritten)?;
+    if staging::is_begun(ways.folder, row.run) {
+        segment.sync().map_err(unwritten)?;
+        staging::clear(ways.folder, row.run).map_err(|error| error.to_string())?;
+    }
+    Ok(made)
+}
+
+/// Removes logs of runs that are no longer missing: left by workers that died between storing a result and
+/// clearing its log, or whose run another process finished first.
+///
+/// # Errors
+/// If the system refuses.
+pub fn clear_done(folder: &Path, results: &Results) -> Result<(), String> {
+    let left = staging::left(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let mut done = left.into_iter().filter(|run| !results.is_missing(*run));
+    done.try_for_each(|run| staging::clear(folder, run)).map_err(|error| error.to_string())
+}
+
+/// Makes all missing runs of a plan on the threads of this process, one on each. `watch` is called after
+/// each run. Returns false if `stop` ended it.
+///
+/// A crash of a run, such as a lack of memory, ends the process, and the next call continues; worker
+/// processes, as those of the command, record such a death and continue themselves.
+///
+/// # Errors
+/// If the system refuses something, independent of a run.
+pub fn make_missing(
+    plan: &Plan,
+    folder: &Path,
+    jobs: Option<NonZeroUsize>,
+    stop: &(dyn Fn() -> bool + Sync),
+    watch: &(dyn Fn(u64, &Made) + Sync),
+) -> Result<bool, String> {
+    plan.check_code(folder).map_err(|error| error.to_string())?;
+    let read = || Results::read(folder, plan).map_err(|error| format!("{}: {error}", folder.display()));
+    let results = read()?;
+    clear_done(folder, &results)?;
+    create_folder(&folder.join(staging::FOLDER)).map_err(|error| error.to_string())?;
+    let missing: Vec<u64> = results.missing().collect();
+    let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let next = AtomicUsize::new(0);
+    let worker = |_: &usize| {
+        let mut segment = None;
+        while let Some(run) = missing.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !stop()) {
+            let ways = Ways { folder, patience: PATIENCE, stop, tell: &|_| () };
+            match make_and_store(plan, &plan.rows[*run as usize - 1], ways, &mut segment)? {
+                Made::Stopped => break,
+                made => watch(*run, &made),
+            }
+        }
+        segment.map_or(Ok(()), |mut segment| segment.sync().map_err(|error| error.to_string()))
+    };
+    let workers: Vec<usize> = (0..jobs.min(missing.len())).collect();
+    at_once(&workers, NonZeroUsize::new(workers.len()), worker)?;
+    clear_done(folder, &read()?)?;
+    Ok(!stop())
 }
 
 /// Makes a run that has a name, or resumes it, with its log among those of the study.

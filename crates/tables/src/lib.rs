@@ -9,6 +9,7 @@
 //! - [`mod@format`]: the interface of a file format.
 //! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, with the feature `parquet`, which
 //!   needs polars.
+//! - [`run_tables`]: the rows of all tables of a run, while it is observed.
 //! - [`export`]: from a log that is read to the files.
 //!
 //! ```
@@ -16,6 +17,7 @@
 //! use asperity_record::{EventKind, SlipEvent};
 //! use asperity_run::Unchecked;
 //! use asperity_tables::format::State;
+//! use asperity_tables::run_tables::Chosen;
 //! use asperity_tables::{Csv, Export, Request, name_of};
 //!
 //! # let run = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
@@ -24,10 +26,11 @@
 //! # let out = folder.path().to_owned();
 //! // The slip events of the log at `run` from 0.5 s on, as CSV in the folder `out`.
 //! let request = Request {
-//!     nodes: false,
-//!     topics: vec!["/events/slip".to_owned()],
-//!     from_s: Some(0.5),
-//!     to_s: None,
+//!     chosen: Chosen {
+//!         topics: vec!["/events/slip".to_owned()],
+//!         from_s: Some(0.5),
+//!         ..Chosen::default()
+//!     },
 //!     out,
 //!     name: name_of(run),
 //!     existing: Existing::Refuse,
@@ -71,6 +74,7 @@ pub mod parquet_table;
 #[cfg(feature = "parquet")]
 pub mod parquet_tables;
 pub mod rows;
+pub mod run_tables;
 #[cfg(feature = "parquet")]
 pub mod summaries;
 #[cfg(feature = "parquet")]

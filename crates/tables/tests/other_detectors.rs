@@ -11,6 +11,7 @@ use asperity_record::{
 use asperity_run::Unchecked;
 use asperity_runlog::RunWriter;
 use asperity_tables::format::State;
+use asperity_tables::run_tables::{ChoiceError, Chosen};
 use asperity_tables::{Csv, Export, ExportError, Report, Request};
 
 payload! {
@@ -94,10 +95,10 @@ fn log(folder: &Path) -> PathBuf {
 
 fn request(out: &Path, topics: &[&str]) -> Request {
     Request {
-        nodes: false,
-        topics: topics.iter().map(|topic| (*topic).to_owned()).collect(),
-        from_s: None,
-        to_s: None,
+        chosen: Chosen {
+            topics: topics.iter().map(|topic| (*topic).to_owned()).collect(),
+            ..Chosen::default()
+        },
         out: out.to_owned(),
         name: "run".to_owned(),
         existing: Existing::Replace,
@@ -157,7 +158,8 @@ fn events_are_chosen_by_their_onset_or_by_when_they_became_certain() {
     let folder = tempfile::tempdir().unwrap();
     let run = log(folder.path());
     let topics = ["/events/longest", "/events/count"];
-    let request = Request { from_s: Some(1.0), to_s: Some(3.0), ..request(folder.path(), &topics) };
+    let mut request = request(folder.path(), &topics);
+    (request.chosen.from_s, request.chosen.to_s) = (Some(1.0), Some(3.0));
     export(&run, request, &[]);
     assert_eq!(table(folder.path(), "longest"), "blocks,growth,last,onset_s\n2,1.5,false,1\n2,1.5,false,2\n");
     assert_eq!(table(folder.path(), "count"), "count\n1\n2\n");
@@ -170,9 +172,9 @@ fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
     let kinds = [EventKind::of::<Onset>()];
     let request = |topic| request(folder.path(), &[topic]);
     let Err(error) = begin(&log, request("/events/none"), &kinds) else { panic!("there are none") };
-    assert!(matches!(error, ExportError::UnknownTopic { .. }), "{error}");
+    assert!(matches!(error, ExportError::Choice(ChoiceError::UnknownTopic { .. })), "{error}");
     let Err(error) = begin(&log, request("/events/onset"), &kinds) else { panic!("there are none") };
-    assert!(matches!(error, ExportError::NotFoundThen { .. }), "{error}");
+    assert!(matches!(error, ExportError::Choice(ChoiceError::NotFoundThen { .. })), "{error}");
     assert!(
         error
             .to_string()

@@ -238,13 +238,28 @@ impl OneFigure {
         files: &FileSet,
         target: &Target,
     ) -> Result<(), FigureError> {
-        let Drawn { page, about, .. } = self
-            .sheet(run)
-            .and_then(|(what, sheet)| {
-                drawn(what, &sheet, Keys::Below, Origins::of_run(&run.header), provenance)
-            })
-            .map_err(|problem| FigureError::Figure { file: self.kind.name.to_owned(), problem })?;
+        let Drawn { page, about, .. } = self.drawn(run, provenance)?;
         print::write(&page, &about, files, &target.files(self.kind))
+    }
+
+    /// Draws it as SVG, without a file.
+    ///
+    /// # Errors
+    /// If the run has not what it shows.
+    pub fn svg(&self, run: &RunData, provenance: bool) -> Result<Vec<u8>, FigureError> {
+        let Drawn { page, about, .. } = self.drawn(run, provenance)?;
+        print::bytes(&page, &about, "svg").map_err(|problem| self.failed(problem))
+    }
+
+    fn drawn(&self, run: &RunData, provenance: bool) -> Result<Drawn, FigureError> {
+        let drawn = self.sheet(run).and_then(|(what, sheet)| {
+            drawn(what, &sheet, Keys::Below, Origins::of_run(&run.header), provenance)
+        });
+        drawn.map_err(|problem| self.failed(problem))
+    }
+
+    fn failed(&self, problem: String) -> FigureError {
+        FigureError::Figure { file: self.kind.name.to_owned(), problem }
     }
 
     /// What is on it, in words that need no thesis; and what figures of its kind show.

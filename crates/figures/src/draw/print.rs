@@ -32,13 +32,18 @@ pub(super) fn write(
     paths: &[PathBuf],
 ) -> Result<(), FigureError> {
     for path in paths {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         let failed = |problem: String| FigureError::Figure { file: path.display().to_string(), problem };
-        let bytes = match path.extension().and_then(|ending| ending.to_str()) {
-            Some("svg") => svg::bytes(page, about).map_err(failed)?,
-            Some("pdf") => pdf::bytes(page, about),
-            _ => png::bytes(page, about).map_err(failed)?,
-        };
-        files.write(path, bytes)?;
+        files.write(path, bytes(page, about, ending).map_err(failed)?)?;
     }
     Ok(())
+}
+
+/// The contents of a figure's file with this ending.
+pub(super) fn bytes(page: &Page, about: &About, ending: &str) -> Result<Vec<u8>, String> {
+    match ending {
+        "svg" => svg::bytes(page, about),
+        "pdf" => Ok(pdf::bytes(page, about)),
+        _ => png::bytes(page, about),
+    }
 }

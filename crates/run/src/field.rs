@@ -1,0 +1,207 @@
+//! A quantity of all contacts over time, as an array: the front of any rupture of any run, although its log
+//! recorded only switches there.
+//!
+//! States that the log recorded densely are taken from it. Otherwise the solver that made the run takes the
+//! same steps once more, from the last checkpoint before the range, or from the initial state, and records
+//! each requested step. Sampling never changes a trajectory, so switches and plain steps are those of the run
+//! to the bit; inside a leap of the fast solver a state rounds differently, by less than 1e-12 of the
+//! largest value.
+
+use std::path::Path;
+
+use asperity_model::{Plan, RecordingPlan, Scenario, WindowPlan};
+use asperity_record::Record;
+use asperity_runlog::{RunReader, Topics};
+use asperity_simulator::{Snapshot, SolverKind};
+
+use crate::states::{self, StatesError};
+
+/// A quantity of contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Displacement from the initial grid, m.
+    Displacement,
+    /// Velocity, m/s.
+    Velocity,
+    /// Tangential force without friction, N.
+    TangentialForce,
+}
+
+/// A range of steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    /// The first.
+    pub from_step: u64,
+    /// None is later.
+    pub to_step: u64,
+    /// From one to the next.
+    pub every_steps: u64,
+}
+
+impl Span {
+    fn contains(self, step: u64) -> bool {
+        (self.from_step..=self.to_step).contains(&step)
+            && (step - self.from_step).is_multiple_of(self.every_steps.max(1))
+    }
+
+    /// The number of steps.
+    pub fn count(self) -> u64 {
+        self.to_step.checked_sub(self.from_step).map_or(0, |steps| steps / self.every_steps.max(1) + 1)
+    }
+}
+
+/// A quantity of all contacts at steps of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// The steps, ascending.
+    pub steps: Vec<u64>,
+    /// Their times, s.
+    pub time_s: Vec<f64>,
+    /// The positions of the contacts along the slider, m; the first is 0.
+    pub position_m: Vec<f64>,
+    /// The values, time by time: contact n at step i is at `i * position_m.len() + n`.
+    pub values: Vec<f64>,
+}
+
+impl Field {
+    /// Of a run without a log.
+    ///
+    /// # Errors
+    /// If the run has no such step, the solver stops before, or the caller stops it.
+    pub fn of_scenario(
+        scenario: &Scenario,
+        solver: SolverKind,
+        quantity: Quantity,
+        span: Span,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Field, StatesError> {
+        let plan = Plan::new(scenario);
+        is_in(&plan, span, plan.steps)?;
+        compute(plan, solver, None, quantity, span, stop)
+    }
+
+    /// Of a logged run, up to its last sound step, as [`check`](crate::check) found it, or its first gap.
+    ///
+    /// # Errors
+    /// If the log is not sound up to there, or of another code version and without dense records of the
+    /// range; or as [`Field::of_scenario`].
+    pub fn of_log(
+        log: &Path,
+        last_sound_step: u64,
+        quantity: Quantity,
+        span: Span,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Field, StatesError> {
+        let mut reader = RunReader::open(log, Topics::RECORDS)?;
+        let header = reader.header().clone();
+        let plan = states::plan(&header, &reader);
+        let blocks = header.blocks as usize;
+        let mut recorded = Collected { span, quantity, blocks, steps: Vec::new(), values: Vec::new() };
+        let before = [span.from_step.saturating_sub(1)];
+        let (last_step, saved) =
+            states::saved(&mut reader, last_sound_step, &before, &mut |record| recorded.add(record));
+        if recorded.is_whole()
+            && let Some(scales) = header.scales
+        {
+            let grid = header.time_grid();
+            let spacing_m = scales.block_length_m;
+            return Ok(recorded.field(|step| grid.time_s(step), spacing_m));
+        }
+        let plan = plan?;
+        is_in(&plan, span, last_step)?;
+        let from = states::fitting(saved, &plan)?.into_iter().next_back();
+        let from = from.filter(|(step, _)| *step < span.from_step).map(|(_, state)| state);
+        compute(plan, states::kind(&header), from, quantity, span, stop)
+    }
+}
+
+fn is_in(plan: &Plan, span: Span, last_step: u64) -> Result<(), StatesError> {
+    if span.count() > 0 && span.to_step <= last_step {
+        return Ok(());
+    }
+    let time_s = |step| plan.grid.time_s(step);
+    Err(StatesError::Empty {
+        from_s: time_s(span.from_step),
+        to_s: time_s(span.to_step),
+        last_s: time_s(last_step),
+    })
+}
+
+fn compute(
+    plan: Plan,
+    kind: SolverKind,
+    from: Option<Snapshot>,
+    quantity: Quantity,
+    span: Span,
+    stop: &dyn Fn() -> bool,
+) -> Result<Field, StatesError> {
+    let (blocks, spacing_m, grid) = (plan.blocks, plan.spacing_m, plan.grid);
+    let Span { from_step, to_step, every_steps } = span;
+    let window = WindowPlan { from_step, to_step, every_steps: every_steps.max(1), blocks: 0..blocks };
+    let recording = RecordingPlan {
+        // As in the run, so that the caller can stop it before the range.
+        sample_every_steps: plan.recording.sample_every_steps,
+        fields_every_steps: 0,
+        event_fields: false,
+        windows: vec![window],
+        rupture_fields: None,
+    };
+    let mut solver = kind.start(Plan { recording, steps: to_step, ..plan });
+    if let Some(state) = &from {
+        solver.restore(state);
+    }
+    let mut found = Collected { span, quantity, blocks, steps: Vec::new(), values: Vec::new() };
+    while let Some(record) = solver.next_record()? {
+        found.add(&record);
+        if stop() {
+            return Err(StatesError::Interrupted);
+        }
+    }
+    Ok(found.field(|step| grid.time_s(step), spacing_m))
+}
+
+/// The requested states among records.
+struct Collected {
+    span: Span,
+    quantity: Quantity,
+    blocks: usize,
+    steps: Vec<u64>,
+    values: Vec<f64>,
+}
+
+impl Collected {
+    fn add(&mut self, record: &Record) {
+        let (displacement_m, velocity_m_per_s, tangential_force_n) = match record {
+            Record::Window(record) => {
+                (&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n)
+            }
+            Record::Fields(record) => {
+                (&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n)
+            }
+            Record::Step(_) => return,
+        };
+        let step = record.step();
+        let is_new = self.steps.last().is_none_or(|last| *last < step);
+        if is_new && displacement_m.len() == self.blocks && self.span.contains(step) {
+            self.steps.push(step);
+            self.values.extend_from_slice(match self.quantity {
+                Quantity::Displacement => displacement_m,
+                Quantity::Velocity => velocity_m_per_s,
+                Quantity::TangentialForce => tangential_force_n,
+            });
+        }
+    }
+
+    fn is_whole(&self) -> bool {
+        self.steps.len() as u64 == self.span.count() && !self.steps.is_empty()
+    }
+
+    fn field(self, time_s: impl Fn(u64) -> f64, spacing_m: f64) -> Field {
+        Field {
+            time_s: self.steps.iter().map(|step| time_s(*step)).collect(),
+            position_m: (0..self.blocks).map(|n| n as f64 * spacing_m).collect(),
+            steps: self.steps,
+            values: self.values,
+        }
+    }
+}

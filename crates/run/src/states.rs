@@ -1,0 +1,137 @@
+//! States of a logged run, computed from its checkpoints by the solver that made it: what [`Nodes`](crate::Nodes)
+//! and [`Field`](crate::Field) have in common.
+
+use std::collections::BTreeMap;
+
+use asperity_model::Plan;
+use asperity_record::{Record, RunHeader};
+use asperity_runlog::{LogError, LogItem, RunReader};
+use asperity_simulator::{SimulationError, Snapshot, SolverKind};
+
+use crate::header::CODE_VERSION;
+use crate::resume::Saved;
+use crate::self_check::{self, SelfCheckProblem};
+
+/// Why states of a run cannot be computed.
+#[derive(Debug, thiserror::Error)]
+pub enum StatesError {
+    /// The log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The run is of a chain.
+    #[error("a chain has no nodes but its blocks, whose states are in /fields (accepted: a run of a slab)")]
+    Chain,
+    /// Another code version made the run and would take other steps.
+    #[error(
+        "its states can only be computed by the code that made it, {found}, and this is {} (accepted: a run \
+         by this program)",
+        CODE_VERSION
+    )]
+    OtherCode {
+        /// The code version of the log.
+        found: String,
+    },
+    /// A time outside the run.
+    #[error("the log has no state at {at_s} s (accepted: 0 to {last_s} s)")]
+    Outside {
+        /// The requested time.
+        at_s: f64,
+        /// The time of the last step in the log.
+        last_s: f64,
+    },
+    /// The scenario of the log contradicts its header.
+    #[error(transparent)]
+    Scenario(#[from] SelfCheckProblem),
+    /// A checkpoint does not belong to this run.
+    #[error("the checkpoint at step {step} is not a state of this run: {problem}")]
+    NoState {
+        /// The step that the checkpoint claims.
+        step: u64,
+        /// The mismatch.
+        problem: String,
+    },
+    /// No step is requested.
+    #[error("no step of the run is from {from_s} s to {to_s} s (accepted: a range in 0 to {last_s} s)")]
+    Empty {
+        /// The beginning of the range.
+        from_s: f64,
+        /// Its end.
+        to_s: f64,
+        /// The time of the last step.
+        last_s: f64,
+    },
+    /// The caller stopped it.
+    #[error("stopped")]
+    Interrupted,
+    /// The solver stops before the requested time.
+    #[error(transparent)]
+    Stopped(#[from] SimulationError),
+}
+
+/// The solver that made a run.
+pub(crate) fn kind(header: &RunHeader) -> SolverKind {
+    SolverKind::named(&header.solver).unwrap_or_default()
+}
+
+/// The plan of a run of this code version.
+///
+/// # Errors
+/// If the log is of other code, or its scenario is of another run.
+pub(crate) fn plan(header: &RunHeader, reader: &RunReader) -> Result<Plan, StatesError> {
+    if header.code_version != CODE_VERSION {
+        return Err(StatesError::OtherCode { found: header.code_version.clone() });
+    }
+    Ok(self_check::plan(header, reader.scenario_toml())?)
+}
+
+/// The states that a solver of the plan can start from.
+///
+/// # Errors
+/// If one of them is of another run.
+pub(crate) fn fitting(
+    saved: BTreeMap<u64, Saved>,
+    plan: &Plan,
+) -> Result<BTreeMap<u64, Snapshot>, StatesError> {
+    let fitting = saved.into_iter().map(|(step, saved)| match saved.fits(plan) {
+        Ok(()) => Ok((step, saved.solver)),
+        Err(problem) => Err(StatesError::NoState { step, problem }),
+    });
+    fitting.collect()
+}
+
+/// The last step with a record in the sound part of a log, before any gap, and the last checkpoint
+/// at or before each of the steps, where there is one. `observe` receives the records.
+pub(crate) fn saved(
+    reader: &mut RunReader,
+    last_sound_step: u64,
+    steps: &[u64],
+    observe: &mut dyn FnMut(&Record),
+) -> (u64, BTreeMap<u64, Saved>) {
+    let mut last_step = 0;
+    let mut found: BTreeMap<u64, Saved> = BTreeMap::new();
+    let mut seen = String::new();
+    // The verdict reports where the log cannot be read.
+    while let Ok(Some(item)) = reader.next_item() {
+        let LogItem::Record(record) = item else { continue };
+        // Records after a gap need not follow from those before.
+        if record.step() > last_sound_step || reader.has_gap() {
+            break;
+        }
+        last_step = record.step();
+        observe(&record);
+        if let Some(text) = reader.checkpoint().filter(|text| **text != *seen) {
+            text.clone_into(&mut seen);
+            if let Ok(saved) = serde_json::from_str::<Saved>(text) {
+                found.insert(saved.step(), saved);
+            }
+            // Only the last of several checkpoints before one step is needed.
+            let needed: Vec<u64> = steps
+                .iter()
+                .filter_map(|step| found.range(..=*step).next_back())
+                .map(|(at, _)| *at)
+                .collect();
+            found.retain(|step, _| needed.contains(step));
+        }
+    }
+    (last_step, found)
+}

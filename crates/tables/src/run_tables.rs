@@ -1,0 +1,334 @@
+//! The rows of a run's tables, while the run is made or its log is read. Whoever observes with it takes the
+//! rows out in batches, or keeps them all.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Observer, Record};
+
+use crate::batch::Batch;
+use crate::foreign;
+use crate::layout::{
+    EVENTS, FIELDS, Layout, NODES, STEP, SWITCH, StepParts, WINDOW, event_layout, fields_columns,
+    nodes_layout, record_layouts, step_columns,
+};
+use crate::rows::{self, NodeRows};
+
+/// Most tables of events without a detector in this program: an export opens a file for each.
+pub const MOST_FOREIGN: usize = 100;
+
+/// The chosen tables and rows.
+#[derive(Debug, Clone, Default)]
+pub struct Chosen {
+    /// The topics; none for all.
+    pub topics: Vec<String>,
+    /// Only rows from this time on, s. Events count by their `onset_s`, else by their `time_s` or
+    /// `arrival_s`, else by the step that made them certain.
+    pub from_s: Option<f64>,
+    /// Only rows from before this time, s.
+    pub to_s: Option<f64>,
+    /// Whether there is a table of nodes as well, with the rows passed to [`RunTables::nodes`].
+    pub nodes: bool,
+}
+
+/// A choice that no table meets.
+#[derive(Debug, thiserror::Error)]
+pub enum ChoiceError {
+    /// A topic without a table.
+    #[error("no table is made of the topic {topic:?} (accepted: {accepted})")]
+    UnknownTopic {
+        /// The topic.
+        topic: String,
+        /// The topics with tables.
+        accepted: String,
+    },
+    /// Events that this program finds, but not the one that made the log.
+    #[error(
+        "the log holds no {topic}, since the program that made it did not find such events; `asperity replay` does \
+         (accepted: {accepted})"
+    )]
+    NotFoundThen {
+        /// The topic.
+        topic: String,
+        /// The topics with tables.
+        accepted: String,
+    },
+    /// No time lies between the bounds.
+    #[error(
+        "no time is from {from_s} s on and before {to_s} s (accepted: from 0 or more, to more than that)"
+    )]
+    EmptyRange {
+        /// The lower bound.
+        from_s: f64,
+        /// The upper bound.
+        to_s: f64,
+    },
+}
+
+/// The tables of a run.
+pub struct RunTables {
+    chosen: Chosen,
+    tables: Vec<RunTable>,
+    /// How the events of a topic are parsed, whether or not they have a table.
+    events: BTreeMap<String, EventRows>,
+    parts: Option<StepParts>,
+    /// Whether states have the normal load of each block; known after the first state.
+    contact_loads: Option<bool>,
+    last_step: u64,
+    /// The time of the last record, s.
+    last_s: f64,
+    left_out: BTreeMap<String, u64>,
+    problem: Option<String>,
+}
+
+/// The rows of one topic that have not been taken out.
+#[derive(Debug, Clone)]
+pub struct RunTable {
+    /// Its columns. Those of optional parts are known after the first record that may have them.
+    pub layout: Layout,
+    /// Its rows.
+    pub batch: Batch,
+}
+
+/// How the events of one topic become rows.
+struct EventRows {
+    columns: Vec<Column>,
+    /// None for events of a detector that this program does not have.
+    kind: Option<EventKind>,
+    /// The column to which `from_s` and `to_s` apply, if any.
+    time: Option<usize>,
+}
+
+impl RunTables {
+    /// The tables, still empty, of a run whose log announces events of these topics with these schemas.
+    /// `kinds` are the events with known detectors; tables of others follow the schemas in the log.
+    ///
+    /// # Errors
+    /// If a chosen topic has no table, or no time is chosen.
+    pub fn new(
+        event_schemas: &BTreeMap<&str, &str>,
+        kinds: &[EventKind],
+        chosen: Chosen,
+    ) -> Result<RunTables, ChoiceError> {
+        let (from_s, to_s) = (chosen.from_s.unwrap_or(0.0), chosen.to_s.unwrap_or(f64::INFINITY));
+        // Written so that NaN bounds are refused.
+        if !(from_s >= 0.0 && from_s < to_s) {
+            return Err(ChoiceError::EmptyRange { from_s, to_s });
+        }
+        let mut layouts = layouts(event_schemas, kinds);
+        layouts.extend(chosen.nodes.then(nodes_layout));
+        for topic in &chosen.topics {
+            if !layouts.iter().any(|layout| layout.topic == *topic) {
+                let accepted = layouts.iter().map(|layout| &*layout.topic).collect::<Vec<_>>().join(", ");
+                let topic = topic.clone();
+                return Err(match kinds.iter().any(|kind| kind.topic == topic) {
+                    true => ChoiceError::NotFoundThen { topic, accepted },
+                    false => ChoiceError::UnknownTopic { topic, accepted },
+                });
+            }
+        }
+        let events = layouts
+            .iter()
+            .filter(|layout| layout.topic.starts_with(EVENTS))
+            .map(|layout| (layout.topic.to_string(), EventRows::new(layout, kinds)))
+            .collect();
+        let is_chosen = |layout: &Layout| {
+            let is_named = chosen.topics.iter().any(|topic| *topic == layout.topic);
+            chosen.topics.is_empty() || is_named || layout.topic == NODES
+        };
+        let tables = layouts.into_iter().filter(is_chosen);
+        let tables = tables.map(|layout| RunTable { batch: Batch::new(&layout.columns), layout }).collect();
+        Ok(RunTables {
+            chosen,
+            tables,
+            events,
+            parts: None,
+            contact_loads: None,
+            last_step: 0,
+            last_s: 0.0,
+            left_out: BTreeMap::new(),
+            problem: None,
+        })
+    }
+
+    /// The tables, in the order of topics in which they are exported.
+    pub fn tables(&mut self) -> &mut [RunTable] {
+        &mut self.tables
+    }
+
+    /// The last step that became rows.
+    pub fn last_step(&self) -> u64 {
+        self.last_step
+    }
+
+    /// Numbers of events in topics without a table: this program has no detector for them, and their
+    /// schema is not flat or unknown, the topic is no file name, or there are more than [`MOST_FOREIGN`]
+    /// such topics.
+    pub fn left_out(&self) -> &BTreeMap<String, u64> {
+        &self.left_out
+    }
+
+    /// Whether the step records have no energies, so that tables of them have no such columns.
+    pub fn lacks_energies(&self) -> bool {
+        self.parts.is_some_and(|parts| !parts.energies)
+    }
+
+    /// Why no further rows were added: a log has something that no run writes.
+    pub fn problem(&self) -> Option<&str> {
+        self.problem.as_deref()
+    }
+
+    /// Adds the nodes of a slab after a step, whenever it was.
+    ///
+    /// # Panics
+    /// If no table of nodes is chosen.
+    pub fn nodes(&mut self, nodes: &NodeRows<'_>) {
+        let table = self.tables.iter_mut().find(|table| table.layout.topic == NODES);
+        rows::nodes(&mut table.expect("nodes are asked for").batch, nodes);
+    }
+
+    fn take_record(&mut self, record: &Record) -> Result<(), String> {
+        self.last_s = match record {
+            Record::Step(record) => record.time_s,
+            Record::Fields(record) => record.time_s,
+            Record::Window(record) => record.time_s,
+        };
+        match record {
+            Record::Step(record) => {
+                let found = StepParts::of(record);
+                let parts = match self.parts {
+                    Some(parts) => parts,
+                    None => self.first_step(found),
+                };
+                let differs = [
+                    ("forces on the ends", parts.end_forces, found.end_forces),
+                    ("energies", parts.energies, found.energies),
+                ];
+                if let Some((what, first, _)) = differs.into_iter().find(|(_, first, found)| first != found) {
+                    let first = if first { "has" } else { "has not" };
+                    return Err(format!(
+                        "step {}: the {what} differ from the first record's, which {first} them",
+                        record.step
+                    ));
+                }
+                if let Some(batch) = self.batch(STEP, record.time_s) {
+                    rows::step(batch, record, parts);
+                }
+                if let Some(batch) = self.batch(SWITCH, record.time_s) {
+                    record.switches.iter().for_each(|switch| rows::switch(batch, record, switch));
+                }
+            }
+            Record::Fields(record) => {
+                let contact_loads = self.contact_loads.unwrap_or_else(|| self.first_state(record));
+                if let Some(batch) = self.batch(FIELDS, record.time_s) {
+                    rows::fields(batch, record, contact_loads).map_err(|ragged| ragged.to_string())?;
+                }
+            }
+            Record::Window(record) => {
+                if let Some(batch) = self.batch(WINDOW, record.time_s) {
+                    rows::window(batch, record).map_err(|ragged| ragged.to_string())?;
+                }
+            }
+        }
+        self.last_step = record.step();
+        Ok(())
+    }
+
+    fn take_event(&mut self, event: &Event) -> Result<(), String> {
+        let Some(rows) = self.events.get(event.topic()) else {
+            *self.left_out.entry(event.topic().to_owned()).or_insert(0) += 1;
+            return Ok(());
+        };
+        let unread = |problem| format!("an event of {} cannot be read: {problem}", event.topic());
+        let cells = rows.cells(event).map_err(unread)?;
+        let time_s = match rows.time.map(|time| cells[time]) {
+            Some(Cell::Number(time_s)) => time_s,
+            _ => self.last_s,
+        };
+        if let Some(batch) = self.batch(event.topic(), time_s) {
+            batch.push(&cells);
+        }
+        Ok(())
+    }
+
+    /// The table for rows of a topic and time, if chosen.
+    fn batch(&mut self, topic: &str, time_s: f64) -> Option<&mut Batch> {
+        let Chosen { from_s, to_s, .. } = self.chosen;
+        if from_s.is_some_and(|from_s| time_s < from_s) || to_s.is_some_and(|to_s| time_s >= to_s) {
+            return None;
+        }
+        self.tables.iter_mut().find(|table| table.layout.topic == topic).map(|table| &mut table.batch)
+    }
+
+    /// Records the optional parts of step records and sets the columns of the table of steps; no
+    /// row has been added yet.
+    fn first_step(&mut self, parts: StepParts) -> StepParts {
+        self.parts = Some(parts);
+        self.set_columns(STEP, step_columns(parts));
+        parts
+    }
+
+    /// Records the optional parts of states of all blocks, and sets the columns of their table.
+    fn first_state(&mut self, record: &FieldRecord) -> bool {
+        let contact_loads = !record.normal_load_n.is_empty();
+        self.contact_loads = Some(contact_loads);
+        self.set_columns(FIELDS, fields_columns(StepParts { contact_loads, ..StepParts::default() }));
+        contact_loads
+    }
+
+    fn set_columns(&mut self, topic: &str, columns: Vec<Column>) {
+        if let Some(table) = self.tables.iter_mut().find(|table| table.layout.topic == topic) {
+            table.layout.columns = columns;
+            table.batch = Batch::new(&table.layout.columns);
+        }
+    }
+}
+
+impl Observer for RunTables {
+    fn record(&mut self, record: &Record) {
+        if self.problem.is_none() {
+            self.problem = self.take_record(record).err();
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if self.problem.is_none() {
+            self.problem = self.take_event(event).err();
+        }
+    }
+}
+
+impl EventRows {
+    fn new(layout: &Layout, kinds: &[EventKind]) -> EventRows {
+        let place = |name: &str| {
+            let is_it = |column: &Column| column.name == name && column.kind == ColumnKind::Number;
+            layout.columns.iter().position(is_it)
+        };
+        EventRows {
+            columns: layout.columns.clone(),
+            kind: kinds.iter().find(|kind| kind.topic == layout.topic).cloned(),
+            time: ["onset_s", "time_s", "arrival_s"].into_iter().find_map(place),
+        }
+    }
+
+    fn cells(&self, event: &Event) -> Result<Vec<Cell>, String> {
+        match &self.kind {
+            Some(kind) => kind.cells(event).map_err(|error| error.to_string()),
+            None => foreign::cells(&self.columns, &event.json()),
+        }
+    }
+}
+
+/// The tables that a log supports: its records, known events, and events whose schema in the log is flat. A
+/// log lists its topics before its first message; a log damaged there may have any known topic.
+fn layouts(announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Layout> {
+    let mut layouts = record_layouts(StepParts::default());
+    let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
+    layouts.extend(kinds.iter().filter(there).map(event_layout));
+    let known = |topic: &str| kinds.iter().any(|kind| kind.topic == topic);
+    let others = announced.iter().filter(|(topic, _)| !known(topic) && foreign::is_plain(topic));
+    layouts.extend(others.take(MOST_FOREIGN).filter_map(|(topic, schema)| {
+        Some(Layout { topic: Cow::Owned((*topic).to_owned()), columns: foreign::columns(schema)? })
+    }));
+    layouts
+}

@@ -185,13 +185,14 @@ fn long_files_have_a_reason() {
     );
 }
 
-/// Every crate shows its purpose in a short example that its tests run.
+/// Every crate shows its purpose in a short example that its tests run; those of the Python package are in
+/// Python.
 #[test]
 fn every_library_shows_an_example_that_runs() {
     let mut without = Vec::new();
     for member in members() {
         let lib = member.manifest.with_file_name("src").join("lib.rs");
-        if lib.exists() && !has_example(&read(&lib)) {
+        if lib.exists() && member.name != "python" && !has_example(&read(&lib)) {
             without.push(member.name);
         }
     }

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use crate::attack::{self, AttackArguments};
+use crate::python::{self, PythonArguments};
 use crate::say::say;
 use crate::test::{self, TestArguments};
 use crate::workspace::{Failure, cargo, output, run};
@@ -22,11 +23,12 @@ pub(crate) struct CiArguments {}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
-const STAGES: [Stage; 7] = [
+const STAGES: [Stage; 8] = [
     ("format", format),
     ("lint", lint),
     ("without analysis", without_analysis),
     ("test", test),
+    ("python", python),
     ("long tests", long_tests),
     ("doc", doc),
     ("attack", attack),
@@ -83,23 +85,33 @@ fn lint() -> Result<(), Failure> {
 }
 
 /// Simulating, detecting and replaying build without the heavy dependencies of
-/// tables and figures.
+/// tables and figures, and the Python module without that of tables.
 fn without_analysis() -> Result<(), Failure> {
     const PACKAGE: [&str; 4] = ["--package", "asperity-cli", "--no-default-features", "--locked"];
-    const HEAVY: [&str; 2] = ["polars", "plotters"];
-    let tree = output(cargo(&["tree", "--edges", "normal", "--prefix", "none"]).args(PACKAGE))?;
-    let heavy = tree.lines().find(|line| HEAVY.iter().any(|name| line.starts_with(name)));
-    if let Some(package) = heavy {
-        return Err(Failure::Check(format!(
-            "asperity-cli depends on {package} without its default features (accepted: nothing of {})",
-            HEAVY.join(", ")
-        )));
-    }
+    lacks(&PACKAGE, &["polars", "plotters"])?;
+    lacks(&["--package", "asperity-python", "--locked"], &["polars"])?;
     run(cargo(&["check"]).args(PACKAGE))
+}
+
+/// Checks that a package does not depend on any of these.
+fn lacks(package: &[&str], heavy: &[&str]) -> Result<(), Failure> {
+    let tree = output(cargo(&["tree", "--edges", "normal", "--prefix", "none"]).args(package))?;
+    match tree.lines().find(|line| heavy.iter().any(|name| line.starts_with(name))) {
+        None => Ok(()),
+        Some(found) => Err(Failure::Check(format!(
+            "{} depends on {found} (accepted: nothing of {})",
+            package.join(" "),
+            heavy.join(", ")
+        ))),
+    }
 }
 
 fn test() -> Result<(), Failure> {
     test::command(&TestArguments::default())
+}
+
+fn python() -> Result<(), Failure> {
+    python::command(&PythonArguments::default())
 }
 
 /// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of each property.

@@ -65,7 +65,7 @@ fn node() -> Result<PathBuf, Failure> {
 }
 
 /// Installs the packages of a lock file into a folder, unless that was done before.
-fn set_up_once(
+pub(crate) fn set_up_once(
     folder: &Path,
     lock: &Path,
     there: &Path,

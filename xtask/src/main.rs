@@ -15,6 +15,7 @@ mod golden;
 #[path = "../../tests/support/golden.rs"]
 mod golden_tables;
 mod interrupt;
+mod python;
 mod reproduce;
 mod revision;
 mod say;
@@ -42,6 +43,7 @@ Examples:
   cargo xtask reproduce-all
   cargo xtask convergence
   cargo xtask test
+  cargo xtask python
   cargo xtask verify-solver
   cargo xtask diff-events HEAD~1
   cargo xtask golden
@@ -85,6 +87,8 @@ enum Command {
     Convergence(convergence::ConvergenceArguments),
     /// Set up the Python and Node clients that read run logs, and run all tests.
     Test(test::TestArguments),
+    /// Build the Python package, and run its tests and notebooks.
+    Python(python::PythonArguments),
     /// Compare the fast solver with the plain one in all runs, for both parameter sets.
     VerifySolver(verify::VerifyArguments),
     /// Compare the slip events of another revision with those of this checkout.
@@ -113,6 +117,7 @@ fn main() -> ExitCode {
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),
+        Command::Python(arguments) => python::command(&arguments),
         Command::VerifySolver(arguments) => verify::command(&arguments),
         Command::DiffEvents(arguments) => diff_events::command(&arguments),
         Command::Golden(arguments) => golden::command(&arguments),

@@ -55,13 +55,17 @@ const FIRST: [&str; 17] = [
     "root page",
 ];
 
+/// The module for Python has no tests in Rust, see `cargo xtask python`.
+const ALL_PACKAGES: [&str; 3] = ["--workspace", "--exclude", "asperity-python"];
+
 /// Examples in comments, which cargo compiles and runs.
 const EXAMPLES: &str = "examples";
 
 pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
     let variables = variables();
     if !arguments.further.is_empty() {
-        let mut tests = cargo(&["test", "--workspace", "--locked"]);
+        let mut tests = cargo(&["test", "--locked"]);
+        tests.args(ALL_PACKAGES);
         tests.args(&arguments.further);
         for (name, value) in &variables {
             match value {
@@ -84,14 +88,15 @@ pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
             hand_over(of_packages(&[package], &[opt_level, "--lib".to_owned()])?)?;
         }
         // The command is among all packages, see `of_packages`, but not the tests `root`.
-        let mut units = cargo(&["test", "--no-run", "--locked", MESSAGES, "--workspace"]);
-        units.args(["--lib", "--bins", "--examples"]);
+        let mut units = cargo(&["test", "--no-run", "--locked", MESSAGES]);
+        units.args(ALL_PACKAGES).args(["--lib", "--bins", "--examples"]);
         units.args(LIGHT.iter().flat_map(|package| ["--exclude", package]));
         hand_over(programs(&output(&mut units)?))?;
-        let mut others = cargo(&["test", "--no-run", "--locked", MESSAGES, "--workspace"]);
-        others.args(tests_of_crates()?.iter().flat_map(|name| ["--test", name]));
+        let mut others = cargo(&["test", "--no-run", "--locked", MESSAGES]);
+        others.args(ALL_PACKAGES).args(tests_of_crates()?.iter().flat_map(|name| ["--test", name]));
         hand_over(programs(&output(&mut others)?))?;
-        add(vec![Job::call(EXAMPLES, &cargo(&["test", "--doc", "--workspace", "--locked", "--quiet"]))]);
+        let mut examples = cargo(&["test", "--doc", "--locked", "--quiet"]);
+        add(vec![Job::call(EXAMPLES, examples.args(ALL_PACKAGES))]);
         Ok(())
     })
 }

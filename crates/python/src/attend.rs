@@ -1,0 +1,121 @@
+//! Does work on a thread of its own without the interpreter's lock, and meanwhile heeds signals, reports
+//! progress and asks whether to stop, all on the thread of the caller.
+
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use pyo3::prelude::*;
+
+use crate::errors::failed;
+
+/// How often signals are looked at.
+const LOOK_INTERVAL: Duration = Duration::from_millis(50);
+
+/// The shared state of work and whoever waits for it.
+#[derive(Default)]
+pub(crate) struct Watch {
+    is_stopped: AtomicBool,
+    done: AtomicU64,
+    /// Why Python code, called by the work, stopped it.
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl Watch {
+    /// Whether the work is to end.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.is_stopped.load(Ordering::Relaxed)
+    }
+
+    /// Sets the amount of work done.
+    pub(crate) fn reached(&self, done: u64) {
+        self.done.store(done, Ordering::Relaxed);
+    }
+
+    /// Adds one unit of work done.
+    pub(crate) fn one_more(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Stops the work, since Python code called by it raised an exception; the caller receives the first.
+    pub(crate) fn raise(&self, error: PyErr) {
+        let mut raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
+        raised.get_or_insert(error);
+        self.is_stopped.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The callbacks of a caller.
+#[derive(Default)]
+pub(crate) struct Callbacks<'py> {
+    /// Called with the amounts of work done and in all.
+    pub(crate) progress: Option<Bound<'py, PyAny>>,
+    /// Stops the work once it returns true.
+    pub(crate) stop: Option<Bound<'py, PyAny>>,
+    /// The amount of work in all.
+    pub(crate) total: u64,
+}
+
+/// Does the work. It polls [`Watch::is_stopped`].
+///
+/// # Errors
+/// The exception of a signal (`KeyboardInterrupt`), of a callback, or of Python code called by the work; the
+/// work has then ended as if stopped.
+pub(crate) fn attend<T: Send>(
+    py: Python<'_>,
+    callbacks: &Callbacks<'_>,
+    work: impl FnOnce(&Arc<Watch>) -> T + Send,
+) -> PyResult<T> {
+    let watch = Arc::new(Watch::default());
+    let (send, receive) = sync_channel(1);
+    let receive = Mutex::new(receive);
+    let result = thread::scope(|scope| {
+        let work = || {
+            let result = work(&watch);
+            send.send(()).ok();
+            result
+        };
+        let worker = thread::Builder::new()
+            .spawn_scoped(scope, work)
+            .map_err(|error| failed(format!("failed to start a thread: {error}")))?;
+        let wait = || {
+            let receive = receive.lock().unwrap_or_else(PoisonError::into_inner);
+            !matches!(receive.recv_timeout(LOOK_INTERVAL), Err(RecvTimeoutError::Timeout))
+                || worker.is_finished()
+        };
+        while !py.detach(wait) {
+            if !watch.is_stopped()
+                && let Err(error) = look(py, callbacks, &watch)
+            {
+                watch.raise(error);
+            }
+        }
+        Ok::<_, PyErr>(py.detach(|| worker.join()).unwrap_or_else(|panic| resume_unwind(panic)))
+    })?;
+    let raised = watch.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
+    match raised {
+        Some(error) => Err(error),
+        None => {
+            report(callbacks, callbacks.total)?;
+            Ok(result)
+        }
+    }
+}
+
+fn look(py: Python<'_>, callbacks: &Callbacks<'_>, watch: &Watch) -> PyResult<()> {
+    py.check_signals()?;
+    report(callbacks, watch.done.load(Ordering::Relaxed))?;
+    if let Some(stop) = &callbacks.stop
+        && stop.call0()?.is_truthy()?
+    {
+        watch.is_stopped.store(true, Ordering::Relaxed);
+    }
+    Ok(())
+}
+
+fn report(callbacks: &Callbacks<'_>, done: u64) -> PyResult<()> {
+    callbacks.progress.as_ref().map_or(Ok(()), |progress| progress.call1((done, callbacks.total)).map(drop))
+}

@@ -1,0 +1,139 @@
+//! Diffs of two runs, or of two folders of runs.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use asperity_diff::report::{Report, Verdict};
+use asperity_diff::run_log::{RunLog, Summarized};
+use asperity_diff::sides::{self, PairBy};
+use asperity_diff::{Settings, compare, page, policy::Policy, summary};
+use asperity_files::{Existing, FileSet, Inputs};
+use asperity_model::text;
+use asperity_numbers::{Slider, Summarizer};
+use asperity_record::RunHeader;
+use asperity_run::{Checked, Reading, Unread, at_once, read_once, scenario_of};
+use pyo3::prelude::*;
+
+use crate::attend::{Callbacks, attend};
+use crate::errors::{failed, of_log, refused};
+use crate::run::Run;
+use crate::values::to_python;
+
+/// Most slip events that are kept in memory, of all logs together.
+const MOST_SLIP_EVENTS: usize = 1_000_000;
+
+/// Compares the events, ruptures and numbers of two runs, logs, or folders of logs (docs/diff.md).
+#[pyfunction]
+#[pyo3(signature = (old, new, *, policy = None, pair = "hash"))]
+pub(crate) fn diff(
+    py: Python<'_>,
+    old: &Bound<'_, PyAny>,
+    new: &Bound<'_, PyAny>,
+    policy: Option<PathBuf>,
+    pair: &str,
+) -> PyResult<Diff> {
+    let (old, new) = (side(old)?, side(new)?);
+    let pair_by = match pair {
+        "hash" => PairBy::Hash,
+        "name" => PairBy::Name,
+        other => return Err(refused(format!("pair = {other:?} (accepted: \"hash\", \"name\")"))),
+    };
+    let parsed = match &policy {
+        None => Policy::default(),
+        Some(path) => {
+            let text = text::read(path).map_err(|error| refused(format!("{}: {error}", path.display())))?;
+            Policy::parse(&path.display().to_string(), &text).map_err(refused)?
+        }
+    };
+    let report = attend(py, &Callbacks::default(), |watch| {
+        let mut paths = sides::logs(&old).map_err(failed)?;
+        paths.extend(sides::logs(&new).map_err(failed)?);
+        let most = MOST_SLIP_EVENTS / paths.len().max(1);
+        let logs = at_once(&paths, None, |path| match watch.is_stopped() {
+            true => Err(failed("stopped")),
+            false => read_log(path, most),
+        })?;
+        let logs: BTreeMap<PathBuf, Arc<RunLog>> =
+            paths.iter().cloned().zip(logs.into_iter().map(Arc::new)).collect();
+        let settings = Settings {
+            policy: parsed,
+            policy_file: policy,
+            pair_by,
+            keep_findings: page::FINDINGS_OF_A_CLASS,
+            keep_matches: page::MATCHES_OF_A_RUN,
+            matches_file: None,
+            logs,
+        };
+        let files = FileSet::new(Existing::Refuse, Inputs::default());
+        compare(&old, &new, &settings, &files).map(|compared| compared.report).map_err(refused)
+    })??;
+    Ok(Diff(report))
+}
+
+/// A path, or the log of a run.
+fn side(side: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+    match side.cast::<Run>() {
+        Ok(run) => run.get().log().map(Path::to_owned),
+        Err(_) => side.extract(),
+    }
+}
+
+fn read_log(path: &Path, most_slip_events: usize) -> PyResult<RunLog> {
+    let begin = |header: &RunHeader, toml: &str| {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let slider = scenario_of(path, toml)
+            .map(|scenario| scenario.as_ref().map_or_else(Slider::default, Slider::of));
+        let summarizer = slider.map(|slider| Summarizer::new(&name, header, slider));
+        Ok(Summarized::begin(header, toml, summarizer, most_slip_events))
+    };
+    let accept = |checked: &Checked| match checked.verdict.holds_all() {
+        true => Ok(()),
+        false => Err(of_log(path, checked)),
+    };
+    let read = read_once(path, begin, accept).map_err(|unread| match unread {
+        Unread::NoRunLog(checked) => of_log(path, &checked),
+        Unread::Refused(error) => error,
+        Unread::Unobserved { problem, .. } => failed(format!("{}: {problem}", path.display())),
+    });
+    read.map(|Reading { checked, observer, ruptures_from }| {
+        observer.finish(path, ruptures_from, checked.seen.end.as_ref())
+    })
+}
+
+/// The differences of two sides; true if they are not within the policy.
+#[pyclass(frozen, module = "asperity")]
+pub(crate) struct Diff(Report);
+
+#[pymethods]
+impl Diff {
+    /// Whether all differences are within the policy; without one, whether there are none.
+    #[getter]
+    fn is_within_policy(&self) -> bool {
+        self.0.verdict == Verdict::WithinPolicy
+    }
+
+    /// What `asperity diff --format json` prints.
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &serde_json::to_value(&self.0).map_err(failed)?)
+    }
+
+    /// The page that `asperity diff --page` writes.
+    #[getter]
+    fn page(&self) -> String {
+        page::page(&self.0)
+    }
+
+    fn __bool__(&self) -> bool {
+        !self.is_within_policy()
+    }
+
+    fn __str__(&self) -> String {
+        summary::lines(&self.0).iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+    }
+
+    fn __repr__(&self) -> String {
+        self.__str__()
+    }
+}

@@ -1,0 +1,237 @@
+//! Fields of a run: a quantity of all contacts over time, and all nodes of a slab at one.
+
+use arrow_buffer::Buffer;
+use asperity_record::RunHeader;
+use asperity_run::{Field as States, NodeState, Nodes as NodesOf, Quantity, Span};
+use pyo3::prelude::*;
+
+use crate::attend::{Callbacks, attend};
+use crate::errors::{of_states, refused};
+use crate::memory::Memory;
+use crate::source::Source;
+use crate::tables::Table;
+
+/// Most bytes of a field: a quarter of what workstations have.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// Samples of a range of time if the caller does not say how far they are apart.
+const USUAL_SAMPLES: u64 = 1000;
+
+const QUANTITIES: [(&str, &str, Quantity); 3] = [
+    ("displacement", "m", Quantity::Displacement),
+    ("velocity", "m/s", Quantity::Velocity),
+    ("tangential_force", "N", Quantity::TangentialForce),
+];
+
+/// A field as it is asked for.
+pub(crate) struct Asked<'a> {
+    pub(crate) quantity: &'a str,
+    /// The number of a rupture, and the table that has it.
+    pub(crate) rupture: Option<(u64, Table)>,
+    /// From and to, s.
+    pub(crate) t: Option<(f64, f64)>,
+    /// Time from one sample to the next, s.
+    pub(crate) every: Option<f64>,
+}
+
+/// Computes a field.
+pub(crate) fn field(
+    py: Python<'_>,
+    source: &Source,
+    header: &RunHeader,
+    asked: Asked<'_>,
+) -> PyResult<Field> {
+    let known = QUANTITIES.iter().find(|(name, ..)| *name == asked.quantity);
+    let &(quantity, unit, of) = known.ok_or_else(|| {
+        let names = QUANTITIES.map(|(name, ..)| name).join(", ");
+        refused(format!("quantity = {:?} (accepted: {names})", asked.quantity))
+    })?;
+    let span = span(header, &asked)?;
+    let bytes = span.count().saturating_mul(u64::from(header.blocks)).saturating_mul(8);
+    if bytes > MOST_BYTES {
+        return Err(refused(format!(
+            "{} states of {} blocks take {:.1} GB (accepted: at most {} GB; a longer `every`, or a shorter `t`)",
+            span.count(),
+            header.blocks,
+            bytes as f64 / 1e9,
+            MOST_BYTES >> 30
+        )));
+    }
+    let states = attend(py, &Callbacks::default(), |watch| {
+        let stop = || watch.is_stopped();
+        match source {
+            Source::Log { path, last_step } => States::of_log(path, *last_step, of, span, &stop),
+            Source::Scenario { scenario, solver } => States::of_scenario(scenario, *solver, of, span, &stop),
+        }
+    })?;
+    let States { steps, time_s, position_m, values } = states.map_err(of_states)?;
+    let buffer = Buffer::from_vec::<f64>;
+    let shape = [steps.len(), position_m.len()];
+    Ok(Field {
+        quantity,
+        unit,
+        shape,
+        steps: Buffer::from_vec(steps),
+        t: buffer(time_s),
+        x: buffer(position_m),
+        values: buffer(values),
+    })
+}
+
+/// The steps of a field.
+fn span(header: &RunHeader, asked: &Asked<'_>) -> PyResult<Span> {
+    let grid = header.time_grid();
+    let (from_step, to_step) = match (&asked.rupture, asked.t) {
+        (Some((number, ruptures)), None) => rupture(*number, ruptures, header)?,
+        (None, Some((from_s, to_s))) if from_s >= 0.0 && from_s <= to_s && to_s.is_finite() => {
+            (grid.nearest_step(from_s), grid.nearest_step(to_s))
+        }
+        (None, Some((from_s, to_s))) => {
+            return Err(refused(format!(
+                "t = ({from_s}, {to_s}) (accepted: two times in s, from 0, ascending)"
+            )));
+        }
+        (Some(_), Some(_)) | (None, None) => {
+            return Err(refused("a field is of rupture=NUMBER or of t=(FROM, TO) (accepted: one of them)"));
+        }
+    };
+    let every_steps = match (asked.every, header.scales) {
+        (Some(every_s), _) if every_s > 0.0 && every_s.is_finite() => grid.nearest_step(every_s).max(1),
+        (Some(every_s), _) => return Err(refused(format!("every = {every_s} (accepted: seconds, above 0)"))),
+        // A front crosses a block in no less.
+        (None, Some(scales)) if asked.rupture.is_some() => grid.nearest_step(scales.block_time_s).max(1),
+        (None, _) => (to_step.saturating_sub(from_step) / USUAL_SAMPLES).max(1),
+    };
+    Ok(Span { from_step, to_step, every_steps })
+}
+
+/// The first step of a rupture and its last, or the last of the run if it has not ended.
+fn rupture(number: u64, ruptures: &Table, header: &RunHeader) -> PyResult<(u64, u64)> {
+    let column = |name: &str| ruptures.steps(name).ok_or_else(|| refused(format!("ruptures have no {name}")));
+    let (numbers, onsets, ends) = (column("rupture")?, column("onset_step")?, column("end_step")?);
+    let row = numbers.iter().position(|other| other == Some(number)).ok_or_else(|| {
+        let last = numbers.iter().flatten().max();
+        let accepted = last.map_or("none: the run has no rupture".to_owned(), |last| format!("0 to {last}"));
+        refused(format!("rupture = {number} (accepted: {accepted})"))
+    })?;
+    let end = ends.iter().nth(row).flatten().unwrap_or(header.steps);
+    Ok((onsets.value(row), end))
+}
+
+/// A quantity of all contacts over time, on the memory of this package.
+#[pyclass(frozen, module = "asperity")]
+pub(crate) struct Field {
+    quantity: &'static str,
+    unit: &'static str,
+    shape: [usize; 2],
+    steps: Buffer,
+    t: Buffer,
+    x: Buffer,
+    values: Buffer,
+}
+
+#[pymethods]
+impl Field {
+    #[getter]
+    fn quantity(&self) -> &str {
+        self.quantity
+    }
+
+    #[getter]
+    fn unit(&self) -> &str {
+        self.unit
+    }
+
+    /// The steps: shape (times,).
+    #[getter]
+    fn steps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Memory::array(py, self.steps.clone(), "uint64", &self.shape[..1])
+    }
+
+    /// Times, s: shape (times,).
+    #[getter]
+    fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Memory::array(py, self.t.clone(), "float64", &self.shape[..1])
+    }
+
+    /// Positions of the contacts along the slider, m: shape (contacts,).
+    #[getter]
+    fn x<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Memory::array(py, self.x.clone(), "float64", &self.shape[1..])
+    }
+
+    /// Shape (times, contacts), in `unit`.
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Memory::array(py, self.values.clone(), "float64", &self.shape)
+    }
+
+    fn __repr__(&self) -> String {
+        let [times, contacts] = self.shape;
+        format!("Field({} in {}: {times} times x {contacts} contacts)", self.quantity, self.unit)
+    }
+}
+
+/// Computes all nodes of a slab at a time.
+pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> {
+    let state = attend(py, &Callbacks::default(), |watch| {
+        let stop = || watch.is_stopped();
+        let mut nodes = match source {
+            Source::Log { path, last_step } => NodesOf::of_log(path, *last_step, &[t])?,
+            Source::Scenario { scenario, solver } => NodesOf::of_scenario(scenario, *solver, &[t])?,
+        };
+        nodes.next_state_unless(&stop)
+    })?;
+    let state = state.map_err(of_states)?.ok_or_else(|| refused("no time"))?;
+    let NodeState { step, time_s, columns, displacement_m, velocity_m_per_s } = state;
+    let shape = [2, displacement_m.len() / 2 / columns.max(1), columns];
+    let buffer = Buffer::from_vec::<f64>;
+    Ok(Nodes {
+        step,
+        time_s,
+        shape,
+        displacement: buffer(displacement_m),
+        velocity: buffer(velocity_m_per_s),
+    })
+}
+
+/// All nodes of a slab at a time. Arrays have shape (2, rows, columns): along the sliding direction, upwards.
+#[pyclass(frozen, module = "asperity")]
+pub(crate) struct Nodes {
+    step: u64,
+    time_s: f64,
+    shape: [usize; 3],
+    displacement: Buffer,
+    velocity: Buffer,
+}
+
+#[pymethods]
+impl Nodes {
+    #[getter]
+    fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// The time, s.
+    #[getter]
+    fn t(&self) -> f64 {
+        self.time_s
+    }
+
+    /// From the grid, m; row 0 is the bottom.
+    #[getter]
+    fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Memory::array(py, self.displacement.clone(), "float64", &self.shape)
+    }
+
+    /// m/s.
+    #[getter]
+    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Memory::array(py, self.velocity.clone(), "float64", &self.shape)
+    }
+
+    fn __repr__(&self) -> String {
+        let [_, rows, columns] = self.shape;
+        format!("Nodes(t = {} s: {rows} rows x {columns} columns)", self.time_s)
+    }
+}

@@ -1,0 +1,120 @@
+//! Figures of a run.
+
+use std::path::PathBuf;
+
+use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target};
+use asperity_files::{Existing, FileSet, Inputs};
+use asperity_model::{Scenario, among};
+use asperity_numbers::run_data::{Collector, NodeField, RunData};
+use asperity_record::RunHeader;
+use asperity_run::{NodeState, Nodes};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use crate::attend::{Callbacks, attend};
+use crate::errors::{failed, of_states, refused};
+use crate::source::Source;
+use crate::values::to_json;
+
+/// The kinds of figures that `Run.draw` draws: name and what they show (docs/figures.md).
+#[pyfunction]
+pub(crate) fn figures() -> Vec<(String, String)> {
+    Kind::all().map(|kind| (kind.name.to_owned(), kind.shows())).collect()
+}
+
+/// A figure, which notebooks show.
+#[pyclass(frozen, module = "asperity")]
+pub(crate) struct Figure {
+    figure: OneFigure,
+    data: RunData,
+    svg: String,
+}
+
+impl Figure {
+    /// Draws a figure of a run.
+    pub(crate) fn draw(
+        py: Python<'_>,
+        kind: &str,
+        keys: Option<&Bound<'_, PyDict>>,
+        name: &str,
+        source: &Source,
+        header: &RunHeader,
+        scenario: &Scenario,
+    ) -> PyResult<Figure> {
+        let kind = Kind::find(kind).ok_or_else(|| {
+            let known: Vec<&str> = Kind::all().map(|kind| kind.name).collect();
+            refused(format!("{kind} is no kind of figure{}", among(kind, &known, "`asperity.figures()`")))
+        })?;
+        let mut set = Vec::new();
+        for (key, value) in keys.into_iter().flatten() {
+            set.push(format!("{}={}", key.extract::<String>()?, to_json(&value)?));
+        }
+        let figure = kind.of_run(name, header, scenario, &set).map_err(refused)?;
+        let required = figure.required_data();
+        let collector = Collector::new(name, header.clone(), scenario.clone(), required);
+        let seen = source.observe(py, header, |_| collector)?;
+        let mut collector = seen.observer;
+        let at_s = collector.nodes_at_s().to_vec();
+        if !at_s.is_empty() {
+            let found = attend(py, &Callbacks::default(), |watch| {
+                let stop = || watch.is_stopped();
+                let mut nodes = match source {
+                    Source::Log { path, last_step } => Nodes::of_log(path, *last_step, &at_s)?,
+                    Source::Scenario { scenario, solver } => Nodes::of_scenario(scenario, *solver, &at_s)?,
+                };
+                let mut found = Vec::new();
+                while let Some(state) = nodes.next_state_unless(&stop)? {
+                    found.push(state);
+                }
+                Ok(found)
+            })?;
+            for NodeState { step, time_s, displacement_m, .. } in found.map_err(of_states)? {
+                collector.nodes(NodeField { step, time_s, displacement_m });
+            }
+        }
+        let data = collector.finish(seen.ruptures_from, seen.end.as_ref());
+        // A notebook says itself where its figures are from; only files bear a line about it.
+        let svg = attend(py, &Callbacks::default(), |_| figure.svg(&data, false))?.map_err(failed)?;
+        let svg = String::from_utf8(svg).map_err(failed)?;
+        Ok(Figure { figure, data, svg })
+    }
+}
+
+#[pymethods]
+impl Figure {
+    #[getter]
+    fn kind(&self) -> &str {
+        self.figure.kind.name
+    }
+
+    #[getter]
+    fn svg(&self) -> &str {
+        &self.svg
+    }
+
+    /// Writes it as PNG, SVG or PDF, as the path ends; replaces a file there.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<PathBuf> {
+        let target = Target::of(&path);
+        if !matches!(target, Target::File(_)) {
+            return Err(refused(format!(
+                "{} (accepted: a name that ends in .png, .svg or .pdf)",
+                path.display()
+            )));
+        }
+        let files = FileSet::new(Existing::Replace, Inputs::default());
+        let draw = || {
+            self.figure.draw(&self.data, true, &files, &target).map_err(failed)?;
+            files.publish().map_err(failed)
+        };
+        attend(py, &Callbacks::default(), |_| draw())??;
+        Ok(path)
+    }
+
+    fn _repr_svg_<'py>(&self, py: Python<'py>) -> Bound<'py, PyString> {
+        PyString::new(py, &self.svg)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Figure({:?} of {})", self.figure.kind.name, self.data.name)
+    }
+}

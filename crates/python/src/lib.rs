@@ -1,0 +1,52 @@
+//! The native part of the Python package `asperity`: runs, replays, studies and diffs in the process that
+//! asks, with their tables as Arrow streams and their fields as buffers.
+//!
+//! It stands on the libraries and knows nothing of the command line. In reading order:
+//!
+//! - `errors`: raises the exceptions of the package.
+//! - `attend`: does work on a thread, while the interpreter's signals are heeded.
+//! - `values`: values from and to Python.
+//! - `scenario`, `run`, `study`, `diff`: the objects of the package.
+//! - `tables`, `memory`: tables of a run as Arrow streams, and memory that NumPy reads.
+//! - `source`: a run as a log or as a scenario to be run again; `events`, `detectors`, `field`, `figure`:
+//!   what is made from it.
+
+mod attend;
+mod detectors;
+mod diff;
+mod errors;
+mod events;
+mod field;
+mod figure;
+mod memory;
+mod run;
+mod scenario;
+mod source;
+mod study;
+mod tables;
+mod values;
+
+/// The module `asperity._native`.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::detectors::StepRecord;
+    #[pymodule_export]
+    use crate::diff::{Diff, diff};
+    #[pymodule_export]
+    use crate::events::Events;
+    #[pymodule_export]
+    use crate::field::{Field, Nodes};
+    #[pymodule_export]
+    use crate::figure::{Figure, figures};
+    #[pymodule_export]
+    use crate::memory::Memory;
+    #[pymodule_export]
+    use crate::run::{Run, open, resume, run};
+    #[pymodule_export]
+    use crate::scenario::{Scenario, scenarios};
+    #[pymodule_export]
+    use crate::study::{Sweep, sweep};
+    #[pymodule_export]
+    use crate::tables::Table;
+}

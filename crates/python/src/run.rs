@@ -1,0 +1,494 @@
+//! Runs: made, resumed, or opened from their logs.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use asperity_files::is_taken;
+use asperity_model::Scenario as Resolved;
+use asperity_numbers::{Slider, Summarizer, Summary, text};
+use asperity_record::{Notice, Observer, Record, RunHeader, RupturesFrom};
+use asperity_run::detectors::Settings;
+use asperity_run::{
+    Begin, Detectors as Trackers, LogTo, Replay, ReplayError, SolverKind, Task, Verdict, check, check_again,
+    scenario_of,
+};
+use asperity_runlog::{RunReader, Topics, Unfinished, partial_path};
+use asperity_tables::run_tables::{Chosen, RunTables};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::attend::{Callbacks, Watch, attend};
+use crate::detectors::{self, Detector, Detectors};
+use crate::errors::{failed, of_log, of_run, refused};
+use crate::events::{self, Events};
+use crate::field::{self, Field, Nodes};
+use crate::figure::Figure;
+use crate::scenario::{Scenario, numbers_of};
+use crate::source::{Seen, Source, read};
+use crate::tables::Table;
+
+/// A run: its numbers and events, and on request everything else.
+///
+/// A run with a log reads it again for what is asked for; one without a log takes the same steps again.
+#[pyclass(frozen, module = "asperity")]
+pub(crate) struct Run {
+    name: String,
+    header: RunHeader,
+    /// None for a log that has lost it.
+    scenario: Option<Resolved>,
+    source: Source,
+    summary: Summary,
+    events: Events,
+    notes: Vec<String>,
+    verdict: Option<Verdict>,
+    /// Tables of records, once asked for.
+    records: Mutex<BTreeMap<String, Table>>,
+}
+
+/// Runs a scenario, with the steps of the `asperity` command, to the bit.
+///
+/// `log` is the path of a new run log (MCAP). `plain` takes every step, `fast` computes the same events some
+/// hundred times faster (docs/model.md). `progress` is True for a bar, or is called with steps done and in
+/// all. `stop` is called now and then, and ends the run once it returns true: `Interrupted` is raised, and
+/// `resume` continues from the log. So it is after Ctrl-C, which raises KeyboardInterrupt, and after an
+/// exception of a detector.
+#[pyfunction]
+#[pyo3(signature = (scenario = None, *, log = None, solver = "fast", progress = None, detectors = Vec::new(), stop = None))]
+pub(crate) fn run(
+    py: Python<'_>,
+    scenario: Option<&Bound<'_, PyAny>>,
+    log: Option<PathBuf>,
+    solver: &str,
+    progress: Option<Bound<'_, PyAny>>,
+    detectors: Vec<Bound<'_, PyAny>>,
+    stop: Option<Bound<'_, PyAny>>,
+) -> PyResult<Run> {
+    let scenario = match scenario {
+        Some(scenario) => Scenario::given(scenario)?,
+        None => asperity_model::resolve("default", &[] as &[&str]).map_err(crate::errors::of_scenario)?,
+    };
+    let solver = SolverKind::named(solver)
+        .ok_or_else(|| refused(format!("solver = {solver:?} (accepted: \"fast\", \"plain\")")))?;
+    if let Some(log) = &log {
+        if is_taken(log) {
+            return Err(refused(format!("log = {} exists already (accepted: a new path)", log.display())));
+        }
+        if let Some(unfinished) = Unfinished::of(log).map_err(failed)? {
+            return Err(refused(format!(
+                "log = {}: {} contains an unfinished run (accepted: asperity.resume, or another path)",
+                log.display(),
+                unfinished.partial_path().display()
+            )));
+        }
+    }
+    let detectors = detectors::given(&detectors)?;
+    make(py, scenario, solver, log, Begin::Anew, detectors, progress, stop)
+}
+
+/// Continues the unfinished run of a log, which then equals that of an unbroken run. Opens a whole log.
+#[pyfunction]
+#[pyo3(signature = (log, *, progress = None, detectors = Vec::new(), stop = None))]
+pub(crate) fn resume(
+    py: Python<'_>,
+    log: PathBuf,
+    progress: Option<Bound<'_, PyAny>>,
+    detectors: Vec<Bound<'_, PyAny>>,
+    stop: Option<Bound<'_, PyAny>>,
+) -> PyResult<Run> {
+    let log = match log.to_string_lossy().strip_suffix(".partial") {
+        Some(whole) => PathBuf::from(whole),
+        None => log,
+    };
+    let partial = partial_path(&log);
+    if !partial.exists() && log.exists() {
+        return open(py, log);
+    }
+    let reader = RunReader::open(&partial, Topics::NONE).map_err(failed)?;
+    let solver = SolverKind::named(&reader.header().solver).unwrap_or_default();
+    let scenario = scenario_of(&partial, reader.scenario_toml()).map_err(failed)?;
+    let scenario = scenario.ok_or_else(|| failed(format!("{}: it has no scenario", partial.display())))?;
+    let detectors = detectors::given(&detectors)?;
+    make(py, scenario, solver, Some(log), Begin::GoOn, detectors, progress, stop)
+}
+
+/// Opens a run log, and checks every byte of it meanwhile.
+///
+/// Incomplete logs are opened up to where they are sound, see `Run.notes`; damaged ones raise `LogError`.
+#[pyfunction]
+pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Run> {
+    let name = log.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let begun = Mutex::new(None);
+    let seen = read(py, &log, |_, header, toml| {
+        let scenario = scenario_of(&log, toml)?;
+        let slider = scenario.as_ref().map_or_else(Slider::default, Slider::of);
+        let reader = RunReader::open(&log, Topics::NONE).map_err(|error| error.to_string())?;
+        let observer = (Summarizer::new(&name, header, slider), events::begin(&reader.event_schemas()));
+        *begun.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some((header.clone(), scenario));
+        Ok(observer)
+    })?;
+    let begun = begun.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let (header, scenario) = begun.expect("what is observed has begun");
+    let Seen { observer: (summarizer, tables), ruptures_from, end, checked } = seen;
+    let mut events = Events::of(tables, BTreeMap::new());
+    let checked = checked.ok_or_else(|| failed("a log has no verdict"))?;
+    // Events that the program of the log did not look for are not none.
+    let is_there = |topic: &String| {
+        let is_rupture = topic == "/events/rupture" && ruptures_from == RupturesFrom::Steps;
+        is_rupture || checked.seen.topics.contains(topic)
+    };
+    events.tables.retain(|topic, _| is_there(topic));
+    let (verdict, last_step) = (checked.verdict, checked.seen.last_step);
+    Ok(Run {
+        name,
+        header,
+        scenario,
+        source: Source::Log { path: log, last_step },
+        summary: summarizer.finish(ruptures_from, end.as_ref()),
+        events,
+        notes: if verdict == Verdict::Whole { Vec::new() } else { vec![checked.to_string()] },
+        verdict: Some(verdict),
+        records: Mutex::default(),
+    })
+}
+
+#[expect(clippy::too_many_arguments, reason = "what the two functions of the package have in common")]
+fn make(
+    py: Python<'_>,
+    scenario: Resolved,
+    solver: SolverKind,
+    log: Option<PathBuf>,
+    begin: Begin,
+    detectors: Vec<Detector>,
+    progress: Option<Bound<'_, PyAny>>,
+    stop: Option<Bound<'_, PyAny>>,
+) -> PyResult<Run> {
+    let header = Task { solver, ..Task::new(&scenario) }.header();
+    let name = scenario.name.clone();
+    let callbacks = Callbacks { progress: bar(py, progress, &name)?, stop, total: header.steps };
+    let made = attend(py, &callbacks, |watch| {
+        let task = Task { solver, ..Task::new(&scenario) };
+        let task = Task { log: log.as_deref().map(LogTo::new), ..task };
+        let numbers =
+            (Summarizer::new(&name, &header, Slider::of(&scenario)), events::begin(&BTreeMap::new()));
+        let mut observers = (
+            numbers,
+            (Detectors::begin(detectors, watch), Notes { watch: Arc::clone(watch), notes: Vec::new() }),
+        );
+        let outcome = asperity_run::run(task, begin, &|| watch.is_stopped(), &mut observers);
+        outcome.map(|outcome| (outcome, observers))
+    })?;
+    let (outcome, ((summarizer, tables), (detectors, Notes { notes, .. }))) = made.map_err(of_run)?;
+    let found = detectors.finish(py)?;
+    let (has_run, last_step) = (outcome.has_run, header.steps);
+    let end = outcome.into_end(last_step);
+    if let (Some(log), false) = (&log, has_run) {
+        // It only lacked its name.
+        return open(py, log.clone());
+    }
+    let verdict = log.is_some().then_some(Verdict::Whole);
+    let source = match log {
+        Some(path) => Source::Log { path, last_step: end.last_step },
+        None => Source::Scenario { scenario: Box::new(scenario.clone()), solver },
+    };
+    Ok(Run {
+        name,
+        header,
+        source,
+        summary: summarizer.finish(RupturesFrom::Log, Some(&end)),
+        events: Events::of(tables, found),
+        notes,
+        verdict,
+        scenario: Some(scenario),
+        records: Mutex::default(),
+    })
+}
+
+/// The callback for progress: a bar of the package for `True`, a function as it is.
+pub(crate) fn bar<'py>(
+    py: Python<'py>,
+    progress: Option<Bound<'py, PyAny>>,
+    name: &str,
+) -> PyResult<Option<Bound<'py, PyAny>>> {
+    match progress {
+        Some(progress) if progress.is_callable() => Ok(Some(progress)),
+        Some(progress) if progress.is_truthy()? => {
+            py.import("asperity.progress")?.getattr("Bar")?.call1((name,)).map(Some)
+        }
+        _ => Ok(None),
+    }
+}
+
+/// Reports the steps of a run, and keeps what is worth knowing about it.
+struct Notes {
+    watch: Arc<Watch>,
+    notes: Vec<String>,
+}
+
+impl Observer for Notes {
+    fn reached(&mut self, step: u64) {
+        self.watch.reached(step);
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        self.notes.push(notice.to_string());
+    }
+}
+
+/// Sends the records of a run without a log through detectors with other rules.
+struct Anew {
+    trackers: Trackers,
+    tables: RunTables,
+}
+
+impl Observer for Anew {
+    fn record(&mut self, record: &Record) {
+        if let Record::Step(step) = record {
+            self.trackers.observe(step, &mut |event| self.tables.event(&event));
+        }
+    }
+}
+
+impl Run {
+    fn scenario(&self) -> PyResult<&Resolved> {
+        self.scenario.as_ref().ok_or_else(|| failed(format!("{} has lost its scenario", self.name)))
+    }
+
+    /// The table of a topic of records.
+    fn records(&self, py: Python<'_>, topic: &str) -> PyResult<Table> {
+        let known = || self.records.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(table) = known().get(topic) {
+            return Ok(table.clone());
+        }
+        let chosen = Chosen { topics: vec![topic.to_owned()], ..Chosen::default() };
+        let tables = RunTables::new(&BTreeMap::new(), &[], chosen).map_err(refused)?;
+        let mut seen = self.source.observe(py, &self.header, |_| tables)?;
+        let table = seen.observer.tables().first().map(Table::of_run);
+        let table = table.ok_or_else(|| failed(format!("no table of {topic}")))?;
+        known().insert(topic.to_owned(), table.clone());
+        Ok(table)
+    }
+
+    /// Its numbers, under headings.
+    fn text(&self) -> String {
+        let as_coded = self.scenario.as_ref().and_then(Resolved::as_coded_in_words);
+        text::of_one(&self.summary, as_coded.as_deref())
+    }
+
+    /// The path of its log.
+    pub(crate) fn log(&self) -> PyResult<&Path> {
+        match &self.source {
+            Source::Log { path, .. } => Ok(path),
+            Source::Scenario { .. } => Err(refused(format!(
+                "{} has no log (accepted: asperity.run(..., log=\"run.mcap\"))",
+                self.name
+            ))),
+        }
+    }
+}
+
+#[pymethods]
+impl Run {
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    #[getter(scenario)]
+    fn scenario_of_run(&self) -> PyResult<Scenario> {
+        Ok(Scenario::resolved(self.scenario()?.clone()))
+    }
+
+    #[getter(log)]
+    fn log_path(&self) -> Option<PathBuf> {
+        self.log().ok().map(Path::to_owned)
+    }
+
+    #[getter]
+    fn run_id(&self) -> &str {
+        &self.header.run_id
+    }
+
+    #[getter]
+    fn code_version(&self) -> &str {
+        &self.header.code_version
+    }
+
+    /// The verdict on its log, None without one.
+    #[getter]
+    fn verdict(&self) -> Option<&'static str> {
+        self.verdict.map(Verdict::word)
+    }
+
+    /// Warnings about the scenario, and what is worth knowing about the run or its log.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+
+    /// The numbers of the run, as `asperity summary` prints them (docs/outputs.md).
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.summary.values();
+        let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
+        numbers_of(py, names.zip(&values), &self.text())
+    }
+
+    /// Slip events: from the step in which a first block slides to that in which none does.
+    #[getter]
+    fn events(&self) -> PyResult<Table> {
+        self.events.events()
+    }
+
+    /// The onsets of slip events.
+    #[getter]
+    fn onsets(&self) -> PyResult<Table> {
+        self.events.onsets()
+    }
+
+    /// Slip events of the whole slider.
+    #[getter]
+    fn global_slips(&self) -> PyResult<Table> {
+        self.events.global_slips()
+    }
+
+    /// Detachments connected in space and time (docs/ruptures.md).
+    #[getter]
+    fn ruptures(&self) -> PyResult<Table> {
+        self.events.ruptures()
+    }
+
+    /// When each rupture passed each block.
+    #[getter]
+    fn arrivals(&self) -> PyResult<Table> {
+        self.events.arrivals()
+    }
+
+    /// The tables of the detectors that were given, by name.
+    #[getter]
+    fn found(&self) -> BTreeMap<String, Table> {
+        self.events.found()
+    }
+
+    /// Step records: F_T, F_N, sliding blocks, energies.
+    #[getter]
+    fn loads(&self, py: Python<'_>) -> PyResult<Table> {
+        self.records(py, "/step")
+    }
+
+    /// Every change between stick and slip, with the state of the block.
+    #[getter]
+    fn switches(&self, py: Python<'_>) -> PyResult<Table> {
+        self.records(py, "/switch")
+    }
+
+    /// Recorded states of all blocks, a row for each block and time.
+    #[getter]
+    fn states(&self, py: Python<'_>) -> PyResult<Table> {
+        self.records(py, "/fields")
+    }
+
+    /// The table of a topic of the log, such as `/window`.
+    fn table(&self, py: Python<'_>, topic: &str) -> PyResult<Table> {
+        if topic.starts_with("/events/") { self.events.table(topic) } else { self.records(py, topic) }
+    }
+
+    /// Sends its records through the detectors again, with other rules (docs/rules.md) and further detectors.
+    #[pyo3(signature = (detectors = Vec::new(), *, link_time_ratio = None, merge_gap_s = None, min_blocks = None))]
+    fn detect(
+        &self,
+        py: Python<'_>,
+        detectors: Vec<Bound<'_, PyAny>>,
+        link_time_ratio: Option<f64>,
+        merge_gap_s: Option<f64>,
+        min_blocks: Option<i64>,
+    ) -> PyResult<Events> {
+        let given = [("link_time_ratio", link_time_ratio), ("merge_gap_s", merge_gap_s)];
+        let given = given.into_iter().filter_map(|(key, value)| Some(format!("{key} = {:?}\n", value?)));
+        let given: String = given.chain(min_blocks.map(|blocks| format!("min_blocks = {blocks}"))).collect();
+        let settings = Settings::parse(&given).map_err(|(_, problem)| refused(problem))?;
+        let detectors = detectors::given(&detectors)?;
+        if let Source::Log { path, .. } = &self.source {
+            let replayed = attend(py, &Callbacks::default(), |watch| {
+                let replay = Replay::open(path, &settings).map_err(|checked| of_log(path, &checked))?;
+                let mut observer = (events::begin(&BTreeMap::new()), Detectors::begin(detectors, watch));
+                replay.run(&|| watch.is_stopped(), &mut observer).map_err(|error| match error {
+                    ReplayError::Log(checked) => of_log(path, &checked),
+                    error => failed(error),
+                })?;
+                Ok::<_, PyErr>(observer)
+            })?;
+            let (tables, detectors) = replayed?;
+            return Ok(Events::of(tables, detectors.finish(py)?));
+        }
+        let toml = self.scenario()?.to_commented_toml();
+        let seen = self.source.observe(py, &self.header, |watch| {
+            let (trackers, tables) = (settings.start(&self.header, &toml), events::begin(&BTreeMap::new()));
+            (Anew { trackers, tables }, Detectors::begin(detectors, watch))
+        })?;
+        let (Anew { mut trackers, mut tables }, detectors) = seen.observer;
+        trackers.finish(&mut |event| tables.event(&event));
+        Ok(Events::of(tables, detectors.finish(py)?))
+    }
+
+    /// Checks its log; with `again` repeats the run as well, and compares all records.
+    #[pyo3(signature = (*, again = false))]
+    fn check<'py>(&self, py: Python<'py>, again: bool) -> PyResult<Bound<'py, PyAny>> {
+        let log = self.log()?;
+        let checked =
+            attend(py, &Callbacks::default(), |_| if again { check_again(log) } else { check(log) })?;
+        let verdict = (checked.verdict.word(), checked.verdict.holds_all(), checked.to_string());
+        py.import("asperity.numbers")?.getattr("Verdict")?.call1(verdict)
+    }
+
+    /// A quantity of all contacts, over a rupture (by its number) or from one time to another, s.
+    ///
+    /// `every` is the time between samples, s: by default that in which a wave crosses a block for ruptures,
+    /// and a thousandth of `t`. What the log did not record is computed by the steps of the run, once more
+    /// from the last checkpoint; needs a log of this code version.
+    #[pyo3(signature = (quantity = "displacement", *, rupture = None, t = None, every = None))]
+    fn field(
+        &self,
+        py: Python<'_>,
+        quantity: &str,
+        rupture: Option<u64>,
+        t: Option<(f64, f64)>,
+        every: Option<f64>,
+    ) -> PyResult<Field> {
+        let ruptures = rupture.map(|_| self.events.ruptures()).transpose()?;
+        let asked = field::Asked { quantity, rupture: rupture.zip(ruptures), t, every };
+        field::field(py, &self.source, &self.header, asked)
+    }
+
+    /// All nodes of a slab at a time, s.
+    fn nodes(&self, py: Python<'_>, t: f64) -> PyResult<Nodes> {
+        field::nodes(py, &self.source, t)
+    }
+
+    /// Draws a figure of it; `asperity.figures()` lists the kinds, docs/figures.md their keys.
+    #[pyo3(signature = (kind = "overview", /, **keys))]
+    fn draw(&self, py: Python<'_>, kind: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Figure> {
+        Figure::draw(py, kind, keys, &self.name, &self.source, &self.header, self.scenario()?)
+    }
+
+    fn __repr__(&self) -> String {
+        let from = match &self.source {
+            Source::Log { path, .. } => format!(", log {}", path.display()),
+            Source::Scenario { .. } => String::new(),
+        };
+        let precursors = self.summary.precursor_count.unwrap_or_default();
+        let events = self.summary.event_count;
+        let counted = asperity_record::counted;
+        format!(
+            "Run({:?}: {}, {}{from})",
+            self.name,
+            counted(events, "slip event"),
+            counted(precursors, "precursor")
+        )
+    }
+
+    fn _repr_html_(&self) -> String {
+        let words = self.text().replace('&', "&amp;").replace('<', "&lt;");
+        format!("<details open><summary>{}</summary><pre>{words}</pre></details>", self.name)
+    }
+}

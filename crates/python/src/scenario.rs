@@ -1,0 +1,193 @@
+//! Scenarios.
+
+use std::path::PathBuf;
+
+use asperity_model::{Scenario as Resolved, ScenarioSource, builtin, source};
+use asperity_numbers::Summary;
+use asperity_report::sketch;
+use asperity_run::Forecast;
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::Value;
+
+use crate::errors::{of_faults, of_scenario};
+use crate::values::{assignments, to_python};
+
+/// The built-in scenarios: name and one line about each.
+#[pyfunction]
+pub(crate) fn scenarios() -> PyResult<Vec<(String, String)>> {
+    let resolved = |name: &str| asperity_model::resolve(name, &[] as &[&str]).map_err(of_scenario);
+    builtin::all().map(|(name, _)| Ok((name.to_owned(), resolved(name)?.summary))).collect()
+}
+
+/// What slides, on what, how it is driven, and what is recorded: every key with a value in its range.
+///
+/// `name` is a built-in scenario or the path of a TOML file. Values may be given by dotted key,
+/// `{"friction.static_coefficient": 0.5}`, or by section, `friction=dict(static_coefficient=0.5)`. Keys,
+/// units, ranges and symbols: docs/scenarios.md. Raises `ScenarioError` with every fault.
+#[pyclass(frozen, module = "asperity")]
+pub(crate) struct Scenario {
+    pub(crate) resolved: Resolved,
+    source: ScenarioSource,
+}
+
+impl Scenario {
+    fn of(source: ScenarioSource) -> PyResult<Scenario> {
+        let resolved = Resolved::resolve(&source).map_err(|errors| of_faults(&errors))?;
+        Ok(Scenario { resolved, source })
+    }
+
+    /// The scenario of a run.
+    pub(crate) fn resolved(resolved: Resolved) -> Scenario {
+        let source = ScenarioSource::logged(resolved.name.clone(), resolved.to_commented_toml());
+        Scenario { resolved, source }
+    }
+
+    /// A scenario, or the name of one.
+    pub(crate) fn given(given: &Bound<'_, PyAny>) -> PyResult<Resolved> {
+        if let Ok(scenario) = given.cast::<Scenario>() {
+            return Ok(scenario.get().resolved.clone());
+        }
+        Scenario::new(Some(given.extract()?), None, None).map(|scenario| scenario.resolved)
+    }
+
+    /// Every key, by section.
+    fn values(&self) -> Value {
+        toml::from_str(&self.resolved.to_commented_toml()).expect("this program has written it")
+    }
+}
+
+#[pymethods]
+impl Scenario {
+    #[new]
+    #[pyo3(signature = (name = None, overrides = None, /, **groups))]
+    fn new(
+        name: Option<PathBuf>,
+        overrides: Option<&Bound<'_, PyDict>>,
+        groups: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Scenario> {
+        let source = source(&name.unwrap_or_else(|| "default".into())).map_err(of_scenario)?;
+        Scenario::of(with(source, &assignments(overrides, groups)?))
+    }
+
+    /// This scenario with other values.
+    #[pyo3(signature = (overrides = None, /, **groups))]
+    fn replace(
+        &self,
+        overrides: Option<&Bound<'_, PyDict>>,
+        groups: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Scenario> {
+        Scenario::of(with(self.source.clone(), &assignments(overrides, groups)?))
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.resolved.name
+    }
+
+    /// One line about it.
+    #[getter]
+    fn about(&self) -> &str {
+        &self.resolved.summary
+    }
+
+    /// The hash of all values, as in the headers of logs.
+    #[getter]
+    fn hash(&self) -> String {
+        self.resolved.hash()
+    }
+
+    /// All values as commented TOML.
+    #[getter]
+    fn toml(&self) -> String {
+        self.resolved.to_commented_toml()
+    }
+
+    /// What may surprise, although it is accepted.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.resolved.warnings().into_iter().map(|warning| warning.text).collect()
+    }
+
+    /// Numbers that follow before it is run: wave speed, density, the times of first slip, ..., in SI units.
+    #[getter]
+    fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let forecast = serde_json::to_value(Forecast::of(&self.resolved)).expect("a forecast is plain data");
+        let preview = forecast["preview"].clone();
+        let numbers = [forecast, preview].into_iter().filter_map(|numbers| match numbers {
+            Value::Object(numbers) => Some(numbers),
+            _ => None,
+        });
+        let numbers = numbers.flatten().filter(|(_, value)| value.is_number() || value.is_null());
+        let numbers: Vec<(String, Value)> = numbers.collect();
+        numbers_of(py, numbers.iter().map(|(name, value)| (name.as_str(), value)), "")
+    }
+
+    /// Every key, by section.
+    fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.values())
+    }
+
+    /// The value of a dotted key.
+    fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.values();
+        let found = key.split('.').try_fold(&values, |value, part| value.get(part));
+        let unknown = || {
+            let suggestion = asperity_model::key_suggestion(key);
+            PyKeyError::new_err(format!("{key}: no key of a scenario{suggestion}"))
+        };
+        to_python(py, found.ok_or_else(unknown)?)
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Scenario>().is_ok_and(|other| other.get().resolved == self.resolved)
+    }
+
+    fn __hash__(&self) -> u64 {
+        u64::from_str_radix(&self.resolved.hash()[..15], 16).unwrap_or_default()
+    }
+
+    fn __repr__(&self) -> String {
+        let Resolved { name, slider, time, .. } = &self.resolved;
+        let rows = if slider.rows > 1 { format!(" x {} rows", slider.rows) } else { String::new() };
+        format!(
+            "Scenario({name:?}: {} blocks{rows}, {} s in steps of {:e} s)",
+            slider.blocks, time.duration_s, time.step_s
+        )
+    }
+
+    fn _repr_html_(&self) -> String {
+        let words = self.__repr__().replace('<', "&lt;");
+        format!(
+            "<figure style=\"max-width:46em\">{}<figcaption>{words}</figcaption></figure>",
+            sketch(&self.resolved)
+        )
+    }
+}
+
+/// Adds values to a scenario. Errors name each as Python has it.
+fn with(source: ScenarioSource, values: &[(String, Value)]) -> ScenarioSource {
+    values.iter().fold(source, |source, (key, value)| {
+        source.with_override_from(format!("{key} = {value}"), &format!("{key}={value}"))
+    })
+}
+
+/// Numbers by name, as the package's dictionary of numbers with units.
+pub(crate) fn numbers_of<'py, 'a>(
+    py: Python<'py>,
+    numbers: impl Iterator<Item = (&'a str, &'a Value)>,
+    text: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (values, units, about) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
+    for (name, value) in numbers {
+        values.set_item(name, to_python(py, value)?)?;
+        let key = Summary::KEYS.iter().find(|key| key.column.name == name);
+        let unit = key.map_or_else(|| asperity_record::unit_of(name), |key| key.column.unit);
+        units.set_item(name, unit)?;
+        if let Some(key) = key {
+            about.set_item(name, &*key.column.about)?;
+        }
+    }
+    py.import("asperity.numbers")?.getattr("Numbers")?.call1((values, units, about, text))
+}

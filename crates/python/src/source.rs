@@ -1,0 +1,113 @@
+//! A run as the package reads it again: its log, or, without one, its scenario, which gives the same records
+//! whenever it is run.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use asperity_model::Scenario;
+use asperity_record::{Event, Observer, Record, RunEnd, RunHeader, RupturesFrom};
+use asperity_run::{Begin, Checked, Reading, SolverKind, Task, Unread, Verdict, read_once, run};
+use pyo3::prelude::*;
+
+use crate::attend::{Callbacks, Watch, attend};
+use crate::errors::{failed, of_log, of_run};
+
+/// Where the records of a run come from.
+#[derive(Clone)]
+pub(crate) enum Source {
+    /// Its log.
+    Log {
+        /// The path.
+        path: PathBuf,
+        /// The last step that was found sound.
+        last_step: u64,
+    },
+    /// Its scenario.
+    Scenario { scenario: Box<Scenario>, solver: SolverKind },
+}
+
+/// What an observer saw.
+pub(crate) struct Seen<O> {
+    pub(crate) observer: O,
+    pub(crate) ruptures_from: RupturesFrom,
+    pub(crate) end: Option<RunEnd>,
+    /// The verdict on the log.
+    pub(crate) checked: Option<Checked>,
+}
+
+impl Source {
+    /// Passes the run to an observer, which `begin` makes.
+    pub(crate) fn observe<O: Observer + Send>(
+        &self,
+        py: Python<'_>,
+        header: &RunHeader,
+        begin: impl FnOnce(&Arc<Watch>) -> O + Send,
+    ) -> PyResult<Seen<O>> {
+        match self {
+            Source::Log { path, .. } => {
+                let is_it = |found: &RunHeader, _: &str| match found == header {
+                    true => Ok(()),
+                    false => Err("it is the log of another run now".to_owned()),
+                };
+                read(py, path, |watch, found, toml| is_it(found, toml).map(|()| begin(watch)))
+            }
+            Source::Scenario { scenario, solver } => {
+                let steps = header.steps;
+                let ran = attend(py, &Callbacks::default(), |watch| {
+                    let mut observer = begin(watch);
+                    let task = Task { solver: *solver, ..Task::new(scenario) };
+                    let outcome = run(task, Begin::Anew, &|| watch.is_stopped(), &mut observer);
+                    outcome.map(|outcome| (observer, outcome))
+                })?;
+                let (observer, outcome) = ran.map_err(of_run)?;
+                let end = Some(outcome.into_end(steps));
+                Ok(Seen { observer, ruptures_from: RupturesFrom::Log, end, checked: None })
+            }
+        }
+    }
+}
+
+/// Reads a log once, for an observer that `begin` makes.
+pub(crate) fn read<O: Observer + Send>(
+    py: Python<'_>,
+    path: &Path,
+    begin: impl FnOnce(&Arc<Watch>, &RunHeader, &str) -> Result<O, String> + Send,
+) -> PyResult<Seen<O>> {
+    let read = attend(py, &Callbacks::default(), |watch| {
+        let begin = |header: &RunHeader, toml: &str| {
+            begin(watch, header, toml).map(|observer| Stoppable { observer, watch })
+        };
+        let accept = |checked: &Checked| match checked.verdict {
+            Verdict::Damaged => Err(of_log(path, checked)),
+            _ => Ok(()),
+        };
+        let read = read_once(path, begin, accept);
+        read.map(|Reading { checked, observer, ruptures_from }| (checked, observer.observer, ruptures_from))
+    })?;
+    let (checked, observer, ruptures_from) = read.map_err(|unread| match unread {
+        Unread::NoRunLog(checked) => of_log(path, &checked),
+        Unread::Refused(error) => error,
+        Unread::Unobserved { problem, .. } => failed(format!("{}: {problem}", path.display())),
+    })?;
+    Ok(Seen { observer, ruptures_from, end: checked.seen.end.clone(), checked: Some(checked) })
+}
+
+/// An observer that is done once its work is stopped.
+struct Stoppable<'a, O> {
+    observer: O,
+    watch: &'a Watch,
+}
+
+impl<O: Observer> Observer for Stoppable<'_, O> {
+    fn record(&mut self, record: &Record) {
+        self.observer.record(record);
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.observer.event(event);
+    }
+
+    fn is_done(&self) -> bool {
+        self.watch.is_stopped()
+    }
+}

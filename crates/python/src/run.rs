@@ -15,6 +15,7 @@ use asperity_run::{
 };
 use asperity_runlog::{RunReader, Topics, Unfinished, partial_path};
 use asperity_tables::run_tables::{Chosen, RunTables};
+use pyo3::exceptions::PyFileNotFoundError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -42,6 +43,8 @@ pub(crate) struct Run {
     events: Events,
     notes: Vec<String>,
     verdict: Option<Verdict>,
+    /// The digest of its log's messages.
+    digest: Option<String>,
     /// Tables of records, once asked for.
     records: Mutex<BTreeMap<String, Table>>,
 }
@@ -117,6 +120,15 @@ pub(crate) fn resume(
 /// Incomplete logs are opened up to where they are sound, see `Run.notes`; damaged ones raise `LogError`.
 #[pyfunction]
 pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Run> {
+    if !log.exists() {
+        let partial = partial_path(&log);
+        let hint = if partial.exists() {
+            format!("; {} is an unfinished run", partial.display())
+        } else {
+            String::new()
+        };
+        return Err(PyFileNotFoundError::new_err(format!("{}: no such file{hint}", log.display())));
+    }
     let name = log.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let begun = Mutex::new(None);
     let seen = read(py, &log, |_, header, toml| {
@@ -148,6 +160,7 @@ pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Run> {
         events,
         notes: if verdict == Verdict::Whole { Vec::new() } else { vec![checked.to_string()] },
         verdict: Some(verdict),
+        digest: end.map(|end| end.digest),
         records: Mutex::default(),
     })
 }
@@ -187,6 +200,7 @@ fn make(
         return open(py, log.clone());
     }
     let verdict = log.is_some().then_some(Verdict::Whole);
+    let digest = log.is_some().then(|| end.digest.clone());
     let source = match log {
         Some(path) => Source::Log { path, last_step: end.last_step },
         None => Source::Scenario { scenario: Box::new(scenario.clone()), solver },
@@ -199,6 +213,7 @@ fn make(
         events: Events::of(tables, found),
         notes,
         verdict,
+        digest,
         scenario: Some(scenario),
         records: Mutex::default(),
     })
@@ -318,6 +333,12 @@ impl Run {
     #[getter]
     fn verdict(&self) -> Option<&'static str> {
         self.verdict.map(Verdict::word)
+    }
+
+    /// The digest of all messages of its log, equal for equal runs; None without a complete log.
+    #[getter]
+    fn digest(&self) -> Option<&str> {
+        self.digest.as_deref()
     }
 
     /// Warnings about the scenario, and what is worth knowing about the run or its log.

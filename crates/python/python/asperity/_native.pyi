@@ -11,7 +11,26 @@ from numpy.typing import NDArray
 from .detector import Detector
 from .numbers import Numbers, Verdict
 
-__all__: list[str]
+__all__ = [
+    "Diff",
+    "Events",
+    "Field",
+    "Figure",
+    "Memory",
+    "Nodes",
+    "Run",
+    "Scenario",
+    "StepRecord",
+    "Sweep",
+    "Table",
+    "diff",
+    "figures",
+    "open",
+    "resume",
+    "run",
+    "scenarios",
+    "sweep",
+]
 
 _Path: TypeAlias = str | PathLike[str]
 _Progress: TypeAlias = bool | Callable[[int, int], object] | None
@@ -97,6 +116,8 @@ class Run:
     def code_version(self) -> str: ...
     @property
     def verdict(self) -> str | None: ...
+    @property
+    def digest(self) -> str | None: ...
     @property
     def notes(self) -> list[str]: ...
     @property

@@ -1,0 +1,349 @@
+"""Runs of the package are those of the command, to the bit; and whatever ends them leaves a log to resume."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import asperity
+import numpy as np
+import polars as pl
+import pytest
+from conftest import ROOT, SMALL, Command, overrides
+
+TOPICS = {
+    "events.slip": "/events/slip",
+    "events.onset": "/events/onset",
+    "events.global": "/events/global",
+    "events.rupture": "/events/rupture",
+    "events.arrival": "/events/arrival",
+    "step": "/step",
+    "switch": "/switch",
+    "fields": "/fields",
+}
+
+# Takes seconds: long enough to be broken off.
+LONG = {"time.duration_s": 30.0}
+
+
+def test_every_table_is_that_of_the_command(
+    command: Command, default_log: Path, default_run: asperity.Run, tmp_path: Path
+) -> None:
+    command("--quiet", "export", default_log, "--to", "parquet", "--out", tmp_path)
+    opened = asperity.open(default_log)
+    for part, topic in TOPICS.items():
+        exported = pl.read_parquet(tmp_path / f"default.{part}.parquet")
+        assert exported.height > 0
+        for run in (default_run, opened):
+            found = pl.DataFrame(run.table(topic))
+            assert found.schema == exported.schema
+            assert found.equals(exported), topic
+
+
+def test_a_log_has_the_digest_of_the_command(default_log: Path, tmp_path: Path) -> None:
+    log = tmp_path / "mine.mcap"
+    run = asperity.run("default", log=log)
+    assert run.digest == asperity.open(log).digest == asperity.open(default_log).digest
+    assert run.verdict == "whole" and run.check(again=True).is_complete
+    assert not asperity.diff(run, default_log)
+
+
+def test_the_summary_is_that_of_the_command(command: Command, default_log: Path, default_run: asperity.Run) -> None:
+    import json
+
+    theirs = json.loads(command("summary", default_log, "--format", "json"))
+    for run in (default_run, asperity.open(default_log)):
+        assert dict(run.summary) == theirs
+    assert default_run.summary.precursor_count == theirs["precursor_count"] > 10
+    assert default_run.summary.unit("front_speed_m_per_s") == "m/s"
+    assert "precursor" in default_run.summary.about("precursor_count")
+    with pytest.raises(AttributeError, match="precursor_count"):
+        default_run.summary.precursors
+
+
+def test_other_rules_find_the_events_of_a_replay(
+    command: Command, default_log: Path, default_run: asperity.Run, tmp_path: Path
+) -> None:
+    rules = tmp_path / "rules.toml"
+    rules.write_text("link_time_ratio = 30.0\n")
+    command("--quiet", "replay", default_log, "--detectors", rules, "--out", tmp_path / "replayed")
+    theirs = pl.read_csv(tmp_path / "replayed/default.ruptures.csv", infer_schema_length=None)
+    for run in (default_run, asperity.open(default_log)):
+        events = run.detect(link_time_ratio=30)
+        assert events.ruptures["onset_s"].tolist() == theirs["onset_s"].to_list()
+        assert len(events.ruptures) > len(run.ruptures)
+        assert len(events.events) == len(run.events)
+    with pytest.raises(asperity.Refused, match="link_time_ratio = 0 .accepted: a number above 0"):
+        default_run.detect(link_time_ratio=0)
+
+
+def run_in(folder: Path, code: str) -> "subprocess.Popen[bytes]":
+    """Starts another interpreter in a folder."""
+    return subprocess.Popen([sys.executable, "-c", code], cwd=folder, stderr=subprocess.PIPE)
+
+
+def wait_for_checkpoint(folder: Path) -> None:
+    """Waits until the run can be resumed: the first checkpoint is written after a second."""
+    partial = folder / "long.mcap.partial"
+    deadline = time.monotonic() + 60
+    while not partial.exists() or b"checkpoint" not in partial.read_bytes():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(1.5)
+
+
+BEGIN = f"import asperity; asperity.run(asperity.Scenario('default', {LONG!r}), log='long.mcap')"
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory: pytest.TempPathFactory) -> asperity.Run:
+    log = tmp_path_factory.mktemp("unbroken") / "long.mcap"
+    return asperity.run(asperity.Scenario("default", LONG), log=log)
+
+
+def test_a_killed_interpreter_leaves_a_log_that_resumes(unbroken: asperity.Run, tmp_path: Path) -> None:
+    process = run_in(tmp_path, BEGIN)
+    wait_for_checkpoint(tmp_path)
+    process.kill()
+    process.wait()
+    assert not (tmp_path / "long.mcap").exists()
+    left = asperity.open(tmp_path / "long.mcap.partial")
+    assert left.verdict == "incomplete" and left.notes
+    resumed = asperity.resume(tmp_path / "long.mcap")
+    assert any("resumes" in note for note in resumed.notes)
+    assert resumed.digest == unbroken.digest
+
+
+def test_ctrl_c_raises_keyboard_interrupt_and_the_log_resumes(unbroken: asperity.Run, tmp_path: Path) -> None:
+    process = run_in(tmp_path, BEGIN)
+    wait_for_checkpoint(tmp_path)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert b"KeyboardInterrupt" in said
+    resumed = asperity.resume(tmp_path / "long.mcap")
+    assert resumed.digest == unbroken.digest
+
+
+def test_stop_ends_a_run_and_resume_continues_it(unbroken: asperity.Run, tmp_path: Path) -> None:
+    log = tmp_path / "long.mcap"
+    begun = time.monotonic()
+    with pytest.raises(asperity.Interrupted) as raised:
+        asperity.run(unbroken.scenario, log=log, stop=lambda: time.monotonic() > begun + 0.5)
+    assert raised.value.log == tmp_path / "long.mcap.partial"
+    with pytest.raises(asperity.Refused, match="unfinished run .accepted: asperity.resume"):
+        asperity.run(unbroken.scenario, log=log)
+    assert asperity.resume(log).digest == unbroken.digest
+
+
+def test_progress_reaches_the_end_and_may_stop_the_run(tmp_path: Path) -> None:
+    calls: list[tuple[int, int]] = []
+    asperity.run(asperity.Scenario("default", {"time.duration_s": 20.0}), progress=lambda *call: calls.append(call))
+    assert calls[-1][0] == calls[-1][1] == 2_000_000_000
+    assert calls == sorted(calls)
+
+    def fail(done: int, total: int) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        asperity.run(asperity.Scenario("default", {"time.duration_s": 20.0}), progress=fail, log=tmp_path / "a.mcap")
+
+
+def test_two_threads_run_at_once_and_others_go_on(default_run: asperity.Run) -> None:
+    found: list[asperity.Run] = []
+    threads = [threading.Thread(target=lambda: found.append(asperity.run("default"))) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    turns = 0
+    while any(thread.is_alive() for thread in threads):
+        turns += 1
+    assert turns > 1000, "the interpreter stood still"
+    expected = pl.DataFrame(default_run.events)
+    assert len(found) == 2 and all(pl.DataFrame(run.events).equals(expected) for run in found)
+
+
+def small_events(_: int) -> int:
+    return len(asperity.run(asperity.Scenario("default", SMALL)).events)
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_worker_processes_run(method: str) -> None:
+    expected = small_events(0)
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        assert pool.map(small_events, range(4)) == [expected] * 4
+
+
+def test_two_runs_on_one_log(tmp_path: Path) -> None:
+    log = tmp_path / "long.mcap"
+    process = run_in(tmp_path, BEGIN)
+    while not (tmp_path / "long.mcap.partial").exists():
+        time.sleep(0.02)
+    with pytest.raises(asperity.Error):
+        asperity.run(asperity.Scenario("default", SMALL), log=log)
+    with pytest.raises(asperity.Error):
+        asperity.resume(log)
+    process.kill()
+    process.wait()
+
+
+def test_a_log_removed_or_replaced_under_a_run(tmp_path: Path) -> None:
+    log = tmp_path / "a.mcap"
+    run = asperity.run(asperity.Scenario("default", SMALL), log=log)
+    assert len(run.loads) > 0
+    log.unlink()
+    assert len(run.loads) > 0 and len(run.events) > 0
+    with pytest.raises(asperity.LogError, match="there is no such file"):
+        run.switches
+    asperity.run(asperity.Scenario("default", SMALL, slider={"blocks": 10}), log=log)
+    with pytest.raises(asperity.Error, match="another run now"):
+        run.switches
+
+
+def test_foreign_and_damaged_files(tmp_path: Path) -> None:
+    from importlib.metadata import version
+
+    assert version("asperity")
+    text = tmp_path / "text.mcap"
+    text.write_text("no log")
+    with pytest.raises(asperity.LogError) as raised:
+        asperity.open(text)
+    assert raised.value.verdict == "not a run log" and str(text) in str(raised.value)
+    with pytest.raises(FileNotFoundError, match="none.mcap"):
+        asperity.open(tmp_path / "none.mcap")
+    log = tmp_path / "a.mcap"
+    asperity.run(asperity.Scenario("default", SMALL), log=log)
+    hurt = bytearray(log.read_bytes())
+    hurt[len(hurt) // 2] ^= 1
+    log.write_bytes(hurt)
+    with pytest.raises(asperity.LogError) as raised:
+        asperity.open(log)
+    assert raised.value.verdict == "damaged"
+
+
+def test_misuse_is_refused_with_what_is_accepted(default_run: asperity.Run, tmp_path: Path) -> None:
+    with pytest.raises(asperity.ScenarioError) as raised:
+        asperity.Scenario("default", friction={"static_coefficent": 0.5}, time={"step_s": -1.0})
+    faults = {fault["key"]: fault for fault in raised.value.faults}
+    assert "did you mean friction.static_coefficient" in faults["friction.static_coefficent"]["problem"]
+    assert "above 0" in (faults["time.step_s"]["accepted"] or "")
+    assert faults["time.step_s"]["place"] == "time.step_s = -1.0"
+    with pytest.raises(asperity.ScenarioError, match="did you mean"):
+        asperity.Scenario("defualt")
+    with pytest.raises(TypeError, match="accepted: a number, a text"):
+        asperity.Scenario("default", {"time.step_s": object()})
+    with pytest.raises(asperity.Refused, match="finite"):
+        asperity.Scenario("default", {"time.step_s": float("nan")})
+    with pytest.raises(asperity.Refused, match='"fast", "plain"'):
+        asperity.run("default", solver="quick")  # type: ignore[arg-type]
+    with pytest.raises(TypeError):
+        asperity.run(7)  # type: ignore[arg-type]
+    with pytest.raises(KeyError, match="did you mean onset_s"):
+        default_run.events["onset"]
+    with pytest.raises(asperity.Refused, match="displacement, velocity, tangential_force"):
+        default_run.field("speed", rupture=1)  # type: ignore[arg-type]
+    with pytest.raises(asperity.Refused, match="rupture = 100000 .accepted: 0 to"):
+        default_run.field(rupture=100_000)
+    with pytest.raises(asperity.Refused, match="accepted: a range in 0 to 5 s"):
+        default_run.field(t=(4.0, 6.0), every=1e-3)
+    with pytest.raises(asperity.Refused, match="GB .accepted: at most"):
+        default_run.field(t=(0.0, 5.0), every=1e-8)
+    with pytest.raises(asperity.Refused, match="has no log"):
+        default_run.check()
+    with pytest.raises(asperity.Refused, match="accepted: a run of a slab"):
+        default_run.nodes(0.0)
+    with pytest.raises(asperity.Refused, match="no kind of figure; did you mean lengths"):
+        default_run.draw("lenghts")
+    taken = tmp_path / "taken.mcap"
+    taken.write_text("mine")
+    with pytest.raises(asperity.Refused, match="exists already"):
+        asperity.run("default", log=taken)
+    assert taken.read_text() == "mine"
+
+
+def test_nothing_prints(tmp_path: Path) -> None:
+    code = "import asperity as a; r = a.run(log='a.mcap'); a.open('a.mcap').draw(); r.field(rupture=3); r.check()"
+    process = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, check=True)
+    assert (process.stdout, process.stderr) == (b"", b"")
+
+
+def test_the_scenario_of_a_run_comes_back(default_log: Path) -> None:
+    opened = asperity.open(default_log)
+    assert opened.scenario == asperity.Scenario("default") and opened.scenario.hash
+    changed = opened.scenario.replace({"friction.static_coefficient": np.float64(0.6)}, slider={"blocks": np.int64(50)})
+    assert changed["friction.static_coefficient"] == 0.6 and changed["slider.blocks"] == 50
+    assert changed != opened.scenario
+    assert asperity.Scenario("slab").plan.wave_speed_m_per_s > 0
+    assert "<svg" in changed._repr_html_()
+
+
+def test_a_sweep_has_the_tables_of_the_command(command: Command, tmp_path: Path) -> None:
+    study = tmp_path / "tilts.toml"
+    study.write_text(
+        'title = "Tilts"\nscenario = "ten-blocks"\nset = ["time.duration_s=1", "friction.static_spread=0.05"]\n'
+        '[[axis]]\nkey = "normal_load.tilt"\nvalues = [0.0, 0.5]\n[[axis]]\nkey = "friction.spread_seed"\nvalues = [1, 2, 3]\n'
+    )
+    command("--quiet", "sweep", "go", study, "--out", tmp_path / "theirs", "--to", "parquet")
+    mine = asperity.sweep(study, out=tmp_path / "mine")
+    axes = {"normal_load.tilt": [0.0, 0.5], "friction.spread_seed": range(1, 4)}
+    given = asperity.sweep("ten-blocks", axes, set={"time.duration_s": 1, "friction.static_spread": 0.05})
+    again = asperity.sweep(tmp_path / "theirs")
+    tables = next((tmp_path / "theirs").glob("**/runs.parquet")).parent
+    for name in ("runs", "events", "ruptures"):
+        theirs = pl.read_parquet(tables / f"{name}.parquet")
+        for sweep in (mine, given, again):
+            assert pl.DataFrame(getattr(sweep, name)).equals(theirs), name
+    assert mine.folder == tmp_path / "mine" and given.folder is None
+    # What was begun here, the command completes, and the reverse.
+    command("--quiet", "sweep", "status", tmp_path / "mine")
+    with pytest.raises(asperity.Refused, match="plan of another study"):
+        asperity.sweep("default", {"slider.blocks": [10, 11]}, out=tmp_path / "mine")
+    with pytest.raises(asperity.Refused, match="did you mean friction.spread_seed"):
+        asperity.sweep("ten-blocks", {"friction.spred_seed": [1]})
+
+
+def test_a_stopped_sweep_continues(tmp_path: Path) -> None:
+    axes = {"friction.spread_seed": range(1, 201)}
+    given = {"friction.static_spread": 0.05, "time.duration_s": 0.5}
+    with pytest.raises(asperity.Interrupted, match="contains the runs so far"):
+        asperity.sweep("ten-blocks", axes, set=given, out=tmp_path, stop=lambda: True)
+    done = asperity.sweep("ten-blocks", axes, set=given, out=tmp_path)
+    assert (done.runs["run"] == np.arange(1, 201)).all()
+    assert set(pl.DataFrame(done.runs)["status"]) == {"done"}
+
+
+def test_figures_are_those_of_the_command(command: Command, default_log: Path, tmp_path: Path) -> None:
+    run = asperity.open(default_log)
+    command("--quiet", "draw", default_log, "--kind", "lengths", "--out", tmp_path / "theirs.svg")
+    saved = run.draw("lengths").save(tmp_path / "mine.svg")
+    assert saved.read_bytes() == (tmp_path / "theirs.svg").read_bytes()
+    with pytest.raises(asperity.Refused, match="png, .svg or .pdf"):
+        run.draw("lengths").save(tmp_path / "mine.gif")
+    assert len(asperity.figures()) > 20
+    titled = run.draw("space-time", rupture=7, title="One rupture")
+    assert "One rupture" in titled.svg and titled._repr_svg_() == titled.svg
+    assert os.listdir(tmp_path).count("mine.svg") == 1
+
+
+def test_the_wheel_serves_every_python_from_3_11_on() -> None:
+    import asperity._native as native
+
+    assert native.__file__ is not None and native.__file__.endswith("_native.abi3.so")
+    from importlib.metadata import distribution
+
+    wheel = distribution("asperity").read_text("WHEEL") or ""
+    assert "Tag: cp311-abi3-linux_x86_64" in wheel
+
+
+def test_the_stubs_are_those_of_the_module() -> None:
+    for arguments in (["mypy.stubtest", "asperity"], ["mypy", "--strict", str(ROOT / "crates/python/python/asperity")]):
+        checked = subprocess.run([sys.executable, "-m", *arguments], capture_output=True, text=True, check=False)
+        assert checked.returncode == 0, checked.stdout + checked.stderr
+
+
+def test_overrides_are_those_of_the_command(command: Command, tmp_path: Path) -> None:
+    command("--quiet", "run", "default", *overrides(SMALL), "--out", tmp_path / "a.mcap")
+    mine = asperity.run(asperity.Scenario("default", SMALL), log=tmp_path / "b.mcap")
+    assert mine.digest == asperity.open(tmp_path / "a.mcap").digest

@@ -504,8 +504,9 @@ fn run(name: &str) {
                 let path = path.filter(|path| *path == OWN_PROGRAM);
                 assert!(path.is_some(), "{place}: the first line names no file (accepted: // {OWN_PROGRAM})");
             }
-            "math" => {}
-            other => panic!("{place}: a block of {other:?} (accepted: sh, text, toml, rust, math)"),
+            // `tests/python` runs those.
+            "math" | "python" => {}
+            other => panic!("{place}: a block of {other:?} (accepted: sh, text, toml, rust, python, math)"),
         }
     }
 }
@@ -577,6 +578,7 @@ pages_that_run! {
     model_runs: "docs/model.md",
     outputs_run: "docs/outputs.md",
     precursor_study_runs: "docs/precursor-study.md",
+    python_runs: "docs/python.md",
     report_runs: "docs/report.md",
     run_logs_run: "docs/run-logs.md",
     ruptures_run: "docs/ruptures.md",

@@ -61,6 +61,9 @@ def test_the_summary_is_that_of_the_command(command: Command, default_log: Path,
     assert default_run.summary.precursor_count == theirs["precursor_count"] > 10
     assert default_run.summary.unit("front_speed_m_per_s") == "m/s"
     assert "precursor" in default_run.summary.about("precursor_count")
+    for run in (default_run, asperity.open(default_log)):
+        assert len(run.precursors) == theirs["precursor_count"]
+        assert run.precursors["last_block"].max() / 100 == theirs["longest_precursor_ratio"]
     with pytest.raises(AttributeError, match="precursor_count"):
         default_run.summary.precursors
 

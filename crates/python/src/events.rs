@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::{Arrival, EventPayload, GlobalSlip, Onset, Rupture, SlipEvent};
+use asperity_numbers::RuptureGrowth;
+use asperity_record::{Arrival, Cell, Column, EventPayload, GlobalSlip, Onset, Reach, Rupture, SlipEvent};
 use asperity_run::detectors::event_kinds;
+use asperity_tables::batch::Batch;
 use asperity_tables::run_tables::{ChoiceError, Chosen, RunTables};
 use pyo3::prelude::*;
 
@@ -35,14 +37,43 @@ pub(crate) fn begin(schemas: &BTreeMap<&str, &str>) -> RunTables {
     begin().unwrap_or_else(|error: ChoiceError| unreachable!("all chosen topics have tables: {error}"))
 }
 
+/// The name of the table of precursors, which are no topic of a log.
+const PRECURSORS: &str = "precursors";
+
+/// Which rows of a table of ruptures are precursors, by the definition of the summary.
+fn precursors(ruptures: &Batch, columns: &[Column]) -> Batch {
+    let cell = |row: usize, name: &str| {
+        let column = columns.iter().position(|column| column.name == name);
+        column.map_or(Cell::Empty, |column| ruptures.columns()[column].cell(row))
+    };
+    let step = |row, name| if let Cell::Step(step) = cell(row, name) { step } else { u64::MAX };
+    let block = |row, name| if let Cell::Count(block) = cell(row, name) { block } else { 0 };
+    let mut growth = RuptureGrowth::default();
+    for row in 0..ruptures.rows() {
+        let reach = Reach { first: block(row, "first_block"), last: block(row, "last_block") };
+        growth.take((step(row, "onset_step"), step(row, "rupture")), reach, || row);
+    }
+    let mut found = Batch::new(columns);
+    for (_, row) in growth.iter().filter(|(_, row)| cell(**row, "reached_every_block") == Cell::Flag(false)) {
+        let cells: Vec<Cell> = ruptures.columns().iter().map(|values| values.cell(*row)).collect();
+        found.push(&cells);
+    }
+    found
+}
+
 impl Events {
     /// Of a run that has been observed.
-    pub(crate) fn of(mut tables: RunTables, found: BTreeMap<String, Table>) -> Events {
-        let tables = tables.tables().iter();
-        Events {
-            tables: tables.map(|table| (table.layout.topic.to_string(), Table::of_run(table))).collect(),
-            found,
+    pub(crate) fn of(mut run: RunTables, found: BTreeMap<String, Table>) -> Events {
+        let mut tables = BTreeMap::new();
+        for table in run.tables() {
+            if table.layout.topic == Rupture::TOPIC {
+                let columns = &table.layout.columns;
+                let rows = precursors(&table.batch, columns);
+                tables.insert(PRECURSORS.to_owned(), Table::of(PRECURSORS, columns, &rows));
+            }
+            tables.insert(table.layout.topic.to_string(), Table::of_run(table));
         }
+        Events { tables, found }
     }
 
     fn of_kind<P: EventPayload>(&self) -> PyResult<Table> {
@@ -71,6 +102,13 @@ impl Events {
     #[getter]
     pub(crate) fn ruptures(&self) -> PyResult<Table> {
         self.of_kind::<Rupture>()
+    }
+
+    /// The precursors among the ruptures, by onset: they include block 1, do not reach every block, and reach
+    /// farther than every rupture that includes block 1 and began before (docs/ruptures.md).
+    #[getter]
+    pub(crate) fn precursors(&self) -> PyResult<Table> {
+        self.table(PRECURSORS)
     }
 
     #[getter]

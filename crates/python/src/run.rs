@@ -51,26 +51,24 @@ pub(crate) struct Run {
 
 /// Runs a scenario, with the steps of the `asperity` command, to the bit.
 ///
-/// `log` is the path of a new run log (MCAP). `plain` takes every step, `fast` computes the same events some
+/// `overrides` are values by dotted key, as of a `Scenario`. `log` is the path of a new run log (MCAP). `plain` takes every step, `fast` computes the same events some
 /// hundred times faster (docs/model.md). `progress` is True for a bar, or is called with steps done and in
 /// all. `stop` is called now and then, and ends the run once it returns true: `Interrupted` is raised, and
 /// `resume` continues from the log. So it is after Ctrl-C, which raises KeyboardInterrupt, and after an
 /// exception of a detector.
 #[pyfunction]
-#[pyo3(signature = (scenario = None, *, log = None, solver = "fast", progress = None, detectors = Vec::new(), stop = None))]
+#[pyo3(signature = (scenario = None, overrides = None, *, log = None, solver = "fast", progress = None, detectors = Vec::new(), stop = None))]
 pub(crate) fn run(
     py: Python<'_>,
     scenario: Option<&Bound<'_, PyAny>>,
+    overrides: Option<&Bound<'_, PyDict>>,
     log: Option<PathBuf>,
     solver: &str,
     progress: Option<Bound<'_, PyAny>>,
     detectors: Vec<Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
-    let scenario = match scenario {
-        Some(scenario) => Scenario::given(scenario)?,
-        None => asperity_model::resolve("default", &[] as &[&str]).map_err(crate::errors::of_scenario)?,
-    };
+    let scenario = Scenario::given(scenario, overrides)?;
     let solver = SolverKind::named(solver)
         .ok_or_else(|| refused(format!("solver = {solver:?} (accepted: \"fast\", \"plain\")")))?;
     if let Some(log) = &log {
@@ -149,7 +147,8 @@ pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Run> {
         let is_rupture = topic == "/events/rupture" && ruptures_from == RupturesFrom::Steps;
         is_rupture || checked.seen.topics.contains(topic)
     };
-    events.tables.retain(|topic, _| is_there(topic));
+    let has_ruptures = ruptures_from != RupturesFrom::None;
+    events.tables.retain(|topic, _| is_there(topic) || has_ruptures && !topic.starts_with('/'));
     let (verdict, last_step) = (checked.verdict, checked.seen.last_step);
     Ok(Run {
         name,
@@ -377,6 +376,13 @@ impl Run {
     #[getter]
     fn ruptures(&self) -> PyResult<Table> {
         self.events.ruptures()
+    }
+
+    /// The precursors among the ruptures, by onset: they include block 1, do not reach every block, and reach
+    /// farther than every rupture that includes block 1 and began before (docs/ruptures.md).
+    #[getter]
+    fn precursors(&self) -> PyResult<Table> {
+        self.events.precursors()
     }
 
     /// When each rupture passed each block.

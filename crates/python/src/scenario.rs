@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use asperity_model::{Scenario as Resolved, ScenarioSource, builtin, source};
+use asperity_model::{Plan, Scenario as Resolved, ScenarioSource, builtin, source};
 use asperity_numbers::Summary;
-use asperity_report::sketch;
+use asperity_report::sketch_alone;
 use asperity_run::Forecast;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -44,12 +44,18 @@ impl Scenario {
         Scenario { resolved, source }
     }
 
-    /// A scenario, or the name of one.
-    pub(crate) fn given(given: &Bound<'_, PyAny>) -> PyResult<Resolved> {
-        if let Ok(scenario) = given.cast::<Scenario>() {
-            return Ok(scenario.get().resolved.clone());
-        }
-        Scenario::new(Some(given.extract()?), None, None).map(|scenario| scenario.resolved)
+    /// A scenario, or the name of one, with other values.
+    pub(crate) fn given(
+        given: Option<&Bound<'_, PyAny>>,
+        overrides: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Resolved> {
+        let scenario = match given.map(|given| (given, given.cast::<Scenario>())) {
+            Some((_, Ok(scenario))) if overrides.is_none() => return Ok(scenario.get().resolved.clone()),
+            Some((_, Ok(scenario))) => scenario.get().replace(overrides, None),
+            Some((name, Err(_))) => Scenario::new(Some(name.extract()?), overrides, None),
+            None => Scenario::new(None, overrides, None),
+        };
+        scenario.map(|scenario| scenario.resolved)
     }
 
     /// Every key, by section.
@@ -113,14 +119,25 @@ impl Scenario {
     /// Numbers that follow before it is run: wave speed, density, the times of first slip, ..., in SI units.
     #[getter]
     fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let plan = Plan::new(&self.resolved);
+        let of_plan = [
+            ("block_mass_kg", plan.block_mass_kg),
+            ("total_normal_load_n", plan.total_normal_load_n),
+            (
+                "drive_stiffness_n_per_m",
+                plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum(),
+            ),
+        ];
+        let scales = plan.scales.parts().into_iter().filter_map(|(name, value)| Some((name, value?)));
+        let own = scales.chain(of_plan).map(|(name, value)| (name.to_owned(), Value::from(value)));
         let forecast = serde_json::to_value(Forecast::of(&self.resolved)).expect("a forecast is plain data");
-        let preview = forecast["preview"].clone();
-        let numbers = [forecast, preview].into_iter().filter_map(|numbers| match numbers {
-            Value::Object(numbers) => Some(numbers),
-            _ => None,
-        });
-        let numbers = numbers.flatten().filter(|(_, value)| value.is_number() || value.is_null());
-        let numbers: Vec<(String, Value)> = numbers.collect();
+        let forecast = [&forecast["preview"], &forecast].into_iter().filter_map(Value::as_object).flatten();
+        // The time of the plain solver is only measured for the command.
+        let is_number =
+            |name: &str, value: &Value| (value.is_number() || value.is_null()) && name != "plain_solver_s";
+        let forecast = forecast.filter(|(name, value)| is_number(name, value));
+        let forecast = forecast.map(|(name, value)| (name.clone(), value.clone()));
+        let numbers: Vec<(String, Value)> = own.chain(forecast).collect();
         numbers_of(py, numbers.iter().map(|(name, value)| (name.as_str(), value)), "")
     }
 
@@ -159,9 +176,9 @@ impl Scenario {
 
     fn _repr_html_(&self) -> String {
         let words = self.__repr__().replace('<', "&lt;");
+        let sketch = sketch_alone(&self.resolved);
         format!(
-            "<figure style=\"max-width:46em\">{}<figcaption>{words}</figcaption></figure>",
-            sketch(&self.resolved)
+            "<figure style=\"max-width: 46em; margin: 0\">{sketch}<figcaption>{words}</figcaption></figure>"
         )
     }
 }

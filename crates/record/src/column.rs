@@ -80,10 +80,11 @@ impl Column {
 }
 
 /// Suffixes of names and their units. A suffix that ends in another one comes before that.
-const UNITS: [(&str, &str); 25] = [
+const UNITS: [(&str, &str); 26] = [
     ("_m_per_s2", "m/s2"),
     ("_n_per_m2", "N/m2"),
     ("_kg_per_s", "kg/s"),
+    ("_kg_per_m3", "kg/m3"),
     ("_kg_per_m", "kg/m"),
     ("_n_per_m", "N/m"),
     ("_n_per_s", "N/s"),
@@ -269,6 +270,7 @@ mod tests {
             ("threshold_n", Some("N")),
             ("released_j", Some("J")),
             ("area_m2", Some("m2")),
+            ("density_kg_per_m3", Some("kg/m3")),
             ("block", None),
             ("m", None),
         ] {

@@ -55,6 +55,6 @@ pub use contents::{Contents, Recorded, RecordedRun, Shown, encoded, files_of_pic
 pub use figures::{Figure, Picture, data_url};
 pub use index::{Entry, index};
 pub use page_collector::{Collected, Limits, PageCollector};
-pub use sketch::sketch;
+pub use sketch::sketch_alone;
 pub use study::{Link, Run, Study};
 pub use sweep::{Sweep, UNNAMED};

@@ -17,7 +17,8 @@ use crate::verdict::verdict;
 use crate::{figures, runs};
 
 /// Additions of reports to the look of all pages.
-pub(crate) const STYLE: Part = Part { style: include_str!("report.css"), script: "" };
+pub(crate) const STYLE: Part =
+    Part { style: concat!(include_str!("report.css"), include_str!("sketch.css")), script: "" };
 const SCRIPT: Part = Part { style: "", script: include_str!("report.js") };
 
 impl Study {

@@ -17,13 +17,20 @@ const LONGEST: f64 = 30.0;
 const DRAWN: usize = 7;
 
 /// The sketch of a scenario as SVG, with words for those who do not see it.
-pub fn sketch(scenario: &Scenario) -> String {
+pub(crate) fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
     if plan.elastic.has_inside() {
         return slab_sketch::sketch(&plan, &plan.elastic.as_lattice(), scenario.drive.kind);
     }
     let words = words(&plan, scenario.drive.kind);
     Sketch::of(&plan, scenario.drive.kind).svg(&words)
+}
+
+/// The sketch with the style that a page of this crate gives it, in the colours of the page that it is put into.
+pub fn sketch_alone(scenario: &Scenario) -> String {
+    const COLOURS: &str = "--ink: currentColor; --shade: #8882; --rule: #888; --paper: transparent";
+    let style = include_str!("sketch.css");
+    format!("<style>{style}</style><div style=\"{COLOURS}\">{}</div>", sketch(scenario))
 }
 
 /// Features that distinguish the sketches of scenarios: where the drive pulls, and how blocks stick.

@@ -32,7 +32,7 @@ pub enum StatesError {
         found: String,
     },
     /// A time outside the run.
-    #[error("the log has no state at {at_s} s (accepted: 0 to {last_s} s)")]
+    #[error("there is no state at {at_s} s (accepted: 0 to {last_s} s)")]
     Outside {
         /// The requested time.
         at_s: f64,

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from .detector import Detector
 from .numbers import Numbers, Verdict
 
+__version__: str
+
 __all__ = [
     "Diff",
     "Events",
@@ -84,6 +86,7 @@ class Scenario:
 
 def run(
     scenario: Scenario | _Path | None = None,
+    overrides: Mapping[str, Any] | None = None,
     *,
     log: _Path | None = None,
     solver: Literal["fast", "plain"] = "fast",
@@ -131,6 +134,8 @@ class Run:
     @property
     def ruptures(self) -> Table: ...
     @property
+    def precursors(self) -> Table: ...
+    @property
     def arrivals(self) -> Table: ...
     @property
     def found(self) -> dict[str, Table]: ...
@@ -172,6 +177,8 @@ class Events:
     def global_slips(self) -> Table: ...
     @property
     def ruptures(self) -> Table: ...
+    @property
+    def precursors(self) -> Table: ...
     @property
     def arrivals(self) -> Table: ...
     @property

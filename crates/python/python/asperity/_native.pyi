@@ -14,6 +14,7 @@ from .numbers import Numbers, Verdict
 __version__: str
 
 __all__ = [
+    "__version__",
     "Diff",
     "Events",
     "Field",

@@ -12,11 +12,11 @@ use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::text;
 use asperity_numbers::{Slider, Summarizer};
 use asperity_record::RunHeader;
-use asperity_run::{Checked, Reading, Unread, at_once, read_once, scenario_of};
+use asperity_run::{Checked, Reading, at_once, read_once, scenario_of};
 use pyo3::prelude::*;
 
 use crate::attend::{Callbacks, attend};
-use crate::errors::{failed, of_log, refused};
+use crate::errors::{failed, of_log, of_unread, refused};
 use crate::run::Run;
 use crate::values::to_python;
 
@@ -91,11 +91,7 @@ fn read_log(path: &Path, most_slip_events: usize) -> PyResult<RunLog> {
         true => Ok(()),
         false => Err(of_log(path, checked)),
     };
-    let read = read_once(path, begin, accept).map_err(|unread| match unread {
-        Unread::NoRunLog(checked) => of_log(path, &checked),
-        Unread::Refused(error) => error,
-        Unread::Unobserved { problem, .. } => failed(format!("{}: {problem}", path.display())),
-    });
+    let read = read_once(path, begin, accept).map_err(|unread| of_unread(path, unread));
     read.map(|Reading { checked, observer, ruptures_from }| {
         observer.finish(path, ruptures_from, checked.seen.end.as_ref())
     })

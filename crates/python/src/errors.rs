@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::path::Path;
 
 use asperity_model::{ResolveError, ScenarioErrors};
-use asperity_run::{Checked, RunError, StatesError};
+use asperity_run::{Checked, RunError, StatesError, Unread};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -42,6 +42,15 @@ pub(crate) fn of_log(log: &Path, checked: &Checked) -> PyErr {
     with("LogError", format!("{}: {checked}", log.display()), |set| {
         set.set_item("verdict", checked.verdict.to_string())
     })
+}
+
+/// For a log that is not read.
+pub(crate) fn of_unread(log: &Path, unread: Unread<PyErr>) -> PyErr {
+    match unread {
+        Unread::NoRunLog(checked) => of_log(log, &checked),
+        Unread::Refused(error) => error,
+        Unread::Unobserved { problem, .. } => failed(format!("{}: {problem}", log.display())),
+    }
 }
 
 /// For an invalid scenario, with every fault in it.

@@ -13,8 +13,7 @@ use crate::errors::refused;
 use crate::tables::Table;
 
 /// The events that detectors found.
-#[pyclass(frozen, module = "asperity")]
-#[derive(Clone, Default)]
+#[pyclass(frozen, subclass, module = "asperity")]
 pub(crate) struct Events {
     pub(crate) tables: BTreeMap<String, Table>,
     pub(crate) found: BTreeMap<String, Table>,
@@ -85,17 +84,17 @@ impl Events {
 impl Events {
     /// Slip events: from the step in which a block first slides to that in which none does.
     #[getter]
-    pub(crate) fn events(&self) -> PyResult<Table> {
+    fn events(&self) -> PyResult<Table> {
         self.of_kind::<SlipEvent>()
     }
 
     #[getter]
-    pub(crate) fn onsets(&self) -> PyResult<Table> {
+    fn onsets(&self) -> PyResult<Table> {
         self.of_kind::<Onset>()
     }
 
     #[getter]
-    pub(crate) fn global_slips(&self) -> PyResult<Table> {
+    fn global_slips(&self) -> PyResult<Table> {
         self.of_kind::<GlobalSlip>()
     }
 
@@ -107,23 +106,23 @@ impl Events {
     /// The precursors among the ruptures, by onset: they include block 1, do not reach every block, and reach
     /// farther than every rupture that includes block 1 and began before (docs/ruptures.md).
     #[getter]
-    pub(crate) fn precursors(&self) -> PyResult<Table> {
+    fn precursors(&self) -> PyResult<Table> {
         self.table(PRECURSORS)
     }
 
     #[getter]
-    pub(crate) fn arrivals(&self) -> PyResult<Table> {
+    fn arrivals(&self) -> PyResult<Table> {
         self.of_kind::<Arrival>()
     }
 
     /// The tables of detectors in Python, by name.
     #[getter]
-    pub(crate) fn found(&self) -> BTreeMap<String, Table> {
+    fn found(&self) -> BTreeMap<String, Table> {
         self.found.clone()
     }
 
     #[getter]
-    pub(crate) fn topics(&self) -> Vec<String> {
+    fn topics(&self) -> Vec<String> {
         self.tables.keys().cloned().collect()
     }
 

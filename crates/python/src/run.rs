@@ -32,7 +32,7 @@ use crate::tables::Table;
 /// A run: its numbers and events, and on request everything else.
 ///
 /// A run with a log reads it again for what is asked for; one without a log takes the same steps again.
-#[pyclass(frozen, module = "asperity")]
+#[pyclass(frozen, extends = Events, module = "asperity")]
 pub(crate) struct Run {
     name: String,
     header: RunHeader,
@@ -40,7 +40,6 @@ pub(crate) struct Run {
     scenario: Option<Resolved>,
     source: Source,
     summary: Summary,
-    events: Events,
     notes: Vec<String>,
     verdict: Option<Verdict>,
     /// The digest of its log's messages.
@@ -58,6 +57,7 @@ pub(crate) struct Run {
 /// exception of a detector.
 #[pyfunction]
 #[pyo3(signature = (scenario = None, overrides = None, *, log = None, solver = "fast", progress = None, detectors = Vec::new(), stop = None))]
+#[expect(clippy::too_many_arguments, reason = "the keywords of a function of the package")]
 pub(crate) fn run(
     py: Python<'_>,
     scenario: Option<&Bound<'_, PyAny>>,
@@ -67,7 +67,7 @@ pub(crate) fn run(
     progress: Option<Bound<'_, PyAny>>,
     detectors: Vec<Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
-) -> PyResult<Run> {
+) -> PyResult<Py<Run>> {
     let scenario = Scenario::given(scenario, overrides)?;
     let solver = SolverKind::named(solver)
         .ok_or_else(|| refused(format!("solver = {solver:?} (accepted: \"fast\", \"plain\")")))?;
@@ -96,7 +96,7 @@ pub(crate) fn resume(
     progress: Option<Bound<'_, PyAny>>,
     detectors: Vec<Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
-) -> PyResult<Run> {
+) -> PyResult<Py<Run>> {
     let log = match log.to_string_lossy().strip_suffix(".partial") {
         Some(whole) => PathBuf::from(whole),
         None => log,
@@ -117,7 +117,7 @@ pub(crate) fn resume(
 ///
 /// Incomplete logs are opened up to where they are sound, see `Run.notes`; damaged ones raise `LogError`.
 #[pyfunction]
-pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Run> {
+pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Py<Run>> {
     if !log.exists() {
         let partial = partial_path(&log);
         let hint = if partial.exists() {
@@ -150,18 +150,18 @@ pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Run> {
     let has_ruptures = ruptures_from != RupturesFrom::None;
     events.tables.retain(|topic, _| is_there(topic) || has_ruptures && !topic.starts_with('/'));
     let (verdict, last_step) = (checked.verdict, checked.seen.last_step);
-    Ok(Run {
+    let run = Run {
         name,
         header,
         scenario,
         source: Source::Log { path: log, last_step },
         summary: summarizer.finish(ruptures_from, end.as_ref()),
-        events,
         notes: if verdict == Verdict::Whole { Vec::new() } else { vec![checked.to_string()] },
         verdict: Some(verdict),
         digest: end.map(|end| end.digest),
         records: Mutex::default(),
-    })
+    };
+    Py::new(py, PyClassInitializer::from(events).add_subclass(run))
 }
 
 #[expect(clippy::too_many_arguments, reason = "what the two functions of the package have in common")]
@@ -174,7 +174,7 @@ fn make(
     detectors: Vec<Detector>,
     progress: Option<Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
-) -> PyResult<Run> {
+) -> PyResult<Py<Run>> {
     let header = Task { solver, ..Task::new(&scenario) }.header();
     let name = scenario.name.clone();
     let callbacks = Callbacks { progress: bar(py, progress, &name)?, stop, total: header.steps };
@@ -204,18 +204,18 @@ fn make(
         Some(path) => Source::Log { path, last_step: end.last_step },
         None => Source::Scenario { scenario: Box::new(scenario.clone()), solver },
     };
-    Ok(Run {
+    let run = Run {
         name,
         header,
         source,
         summary: summarizer.finish(RupturesFrom::Log, Some(&end)),
-        events: Events::of(tables, found),
         notes,
         verdict,
         digest,
         scenario: Some(scenario),
         records: Mutex::default(),
-    })
+    };
+    Py::new(py, PyClassInitializer::from(Events::of(tables, found)).add_subclass(run))
 }
 
 /// The callback for progress: a bar of the package for `True`, a function as it is.
@@ -354,49 +354,6 @@ impl Run {
         numbers_of(py, names.zip(&values), &self.text())
     }
 
-    /// Slip events: from the step in which a first block slides to that in which none does.
-    #[getter]
-    fn events(&self) -> PyResult<Table> {
-        self.events.events()
-    }
-
-    /// The onsets of slip events.
-    #[getter]
-    fn onsets(&self) -> PyResult<Table> {
-        self.events.onsets()
-    }
-
-    /// Slip events of the whole slider.
-    #[getter]
-    fn global_slips(&self) -> PyResult<Table> {
-        self.events.global_slips()
-    }
-
-    /// Detachments connected in space and time (docs/ruptures.md).
-    #[getter]
-    fn ruptures(&self) -> PyResult<Table> {
-        self.events.ruptures()
-    }
-
-    /// The precursors among the ruptures, by onset: they include block 1, do not reach every block, and reach
-    /// farther than every rupture that includes block 1 and began before (docs/ruptures.md).
-    #[getter]
-    fn precursors(&self) -> PyResult<Table> {
-        self.events.precursors()
-    }
-
-    /// When each rupture passed each block.
-    #[getter]
-    fn arrivals(&self) -> PyResult<Table> {
-        self.events.arrivals()
-    }
-
-    /// The tables of the detectors that were given, by name.
-    #[getter]
-    fn found(&self) -> BTreeMap<String, Table> {
-        self.events.found()
-    }
-
     /// Step records: F_T, F_N, sliding blocks, energies.
     #[getter]
     fn loads(&self, py: Python<'_>) -> PyResult<Table> {
@@ -416,8 +373,11 @@ impl Run {
     }
 
     /// The table of a topic of the log, such as `/window`.
-    fn table(&self, py: Python<'_>, topic: &str) -> PyResult<Table> {
-        if topic.starts_with("/events/") { self.events.table(topic) } else { self.records(py, topic) }
+    fn table(slf: &Bound<'_, Self>, topic: &str) -> PyResult<Table> {
+        match topic.starts_with("/events/") {
+            true => slf.as_super().get().table(topic),
+            false => slf.get().records(slf.py(), topic),
+        }
     }
 
     /// Sends its records through the detectors again, with other rules (docs/rules.md) and further detectors.
@@ -475,16 +435,15 @@ impl Run {
     /// from the last checkpoint; needs a log of this code version.
     #[pyo3(signature = (quantity = "displacement", *, rupture = None, t = None, every = None))]
     fn field(
-        &self,
-        py: Python<'_>,
+        slf: &Bound<'_, Self>,
         quantity: &str,
         rupture: Option<u64>,
         t: Option<(f64, f64)>,
         every: Option<f64>,
     ) -> PyResult<Field> {
-        let ruptures = rupture.map(|_| self.events.ruptures()).transpose()?;
+        let ruptures = rupture.map(|_| slf.as_super().get().ruptures()).transpose()?;
         let asked = field::Asked { quantity, rupture: rupture.zip(ruptures), t, every };
-        field::field(py, &self.source, &self.header, asked)
+        field::field(slf.py(), &slf.get().source, &slf.get().header, asked)
     }
 
     /// All nodes of a slab at a time, s.

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use asperity_model::Scenario;
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader, RupturesFrom};
-use asperity_run::{Begin, Checked, Reading, SolverKind, Task, Unread, Verdict, read_once, run};
+use asperity_run::{Begin, Checked, Reading, SolverKind, Task, Verdict, read_once, run};
 use pyo3::prelude::*;
 
 use crate::attend::{Callbacks, Watch, attend};
-use crate::errors::{failed, of_log, of_run};
+use crate::errors::{of_log, of_run, of_unread};
 
 /// Where the records of a run come from.
 #[derive(Clone)]
@@ -84,11 +84,7 @@ pub(crate) fn read<O: Observer + Send>(
         let read = read_once(path, begin, accept);
         read.map(|Reading { checked, observer, ruptures_from }| (checked, observer.observer, ruptures_from))
     })?;
-    let (checked, observer, ruptures_from) = read.map_err(|unread| match unread {
-        Unread::NoRunLog(checked) => of_log(path, &checked),
-        Unread::Refused(error) => error,
-        Unread::Unobserved { problem, .. } => failed(format!("{}: {problem}", path.display())),
-    })?;
+    let (checked, observer, ruptures_from) = read.map_err(|unread| of_unread(path, unread))?;
     Ok(Seen { observer, ruptures_from, end: checked.seen.end.clone(), checked: Some(checked) })
 }
 

@@ -1,12 +1,15 @@
 //! Tables of a run as Arrow record batches.
 
 use std::collections::HashMap;
+use std::fmt;
 use std::sync::Arc;
 
+use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
+use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{
-    Array, ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, RecordBatchIterator,
-    RecordBatchOptions, StringArray, UInt32Array, UInt64Array,
+    Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, RecordBatchIterator, RecordBatchOptions,
+    StringArray, UInt32Array, UInt64Array,
 };
 use arrow_buffer::Buffer;
 use arrow_schema::{DataType, Field, Schema};
@@ -116,7 +119,10 @@ impl Table {
             format!("<th title=\"{about}\">{}{}</th>", escaped(field.name()), unit.unwrap_or_default())
         };
         let heads: String = self.batch.schema_ref().fields().iter().map(head).collect();
-        let cell = |values: &ArrayRef, row: usize| format!("<td>{}</td>", escaped(&shown(values, row)));
+        let cell = |values: &ArrayRef, row: usize| {
+            let text = value(values, row).map_or_else(String::new, |value| value.to_string());
+            format!("<td>{}</td>", escaped(&text))
+        };
         let row = |row: usize| -> String {
             let cells: String = self.batch.columns().iter().map(|values| cell(values, row)).collect();
             format!("<tr>{cells}</tr>")
@@ -140,72 +146,73 @@ fn array(values: &Values) -> ArrayRef {
     }
 }
 
-/// A cell as a notebook shows it.
-fn shown(values: &ArrayRef, row: usize) -> String {
-    if values.is_null(row) {
-        return String::new();
+/// A value of a column.
+enum Shown<'a> {
+    Number(f64),
+    Whole(i64),
+    Flag(bool),
+    Word(&'a str),
+}
+
+impl Shown<'_> {
+    /// As NumPy has it in a column with gaps.
+    fn number(&self) -> f64 {
+        match *self {
+            Shown::Number(value) => value,
+            Shown::Whole(value) => value as f64,
+            Shown::Flag(value) => f64::from(value),
+            Shown::Word(_) => f64::NAN,
+        }
     }
-    let any = values.as_any();
-    if let Some(values) = any.downcast_ref::<Float64Array>() {
-        return asperity_record::short(values.value(row));
+}
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Shown::Number(value) => f.write_str(&asperity_record::short(*value)),
+            Shown::Whole(value) => write!(f, "{value}"),
+            Shown::Flag(value) => write!(f, "{value}"),
+            Shown::Word(value) => f.write_str(value),
+        }
     }
-    if let Some(values) = any.downcast_ref::<UInt32Array>() {
-        return values.value(row).to_string();
-    }
-    if let Some(values) = any.downcast_ref::<UInt64Array>() {
-        return values.value(row).to_string();
-    }
-    if let Some(values) = any.downcast_ref::<Int64Array>() {
-        return values.value(row).to_string();
-    }
-    if let Some(values) = any.downcast_ref::<BooleanArray>() {
-        return values.value(row).to_string();
-    }
-    any.downcast_ref::<StringArray>().map_or_else(String::new, |values| values.value(row).to_owned())
+}
+
+/// The value in a row; none where it is missing.
+fn value(values: &ArrayRef, row: usize) -> Option<Shown<'_>> {
+    (!values.is_null(row)).then(|| match values.data_type() {
+        DataType::UInt32 => Shown::Whole(values.as_primitive::<UInt32Type>().value(row).into()),
+        DataType::UInt64 => Shown::Whole(values.as_primitive::<UInt64Type>().value(row) as i64),
+        DataType::Int64 => Shown::Whole(values.as_primitive::<Int64Type>().value(row)),
+        DataType::Boolean => Shown::Flag(values.as_boolean().value(row)),
+        DataType::Utf8 => Shown::Word(values.as_string::<i32>().value(row)),
+        _ => Shown::Number(values.as_primitive::<Float64Type>().value(row)),
+    })
 }
 
 /// The array of a column: over its own memory where every value is a number.
 fn numpy<'py>(py: Python<'py>, values: &ArrayRef) -> PyResult<Bound<'py, PyAny>> {
     let rows = values.len();
-    let dtype = match values.data_type() {
-        DataType::UInt32 => "uint32",
-        DataType::UInt64 => "uint64",
-        DataType::Int64 => "int64",
-        _ => "float64",
+    let (dtype, bytes) = match values.data_type() {
+        DataType::Utf8 => {
+            let words: Vec<Option<&str>> = values.as_string::<i32>().iter().collect();
+            return py.import("numpy")?.call_method1("array", (words, "object"));
+        }
+        // NumPy has no missing whole numbers: NaN stands for what is missing.
+        _ if values.null_count() > 0 => {
+            let number = |row| value(values, row).map_or(f64::NAN, |value| value.number());
+            ("float64", Buffer::from_vec((0..rows).map(number).collect::<Vec<f64>>()))
+        }
+        // NumPy has a byte for each.
+        DataType::Boolean => {
+            let flags = values.as_boolean().values().iter().map(u8::from);
+            ("bool", Buffer::from_vec(flags.collect::<Vec<u8>>()))
+        }
+        DataType::UInt32 => ("uint32", values.as_primitive::<UInt32Type>().values().inner().clone()),
+        DataType::UInt64 => ("uint64", values.as_primitive::<UInt64Type>().values().inner().clone()),
+        DataType::Int64 => ("int64", values.as_primitive::<Int64Type>().values().inner().clone()),
+        _ => ("float64", values.as_primitive::<Float64Type>().values().inner().clone()),
     };
-    let any = values.as_any();
-    if let Some(values) = any.downcast_ref::<BooleanArray>()
-        && values.null_count() == 0
-    {
-        let bytes: Vec<u8> = values.values().iter().map(u8::from).collect();
-        return Memory::array(py, Buffer::from_vec(bytes), "bool", &[rows]);
-    }
-    if let Some(values) = any.downcast_ref::<StringArray>() {
-        let words: Vec<Option<&str>> = values.iter().collect();
-        return py.import("numpy")?.call_method1("array", (words, "object"));
-    }
-    if values.null_count() == 0 {
-        let data = values.to_data();
-        let width = if dtype == "uint32" { 4 } else { 8 };
-        let bytes = data.buffers()[0].slice_with_length(data.offset() * width, rows * width);
-        return Memory::array(py, bytes, dtype, &[rows]);
-    }
-    // NumPy has no missing whole numbers: NaN stands for what is missing.
-    let number = |row: usize| match () {
-        () if values.is_null(row) => f64::NAN,
-        () => shown_number(values, row),
-    };
-    Memory::array(py, Buffer::from_vec((0..rows).map(number).collect::<Vec<f64>>()), "float64", &[rows])
-}
-
-fn shown_number(values: &ArrayRef, row: usize) -> f64 {
-    let any = values.as_any();
-    let float = any.downcast_ref::<Float64Array>().map(|values| values.value(row));
-    let count = || any.downcast_ref::<UInt32Array>().map(|values| f64::from(values.value(row)));
-    let step = || any.downcast_ref::<UInt64Array>().map(|values| values.value(row) as f64);
-    let whole = || any.downcast_ref::<Int64Array>().map(|values| values.value(row) as f64);
-    let flag = || any.downcast_ref::<BooleanArray>().map(|values| f64::from(values.value(row)));
-    float.or_else(count).or_else(step).or_else(whole).or_else(flag).unwrap_or(f64::NAN)
+    Memory::array(py, bytes, dtype, &[rows])
 }
 
 #[pymethods]

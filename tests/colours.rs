@@ -70,7 +70,7 @@ const EDGES: f64 = 0.25;
 /// The width of a colour bar.
 const BAR: f64 = 56.0;
 
-fn is_bar(item: &Item) -> bool {
+pub(crate) fn is_bar(item: &Item) -> bool {
     item.is_image && (item.bounds.width() - BAR).abs() < 0.5
 }
 
@@ -139,17 +139,18 @@ fn in_slivers(svg: &str, own: &Picture, drawing: &Drawing) -> String {
 #[test]
 fn other_programs_show_the_same_colours() {
     let (browser, others) = (browser(), are_there());
+    if browser.is_none() && !others {
+        return;
+    }
     let drawn = drawn();
     let folder = asperity_testkit::folder();
     let to = folder.path().join("shown.png");
-    let mut bars = 0;
     for (name, path) in files(&drawn.with, "svg") {
         let svg = fs::read_to_string(&path).expect("the SVG is text");
         let drawing = Drawing::read(&svg);
         if !drawing.items.iter().any(|item| item.is_image) {
             continue;
         }
-        bars += drawing.items.iter().filter(|item| is_bar(item)).count();
         let own = Picture::read(&fs::read(path.with_extension("png")).expect("it is there"));
         let mut shown = Vec::new();
         if let Some(browser) = &browser {
@@ -175,5 +176,4 @@ fn other_programs_show_the_same_colours() {
             assert!(flaws.iter().any(|flaw| flaw.contains("of the bar")), "slivers are not seen: {flaws:?}");
         }
     }
-    assert!(bars >= 5, "{bars} colour bars");
 }

@@ -408,7 +408,7 @@ fn a_killed_pipeline_goes_on_with_its_run() {
     let pipeline = folder.path().join("pipeline.toml");
     // Some seconds of the plain solver, with a checkpoint once a second.
     let text_of = "title = \"one\"\n[[run]]\nname = \"one\"\nscenario = \"default\"\n\
-                   set = [\"parameter_set=as-coded\", \"time.duration_s=0.2\"]\n";
+                   set = [\"parameter_set=as-coded\", \"time.duration_s=0.13\"]\n";
     fs::write(&pipeline, text_of).expect("the folder can be written");
     let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
     let arguments = |out| ["reproduce", text(&pipeline), "--solver", "plain", "--out", out];

@@ -253,7 +253,7 @@ fn a_run_whose_log_was_removed_leaves_that_of_the_next_alone() {
     let folder = folder();
     let log = folder.path().join("run.mcap");
     let arguments =
-        ["run", "default", "--solver", "plain", "--set", "time.duration_s=0.3", "--out", text(&log)];
+        ["run", "default", "--solver", "plain", "--set", "time.duration_s=0.1", "--out", text(&log)];
     let partial = partial_path(&log);
     // The written part belongs to a run that has locked the file.
     let begun = || {

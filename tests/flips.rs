@@ -9,8 +9,8 @@ use std::path::Path;
 use crate::support::binary;
 use crate::support::binary::{asperity, text};
 use crate::support::small;
-use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
-use asperity_testkit::Random;
+use asperity_runlog::{LogItem, LogProblem};
+use asperity_testkit::{Random, read_until_problem};
 use mcap::records::op;
 
 /// How many bits are flipped in a log, each in a copy of its own; by `cargo xtask ci` four times as many.
@@ -22,20 +22,10 @@ const FIRST_RECORDS: usize = 8;
 /// How many of the copies are given to the built command.
 const CHECKED: u64 = 40;
 
-/// All items up to the end or the first problem.
+/// The contents of a log: its items, and how they end.
 fn read(path: &Path) -> Outcome {
-    let mut reader = match RunReader::open(path, Topics::ALL) {
-        Ok(reader) => reader,
-        Err(error) => return (Vec::new(), Some(error.problem)),
-    };
-    let mut items = Vec::new();
-    loop {
-        match reader.next_item() {
-            Ok(Some(item)) => items.push(item),
-            Ok(None) => return (items, None),
-            Err(error) => return (items, Some(error.problem)),
-        }
-    }
+    let (items, error) = read_until_problem(path);
+    (items, error.map(|error| error.problem))
 }
 
 /// The kind of top-level record that each byte of a file is in; that of the magics is 0.
@@ -53,9 +43,9 @@ fn kinds(bytes: &[u8]) -> Vec<u8> {
 
 /// A small log of several chunks and checkpoints.
 fn sound(folder: &Path) -> Vec<u8> {
-    // The plain solver is slow enough, and writes a checkpoint a few times a second.
-    let often = ["--solver", "plain", "--checkpoint-s", "0.05", "--set", "time.duration_s=0.61"];
-    sound_of(folder, &[&small::SCENARIO[..3], &often].concat())
+    // The plain solver is slow enough for some checkpoints in its second or less.
+    let often = ["--solver", "plain", "--checkpoint-s", "0.01", "--set", "time.duration_s=0.61"];
+    sound_of(folder, &[&small::SCENARIO[..5], &often].concat())
 }
 
 /// The bytes of a whole log of a scenario.

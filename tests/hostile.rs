@@ -55,6 +55,7 @@ pub(crate) fn bounded(folder: &Path, arguments: &[&str]) -> Outcome {
         .spawn()
         .expect("sh starts");
     let started = Instant::now();
+    let mut pause = Duration::from_micros(200);
     let status = loop {
         if let Some(status) = child.try_wait().expect("it is ours") {
             break status;
@@ -63,7 +64,8 @@ pub(crate) fn bounded(folder: &Path, arguments: &[&str]) -> Outcome {
             child.kill().expect("it is ours");
             panic!("asperity {} was not done after {TIME:?}", arguments.join(" "));
         }
-        std::thread::sleep(Duration::from_millis(5));
+        std::thread::sleep(pause);
+        pause = (pause * 5 / 4).min(Duration::from_millis(5));
     };
     let said = |name: &str| {
         let bytes = fs::read(folder.join(name)).expect("it was just written");
@@ -212,7 +214,7 @@ fn own_log(more: &[&str]) -> Vec<laws::parts::Part> {
 /// The files in the repository are those that the code here generates.
 #[test]
 fn committed_forgeries_are_those_that_are_made() {
-    hold_committed(6);
+    hold_committed(12);
 }
 
 #[test]

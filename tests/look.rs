@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, Weak};
 
+use crate::colours::is_bar;
 use crate::support::binary::{succeed, text};
 use crate::support::clients::file;
 use crate::support::markdown::blocks;
@@ -25,6 +26,19 @@ fn example(page: &str, name: &str) -> String {
     let first = format!("# {name}\n");
     let block = blocks(page).into_iter().find(|block| block.text.starts_with(&first));
     block.unwrap_or_else(|| panic!("no block of docs/figures.md begins with {first}")).text
+}
+
+/// The example without all figures but that of the load, and their runs.
+fn the_load_alone() -> String {
+    let page = fs::read_to_string(file("docs/figures.md")).expect("the page is there");
+    let example: toml::Table = example(&page, "out/kinds.toml").parse().expect("it is TOML");
+    let load = &example["figure"]["load"];
+    let of_load = |run: &&toml::Value| run["name"] == load[0]["run"];
+    let runs = example["run"].as_array().expect("it has runs").iter().filter(of_load).cloned().collect();
+    let figure = toml::Table::from_iter([("load".to_owned(), load.clone())]);
+    let left =
+        [("title", example["title"].clone()), ("run", toml::Value::Array(runs)), ("figure", figure.into())];
+    toml::Table::from_iter(left.map(|(key, value)| (key.to_owned(), value))).to_string()
 }
 
 /// One of each kind, drawn once for all tests that run at the same time.
@@ -256,14 +270,21 @@ const RULES: [(&str, Rule); 11] = [
 const EMPTY_BY_REQUEST: [&str; 5] =
     ["with/front-speed", "with/front-transient", "with/spread", "with/study", "with/slipped"];
 
+/// One test, so that figures are drawn once, even if tests run one after the other.
 #[test]
-fn every_kind_of_figure_looks_right() {
+fn every_kind_of_figure_looks_right_and_says_what_it_is() {
     let folders = drawn();
+    figures_look_right(&folders);
+    figures_say_what_they_are_and_the_code_only_if_wanted(&folders);
+}
+
+fn figures_look_right(folders: &Drawn) {
     let drawn = files(&folders.with, "svg");
     assert!(drawn.len() >= 21, "{:?}", drawn.keys());
-    let mut flaws = Vec::new();
+    let (mut flaws, mut bars) = (Vec::new(), 0);
     for (name, path) in &drawn {
         let drawing = drawing(path);
+        bars += drawing.items.iter().filter(|item| is_bar(item)).count();
         assert!(drawing.of("data").count() > 0 && drawing.of("frame").count() > 0, "{name}");
         for (rule, check) in RULES {
             let is_asked_for = rule == "empty" && EMPTY_BY_REQUEST.contains(&name.as_str());
@@ -275,14 +296,18 @@ fn every_kind_of_figure_looks_right() {
         }
     }
     assert!(flaws.is_empty(), "{}", flaws.join("\n"));
+    assert!(bars >= 5, "{bars} colour bars");
 }
 
 /// Each rule finds its own flaw in a figure that has it.
 #[test]
 fn every_rule_can_fail() {
-    let folders = drawn();
-    let drawn = files(&folders.with, "svg");
-    let load = || drawing(&drawn["with/load"]);
+    let folder = asperity_testkit::folder();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("load.toml"), the_load_alone()).expect("the folder can be written");
+    succeed(&["reproduce", text(&path("load.toml")), "--quiet", "--out", text(&path("out"))]);
+    let svg = path("out/figures/load.svg");
+    let load = || drawing(&svg);
     let first = |drawing: &Drawing, class: &str| {
         let at = drawing.items.iter().position(|item| item.class == class);
         at.unwrap_or_else(|| panic!("{class} is on the figure"))
@@ -398,11 +423,9 @@ fn chunks_before_the_pixels(png: &[u8]) -> Vec<&[u8]> {
     chunks
 }
 
-#[test]
-fn figures_say_what_they_are_and_the_code_only_if_wanted() {
+fn figures_say_what_they_are_and_the_code_only_if_wanted(folders: &Drawn) {
     let contains =
         |bytes: &[u8], words: &str| bytes.windows(words.len()).any(|part| part == words.as_bytes());
-    let folders = drawn();
     let (with, without) = (files(&folders.with, "svg"), files(&folders.without, "svg"));
     assert_eq!(with.len(), without.len());
     for (name, path) in &with {

@@ -189,7 +189,7 @@ fn two_that_make_the_same_runs_do_not_disturb_each_other() {
 const FAILING: &str = "
 title = 'Time steps'
 scenario = 'rigid-contacts'
-set = ['slider.blocks=24']
+set = ['slider.blocks=24', 'time.duration_s=3']
 keep = [KEEP]
 [[axis]]
 key = 'time.step_s'

@@ -117,13 +117,13 @@ struct Waiting {
 
 /// Runs jobs on all cores. One core begins by making them: `make` submits jobs as soon as their program is
 /// compiled, so the other cores have work meanwhile. Among waiting jobs, those named in `first` go first,
-/// in that order. Failures are shown at the end.
+/// in that order. Failures are shown at the end, with the time since the command started.
 pub(crate) fn run_all(
+    started: Instant,
     first: &[&str],
     variables: &Variables,
     make: impl FnOnce(&dyn Fn(Vec<Job>)) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
-    let started = Instant::now();
     let (waiting, changed) = (Mutex::new(Waiting::default()), Condvar::new());
     let rank = |job: &Job| first.iter().position(|name| *name == job.name).unwrap_or(first.len());
     let add = |jobs: Vec<Job>| {

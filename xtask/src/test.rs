@@ -1,7 +1,10 @@
 //! `cargo xtask test`: all tests, with the clients of the run log at hand.
 
 use std::fs;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
+use std::thread;
+use std::time::Instant;
 
 use clap::Args;
 
@@ -32,7 +35,8 @@ pub(crate) struct TestArguments {
 
 /// Libraries that are optimised but whose unit tests are not: optimising takes longer than those tests.
 /// Each is compiled by a separate call, so that its dependencies stay optimised.
-const LIGHT: [&str; 2] = ["asperity-tables", "asperity-diff"];
+const LIGHT: [&str; 5] =
+    ["asperity-tables", "asperity-diff", "asperity-model", "asperity-run", "asperity-runlog"];
 
 /// The longest jobs, so that no core runs one alone at the end.
 const FIRST: [&str; 17] = [
@@ -62,8 +66,8 @@ const ALL_PACKAGES: [&str; 3] = ["--workspace", "--exclude", "asperity-python"];
 const EXAMPLES: &str = "examples";
 
 pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
-    let variables = variables();
     if !arguments.further.is_empty() {
+        let variables = variables();
         let mut tests = cargo(&["test", "--locked"]);
         tests.args(ALL_PACKAGES);
         tests.args(&arguments.further);
@@ -75,24 +79,31 @@ pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
         }
         return run(&mut tests);
     }
-    run_all(&FIRST, &variables, |add| {
+    let started = Instant::now();
+    // Clients are set up meanwhile, with the other core: that takes as long as compiling these tests.
+    let (variables, root) = thread::scope(|scope| {
+        let variables = scope.spawn(variables);
+        let root = root_tests();
+        (variables.join().unwrap_or_else(|panic| resume_unwind(panic)), root)
+    });
+    run_all(started, &FIRST, &variables, |add| {
         let hand_over = |programs: Vec<Program>| -> Result<(), Failure> {
             programs.iter().try_for_each(|program| {
                 add(Job::all_of(program)?);
                 Ok(())
             })
         };
-        hand_over(root_tests()?)?;
+        hand_over(root?)?;
         for package in LIGHT {
             let opt_level = format!("--config=profile.dev.package.{package}.opt-level=0");
             hand_over(of_packages(&[package], &[opt_level, "--lib".to_owned()])?)?;
         }
         // The command is among all packages, see `of_packages`, but not the tests `root`.
         let mut units = cargo(&["test", "--no-run", "--locked", MESSAGES]);
-        units.args(ALL_PACKAGES).args(["--lib", "--bins", "--examples"]);
+        units.args(ALL_PACKAGES).args(["--lib", "--bins"]);
         units.args(LIGHT.iter().flat_map(|package| ["--exclude", package]));
         hand_over(programs(&output(&mut units)?))?;
-        let mut others = cargo(&["test", "--no-run", "--locked", MESSAGES]);
+        let mut others = cargo(&["test", "--no-run", "--locked", MESSAGES, "--examples"]);
         others.args(ALL_PACKAGES).args(tests_of_crates()?.iter().flat_map(|name| ["--test", name]));
         hand_over(programs(&output(&mut others)?))?;
         let mut examples = cargo(&["test", "--doc", "--locked", "--quiet"]);
@@ -106,7 +117,7 @@ const SOLVERS: [&str; 3] = ["fast", "laws", "slab_fast"];
 
 /// Runs tests that `cargo xtask test` leaves out, given by program and name, in their order.
 pub(crate) fn long(tests: &[&str]) -> Result<(), Failure> {
-    run_all(tests, &variables(), |add| {
+    run_all(Instant::now(), tests, &variables(), |add| {
         let mut all = root_tests()?;
         all.extend(of_packages(&["asperity-simulator"], &SOLVERS.map(|test| format!("--test={test}")))?);
         all.extend(of_packages(&["asperity-figures"], &["--lib".to_owned()])?);

@@ -241,13 +241,13 @@ fn noise_ratio(seed: u64) -> f64 {
 
 #[test]
 fn random_scenarios_give_the_same_switches() {
-    compare_random(0..40);
+    compare_random(0..20);
 }
 
 #[test]
 #[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
 fn more_random_scenarios_give_the_same_switches() {
-    compare_random(40..160);
+    compare_random(20..160);
 }
 
 /// Compares a range of random scenarios.
@@ -532,8 +532,8 @@ fn a_restored_state_continues_to_the_bit() {
         let plan = plan("default", set);
         let (whole, _) = run(SolverKind::Fast.start(plan.clone()));
         let mut solver = SolverKind::Fast.start(plan.clone());
-        for part in 1..12 {
-            for _ in 0..whole.len() / 12 {
+        for part in 1..7 {
+            for _ in 0..whole.len() / 7 {
                 solver.next_record().unwrap();
             }
             while !solver.is_between_records() {

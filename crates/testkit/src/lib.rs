@@ -30,7 +30,7 @@ mod random;
 mod records;
 
 pub use grey::Grey;
-pub use logs::{read_log, run_end};
+pub use logs::{first_stray, read_log, read_until_problem, run_end};
 pub use plans::{SMALL_SLAB, plan, scenario};
 pub use random::Random;
 pub use records::{quiet_step, slip_event, switch};

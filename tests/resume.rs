@@ -316,7 +316,10 @@ fn what_is_left_of_another_run_is_refused_and_kept() {
         assert!(said.contains(reason) && said.contains("(accepted: "), "{said}");
         assert!(fs::read(&partial).expect("it is still there") == before && !log.exists());
     };
-    refused(&["run", "default", "--set", "time.duration_s=3", "--resume"], "another scenario");
+    refused(
+        &["run", "default", "--set", "time.duration_s=3", "--resume"],
+        "time.duration_s = 2.0 in it, not 3.0",
+    );
     refused(
         &["run", "default", "--set", "time.duration_s=2", "--solver", "plain", "--resume"],
         "another solver",

@@ -23,7 +23,7 @@ impl Key {
         let name: &str = &self.column.name;
         let unit = match self.column.unit {
             None | Some("1") => None,
-            Some(unit) => Some(unit.to_lowercase().replace('/', "_per_")),
+            Some(unit) => Some(unit.to_lowercase().replace('/', "_per_").replace(' ', "_")),
         };
         let bare = unit.and_then(|unit| name.strip_suffix(&format!("_{unit}"))).unwrap_or(name);
         bare.replace("ft_fn", "F_T/F_N")

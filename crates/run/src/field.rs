@@ -95,18 +95,26 @@ impl Field {
         let mut reader = RunReader::open(log, Topics::RECORDS)?;
         let header = reader.header().clone();
         let plan = states::plan(&header, &reader);
-        let blocks = header.blocks as usize;
-        let mut recorded = Collected { span, quantity, blocks, steps: Vec::new(), values: Vec::new() };
-        let before = [span.from_step.saturating_sub(1)];
-        let (last_step, saved) =
-            states::saved(&mut reader, last_sound_step, &before, &mut |record| recorded.add(record));
-        if recorded.is_whole()
-            && let Some(scales) = header.scales
-        {
-            let grid = header.time_grid();
-            let spacing_m = scales.block_length_m;
-            return Ok(recorded.field(|step| grid.time_s(step), spacing_m));
-        }
+        // Without dense records, only checkpoints are read.
+        let is_sparse =
+            |plan: &Plan| plan.recording.windows.is_empty() && plan.recording.rupture_fields.is_none();
+        let before_step = span.from_step.saturating_sub(1);
+        let (last_step, saved) = if plan.as_ref().is_ok_and(is_sparse) {
+            (last_sound_step, states::last_saved(&mut RunReader::open(log, Topics::NONE)?, before_step))
+        } else {
+            let blocks = header.blocks as usize;
+            let mut recorded = Collected { span, quantity, blocks, steps: Vec::new(), values: Vec::new() };
+            let found = states::saved(&mut reader, last_sound_step, &[before_step], &mut |record| {
+                recorded.add(record)
+            });
+            if recorded.is_whole()
+                && let Some(scales) = header.scales
+            {
+                let grid = header.time_grid();
+                return Ok(recorded.field(|step| grid.time_s(step), scales.block_length_m));
+            }
+            found
+        };
         let plan = plan?;
         is_in(&plan, span, last_step)?;
         let from = states::fitting(saved, &plan)?.into_iter().next_back();

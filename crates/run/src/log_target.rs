@@ -18,7 +18,7 @@ pub enum LogTargetError {
 
 /// A log is of another run than required.
 #[derive(Debug, thiserror::Error)]
-#[error("{} is of another {what}, {found}, not {wanted}", log.display())]
+#[error("{} is of another {what}, {found}, not {wanted}{}", log.display(), listed(differing))]
 pub struct OtherRun {
     /// The log.
     pub log: PathBuf,
@@ -28,6 +28,47 @@ pub struct OtherRun {
     pub found: String,
     /// Its value for this run.
     pub wanted: String,
+    /// Keys of the scenarios with other values, as `KEY = VALUE in it, not VALUE`, if both are known.
+    pub differing: Vec<String>,
+}
+
+/// Most keys that a message lists.
+const LISTED_KEYS: usize = 3;
+
+fn listed(differing: &[String]) -> String {
+    let more = match differing.len().saturating_sub(LISTED_KEYS) {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    match differing {
+        [] => String::new(),
+        _ => format!(": {}{more}", differing[..differing.len().min(LISTED_KEYS)].join(", ")),
+    }
+}
+
+/// The keys that two scenarios, as TOML, have with other values.
+fn differing_keys(found: &str, wanted: &str) -> Vec<String> {
+    let [Ok(found), Ok(wanted)] = [found, wanted].map(toml::from_str::<toml::Table>) else {
+        return Vec::new();
+    };
+    let mut differing = Vec::new();
+    for (section, wanted) in &wanted {
+        let single = toml::Table::from_iter([(section.clone(), wanted.clone())]);
+        let (keys, prefix, of) = match (wanted.as_table(), found.get(section).and_then(toml::Value::as_table))
+        {
+            (Some(keys), Some(of)) => (keys, format!("{section}."), of),
+            _ => (&single, String::new(), &found),
+        };
+        for (key, wanted) in keys {
+            match of.get(key) {
+                Some(found) if found != wanted => {
+                    differing.push(format!("{prefix}{key} = {found} in it, not {wanted}"));
+                }
+                _ => {}
+            }
+        }
+    }
+    differing
 }
 
 impl OtherRun {
@@ -46,10 +87,15 @@ impl OtherRun {
             let (found, wanted) = (of(found), of(wanted));
             if found != wanted {
                 let (found, wanted) = (found.clone(), wanted.clone());
-                return Err(OtherRun { log: log.to_owned(), what, found, wanted });
+                return Err(OtherRun { log: log.to_owned(), what, found, wanted, differing: Vec::new() });
             }
         }
         Ok(())
+    }
+
+    /// Adds what distinguishes the scenarios, given as TOML.
+    pub(crate) fn with_keys(self, found_toml: &str, wanted_toml: &str) -> OtherRun {
+        OtherRun { differing: differing_keys(found_toml, wanted_toml), ..self }
     }
 }
 

@@ -11,7 +11,7 @@
 
 use std::path::PathBuf;
 
-use asperity_model::Plan;
+use asperity_model::{Plan, Scenario};
 use asperity_record::{Checkpoint, Direction, EventKind, Record, RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, Unfinished};
 use asperity_simulator::{Counters, Snapshot};
@@ -117,6 +117,7 @@ impl Left {
     pub(crate) fn of(
         unfinished: Unfinished,
         header: &RunHeader,
+        scenario: &Scenario,
         plan: &Plan,
         kinds: &[EventKind],
     ) -> Result<Left, LeftError> {
@@ -126,7 +127,8 @@ impl Left {
             Err(error) => return Err(error.into()),
         };
         let parts = [SCENARIO, CODE_VERSION, SOLVER, RUN_ID];
-        OtherRun::unless_same(&unfinished.partial_path(), reader.header(), header, &parts)?;
+        OtherRun::unless_same(&unfinished.partial_path(), reader.header(), header, &parts)
+            .map_err(|other| other.with_keys(reader.scenario_toml(), &scenario.to_commented_toml()))?;
         loop {
             match reader.next_item() {
                 Ok(Some(_)) => {}

@@ -238,7 +238,7 @@ pub fn run(
             Begin::Anew => None,
         };
         let left = match unfinished {
-            Some(unfinished) => Left::of(unfinished, &header, &plan, &kinds)?,
+            Some(unfinished) => Left::of(unfinished, &header, scenario, &plan, &kinds)?,
             None => Left::Nothing,
         };
         writing = Some(match left {

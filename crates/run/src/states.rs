@@ -135,3 +135,17 @@ pub(crate) fn saved(
     }
     (last_step, found)
 }
+
+/// The last checkpoint at or before a step, if there is one before any gap. What follows it is not read.
+pub(crate) fn last_saved(reader: &mut RunReader, step: u64) -> BTreeMap<u64, Saved> {
+    let mut last = BTreeMap::new();
+    // The verdict reports where the log cannot be read.
+    while let Ok(Some(text)) = reader.next_checkpoint() {
+        let Ok(saved) = serde_json::from_str::<Saved>(text) else { continue };
+        if saved.step() > step || reader.has_gap() {
+            break;
+        }
+        last = BTreeMap::from([(saved.step(), saved)]);
+    }
+    last
+}

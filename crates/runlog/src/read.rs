@@ -189,6 +189,31 @@ impl RunReader {
         self.checkpoint.as_deref()
     }
 
+    /// Reads on to the next checkpoint and returns its state; `None` after the last one. Items are dropped: what
+    /// only looks for a state need not parse them.
+    ///
+    /// # Errors
+    /// If the file is damaged, incomplete, or contradicts its end. Further calls repeat the error.
+    pub fn next_checkpoint(&mut self) -> Result<Option<&str>, LogError> {
+        let before = self.checkpoint.take();
+        while self.checkpoint.is_none() && matches!(self.progress, Progress::Reading) {
+            if let Err(problem) = self.advance() {
+                self.progress = Progress::Failed(problem);
+            }
+            self.ready.clear();
+        }
+        if let (None, Progress::Failed(problem)) = (&self.checkpoint, &self.progress) {
+            return Err(LogError { path: self.path.clone(), problem: problem.again() });
+        }
+        Ok(match self.checkpoint {
+            Some(_) => self.checkpoint.as_deref(),
+            None => {
+                self.checkpoint = before;
+                None
+            }
+        })
+    }
+
     /// Whether records or events before the last item may be missing, as in salvaged logs.
     /// Detectors cannot continue across such a gap.
     pub fn has_gap(&self) -> bool {

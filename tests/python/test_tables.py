@@ -203,3 +203,44 @@ def test_what_is_no_detector_is_refused() -> None:
 
     with pytest.raises(TypeError, match="Wrong returned 7 .accepted: None, a dict"):
         asperity.run(scenario, detectors=[Wrong()])  # type: ignore[list-item]
+
+
+def test_a_cell_is_a_value_and_a_column_of_one_kind() -> None:
+    scenario = asperity.Scenario("default", SMALL)
+
+    class Once:
+        def __init__(self, *rows: object) -> None:
+            self.rows = list(rows)
+
+        def observe(self, record: asperity.StepRecord) -> None: ...
+
+        def finish(self) -> object:
+            return self.rows
+
+    def table(*rows: object) -> pl.DataFrame:
+        return pl.DataFrame(asperity.run(scenario, detectors=Once(*rows)).found["Once"])  # type: ignore[arg-type]
+
+    gaps = table({"a": 1, "x": float("nan")}, {"a": None, "x": np.float64(2)}, {"b": np.int64(3), "w": "word"})
+    assert gaps["a"].to_list() == [1, None, None] and gaps["b"].to_list() == [None, None, 3]
+    assert np.isnan(gaps["x"][0]) and gaps["x"][1] == 2.0 and gaps["w"].to_list() == [None, None, "word"]
+    assert table({"a": 1}, {"a": 2.5})["a"].to_list() == [1.0, 2.5]
+    for rows, says in [
+        ([{"a": 1}, {"a": "x"}], "column a has values of several kinds"),
+        ([{"a": [1, 2]}], "Once: a = "),
+        ([{"a": {"b": 1}}], "accepted: a number, a text, a truth value, or None"),
+        ([{"a": b"x"}], "accepted: a number"),
+        (["word"], "accepted: None, a dict"),
+    ]:
+        with pytest.raises(TypeError, match=says):
+            table(*rows)
+    with pytest.raises(UnicodeEncodeError):
+        table({"a": "\ud800"})
+
+
+def test_arrays_of_a_field_and_of_a_table(default_run: asperity.Run) -> None:
+    field = default_run.field("velocity", t=np.array([0.0, 0.01]), every=1e-3)
+    assert np.asarray(field).ctypes.data == field.values.ctypes.data
+    assert np.array(field, dtype=np.float32).shape == field.values.shape
+    with pytest.raises(TypeError, match="a table is no array"):
+        np.asarray(default_run.events)
+    assert "onset_s" in default_run.events and list(default_run.events) == default_run.events.columns

@@ -122,7 +122,8 @@ impl Summarized {
             Ok(summarizer) => {
                 let summary = summarizer.finish(ruptures_from, end);
                 let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
-                log.summary = keys.zip(summary.values()).collect();
+                // The name of the file is no number of the run.
+                log.summary = keys.zip(summary.values()).filter(|(key, _)| key != "run").collect();
             }
             Err(problem) => log.problem = Some(format!("{}: {problem}", path.display())),
         }

@@ -8,13 +8,11 @@ use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, StringArray}
 use asperity_record::{Direction, Observer, Record, StepRecord as Recorded};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use serde_json::Value;
+use pyo3::types::{PyBool, PyFloat, PyInt, PyMapping, PyString};
 
 use crate::attend::Watch;
 use crate::errors::refused;
 use crate::tables::Table;
-use crate::values::to_json;
 
 /// The detectors of one run.
 pub(crate) struct Detectors {
@@ -27,13 +25,18 @@ pub(crate) struct Detector {
     name: String,
     observe: Py<PyAny>,
     finish: Option<Py<PyAny>>,
-    rows: Vec<Vec<(String, Value)>>,
+    rows: Vec<Vec<(String, Cell)>>,
 }
 
-/// The detectors that a caller gives.
-pub(crate) fn given(detectors: &[Bound<'_, PyAny>]) -> PyResult<Vec<Detector>> {
+/// The detectors that a caller gives: none, one, or several.
+pub(crate) fn given(detectors: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Detector>> {
+    let Some(detectors) = detectors else { return Ok(Vec::new()) };
+    let several = match detectors.hasattr("observe")? {
+        true => vec![detectors.clone()],
+        false => detectors.try_iter()?.collect::<PyResult<Vec<_>>>()?,
+    };
     let mut given: Vec<Detector> = Vec::new();
-    for detector in detectors {
+    for detector in several {
         let class = detector.get_type().name()?.to_string();
         let name = detector.getattr_opt("name")?.map_or(Ok(class), |name| name.extract())?;
         let observe = detector.getattr_opt("observe")?.ok_or_else(|| {
@@ -60,7 +63,7 @@ impl Detectors {
                 let found = finish.bind(py).call0()?;
                 detector.add(&found)?;
             }
-            Ok((detector.name.clone(), detector.table()))
+            Ok((detector.name.clone(), detector.table()?))
         };
         self.detectors.into_iter().map(finish).collect()
     }
@@ -85,73 +88,125 @@ impl Observer for Detectors {
     }
 }
 
+/// A cell of a row.
+#[derive(Clone, PartialEq)]
+enum Cell {
+    Missing,
+    Flag(bool),
+    Whole(i64),
+    Number(f64),
+    Word(String),
+}
+
+impl Cell {
+    fn of(value: &Bound<'_, PyAny>) -> PyResult<Option<Cell>> {
+        // A number of NumPy is one of Python.
+        let item = value.call_method0("item").ok();
+        let value = item.as_ref().unwrap_or(value);
+        Ok(Some(match value {
+            value if value.is_none() => Cell::Missing,
+            value if value.is_instance_of::<PyBool>() => Cell::Flag(value.is_truthy()?),
+            value if value.is_instance_of::<PyInt>() => Cell::Whole(value.extract()?),
+            value if value.is_instance_of::<PyFloat>() => Cell::Number(value.extract()?),
+            value if value.is_instance_of::<PyString>() => Cell::Word(value.extract()?),
+            _ => return Ok(None),
+        }))
+    }
+}
+
 impl Detector {
     /// Adds what was returned: nothing, a row, or several.
     fn add(&mut self, found: &Bound<'_, PyAny>) -> PyResult<()> {
         if found.is_none() {
             return Ok(());
         }
-        if let Ok(row) = found.cast::<PyDict>() {
-            let cells = row.iter().map(|(key, value)| Ok((key.extract()?, to_json(&value)?)));
-            self.rows.push(cells.collect::<PyResult<_>>()?);
-            return Ok(());
+        if let Ok(row) = found.cast::<PyMapping>() {
+            return self.add_row(row);
         }
-        let rows = found.try_iter().map_err(|_| {
-            let name = &self.name;
+        let name = self.name.clone();
+        let refused = || {
             PyTypeError::new_err(format!(
                 "{name} returned {found} (accepted: None, a dict, or several dicts)"
             ))
-        })?;
-        for row in rows {
-            let row = row?;
-            if !row.is_instance_of::<PyDict>() {
-                let name = &self.name;
-                return Err(PyTypeError::new_err(format!(
-                    "{name} returned {row} among rows (accepted: dicts)"
-                )));
-            }
-            self.add(&row)?;
+        };
+        for row in found.try_iter().map_err(|_| refused())? {
+            self.add_row(row?.cast::<PyMapping>().map_err(|_| refused())?)?;
         }
         Ok(())
     }
 
-    /// The columns in the order in which they first occur; whole numbers and truth values stay what they
-    /// are if the whole column is.
-    fn table(self) -> Table {
-        let mut names: Vec<&str> = Vec::new();
-        for (name, _) in self.rows.iter().flatten() {
-            if !names.contains(&name.as_str()) {
-                names.push(name);
+    fn add_row(&mut self, row: &Bound<'_, PyMapping>) -> PyResult<()> {
+        let mut cells = Vec::new();
+        for pair in row.items()?.try_iter()? {
+            let (column, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
+            let cell = Cell::of(&value)?.ok_or_else(|| {
+                PyTypeError::new_err(format!(
+                    "{}: {column} = {value} (accepted: a number, a text, a truth value, or None)",
+                    self.name
+                ))
+            })?;
+            cells.push((column, cell));
+        }
+        self.rows.push(cells);
+        Ok(())
+    }
+
+    /// The columns in the order in which they first occur; whole numbers stay what they are if the whole
+    /// column is.
+    fn table(self) -> PyResult<Table> {
+        let mut columns: Vec<(&str, Vec<Cell>)> = Vec::new();
+        for (index, row) in self.rows.iter().enumerate() {
+            for (name, cell) in row {
+                let place = columns.iter().position(|(column, _)| column == name).unwrap_or_else(|| {
+                    columns.push((name, Vec::new()));
+                    columns.len() - 1
+                });
+                columns[place].1.resize(index, Cell::Missing);
+                columns[place].1.push(cell.clone());
             }
         }
-        let cell = |row: &'_ [(String, Value)], name: &str| {
-            row.iter().rev().find(|(other, _)| other == name).map_or(Value::Null, |(_, value)| value.clone())
+        let column = |(name, mut cells): (&str, Vec<Cell>)| {
+            cells.resize(self.rows.len(), Cell::Missing);
+            let values = column_of(&cells).ok_or_else(|| {
+                PyTypeError::new_err(format!(
+                    "{}: the column {name} has values of several kinds (accepted: numbers, texts or truth values)",
+                    self.name
+                ))
+            })?;
+            Ok((name.to_owned(), asperity_record::unit_of(name), String::new(), values))
         };
-        let column = |name: &str| {
-            let values: Vec<Value> = self.rows.iter().map(|row| cell(row, name)).collect();
-            (name.to_owned(), asperity_record::unit_of(name), String::new(), column_of(&values))
-        };
-        Table::new(&self.name, names.into_iter().map(column).collect())
+        let columns = columns.into_iter().map(column).collect::<PyResult<_>>()?;
+        Ok(Table::new(&self.name, columns))
     }
 }
 
-fn column_of(values: &[Value]) -> ArrayRef {
-    let all = |is: fn(&Value) -> bool| values.iter().all(|value| value.is_null() || is(value));
-    if all(Value::is_boolean) {
-        return Arc::new(BooleanArray::from_iter(values.iter().map(Value::as_bool)));
+/// The cells as one kind of values, if they are.
+fn column_of(cells: &[Cell]) -> Option<ArrayRef> {
+    fn all<T>(cells: &[Cell], of: impl Fn(&Cell) -> Option<T>) -> Option<Vec<Option<T>>> {
+        let value = |cell: &Cell| match cell {
+            Cell::Missing => Some(None),
+            cell => of(cell).map(Some),
+        };
+        cells.iter().map(value).collect()
     }
-    if all(Value::is_i64) {
-        return Arc::new(Int64Array::from_iter(values.iter().map(Value::as_i64)));
-    }
-    if all(Value::is_number) {
-        return Arc::new(Float64Array::from_iter(values.iter().map(Value::as_f64)));
-    }
-    let word = |value: &Value| match value {
-        Value::Null => None,
-        Value::String(word) => Some(word.clone()),
-        other => Some(other.to_string()),
+    let flag = |cell: &Cell| if let Cell::Flag(flag) = cell { Some(*flag) } else { None };
+    let whole = |cell: &Cell| if let Cell::Whole(value) = cell { Some(*value) } else { None };
+    let number = |cell: &Cell| match cell {
+        Cell::Whole(value) => Some(*value as f64),
+        Cell::Number(value) => Some(*value),
+        _ => None,
     };
-    Arc::new(StringArray::from_iter(values.iter().map(word)))
+    let word = |cell: &Cell| if let Cell::Word(word) = cell { Some(word.clone()) } else { None };
+    if let Some(values) = all(cells, flag) {
+        return Some(Arc::new(BooleanArray::from(values)));
+    }
+    if let Some(values) = all(cells, whole) {
+        return Some(Arc::new(Int64Array::from(values)));
+    }
+    if let Some(values) = all(cells, number) {
+        return Some(Arc::new(Float64Array::from(values)));
+    }
+    all(cells, word).map(|values| -> ArrayRef { Arc::new(StringArray::from(values)) })
 }
 
 /// What is known of a slider at a step: at every step with a switch, first and last steps of slip, samples.
@@ -162,21 +217,33 @@ pub(crate) struct StepRecord(Recorded);
 
 #[pymethods]
 impl StepRecord {
+    fn __repr__(&self) -> String {
+        let Recorded { step, time_s, sliding, .. } = &self.0;
+        format!(
+            "StepRecord(step {step}, {time_s} s: F_T/F_N = {}, {sliding} blocks slide)",
+            self.0.load_ratio()
+        )
+    }
+
+    /// The step, counted from 1.
     #[getter]
     fn step(&self) -> u64 {
         self.0.step
     }
 
+    /// Simulated time at its end, s.
     #[getter]
     fn time_s(&self) -> f64 {
         self.0.time_s
     }
 
+    /// F_T, the sum of the driving forces, N.
     #[getter]
     fn driving_force_n(&self) -> f64 {
         self.0.driving_force_n
     }
 
+    /// F_N, the total normal load, N.
     #[getter]
     fn normal_load_n(&self) -> f64 {
         self.0.normal_load_n

@@ -15,9 +15,10 @@ use asperity_record::RunHeader;
 use asperity_run::{Checked, Reading, at_once, read_once, scenario_of};
 use pyo3::prelude::*;
 
-use crate::attend::{Callbacks, attend};
+use crate::attend::{Callbacks, Watch, attend};
 use crate::errors::{failed, of_log, of_unread, refused};
 use crate::run::Run;
+use crate::source::Stoppable;
 use crate::values::to_python;
 
 /// Most slip events that are kept in memory, of all logs together.
@@ -52,7 +53,7 @@ pub(crate) fn diff(
         let most = MOST_SLIP_EVENTS / paths.len().max(1);
         let logs = at_once(&paths, None, |path| match watch.is_stopped() {
             true => Err(failed("stopped")),
-            false => read_log(path, most),
+            false => read_log(path, most, watch),
         })?;
         let logs: BTreeMap<PathBuf, Arc<RunLog>> =
             paths.iter().cloned().zip(logs.into_iter().map(Arc::new)).collect();
@@ -74,18 +75,19 @@ pub(crate) fn diff(
 /// A path, or the log of a run.
 fn side(side: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
     match side.cast::<Run>() {
-        Ok(run) => run.get().log().map(Path::to_owned),
+        Ok(run) => run.get().unchanged_log().map(Path::to_owned),
         Err(_) => side.extract(),
     }
 }
 
-fn read_log(path: &Path, most_slip_events: usize) -> PyResult<RunLog> {
+fn read_log(path: &Path, most_slip_events: usize, watch: &Watch) -> PyResult<RunLog> {
     let begin = |header: &RunHeader, toml: &str| {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let slider = scenario_of(path, toml)
             .map(|scenario| scenario.as_ref().map_or_else(Slider::default, Slider::of));
         let summarizer = slider.map(|slider| Summarizer::new(&name, header, slider));
-        Ok(Summarized::begin(header, toml, summarizer, most_slip_events))
+        let observer = Summarized::begin(header, toml, summarizer, most_slip_events);
+        Ok(Stoppable { observer, watch })
     };
     let accept = |checked: &Checked| match checked.verdict.holds_all() {
         true => Ok(()),
@@ -93,7 +95,7 @@ fn read_log(path: &Path, most_slip_events: usize) -> PyResult<RunLog> {
     };
     let read = read_once(path, begin, accept).map_err(|unread| of_unread(path, unread));
     read.map(|Reading { checked, observer, ruptures_from }| {
-        observer.finish(path, ruptures_from, checked.seen.end.as_ref())
+        observer.observer.finish(path, ruptures_from, checked.seen.end.as_ref())
     })
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::path::Path;
 
 use asperity_model::{ResolveError, ScenarioErrors};
-use asperity_run::{Checked, RunError, StatesError, Unread};
+use asperity_run::{Checked, RunError, StatesError, Unread, Verdict};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -39,9 +39,11 @@ pub(crate) fn failed(message: impl Display) -> PyErr {
 
 /// For a log, with the verdict on it.
 pub(crate) fn of_log(log: &Path, checked: &Checked) -> PyErr {
-    with("LogError", format!("{}: {checked}", log.display()), |set| {
-        set.set_item("verdict", checked.verdict.to_string())
-    })
+    of_verdict(Some(checked.verdict), format!("{}: {checked}", log.display()))
+}
+
+pub(crate) fn of_verdict(verdict: Option<Verdict>, message: String) -> PyErr {
+    with("LogError", message, |set| set.set_item("verdict", verdict.map_or("none", Verdict::word)))
 }
 
 /// For a log that is not read.
@@ -49,7 +51,10 @@ pub(crate) fn of_unread(log: &Path, unread: Unread<PyErr>) -> PyErr {
     match unread {
         Unread::NoRunLog(checked) => of_log(log, &checked),
         Unread::Refused(error) => error,
-        Unread::Unobserved { problem, .. } => failed(format!("{}: {problem}", log.display())),
+        Unread::Unobserved { verdict, problem } => {
+            let message = format!("{}: {problem}", log.display());
+            if verdict.holds_all() { failed(message) } else { of_verdict(Some(verdict), message) }
+        }
     }
 }
 

@@ -88,16 +88,19 @@ impl Events {
         self.of_kind::<SlipEvent>()
     }
 
+    /// The onsets of slip events.
     #[getter]
     fn onsets(&self) -> PyResult<Table> {
         self.of_kind::<Onset>()
     }
 
+    /// Slip events of the whole slider.
     #[getter]
     fn global_slips(&self) -> PyResult<Table> {
         self.of_kind::<GlobalSlip>()
     }
 
+    /// Detachments connected in space and time (docs/ruptures.md).
     #[getter]
     pub(crate) fn ruptures(&self) -> PyResult<Table> {
         self.of_kind::<Rupture>()
@@ -110,6 +113,7 @@ impl Events {
         self.table(PRECURSORS)
     }
 
+    /// When each rupture passed each block.
     #[getter]
     fn arrivals(&self) -> PyResult<Table> {
         self.of_kind::<Arrival>()
@@ -121,11 +125,13 @@ impl Events {
         self.found.clone()
     }
 
+    /// The topics of its tables.
     #[getter]
     fn topics(&self) -> Vec<String> {
         self.tables.keys().cloned().collect()
     }
 
+    /// The table of a topic of events, such as `/events/slip`.
     pub(crate) fn table(&self, topic: &str) -> PyResult<Table> {
         self.tables
             .get(topic)

@@ -27,9 +27,9 @@ const QUANTITIES: [(&str, &str, Quantity); 3] = [
 pub(crate) struct Asked<'a> {
     pub(crate) quantity: &'a str,
     /// The number of a rupture, and the table that has it.
-    pub(crate) rupture: Option<(u64, Table)>,
+    pub(crate) rupture: Option<(i64, Table)>,
     /// From and to, s.
-    pub(crate) t: Option<(f64, f64)>,
+    pub(crate) t: Option<Vec<f64>>,
     /// Time from one sample to the next, s.
     pub(crate) every: Option<f64>,
 }
@@ -81,15 +81,13 @@ pub(crate) fn field(
 /// The steps of a field.
 fn span(header: &RunHeader, asked: &Asked<'_>) -> PyResult<Span> {
     let grid = header.time_grid();
-    let (from_step, to_step) = match (&asked.rupture, asked.t) {
+    let (from_step, to_step) = match (&asked.rupture, asked.t.as_deref()) {
         (Some((number, ruptures)), None) => rupture(*number, ruptures, header)?,
-        (None, Some((from_s, to_s))) if from_s >= 0.0 && from_s <= to_s && to_s.is_finite() => {
-            (grid.nearest_step(from_s), grid.nearest_step(to_s))
+        (None, Some([from_s, to_s])) if *from_s >= 0.0 && from_s <= to_s && to_s.is_finite() => {
+            (grid.nearest_step(*from_s), grid.nearest_step(*to_s))
         }
-        (None, Some((from_s, to_s))) => {
-            return Err(refused(format!(
-                "t = ({from_s}, {to_s}) (accepted: two times in s, from 0, ascending)"
-            )));
+        (None, Some(t)) => {
+            return Err(refused(format!("t = {t:?} (accepted: two times in s, from 0, ascending)")));
         }
         (Some(_), Some(_)) | (None, None) => {
             return Err(refused("a field is of rupture=NUMBER or of t=(FROM, TO) (accepted: one of them)"));
@@ -106,14 +104,18 @@ fn span(header: &RunHeader, asked: &Asked<'_>) -> PyResult<Span> {
 }
 
 /// The first step of a rupture and its last, or the last of the run if it has not ended.
-fn rupture(number: u64, ruptures: &Table, header: &RunHeader) -> PyResult<(u64, u64)> {
+fn rupture(number: i64, ruptures: &Table, header: &RunHeader) -> PyResult<(u64, u64)> {
     let column = |name: &str| ruptures.steps(name).ok_or_else(|| refused(format!("ruptures have no {name}")));
     let (numbers, onsets, ends) = (column("rupture")?, column("onset_step")?, column("end_step")?);
-    let row = numbers.iter().position(|other| other == Some(number)).ok_or_else(|| {
-        let last = numbers.iter().flatten().max();
-        let accepted = last.map_or("none: the run has no rupture".to_owned(), |last| format!("0 to {last}"));
-        refused(format!("rupture = {number} (accepted: {accepted})"))
-    })?;
+    let row = numbers
+        .iter()
+        .position(|other| other.and_then(|other| other.try_into().ok()) == Some(number))
+        .ok_or_else(|| {
+            let last = numbers.iter().flatten().max();
+            let accepted =
+                last.map_or("none: the run has no rupture".to_owned(), |last| format!("0 to {last}"));
+            refused(format!("rupture = {number} (accepted: {accepted})"))
+        })?;
     let end = ends.iter().nth(row).flatten().unwrap_or(header.steps);
     Ok((onsets.value(row), end))
 }
@@ -132,11 +134,13 @@ pub(crate) struct Field {
 
 #[pymethods]
 impl Field {
+    /// `displacement`, `velocity` or `tangential_force`.
     #[getter]
     fn quantity(&self) -> &str {
         self.quantity
     }
 
+    /// The unit of the values.
     #[getter]
     fn unit(&self) -> &str {
         self.unit
@@ -164,6 +168,24 @@ impl Field {
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Memory::array(py, self.values.clone(), "float64", &self.shape)
+    }
+
+    /// The values, for NumPy.
+    #[pyo3(signature = (dtype = None, copy = None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.values(py)?;
+        match (dtype, copy) {
+            (None, None | Some(false)) => Ok(values),
+            (dtype, _) => {
+                let dtype = dtype.map_or_else(|| values.getattr("dtype"), Ok)?;
+                values.call_method1("astype", (dtype,))
+            }
+        }
     }
 
     fn __repr__(&self) -> String {
@@ -207,6 +229,7 @@ pub(crate) struct Nodes {
 
 #[pymethods]
 impl Nodes {
+    /// The step.
     #[getter]
     fn step(&self) -> u64 {
         self.step

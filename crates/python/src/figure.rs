@@ -47,10 +47,12 @@ impl Figure {
         })?;
         let mut set = Vec::new();
         for (key, value) in keys.into_iter().flatten() {
-            set.push(format!("{}={}", key.extract::<String>()?, to_json(&value)?));
+            let key: String = key.extract()?;
+            set.push(format!("{key}={}", to_json(&value, &key)?));
         }
         let figure = kind.of_run(name, header, scenario, &set).map_err(refused)?;
         let required = figure.required_data();
+        source.must_be_of(header)?;
         let collector = Collector::new(name, header.clone(), scenario.clone(), required);
         let seen = source.observe(py, header, |_| collector)?;
         let mut collector = seen.observer;
@@ -82,11 +84,13 @@ impl Figure {
 
 #[pymethods]
 impl Figure {
+    /// Its kind, of `asperity.figures()`.
     #[getter]
     fn kind(&self) -> &str {
         self.figure.kind.name
     }
 
+    /// The figure as SVG.
     #[getter]
     fn svg(&self) -> &str {
         &self.svg

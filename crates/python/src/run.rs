@@ -10,24 +10,27 @@ use asperity_numbers::{Slider, Summarizer, Summary, text};
 use asperity_record::{Notice, Observer, Record, RunHeader, RupturesFrom};
 use asperity_run::detectors::Settings;
 use asperity_run::{
-    Begin, Detectors as Trackers, LogTo, Replay, ReplayError, SolverKind, Task, Verdict, check, check_again,
+    Begin, Detectors as Trackers, Forecast, LogTo, Replay, ReplayError, SolverKind, Task, Unchecked, Verdict,
     scenario_of,
 };
 use asperity_runlog::{RunReader, Topics, Unfinished, partial_path};
 use asperity_tables::run_tables::{Chosen, RunTables};
 use pyo3::exceptions::PyFileNotFoundError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyMapping};
 
 use crate::attend::{Callbacks, Watch, attend};
 use crate::detectors::{self, Detector, Detectors};
-use crate::errors::{failed, of_log, of_run, refused};
+use crate::errors::{failed, of_log, of_run, of_verdict, refused};
 use crate::events::{self, Events};
 use crate::field::{self, Field, Nodes};
 use crate::figure::Figure;
 use crate::scenario::{Scenario, numbers_of};
-use crate::source::{Seen, Source, read};
+use crate::source::{Seen, Source, Stoppable, read};
 use crate::tables::Table;
+
+/// Most scheduled rows of a table in memory: some GB.
+const MOST_ROWS: u64 = 20_000_000;
 
 /// A run: its numbers and events, and on request everything else.
 ///
@@ -50,27 +53,34 @@ pub(crate) struct Run {
 
 /// Runs a scenario, with the steps of the `asperity` command, to the bit.
 ///
-/// `overrides` are values by dotted key, as of a `Scenario`. `log` is the path of a new run log (MCAP). `plain` takes every step, `fast` computes the same events some
-/// hundred times faster (docs/model.md). `progress` is True for a bar, or is called with steps done and in
-/// all. `stop` is called now and then, and ends the run once it returns true: `Interrupted` is raised, and
-/// `resume` continues from the log. So it is after Ctrl-C, which raises KeyboardInterrupt, and after an
-/// exception of a detector.
+/// `overrides` are values by dotted key, as of a `Scenario`. `log` is the path of a new run log (MCAP).
+/// `solver="plain"` takes every step; `"fast"` finds the same events some hundred times faster (docs/model.md).
+/// `progress` is True for a bar, or is called with the steps done and in all. `detectors` are objects with
+/// `observe(record)`, see `Detector`; their tables are in `Run.found`.
+///
+/// `stop` is called about twenty times per second; once it returns true, the run ends and `Interrupted` is
+/// raised. Ctrl-C raises `KeyboardInterrupt`, and a callback or detector may raise what it likes. The log then
+/// stays as `LOG.partial`, from which `resume` continues.
+///
+/// Raises `ScenarioError` for a scenario that is not accepted, `Refused` for other values, `Error` for a run
+/// that cannot continue or a log that cannot be written.
 #[pyfunction]
-#[pyo3(signature = (scenario = None, overrides = None, *, log = None, solver = "fast", progress = None, detectors = Vec::new(), stop = None))]
+#[pyo3(signature = (scenario = None, overrides = None, *, log = None, solver = "fast", progress = None, detectors = None, stop = None))]
 #[expect(clippy::too_many_arguments, reason = "the keywords of a function of the package")]
 pub(crate) fn run(
     py: Python<'_>,
     scenario: Option<&Bound<'_, PyAny>>,
-    overrides: Option<&Bound<'_, PyDict>>,
+    overrides: Option<&Bound<'_, PyMapping>>,
     log: Option<PathBuf>,
     solver: &str,
     progress: Option<Bound<'_, PyAny>>,
-    detectors: Vec<Bound<'_, PyAny>>,
+    detectors: Option<&Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Py<Run>> {
     let scenario = Scenario::given(scenario, overrides)?;
     let solver = SolverKind::named(solver)
         .ok_or_else(|| refused(format!("solver = {solver:?} (accepted: \"fast\", \"plain\")")))?;
+    let log = log.map(absolute).transpose()?;
     if let Some(log) = &log {
         if is_taken(log) {
             return Err(refused(format!("log = {} exists already (accepted: a new path)", log.display())));
@@ -83,33 +93,42 @@ pub(crate) fn run(
             )));
         }
     }
-    let detectors = detectors::given(&detectors)?;
+    let detectors = detectors::given(detectors)?;
     make(py, scenario, solver, log, Begin::Anew, detectors, progress, stop)
 }
 
 /// Continues the unfinished run of a log, which then equals that of an unbroken run. Opens a whole log.
 #[pyfunction]
-#[pyo3(signature = (log, *, progress = None, detectors = Vec::new(), stop = None))]
+#[pyo3(signature = (log, *, progress = None, detectors = None, stop = None))]
 pub(crate) fn resume(
     py: Python<'_>,
     log: PathBuf,
     progress: Option<Bound<'_, PyAny>>,
-    detectors: Vec<Bound<'_, PyAny>>,
+    detectors: Option<&Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Py<Run>> {
     let log = match log.to_string_lossy().strip_suffix(".partial") {
         Some(whole) => PathBuf::from(whole),
         None => log,
     };
+    let log = absolute(log)?;
     let partial = partial_path(&log);
-    if !partial.exists() && log.exists() {
-        return open(py, log);
+    let detectors = detectors::given(detectors)?;
+    if !partial.exists() {
+        let run = open_with(py, log, detectors)?;
+        let verdict = run.get().verdict;
+        return match verdict.is_some_and(Verdict::holds_all) {
+            true => Ok(run),
+            false => Err(of_verdict(
+                verdict,
+                format!("{}: it has no end, and only a log with the ending .partial resumes", run.get().name),
+            )),
+        };
     }
     let reader = RunReader::open(&partial, Topics::NONE).map_err(failed)?;
     let solver = SolverKind::named(&reader.header().solver).unwrap_or_default();
     let scenario = scenario_of(&partial, reader.scenario_toml()).map_err(failed)?;
     let scenario = scenario.ok_or_else(|| failed(format!("{}: it has no scenario", partial.display())))?;
-    let detectors = detectors::given(&detectors)?;
     make(py, scenario, solver, Some(log), Begin::GoOn, detectors, progress, stop)
 }
 
@@ -118,6 +137,16 @@ pub(crate) fn resume(
 /// Incomplete logs are opened up to where they are sound, see `Run.notes`; damaged ones raise `LogError`.
 #[pyfunction]
 pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Py<Run>> {
+    open_with(py, absolute(log)?, Vec::new())
+}
+
+/// A path that stays where it is when the folder changes.
+fn absolute(path: PathBuf) -> PyResult<PathBuf> {
+    Ok(std::path::absolute(path)?)
+}
+
+/// Opens a run log, whose records detectors observe meanwhile.
+fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult<Py<Run>> {
     if !log.exists() {
         let partial = partial_path(&log);
         let hint = if partial.exists() {
@@ -129,18 +158,19 @@ pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Py<Run>> {
     }
     let name = log.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let begun = Mutex::new(None);
-    let seen = read(py, &log, |_, header, toml| {
+    let seen = read(py, &log, |watch, header, toml| {
         let scenario = scenario_of(&log, toml)?;
         let slider = scenario.as_ref().map_or_else(Slider::default, Slider::of);
         let reader = RunReader::open(&log, Topics::NONE).map_err(|error| error.to_string())?;
-        let observer = (Summarizer::new(&name, header, slider), events::begin(&reader.event_schemas()));
+        let numbers = (Summarizer::new(&name, header, slider), events::begin(&reader.event_schemas()));
+        let observer = (numbers, Detectors::begin(detectors, watch));
         *begun.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some((header.clone(), scenario));
         Ok(observer)
     })?;
     let begun = begun.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let (header, scenario) = begun.expect("what is observed has begun");
-    let Seen { observer: (summarizer, tables), ruptures_from, end, checked } = seen;
-    let mut events = Events::of(tables, BTreeMap::new());
+    let Seen { observer: ((summarizer, tables), detectors), ruptures_from, end, checked } = seen;
+    let mut events = Events::of(tables, detectors.finish(py)?);
     let checked = checked.ok_or_else(|| failed("a log has no verdict"))?;
     // Events that the program of the log did not look for are not none.
     let is_there = |topic: &String| {
@@ -274,6 +304,20 @@ impl Run {
         if let Some(table) = known().get(topic) {
             return Ok(table.clone());
         }
+        if let Some(scenario) = &self.scenario {
+            let log = Forecast::of(scenario).log;
+            let rows = match topic {
+                "/fields" => log.states.saturating_mul(u64::from(self.header.blocks)),
+                "/step" => log.samples,
+                "/window" => log.window_records.saturating_mul(u64::from(self.header.blocks)),
+                _ => 0,
+            };
+            if rows > MOST_ROWS {
+                return Err(refused(format!(
+                    "{topic} has {rows} scheduled rows (accepted: up to {MOST_ROWS} in memory; asperity export for more)"
+                )));
+            }
+        }
         let chosen = Chosen { topics: vec![topic.to_owned()], ..Chosen::default() };
         let tables = RunTables::new(&BTreeMap::new(), &[], chosen).map_err(refused)?;
         let mut seen = self.source.observe(py, &self.header, |_| tables)?;
@@ -289,8 +333,15 @@ impl Run {
         text::of_one(&self.summary, as_coded.as_deref())
     }
 
+    /// The path of its log, if that is still there and of this run.
+    pub(crate) fn unchanged_log(&self) -> PyResult<&Path> {
+        let log = self.log()?;
+        self.source.must_be_of(&self.header)?;
+        Ok(log)
+    }
+
     /// The path of its log.
-    pub(crate) fn log(&self) -> PyResult<&Path> {
+    fn log(&self) -> PyResult<&Path> {
         match &self.source {
             Source::Log { path, .. } => Ok(path),
             Source::Scenario { .. } => Err(refused(format!(
@@ -303,26 +354,31 @@ impl Run {
 
 #[pymethods]
 impl Run {
+    /// The name of its scenario, or of its log.
     #[getter]
     fn name(&self) -> &str {
         &self.name
     }
 
+    /// Its scenario. Raises `Error` if the log has lost it.
     #[getter(scenario)]
     fn scenario_of_run(&self) -> PyResult<Scenario> {
         Ok(Scenario::resolved(self.scenario()?.clone()))
     }
 
+    /// The path of its log, None without one.
     #[getter(log)]
     fn log_path(&self) -> Option<PathBuf> {
         self.log().ok().map(Path::to_owned)
     }
 
+    /// The hash of scenario, solver and code that distinguishes it.
     #[getter]
     fn run_id(&self) -> &str {
         &self.header.run_id
     }
 
+    /// The version of the code that made it.
     #[getter]
     fn code_version(&self) -> &str {
         &self.header.code_version
@@ -381,11 +437,11 @@ impl Run {
     }
 
     /// Sends its records through the detectors again, with other rules (docs/rules.md) and further detectors.
-    #[pyo3(signature = (detectors = Vec::new(), *, link_time_ratio = None, merge_gap_s = None, min_blocks = None))]
+    #[pyo3(signature = (detectors = None, *, link_time_ratio = None, merge_gap_s = None, min_blocks = None))]
     fn detect(
         &self,
         py: Python<'_>,
-        detectors: Vec<Bound<'_, PyAny>>,
+        detectors: Option<&Bound<'_, PyAny>>,
         link_time_ratio: Option<f64>,
         merge_gap_s: Option<f64>,
         min_blocks: Option<i64>,
@@ -394,7 +450,8 @@ impl Run {
         let given = given.into_iter().filter_map(|(key, value)| Some(format!("{key} = {:?}\n", value?)));
         let given: String = given.chain(min_blocks.map(|blocks| format!("min_blocks = {blocks}"))).collect();
         let settings = Settings::parse(&given).map_err(|(_, problem)| refused(problem))?;
-        let detectors = detectors::given(&detectors)?;
+        self.source.must_be_of(&self.header)?;
+        let detectors = detectors::given(detectors)?;
         if let Source::Log { path, .. } = &self.source {
             let replayed = attend(py, &Callbacks::default(), |watch| {
                 let replay = Replay::open(path, &settings).map_err(|checked| of_log(path, &checked))?;
@@ -421,9 +478,11 @@ impl Run {
     /// Checks its log; with `again` repeats the run as well, and compares all records.
     #[pyo3(signature = (*, again = false))]
     fn check<'py>(&self, py: Python<'py>, again: bool) -> PyResult<Bound<'py, PyAny>> {
-        let log = self.log()?;
-        let checked =
-            attend(py, &Callbacks::default(), |_| if again { check_again(log) } else { check(log) })?;
+        let log = self.unchanged_log()?;
+        let checked = attend(py, &Callbacks::default(), |watch| {
+            let mut observer = Stoppable { observer: (), watch };
+            Unchecked::open(log).map_or_else(|checked| *checked, |log| log.judge(again, &mut observer))
+        })?;
         let verdict = (checked.verdict.word(), checked.verdict.holds_all(), checked.to_string());
         py.import("asperity.numbers")?.getattr("Verdict")?.call1(verdict)
     }
@@ -437,10 +496,11 @@ impl Run {
     fn field(
         slf: &Bound<'_, Self>,
         quantity: &str,
-        rupture: Option<u64>,
-        t: Option<(f64, f64)>,
+        rupture: Option<i64>,
+        t: Option<Vec<f64>>,
         every: Option<f64>,
     ) -> PyResult<Field> {
+        slf.get().source.must_be_of(&slf.get().header)?;
         let ruptures = rupture.map(|_| slf.as_super().get().ruptures()).transpose()?;
         let asked = field::Asked { quantity, rupture: rupture.zip(ruptures), t, every };
         field::field(slf.py(), &slf.get().source, &slf.get().header, asked)
@@ -448,6 +508,7 @@ impl Run {
 
     /// All nodes of a slab at a time, s.
     fn nodes(&self, py: Python<'_>, t: f64) -> PyResult<Nodes> {
+        self.source.must_be_of(&self.header)?;
         field::nodes(py, &self.source, t)
     }
 

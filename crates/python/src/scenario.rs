@@ -8,10 +8,10 @@ use asperity_report::sketch_alone;
 use asperity_run::Forecast;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyMapping};
 use serde_json::Value;
 
-use crate::errors::{of_faults, of_scenario};
+use crate::errors::{of_faults, of_scenario, refused};
 use crate::values::{assignments, to_python};
 
 /// The built-in scenarios: name and one line about each.
@@ -30,32 +30,39 @@ pub(crate) fn scenarios() -> PyResult<Vec<(String, String)>> {
 pub(crate) struct Scenario {
     pub(crate) resolved: Resolved,
     source: ScenarioSource,
+    /// The name or path, and the values given beside it; none for the scenario of a run.
+    given: Option<(String, Vec<(String, Value)>)>,
 }
 
 impl Scenario {
-    fn of(source: ScenarioSource) -> PyResult<Scenario> {
+    fn of(source: ScenarioSource, given: Option<(String, Vec<(String, Value)>)>) -> PyResult<Scenario> {
         let resolved = Resolved::resolve(&source).map_err(|errors| of_faults(&errors))?;
-        Ok(Scenario { resolved, source })
+        Ok(Scenario { resolved, source, given })
+    }
+
+    /// Its name or path, and the values given beside it.
+    pub(crate) fn given_as(&self) -> PyResult<(&str, &[(String, Value)])> {
+        let given = self.given.as_ref().map(|(name, values)| (name.as_str(), values.as_slice()));
+        given.ok_or_else(|| {
+            refused(format!(
+                "{} has no name or path (accepted: asperity.Scenario(NAME, ...), not that of a run)",
+                self.__repr__()
+            ))
+        })
     }
 
     /// The scenario of a run.
     pub(crate) fn resolved(resolved: Resolved) -> Scenario {
         let source = ScenarioSource::logged(resolved.name.clone(), resolved.to_commented_toml());
-        Scenario { resolved, source }
+        Scenario { resolved, source, given: None }
     }
 
     /// A scenario, or the name of one, with other values.
     pub(crate) fn given(
         given: Option<&Bound<'_, PyAny>>,
-        overrides: Option<&Bound<'_, PyDict>>,
+        overrides: Option<&Bound<'_, PyMapping>>,
     ) -> PyResult<Resolved> {
-        let scenario = match given.map(|given| (given, given.cast::<Scenario>())) {
-            Some((_, Ok(scenario))) if overrides.is_none() => return Ok(scenario.get().resolved.clone()),
-            Some((_, Ok(scenario))) => scenario.get().replace(overrides, None),
-            Some((name, Err(_))) => Scenario::new(Some(name.extract()?), overrides, None),
-            None => Scenario::new(None, overrides, None),
-        };
-        scenario.map(|scenario| scenario.resolved)
+        Scenario::new(given, overrides, None).map(|scenario| scenario.resolved)
     }
 
     /// Every key, by section.
@@ -69,24 +76,48 @@ impl Scenario {
     #[new]
     #[pyo3(signature = (name = None, overrides = None, /, **groups))]
     fn new(
-        name: Option<PathBuf>,
-        overrides: Option<&Bound<'_, PyDict>>,
+        name: Option<&Bound<'_, PyAny>>,
+        overrides: Option<&Bound<'_, PyMapping>>,
         groups: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Scenario> {
-        let source = source(&name.unwrap_or_else(|| "default".into())).map_err(of_scenario)?;
-        Scenario::of(with(source, &assignments(overrides, groups)?))
+        if let Some(Ok(scenario)) = name.map(|name| name.cast::<Scenario>()) {
+            return scenario.get().replace(overrides, groups);
+        }
+        let name = name.map_or_else(|| Ok("default".into()), |name| name.extract::<PathBuf>())?;
+        let values = assignments(overrides, groups)?;
+        let source = with(source(&name).map_err(of_scenario)?, &values);
+        Scenario::of(source, Some((name.to_string_lossy().into_owned(), values)))
+    }
+
+    /// A scenario from its text, such as `toml` of another.
+    #[staticmethod]
+    fn from_toml(text: &str) -> PyResult<Scenario> {
+        Scenario::of(ScenarioSource::new("text", text), None)
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<(Py<PyAny>, (String,))> {
+        Ok((slf.get_type().getattr("from_toml")?.unbind(), (slf.get().toml(),)))
     }
 
     /// This scenario with other values.
     #[pyo3(signature = (overrides = None, /, **groups))]
     fn replace(
         &self,
-        overrides: Option<&Bound<'_, PyDict>>,
+        overrides: Option<&Bound<'_, PyMapping>>,
         groups: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Scenario> {
-        Scenario::of(with(self.source.clone(), &assignments(overrides, groups)?))
+        let values = assignments(overrides, groups)?;
+        let source = with(self.source.clone(), &values);
+        let given =
+            self.given.clone().map(|(name, before)| (name, before.into_iter().chain(values).collect()));
+        Scenario::of(source, given)
     }
 
+    fn __contains__(&self, key: &str) -> bool {
+        key.split('.').try_fold(&self.values(), |value, part| value.get(part)).is_some()
+    }
+
+    /// Its name.
     #[getter]
     fn name(&self) -> &str {
         &self.resolved.name
@@ -183,11 +214,10 @@ impl Scenario {
     }
 }
 
-/// Adds values to a scenario. Errors name each as Python has it.
+/// Adds values to a scenario.
 fn with(source: ScenarioSource, values: &[(String, Value)]) -> ScenarioSource {
-    values.iter().fold(source, |source, (key, value)| {
-        source.with_override_from(format!("{key} = {value}"), &format!("{key}={value}"))
-    })
+    let assigned = values.iter().map(|(key, value)| format!("{key}={value}"));
+    assigned.fold(source, |source, value| source.with_override_from("given".to_owned(), &value))
 }
 
 /// Numbers by name, as the package's dictionary of numbers with units.

@@ -7,10 +7,11 @@ use std::sync::Arc;
 use asperity_model::Scenario;
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader, RupturesFrom};
 use asperity_run::{Begin, Checked, Reading, SolverKind, Task, Verdict, read_once, run};
+use asperity_runlog::{RunReader, Topics};
 use pyo3::prelude::*;
 
 use crate::attend::{Callbacks, Watch, attend};
-use crate::errors::{of_log, of_run, of_unread};
+use crate::errors::{failed, of_log, of_run, of_unread};
 
 /// Where the records of a run come from.
 #[derive(Clone)]
@@ -36,6 +37,19 @@ pub(crate) struct Seen<O> {
 }
 
 impl Source {
+    /// Checks that a log is still that of the run with this header.
+    ///
+    /// # Errors
+    /// If it is not.
+    pub(crate) fn must_be_of(&self, header: &RunHeader) -> PyResult<()> {
+        let Source::Log { path, .. } = self else { return Ok(()) };
+        let reader = RunReader::open(path, Topics::NONE).map_err(failed)?;
+        match reader.header() == header {
+            true => Ok(()),
+            false => Err(failed(format!("{}: {ANOTHER}", path.display()))),
+        }
+    }
+
     /// Passes the run to an observer, which `begin` makes.
     pub(crate) fn observe<O: Observer + Send>(
         &self,
@@ -44,13 +58,10 @@ impl Source {
         begin: impl FnOnce(&Arc<Watch>) -> O + Send,
     ) -> PyResult<Seen<O>> {
         match self {
-            Source::Log { path, .. } => {
-                let is_it = |found: &RunHeader, _: &str| match found == header {
-                    true => Ok(()),
-                    false => Err("it is the log of another run now".to_owned()),
-                };
-                read(py, path, |watch, found, toml| is_it(found, toml).map(|()| begin(watch)))
-            }
+            Source::Log { path, .. } => read(py, path, |watch, found, _| match found == header {
+                true => Ok(begin(watch)),
+                false => Err(ANOTHER.to_owned()),
+            }),
             Source::Scenario { scenario, solver } => {
                 let steps = header.steps;
                 let ran = attend(py, &Callbacks::default(), |watch| {
@@ -66,6 +77,8 @@ impl Source {
         }
     }
 }
+
+const ANOTHER: &str = "it is the log of another run now";
 
 /// Reads a log once, for an observer that `begin` makes.
 pub(crate) fn read<O: Observer + Send>(
@@ -89,9 +102,9 @@ pub(crate) fn read<O: Observer + Send>(
 }
 
 /// An observer that is done once its work is stopped.
-struct Stoppable<'a, O> {
-    observer: O,
-    watch: &'a Watch,
+pub(crate) struct Stoppable<'a, O> {
+    pub(crate) observer: O,
+    pub(crate) watch: &'a Watch,
 }
 
 impl<O: Observer> Observer for Stoppable<'_, O> {

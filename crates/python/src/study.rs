@@ -10,12 +10,13 @@ use asperity_study::work::{Made, make_missing};
 use asperity_study::{Observer, Plan, Results, Study, collect};
 use asperity_tables::batch::Batch;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use serde_json::Value;
+use pyo3::types::PyMapping;
+use serde_json::{Value, json};
 
 use crate::attend::{Callbacks, attend};
 use crate::errors::{failed, refused};
 use crate::run::bar;
+use crate::scenario::Scenario;
 use crate::tables::Table;
 use crate::values::{assignments, to_json};
 
@@ -26,21 +27,37 @@ use crate::values::{assignments, to_json};
 /// where a later call, or `asperity sweep`, continues; without it they are temporary. Runs, ids and tables are
 /// those of `asperity sweep`.
 #[pyfunction]
-#[pyo3(signature = (study, axes = None, *, set = None, keep = vec!["events".into(), "ruptures".into()], out = None, jobs = None, progress = None, stop = None))]
+#[pyo3(signature = (study, axes = None, *, set = None, keep = None, out = None, jobs = None, progress = None, stop = None))]
 #[expect(clippy::too_many_arguments, reason = "the keywords of a function of the package")]
 pub(crate) fn sweep(
     py: Python<'_>,
     study: &Bound<'_, PyAny>,
-    axes: Option<&Bound<'_, PyDict>>,
-    set: Option<&Bound<'_, PyDict>>,
-    keep: Vec<String>,
+    axes: Option<&Bound<'_, PyMapping>>,
+    set: Option<&Bound<'_, PyMapping>>,
+    keep: Option<&Bound<'_, PyAny>>,
     out: Option<PathBuf>,
-    jobs: Option<NonZeroUsize>,
+    jobs: Option<i64>,
     progress: Option<Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Sweep> {
-    let given: PathBuf = study.extract()?;
-    let written = axes.map(|axes| text(&given, axes, set, &keep)).transpose()?;
+    let jobs = jobs.map(|jobs| {
+        let wanted = usize::try_from(jobs).ok().and_then(NonZeroUsize::new);
+        wanted.ok_or_else(|| refused(format!("jobs = {jobs} (accepted: a whole number from 1)")))
+    });
+    let jobs = jobs.transpose()?;
+    let (given, written) = match (study.cast::<Scenario>(), axes) {
+        (Ok(scenario), Some(axes)) => {
+            let (name, values) = scenario.get().given_as()?;
+            (name.into(), Some(text(name, values, axes, set, keep)?))
+        }
+        (Ok(_), None) => return Err(refused("a scenario alone is no study (accepted: with axes)")),
+        (Err(_), Some(axes)) => {
+            let name: PathBuf = study.extract()?;
+            let written = text(&name.to_string_lossy(), &[], axes, set, keep)?;
+            (name, Some(written))
+        }
+        (Err(_), None) => (study.extract::<PathBuf>()?, None),
+    };
     // A folder of a study that has been planned.
     let is_folder = written.is_none() && given.join(FILE).exists();
     let mut temporary = None;
@@ -103,34 +120,44 @@ fn planned(given: &Path, written: Option<&str>, folder: &Path, jobs: Option<NonZ
 
 /// A study as TOML: a scenario over axes.
 fn text(
-    scenario: &Path,
-    axes: &Bound<'_, PyDict>,
-    set: Option<&Bound<'_, PyDict>>,
-    keep: &[String],
+    scenario: &str,
+    values: &[(String, Value)],
+    axes: &Bound<'_, PyMapping>,
+    set: Option<&Bound<'_, PyMapping>>,
+    keep: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    let mut study = toml::Table::new();
-    let scenario = scenario.display().to_string();
-    study.insert("title".into(), format!("{scenario}: study").into());
-    study.insert("scenario".into(), scenario.into());
-    study.insert("keep".into(), keep.to_vec().into());
-    let set = assignments(set, None)?;
-    let set: Vec<String> = set.iter().map(|(key, value)| format!("{key}={value}")).collect();
-    study.insert("set".into(), set.into());
-    let mut axis = Vec::new();
-    for (key, values) in axes {
-        let values = match to_json(&values)? {
-            Value::Array(values) => values,
-            value => vec![value],
-        };
-        let values = toml::Value::try_from(values).map_err(refused)?;
-        let key = toml::Value::from(key.extract::<String>()?);
-        axis.push(toml::Value::Table(
-            [("key".to_owned(), key), ("values".to_owned(), values)].into_iter().collect(),
-        ));
+    let keep = match keep {
+        None => vec!["events".to_owned(), "ruptures".to_owned()],
+        Some(keep) => keep.extract::<String>().map(|keep| vec![keep]).or_else(|_| keep.extract())?,
+    };
+    if let Some(unknown) = keep.iter().find(|keep| !KEPT.contains(&keep.as_str())) {
+        return Err(refused(format!("keep = {unknown:?} (accepted: {})", KEPT.join(", "))));
     }
-    study.insert("axis".into(), axis.into());
+    let set = values.iter().cloned().chain(assignments(set, None)?);
+    let set: Vec<String> = set.map(|(key, value)| format!("{key}={value}")).collect();
+    let mut axis = Vec::new();
+    for pair in axes.items()?.try_iter()? {
+        let (key, values): (String, Bound<'_, PyAny>) = pair?.extract()?;
+        let values = match to_json(&values, &key)? {
+            Value::Array(values) if !values.is_empty() => values,
+            value => {
+                return Err(refused(format!(
+                    "axes: {key} = {value} (accepted: a list of one value or more)"
+                )));
+            }
+        };
+        if let Some(value) = values.iter().find(|value| !(value.is_number() || value.is_string())) {
+            return Err(refused(format!("axes: {key} has {value} (accepted: numbers or texts)")));
+        }
+        axis.push(json!({ "key": key, "values": values }));
+    }
+    let title = format!("{scenario}: study");
+    let study = json!({ "title": title, "scenario": scenario, "keep": keep, "set": set, "axis": axis });
     toml::to_string(&study).map_err(failed)
 }
+
+/// What may be kept of runs.
+const KEPT: [&str; 5] = ["events", "ruptures", "summary", "log", "log-of-failed"];
 
 /// Keeps the tables of a study in memory.
 struct Tables(Vec<(&'static str, Vec<Column>, Batch)>);
@@ -177,11 +204,13 @@ impl Sweep {
         self.table("runs")
     }
 
+    /// The slip events of all runs, with the values that vary.
     #[getter]
     fn events(&self) -> PyResult<Table> {
         self.table("events")
     }
 
+    /// The ruptures of all runs, with the values that vary.
     #[getter]
     fn ruptures(&self) -> PyResult<Table> {
         self.table("ruptures")

@@ -16,7 +16,7 @@ use arrow_schema::{DataType, Field, Schema};
 use asperity_record::Column;
 use asperity_tables::batch::{Batch, Values};
 use asperity_tables::run_tables::RunTable;
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict};
 
@@ -217,16 +217,19 @@ fn numpy<'py>(py: Python<'py>, values: &ArrayRef) -> PyResult<Bound<'py, PyAny>>
 
 #[pymethods]
 impl Table {
+    /// Its name: that of its topic, or of its detector.
     #[getter]
     fn name(&self) -> &str {
         &self.name
     }
 
+    /// The names of its columns.
     #[getter]
     fn columns(&self) -> Vec<String> {
         self.batch.schema_ref().fields().iter().map(|field| field.name().clone()).collect()
     }
 
+    /// The units of its columns, without those that have none; "1" for ratios.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.described(py, "unit")
@@ -242,11 +245,27 @@ impl Table {
         self.batch.num_rows()
     }
 
+    fn __contains__(&self, column: &str) -> bool {
+        self.batch.column_by_name(column).is_some()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.columns().into_pyobject(py)?.call_method0("__iter__")
+    }
+
+    /// Columns have several kinds of values, so a table is no array.
+    #[pyo3(signature = (dtype = None, copy = None))]
+    fn __array__(&self, dtype: Option<Bound<'_, PyAny>>, copy: Option<bool>) -> PyResult<()> {
+        drop((dtype, copy));
+        Err(PyTypeError::new_err(format!("{}: a table is no array (accepted: table[\"COLUMN\"])", self.name)))
+    }
+
     /// A column, without a copy; where values are missing a copy as float64 with NaN for them.
     fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
         numpy(py, self.field(column)?.1)
     }
 
+    /// All columns as arrays, by name; see `table["COLUMN"]`.
     fn to_numpy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let arrays = PyDict::new(py);
         for (field, values) in self.batch.schema_ref().fields().iter().zip(self.batch.columns()) {
@@ -255,10 +274,12 @@ impl Table {
         Ok(arrays)
     }
 
+    /// As `polars.DataFrame`, without a copy of numbers. polars must be installed.
     fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("polars")?.call_method1("DataFrame", (slf,))
     }
 
+    /// As `pandas.DataFrame`, with NaN in gaps. pandas must be installed.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
         let keywords = PyDict::new(py);

@@ -2,8 +2,10 @@
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
+use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
 use serde_json::Value;
+
+use crate::errors::refused;
 
 /// A JSON value as Python has it.
 pub(crate) fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
@@ -30,8 +32,17 @@ pub(crate) fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'
     })
 }
 
-/// A Python value as the JSON value that it means; NumPy's numbers and arrays are values as well.
-pub(crate) fn to_json(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+/// Deepest list of a value.
+const DEEPEST: usize = 8;
+
+/// A Python value as the JSON value that it means; NumPy's numbers and arrays are values as well. `of` is what
+/// the value is of, for messages.
+pub(crate) fn to_json(value: &Bound<'_, PyAny>, of: &str) -> PyResult<Value> {
+    to_json_within(value, of, DEEPEST)
+}
+
+fn to_json_within(value: &Bound<'_, PyAny>, of: &str, depth: usize) -> PyResult<Value> {
+    let refused = |accepted: &str| refused(format!("{of} = {value} (accepted: {accepted})"));
     if value.is_none() {
         return Ok(Value::Null);
     }
@@ -39,53 +50,54 @@ pub(crate) fn to_json(value: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Ok(value.is_truthy()?.into());
     }
     if value.is_instance_of::<PyInt>() {
-        return Ok(value.extract::<i64>()?.into());
+        return value.extract::<i64>().map(Value::from).map_err(|_| refused("a whole number of 64 bits"));
     }
     if value.is_instance_of::<PyFloat>() {
-        return finite(value.extract()?);
+        let number = serde_json::Number::from_f64(value.extract()?);
+        return number.map(Value::Number).ok_or_else(|| refused("a finite number"));
     }
-    if let Ok(text) = value.extract::<String>() {
-        return Ok(text.into());
+    if value.is_instance_of::<PyString>() {
+        return Ok(value.extract::<String>()?.into());
     }
+    let accepted = "a number, a text, a truth value, or a list of them";
     // A number or an array of NumPy, which knows what it is in Python.
-    if let Ok(list) = value.call_method0("tolist")
-        && !list.is(value)
-    {
-        return to_json(&list);
+    if let Ok(list) = value.call_method0("tolist") {
+        return to_json_within(&list, of, depth.checked_sub(1).ok_or_else(|| refused(accepted))?);
     }
-    let values = value.try_iter().map_err(|_| not_a_value(value))?;
-    values.map(|value| to_json(&value?)).collect::<PyResult<Vec<_>>>().map(Value::Array)
-}
-
-fn finite(value: f64) -> PyResult<Value> {
-    serde_json::Number::from_f64(value)
-        .map(Value::Number)
-        .ok_or_else(|| crate::errors::refused(format!("{value} is no value (accepted: a finite number)")))
-}
-
-fn not_a_value(value: &Bound<'_, PyAny>) -> PyErr {
-    let class = value.get_type().name().map_or_else(|_| "?".to_owned(), |name| name.to_string());
-    PyTypeError::new_err(format!(
-        "{value} is a {class} (accepted: a number, a text, a truth value, or a list of numbers)"
-    ))
+    let is_list = value.cast::<PyMapping>().is_err() && !value.is_instance_of::<PyBytes>();
+    let values = value
+        .try_iter()
+        .ok()
+        .filter(|_| is_list)
+        .ok_or_else(|| PyTypeError::new_err(format!("{of} = {value} (accepted: {accepted})")))?;
+    let depth =
+        depth.checked_sub(1).ok_or_else(|| PyTypeError::new_err(format!("{of} (accepted: {accepted})")))?;
+    values.map(|value| to_json_within(&value?, of, depth)).collect::<PyResult<Vec<_>>>().map(Value::Array)
 }
 
 /// Keys and values of a scenario, dotted: `{"friction.law": ...}` and `friction={"law": ...}` alike.
 pub(crate) fn assignments(
-    overrides: Option<&Bound<'_, PyDict>>,
+    overrides: Option<&Bound<'_, PyMapping>>,
     groups: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<(String, Value)>> {
     let mut found = Vec::new();
+    let groups = groups.map(|groups| groups.as_mapping());
     for given in [overrides, groups].into_iter().flatten() {
-        for (key, value) in given {
-            let key: String = key.extract()?;
-            match value.cast::<PyDict>() {
-                Ok(group) => {
-                    for (inner, value) in group {
-                        found.push((format!("{key}.{}", inner.extract::<String>()?), to_json(&value)?));
+        for pair in given.items()?.try_iter()? {
+            let (key, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
+            match value.cast::<PyMapping>() {
+                Ok(group) if !key.contains('.') => {
+                    for pair in group.items()?.try_iter()? {
+                        let (inner, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
+                        let key = format!("{key}.{inner}");
+                        let value = to_json(&value, &key)?;
+                        found.push((key, value));
                     }
                 }
-                Err(_) => found.push((key, to_json(&value)?)),
+                _ => {
+                    let value = to_json(&value, &key)?;
+                    found.push((key, value));
+                }
             }
         }
     }

@@ -100,7 +100,8 @@ impl Unchecked {
         self.judge(false, observer)
     }
 
-    fn judge(self, again: bool, observer: &mut dyn Observer) -> Checked {
+    /// Checks the log as [`Unchecked::check`] does, with `again` as [`check_again`] does.
+    pub fn judge(self, again: bool, observer: &mut dyn Observer) -> Checked {
         let Unchecked(mut reader) = self;
         let mut seen = Seen::default();
         let problem = seen.read(&mut reader, again, observer).err();

@@ -18,7 +18,7 @@ pub enum LogTargetError {
 
 /// A log is of another run than required.
 #[derive(Debug, thiserror::Error)]
-#[error("{} is of another {what}, {found}, not {wanted}{}", log.display(), listed(differing))]
+#[error("{} is of another {what}, {found}, not {wanted}", log.display())]
 pub struct OtherRun {
     /// The log.
     pub log: PathBuf,
@@ -28,8 +28,6 @@ pub struct OtherRun {
     pub found: String,
     /// Its value for this run.
     pub wanted: String,
-    /// Keys of the scenarios with other values, as `KEY = VALUE in it, not VALUE`, if both are known.
-    pub differing: Vec<String>,
 }
 
 /// Most keys that a message lists.
@@ -87,7 +85,7 @@ impl OtherRun {
             let (found, wanted) = (of(found), of(wanted));
             if found != wanted {
                 let (found, wanted) = (found.clone(), wanted.clone());
-                return Err(OtherRun { log: log.to_owned(), what, found, wanted, differing: Vec::new() });
+                return Err(OtherRun { log: log.to_owned(), what, found, wanted });
             }
         }
         Ok(())
@@ -95,7 +93,8 @@ impl OtherRun {
 
     /// Adds what distinguishes the scenarios, given as TOML.
     pub(crate) fn with_keys(self, found_toml: &str, wanted_toml: &str) -> OtherRun {
-        OtherRun { differing: differing_keys(found_toml, wanted_toml), ..self }
+        let wanted = self.wanted + &listed(&differing_keys(found_toml, wanted_toml));
+        OtherRun { wanted, ..self }
     }
 }
 

@@ -1,9 +1,9 @@
 """The native part of the package. `asperity` exports it; docs are those of the module itself."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Final, Literal, TypeAlias, final
+from typing import Any, Literal, NoReturn, SupportsIndex, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,8 +65,10 @@ def figures() -> list[tuple[str, str]]: ...
 @final
 class Scenario:
     def __new__(
-        cls, name: _Path | None = None, overrides: Mapping[str, Any] | None = None, /, **groups: Any
+        cls, name: Scenario | _Path | None = None, overrides: Mapping[str, Any] | None = None, /, **groups: Any
     ) -> Scenario: ...
+    @staticmethod
+    def from_toml(text: str) -> Scenario: ...
     def replace(self, overrides: Mapping[str, Any] | None = None, /, **groups: Any) -> Scenario: ...
     @property
     def name(self) -> str: ...
@@ -82,6 +84,7 @@ class Scenario:
     def plan(self) -> Numbers: ...
     def as_dict(self) -> dict[str, Any]: ...
     def __getitem__(self, key: str, /) -> Any: ...
+    def __contains__(self, key: str, /) -> bool: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def _repr_html_(self) -> str: ...
@@ -93,7 +96,7 @@ def run(
     log: _Path | None = None,
     solver: Literal["fast", "plain"] = "fast",
     progress: _Progress = None,
-    detectors: Sequence[Detector] = ...,
+    detectors: Detector | Iterable[Detector] | None = None,
     stop: Callable[[], object] | None = None,
 ) -> Run: ...
 
@@ -101,7 +104,7 @@ def resume(
     log: _Path,
     *,
     progress: _Progress = None,
-    detectors: Sequence[Detector] = ...,
+    detectors: Detector | Iterable[Detector] | None = None,
     stop: Callable[[], object] | None = None,
 ) -> Run: ...
 
@@ -156,7 +159,7 @@ class Run(Events):
     def table(self, topic: str) -> Table: ...
     def detect(
         self,
-        detectors: Sequence[Detector] = ...,
+        detectors: Detector | Iterable[Detector] | None = None,
         *,
         link_time_ratio: float | None = None,
         merge_gap_s: float | None = None,
@@ -167,8 +170,8 @@ class Run(Events):
         self,
         quantity: Literal["displacement", "velocity", "tangential_force"] = "displacement",
         *,
-        rupture: int | None = None,
-        t: tuple[float, float] | None = None,
+        rupture: SupportsIndex | None = None,
+        t: Sequence[float] | NDArray[np.floating[Any]] | None = None,
         every: float | None = None,
     ) -> Field: ...
     def nodes(self, t: float) -> Nodes: ...
@@ -186,7 +189,10 @@ class Table:
     @property
     def about(self) -> dict[str, str]: ...
     def __len__(self) -> int: ...
+    def __contains__(self, column: str, /) -> bool: ...
+    def __iter__(self) -> Iterator[str]: ...
     def __getitem__(self, column: str, /) -> NDArray[Any]: ...
+    def __array__(self, dtype: object = None, copy: bool | None = None) -> NoReturn: ...
     def to_numpy(self) -> dict[str, NDArray[Any]]: ...
     def to_polars(self) -> Any: ...
     def to_pandas(self) -> Any: ...
@@ -207,6 +213,7 @@ class Field:
     def steps(self) -> NDArray[np.uint64]: ...
     @property
     def values(self) -> NDArray[np.float64]: ...
+    def __array__(self, dtype: object = None, copy: bool | None = None) -> NDArray[Any]: ...
 
 @final
 class Nodes:
@@ -229,11 +236,11 @@ class Figure:
     def _repr_svg_(self) -> str: ...
 
 def sweep(
-    study: _Path,
+    study: Scenario | _Path,
     axes: Mapping[str, Iterable[Any]] | None = None,
     *,
     set: Mapping[str, Any] | None = None,
-    keep: Sequence[Literal["events", "ruptures", "log", "log-of-failed"]] = ...,
+    keep: str | Sequence[str] | None = None,
     out: _Path | None = None,
     jobs: int | None = None,
     progress: _Progress = None,

@@ -24,20 +24,27 @@ class Numbers(dict[str, Any]):
         return self._text or "\n".join(f"{name} = {value} {self._units[name] or ''}" for name, value in self.items())
 
     def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
         try:
             return self[name]
-        except KeyError:
-            raise AttributeError(f"{name}: no such number (accepted: {', '.join(self)})") from None
+        except KeyError as error:
+            raise AttributeError(*error.args) from None
+
+    def __missing__(self, name: str) -> Any:
+        raise KeyError(f"{name}: no such number (accepted: {', '.join(self)})")
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self]
 
     def unit(self, name: str) -> str | None:
         """The unit of a number; "1" for ratios, None for counts and words."""
+        self[name]
         return self._units[name]
 
     def about(self, name: str) -> str:
         """What a number means."""
+        self[name]
         return self._about.get(name, "")
 
     def _repr_html_(self) -> str:

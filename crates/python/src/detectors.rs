@@ -56,6 +56,11 @@ impl Detectors {
         Detectors { detectors, watch: Arc::clone(watch) }
     }
 
+    /// They again, for another run.
+    pub(crate) fn unused(self) -> Vec<Detector> {
+        self.detectors
+    }
+
     /// Ends the run for them, and returns the table of each.
     pub(crate) fn finish(self, py: Python<'_>) -> PyResult<BTreeMap<String, Table>> {
         let finish = |mut detector: Detector| {

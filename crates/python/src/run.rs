@@ -10,11 +10,11 @@ use asperity_numbers::{Slider, Summarizer, Summary, text};
 use asperity_record::{Notice, Observer, Record, RunHeader, RupturesFrom};
 use asperity_run::detectors::Settings;
 use asperity_run::{
-    Begin, Detectors as Trackers, Forecast, LogTo, Replay, ReplayError, SolverKind, Task, Unchecked, Verdict,
+    Begin, Detectors as Trackers, LogTo, Replay, ReplayError, SolverKind, Task, Unchecked, Verdict,
     scenario_of,
 };
 use asperity_runlog::{RunReader, Topics, Unfinished, partial_path};
-use asperity_tables::run_tables::{Chosen, RunTables};
+use asperity_tables::run_tables::{Chosen, RunTable, RunTables};
 use pyo3::exceptions::PyFileNotFoundError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -29,8 +29,8 @@ use crate::scenario::{Scenario, numbers_of};
 use crate::source::{Seen, Source, Stoppable, read};
 use crate::tables::Table;
 
-/// Most scheduled rows of a table in memory: some GB.
-const MOST_ROWS: u64 = 20_000_000;
+/// Most rows of a table of records: up to two GB while they become columns.
+const MOST_ROWS: usize = 10_000_000;
 
 /// A run: its numbers and events, and on request everything else.
 ///
@@ -221,13 +221,12 @@ fn make(
         outcome.map(|outcome| (outcome, observers))
     })?;
     let (outcome, ((summarizer, tables), (detectors, Notes { notes, .. }))) = made.map_err(of_run)?;
-    let found = detectors.finish(py)?;
-    let (has_run, last_step) = (outcome.has_run, header.steps);
-    let end = outcome.into_end(last_step);
-    if let (Some(log), false) = (&log, has_run) {
-        // It only lacked its name.
-        return open(py, log.clone());
+    if let (Some(log), false) = (&log, outcome.has_run) {
+        // It only lacked its name, and nobody has observed it.
+        return open_with(py, log.clone(), detectors.unused());
     }
+    let found = detectors.finish(py)?;
+    let end = outcome.into_end(header.steps);
     let verdict = log.is_some().then_some(Verdict::Whole);
     let digest = log.is_some().then(|| end.digest.clone());
     let source = match log {
@@ -279,6 +278,26 @@ impl Observer for Notes {
     }
 }
 
+/// Keeps a table in memory, and ends the work if that is too large.
+struct Bounded {
+    tables: RunTables,
+    watch: Arc<Watch>,
+}
+
+impl Observer for Bounded {
+    fn record(&mut self, record: &Record) {
+        self.tables.record(record);
+        let is_full = |table: &RunTable| table.batch.rows() > MOST_ROWS;
+        if let Some(table) = self.tables.tables().iter().find(|table| is_full(table)) {
+            self.watch.raise(refused(format!(
+                "{} has more than {MOST_ROWS} rows, too many for memory (accepted: asperity export, or part of them \
+                 by field)",
+                table.layout.topic
+            )));
+        }
+    }
+}
+
 /// Sends the records of a run without a log through detectors with other rules.
 struct Anew {
     trackers: Trackers,
@@ -304,24 +323,11 @@ impl Run {
         if let Some(table) = known().get(topic) {
             return Ok(table.clone());
         }
-        if let Some(scenario) = &self.scenario {
-            let log = Forecast::of(scenario).log;
-            let rows = match topic {
-                "/fields" => log.states.saturating_mul(u64::from(self.header.blocks)),
-                "/step" => log.samples,
-                "/window" => log.window_records.saturating_mul(u64::from(self.header.blocks)),
-                _ => 0,
-            };
-            if rows > MOST_ROWS {
-                return Err(refused(format!(
-                    "{topic} has {rows} scheduled rows (accepted: up to {MOST_ROWS} in memory; asperity export for more)"
-                )));
-            }
-        }
         let chosen = Chosen { topics: vec![topic.to_owned()], ..Chosen::default() };
         let tables = RunTables::new(&BTreeMap::new(), &[], chosen).map_err(refused)?;
-        let mut seen = self.source.observe(py, &self.header, |_| tables)?;
-        let table = seen.observer.tables().first().map(Table::of_run);
+        let bounded = |watch: &Arc<Watch>| Bounded { tables, watch: Arc::clone(watch) };
+        let mut seen = self.source.observe(py, &self.header, bounded)?;
+        let table = seen.observer.tables.tables().first().map(Table::of_run);
         let table = table.ok_or_else(|| failed(format!("no table of {topic}")))?;
         known().insert(topic.to_owned(), table.clone());
         Ok(table)

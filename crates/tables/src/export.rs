@@ -62,9 +62,7 @@ pub struct Report {
     pub files: Vec<(PathBuf, Option<u64>)>,
     /// How far the log was exported.
     pub ran: Ran,
-    /// Numbers of events in topics without a table: this program has no detector for them, and their schema
-    /// is not flat or unknown, the topic is no file name, or there are more than [`MOST_FOREIGN`] such
-    /// topics.
+    /// Numbers of events in topics without a table, see [`RunTables::left_out`].
     pub left_out: BTreeMap<String, u64>,
     /// Whether the step records have no energies, so that tables of them have no such columns.
     pub without_energies: bool,

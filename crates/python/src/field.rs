@@ -2,7 +2,7 @@
 
 use arrow_buffer::Buffer;
 use asperity_record::RunHeader;
-use asperity_run::{Field as States, NodeState, Nodes as NodesOf, Quantity, Span};
+use asperity_run::{Field as States, NodeState, Quantity, Span};
 use pyo3::prelude::*;
 
 use crate::attend::{Callbacks, attend};
@@ -198,11 +198,7 @@ impl Field {
 pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> {
     let state = attend(py, &Callbacks::default(), |watch| {
         let stop = || watch.is_stopped();
-        let mut nodes = match source {
-            Source::Log { path, last_step } => NodesOf::of_log(path, *last_step, &[t])?,
-            Source::Scenario { scenario, solver } => NodesOf::of_scenario(scenario, *solver, &[t])?,
-        };
-        nodes.next_state_unless(&stop)
+        source.nodes(&[t])?.next_state_unless(&stop)
     })?;
     let state = state.map_err(of_states)?.ok_or_else(|| refused("no time"))?;
     let NodeState { step, time_s, columns, displacement_m, velocity_m_per_s } = state;

@@ -7,7 +7,7 @@ use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::{Scenario, among};
 use asperity_numbers::run_data::{Collector, NodeField, RunData};
 use asperity_record::RunHeader;
-use asperity_run::{NodeState, Nodes};
+use asperity_run::NodeState;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
@@ -52,7 +52,6 @@ impl Figure {
         }
         let figure = kind.of_run(name, header, scenario, &set).map_err(refused)?;
         let required = figure.required_data();
-        source.must_be_of(header)?;
         let collector = Collector::new(name, header.clone(), scenario.clone(), required);
         let seen = source.observe(py, header, |_| collector)?;
         let mut collector = seen.observer;
@@ -60,10 +59,7 @@ impl Figure {
         if !at_s.is_empty() {
             let found = attend(py, &Callbacks::default(), |watch| {
                 let stop = || watch.is_stopped();
-                let mut nodes = match source {
-                    Source::Log { path, last_step } => Nodes::of_log(path, *last_step, &at_s)?,
-                    Source::Scenario { scenario, solver } => Nodes::of_scenario(scenario, *solver, &at_s)?,
-                };
+                let mut nodes = source.nodes(&at_s)?;
                 let mut found = Vec::new();
                 while let Some(state) = nodes.next_state_unless(&stop)? {
                     found.push(state);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use asperity_model::Scenario;
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader, RupturesFrom};
-use asperity_run::{Begin, Checked, Reading, SolverKind, Task, Verdict, read_once, run};
+use asperity_run::{Begin, Checked, Nodes, Reading, SolverKind, StatesError, Task, Verdict, read_once, run};
 use asperity_runlog::{RunReader, Topics};
 use pyo3::prelude::*;
 
@@ -47,6 +47,17 @@ impl Source {
         match reader.header() == header {
             true => Ok(()),
             false => Err(failed(format!("{}: {ANOTHER}", path.display()))),
+        }
+    }
+
+    /// The nodes of a slab at these times, s.
+    ///
+    /// # Errors
+    /// If they cannot be computed.
+    pub(crate) fn nodes(&self, at_s: &[f64]) -> Result<Nodes, StatesError> {
+        match self {
+            Source::Log { path, last_step } => Nodes::of_log(path, *last_step, at_s),
+            Source::Scenario { scenario, solver } => Nodes::of_scenario(scenario, *solver, at_s),
         }
     }
 

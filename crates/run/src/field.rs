@@ -92,7 +92,7 @@ impl Field {
         span: Span,
         stop: &dyn Fn() -> bool,
     ) -> Result<Field, StatesError> {
-        let mut reader = RunReader::open(log, Topics::RECORDS)?;
+        let mut reader = RunReader::open(log, Topics::NONE)?;
         let header = reader.header().clone();
         let plan = states::plan(&header, &reader);
         // Without dense records, only checkpoints are read.
@@ -100,13 +100,13 @@ impl Field {
             |plan: &Plan| plan.recording.windows.is_empty() && plan.recording.rupture_fields.is_none();
         let before_step = span.from_step.saturating_sub(1);
         let (last_step, saved) = if plan.as_ref().is_ok_and(is_sparse) {
-            (last_sound_step, states::last_saved(&mut RunReader::open(log, Topics::NONE)?, before_step))
+            (last_sound_step, states::last_saved(&mut reader, before_step, stop))
         } else {
             let blocks = header.blocks as usize;
             let mut recorded = Collected { span, quantity, blocks, steps: Vec::new(), values: Vec::new() };
-            let found = states::saved(&mut reader, last_sound_step, &[before_step], &mut |record| {
-                recorded.add(record)
-            });
+            let mut reader = RunReader::open(log, Topics::RECORDS)?;
+            let observe = &mut |record: &Record| recorded.add(record);
+            let found = states::saved(&mut reader, last_sound_step, &[before_step], stop, observe);
             if recorded.is_whole()
                 && let Some(scales) = header.scales
             {
@@ -115,6 +115,9 @@ impl Field {
             }
             found
         };
+        if stop() {
+            return Err(StatesError::Interrupted);
+        }
         let plan = plan?;
         is_in(&plan, span, last_step)?;
         let from = states::fitting(saved, &plan)?.into_iter().next_back();

@@ -61,7 +61,7 @@ impl Nodes {
         let header = reader.header().clone();
         let plan = states::plan(&header, &reader)?;
         let wanted = steps_at(&plan, at_s)?;
-        let (last_step, saved) = states::saved(&mut reader, last_sound_step, &wanted, &mut |_| ());
+        let (last_step, saved) = states::saved(&mut reader, last_sound_step, &wanted, &|| false, &mut |_| ());
         let steps = within(&plan, wanted, last_step)?;
         let from = states::fitting(saved, &plan)?;
         Ok(Nodes { kind: states::kind(&header), plan: Arc::new(plan), solver: None, last: None, steps, from })

@@ -100,11 +100,12 @@ pub(crate) fn fitting(
 }
 
 /// The last step with a record in the sound part of a log, before any gap, and the last checkpoint
-/// at or before each of the steps, where there is one. `observe` receives the records.
+/// at or before each of the steps, where there is one. `observe` receives the records; `stop` is polled.
 pub(crate) fn saved(
     reader: &mut RunReader,
     last_sound_step: u64,
     steps: &[u64],
+    stop: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Record),
 ) -> (u64, BTreeMap<u64, Saved>) {
     let mut last_step = 0;
@@ -114,7 +115,7 @@ pub(crate) fn saved(
     while let Ok(Some(item)) = reader.next_item() {
         let LogItem::Record(record) = item else { continue };
         // Records after a gap need not follow from those before.
-        if record.step() > last_sound_step || reader.has_gap() {
+        if record.step() > last_sound_step || reader.has_gap() || stop() {
             break;
         }
         last_step = record.step();
@@ -136,13 +137,14 @@ pub(crate) fn saved(
     (last_step, found)
 }
 
-/// The last checkpoint at or before a step, if there is one before any gap. What follows it is not read.
-pub(crate) fn last_saved(reader: &mut RunReader, step: u64) -> BTreeMap<u64, Saved> {
+/// The last checkpoint at or before a step, if there is one before any gap. What follows it is not read. `stop` is
+/// polled at each.
+pub(crate) fn last_saved(reader: &mut RunReader, step: u64, stop: &dyn Fn() -> bool) -> BTreeMap<u64, Saved> {
     let mut last = BTreeMap::new();
     // The verdict reports where the log cannot be read.
     while let Ok(Some(text)) = reader.next_checkpoint() {
         let Ok(saved) = serde_json::from_str::<Saved>(text) else { continue };
-        if saved.step() > step || reader.has_gap() {
+        if saved.step() > step || reader.has_gap() || stop() {
             break;
         }
         last = BTreeMap::from([(saved.step(), saved)]);

@@ -365,15 +365,15 @@ fn errors_in_files_name_line_column_key_value_and_range() {
     let folder = folder();
     let file = folder.path().join("mine.toml");
     let out = folder.path().join("run.mcap");
-    let text_of = "[slider]\nblocks = 1\n\n[friction]\n  static_coefficient = \"high\"\n";
+    let text_of = "[slider]\nblocks = 0\n\n[friction]\n  static_coefficient = \"high\"\n";
     fs::write(&file, text_of).expect("the folder can be written");
     let stderr = fail(&["run", text(&file), "--out", text(&out)], 2);
     let file_name = text(&file);
     assert_eq!(
         stderr,
         format!(
-            "error: {file_name}:2:10: slider.blocks: 1 is not accepted \
-             (accepted: a whole number from 2 to 100000)\n\
+            "error: {file_name}:2:10: slider.blocks: 0 is not accepted \
+             (accepted: a whole number from 1 to 100000)\n\
              error: {file_name}:5:24: friction.static_coefficient: \"high\" is not accepted \
              (accepted: a number from 0)\n"
         )
@@ -469,8 +469,8 @@ fn bad_pipelines_are_refused_and_nothing_is_written() {
         ("title = \"a\"\n[[run]]\nname = \"a/b\"\nscenario = \"default\"\n", "\"a/b\" is no file name"),
         ("title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"defualt\"\n", "run a: scenario defualt"),
         (
-            "title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"default\"\nset = [\"slider.blocks=1\"]\n",
-            "run a: --set slider.blocks=1: slider.blocks: 1 is not accepted",
+            "title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"default\"\nset = [\"slider.blocks=0\"]\n",
+            "run a: --set slider.blocks=0: slider.blocks: 0 is not accepted",
         ),
         (
             "title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"default\"\n\

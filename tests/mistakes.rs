@@ -86,7 +86,7 @@ fn mistaken_values_are_refused_where_they_stand() {
     for (set, words) in [
         ("slider.blokcs=100", &["did you mean slider.blocks?"][..]),
         ("mu_s=0.7", &["did you mean friction.static_coefficient?"]),
-        ("slider.blocks=10.5", &["10.5 is not accepted (accepted: a whole number from 2 to 100000)"]),
+        ("slider.blocks=10.5", &["10.5 is not accepted (accepted: a whole number from 1 to 100000)"]),
         ("slider.blocks=many", &["\"many\" is not accepted (accepted: a whole number from 2"]),
         (
             "slider.length_m=100mm",

@@ -562,7 +562,7 @@ impl Forge {
         self.says("run-without-blocks", "run", "blocks", None, "no number of blocks", "lacks the key blocks");
         for (name, key, value) in [
             ("run-blocks-4294967295", "blocks", "4294967295"),
-            ("run-blocks-1", "blocks", "1"),
+            ("run-blocks-0", "blocks", "0"),
             ("run-blocks-minus-1", "blocks", "-1"),
             ("run-blocks-text", "blocks", "many"),
             ("run-step-0", "time_step_s", "0"),

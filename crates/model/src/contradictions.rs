@@ -1,10 +1,11 @@
 //! Rules between keys, each with its own error.
 
-use asperity_record::{TimeGrid, rounded, short};
+use asperity_record::{TimeGrid, counted, rounded, short};
 
 use crate::choices::{DriveKind, ScheduleFrom, Start};
 use crate::derive::{coefficients, longest_stable_step_s};
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
+use crate::one_block;
 use crate::plan::Plan;
 use crate::scenario::{Friction, Scenario};
 use crate::slab;
@@ -32,6 +33,7 @@ const RULES: &[Rule] = &[
     every_block_has_ordered_coefficients,
     slabs_have_what_they_can,
     keys_of_slabs_are_for_slabs,
+    keys_of_several_blocks_are_for_these,
     only_springs_let_stuck_blocks_move,
     loaded_starts_leave_out_nothing,
     loaded_starts_know_the_stuck_chain,
@@ -136,7 +138,8 @@ fn sliding_friction_is_not_above_the_threshold(scenario: &Scenario, refusals: &m
 
 fn initial_velocity_is_a_mode_of_the_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let (blocks, mode) = (scenario.slider.blocks, scenario.initial_velocity.mode);
-    if mode >= blocks {
+    // One block has mode 0 alone, see `one_block.rs`.
+    if blocks > 1 && mode >= blocks {
         refusals.refuse(
             "initial_velocity.mode",
             format!("a chain of {blocks} blocks has no mode {mode}"),
@@ -252,7 +255,7 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
         if !values.is_empty() && values.len() != blocks {
             refusals.refuse(
                 key,
-                format!("{} numbers for {blocks} blocks", values.len()),
+                format!("{} for {}", counted(values.len() as u64, "number"), counted(blocks as u64, "block")),
                 format!("{blocks} numbers, or none"),
             );
         }
@@ -297,6 +300,12 @@ fn slabs_have_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
 
 fn keys_of_slabs_are_for_slabs(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     for (key, problem, accepted) in slab_keys::of_a_chain(scenario) {
+        refusals.refuse(key, problem, accepted);
+    }
+}
+
+fn keys_of_several_blocks_are_for_these(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    for (key, problem, accepted) in one_block::refused(scenario) {
         refusals.refuse(key, problem, accepted);
     }
 }
@@ -508,7 +517,7 @@ mod tests {
             "friction.law = \"rigid\"\nfriction.ageing_coefficient = 0.01",
             "friction.ageing_coefficient: 0.01 has no meaning for friction.law = \"rigid\"",
         ),
-        ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 numbers for 100 blocks"),
+        ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 number for 100 blocks"),
         ("friction.static_spread = 0.5", "friction.static_spread: block"),
         (
             "time.start = \"loaded\"\nfriction.ageing_coefficient = 0.01",
@@ -611,6 +620,17 @@ mod tests {
         (
             "slider.blocks = 3\nslider.rows = 11\nslider.height_m = 0.5\nnormal_load.tilt = 1",
             "slider.rows: contact 3 bears nothing of the load",
+        ),
+        ("slider.blocks = 0", "slider.blocks: 0 is not accepted (accepted: a whole number from 1 to 100000)"),
+        (
+            "slider.blocks = 1\nslider.rows = 3",
+            "slider.blocks: 1 column of nodes is no slab, whose spacing is that of its columns (accepted: a whole \
+             number from 2, or slider.rows = 1)",
+        ),
+        (
+            "slider.blocks = 1\nnormal_load.tilt = 0.5",
+            "normal_load.tilt: 0.5 shifts load from one block to another, and there is one (accepted: 0, or \
+             slider.blocks from 2)",
         ),
         ("initial_shear.profile_csv = \"no such file\"", "initial_shear.profile_csv: no such file: "),
     ];

@@ -1,7 +1,7 @@
 //! From a resolved scenario to a plan.
 
 use crate::choices::{DriveKind, ScheduleFrom, Start};
-use crate::elastic::{Chain, Elastic};
+use crate::elastic::{Chain, Elastic, gaps};
 use crate::initial;
 use crate::lattice::Lattice;
 use crate::load::{self, LoadCourse};
@@ -149,7 +149,7 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
 /// The row that a side drive pulls at, counted from 0 at the bottom: the one nearest to its height.
 pub(crate) fn drive_row(scenario: &Scenario) -> usize {
     let slider = &scenario.slider;
-    let spacing_m = slider.length_m / f64::from(slider.blocks - 1);
+    let spacing_m = slider.length_m / gaps(slider.blocks as usize) as f64;
     // The cast saturates.
     (scenario.drive.height_m / spacing_m).round() as usize
 }
@@ -162,7 +162,7 @@ fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
     if drive.decay_length_m == 0.0 {
         return load::tilted(drive.stiffness_n_per_m, drive.tilt, blocks);
     }
-    let spacing_m = scenario.slider.length_m / (blocks - 1) as f64;
+    let spacing_m = scenario.slider.length_m / gaps(blocks) as f64;
     let shares: Vec<f64> =
         (0..blocks).map(|n| libm::exp(-(n as f64 * spacing_m) / drive.decay_length_m)).collect();
     let all: f64 = shares.iter().sum();
@@ -212,7 +212,7 @@ struct Springs {
 impl Springs {
     fn of(scenario: &Scenario) -> Springs {
         let slider = &scenario.slider;
-        let gaps = f64::from(slider.blocks - 1);
+        let gaps = gaps(slider.blocks as usize) as f64;
         let nodes = f64::from(slider.blocks) * f64::from(slider.rows);
         let block_mass_kg = slider.mass_kg / nodes;
         let damping =

@@ -32,12 +32,18 @@ pub enum Elastic {
 /// instruction set of their caller. Arrays have one number per node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chain {
-    /// Number of nodes, at least 2.
+    /// Number of nodes; a single one has no bond.
     pub nodes: usize,
     /// `k`.
     pub stiffness_n_per_m: f64,
     /// `eta`.
     pub damping_kg_per_s: f64,
+}
+
+/// Number of gaps between the nodes of a line, over which its length is divided. A single node is
+/// one spacing long.
+pub fn gaps(nodes: usize) -> usize {
+    nodes.max(2) - 1
 }
 
 impl Elastic {
@@ -93,9 +99,9 @@ impl Elastic {
     }
 
     /// Whether the theory of the thesis applies (lengths of precursors, decay lengths, speeds of
-    /// fronts): only to a chain, whose nodes move along the sliding direction only.
+    /// fronts): only to a chain of several nodes, which move along the sliding direction only.
     pub fn has_theory(&self) -> bool {
-        self.freedoms_per_node() == 1
+        self.freedoms_per_node() == 1 && self.nodes() > 1
     }
 
     /// The speed of long longitudinal waves along the sliding direction relative to that of shear waves;
@@ -256,14 +262,18 @@ impl Chain {
     /// Number of neighbours of node `n`, counted from 0.
     #[inline]
     pub fn neighbours(&self, n: usize) -> f64 {
-        if n == 0 || n + 1 == self.nodes { 1.0 } else { 2.0 }
+        f64::from(u8::from(n > 0) + u8::from(n + 1 < self.nodes))
     }
 
     /// The pull on all nodes,
     /// `k ((u_{n+1} - 2 u_n) + u_{n-1}) + eta ((v_{n+1} - 2 v_n) + v_{n-1})`, at the ends
-    /// `k (u_1 - u_0) + eta (v_1 - v_0)` and likewise: (5.6), (5.7).
+    /// `k (u_1 - u_0) + eta (v_1 - v_0)` and likewise: (5.6), (5.7). None on a single node.
     #[inline(always)]
     pub fn pull(&self, tau: &mut [f64], u: &[f64], v: &[f64]) {
+        if let [tau] = tau {
+            *tau = 0.0;
+            return;
+        }
         let &Chain { stiffness_n_per_m: k, damping_kg_per_s: eta, .. } = self;
         let last = tau.len() - 1;
         let inner = last.saturating_sub(1);
@@ -349,7 +359,9 @@ impl Chain {
     pub fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
         let k = self.stiffness_n_per_m;
         let mut u = vec![0.0; self.nodes];
-        u[1] = spring_force_n[0] / k;
+        if let [_, second, ..] = &mut u[..] {
+            *second = spring_force_n[0] / k;
+        }
         for n in 2..self.nodes {
             u[n] = 2.0 * u[n - 1] - u[n - 2] + spring_force_n[n - 1] / k;
         }

@@ -1,7 +1,7 @@
 //! The state of the slider before its first step.
 
 use crate::chain::{SteadyLoading, Stiffness};
-use crate::elastic::Elastic;
+use crate::elastic::{Elastic, gaps};
 use crate::plan::{Drive, InitialState, Plan};
 use crate::scenario::Scenario;
 
@@ -62,10 +62,10 @@ pub(crate) fn shear_n(scenario: &Scenario, normal_load_n: &[f64], spacing_m: f64
 /// The constant external force on each block; empty where there is none.
 pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64> {
     let prestress = &scenario.prestress;
-    let last = normal_load_n.len() - 1;
+    let gaps = gaps(normal_load_n.len()) as f64;
     let of = |n: usize| {
         let first = if n == 0 { prestress.first_block_ratio } else { 0.0 };
-        let rise = prestress.rise_ratio * (n as f64 / last as f64);
+        let rise = prestress.rise_ratio * (n as f64 / gaps);
         let listed = prestress.profile.get(n).copied().unwrap_or(0.0);
         (prestress.ratio + first + rise + listed) * normal_load_n[n]
     };
@@ -133,7 +133,7 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
 
 /// `tau0_n = beta p_n (2 x_n / L - 1)` (5.50) at `x_n = (n - 1) a`.
 pub fn shear_profile(beta: f64, normal_load_n: &[f64], spacing_m: f64) -> Vec<f64> {
-    let length_m = spacing_m * (normal_load_n.len() - 1) as f64;
+    let length_m = spacing_m * gaps(normal_load_n.len()) as f64;
     normal_load_n
         .iter()
         .enumerate()

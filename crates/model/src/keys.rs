@@ -140,8 +140,9 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "slider.blocks",
         symbol: "N",
-        doc: "Number of blocks in the chain; of a slab, number of nodes in a row, and so of contacts.",
-        kind: Count(2, MOST_BLOCKS),
+        doc: "Number of blocks in the chain, 1 for a block on its driving spring; of a slab, number of nodes in a row, \
+              and so of contacts, from 2.",
+        kind: Count(1, MOST_BLOCKS),
         default: Is(Value::Count(100)),
     },
     Key {
@@ -155,7 +156,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "slider.length_m",
         symbol: "L_x",
-        doc: "Length of the slider in the direction of sliding; the spacing is a = L / (N - 1).",
+        doc: "Length of the slider in the direction of sliding; the spacing is a = L / (N - 1), L of a single block.",
         kind: POSITIVE,
         default: Is(Value::Number(0.1)),
     },
@@ -184,7 +185,8 @@ pub const KEYS: &[Key] = &[
         path: "slider.youngs_modulus_pa",
         symbol: "E",
         doc: "Young's modulus; the springs between blocks have k = E (N - 1) L_y L_z / L_x (5.5), those of a slab \
-              k = 3 E L_y / 4, and k / 2 along diagonals.",
+              k = 3 E L_y / 4, and k / 2 along diagonals. A single block has no such spring; of its \
+              k = E L_y L_z / L_x there follow k_t and the wave speed.",
         kind: POSITIVE,
         default: Is(Value::Number(2.5e9)),
     },
@@ -490,7 +492,7 @@ pub const KEYS: &[Key] = &[
         path: "initial_velocity.mode",
         symbol: "j",
         doc: "Which mode: v_n = amplitude cos(pi j (n - 1/2) / N), with 0 <= j <= N - 1; \
-              N - 1 is the shortest wave.",
+              N - 1 is the shortest wave. A single block that moves at the start needs 0.",
         kind: Count(0, 99_999),
         default: Is(Value::Count(1)),
     },

@@ -32,7 +32,7 @@ impl<T> Number for T where T: Copy + Default + Add<Output = T> + Sub<Output = T>
 pub struct Lattice {
     /// Bonds between nodes, and the axes along which they move.
     pub table: &'static Table,
-    /// Nodes along the sliding direction, at least 2.
+    /// Nodes along the sliding direction, at least 2; 1 if there is no other node.
     pub columns: usize,
     /// Nodes across it, at least 1.
     pub lanes: usize,
@@ -309,12 +309,17 @@ impl Lattice {
 
     /// Bound on the eigenvalues of the springs' stiffness without the foundation: `6 k` in a slab.
     pub fn spectral_bound_n_per_m(&self) -> f64 {
-        self.table.largest_eigenvalue * self.stiffness_n_per_m
+        self.between_nodes(self.table.largest_eigenvalue * self.stiffness_n_per_m)
     }
 
     /// Bound on the eigenvalues of the dashpots' damping: `12 eta` in a slab.
     pub fn damping_spectral_bound_kg_per_s(&self) -> f64 {
-        self.table.largest_damping_eigenvalue * self.damping_kg_per_s
+        self.between_nodes(self.table.largest_damping_eigenvalue * self.damping_kg_per_s)
+    }
+
+    /// A bound of the bonds between nodes; 0 for a single node, which has none.
+    fn between_nodes(&self, bound: f64) -> f64 {
+        if self.nodes() > 1 { bound } else { 0.0 }
     }
 }
 

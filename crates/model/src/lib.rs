@@ -77,6 +77,7 @@ pub mod law;
 mod law_keys;
 pub mod laws;
 pub mod load;
+mod one_block;
 pub mod plan;
 pub mod preview;
 mod profile;

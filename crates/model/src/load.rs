@@ -1,5 +1,7 @@
 //! Normal load per block, and its course in time.
 
+use crate::elastic::gaps;
+
 /// `p_n = F_N / N (1 - theta (2n - N - 1) / (N - 1))` (5.18), n from 1.
 ///
 /// The sign is that of (5.18) and of the thesis' program: a positive `theta`
@@ -7,7 +9,7 @@
 pub fn tilted(total_n: f64, theta: f64, blocks: usize) -> Vec<f64> {
     let count = blocks as f64;
     (1..=blocks)
-        .map(|n| total_n / count * (1.0 - (2.0 * n as f64 - count - 1.0) / (count - 1.0) * theta))
+        .map(|n| total_n / count * (1.0 - (2.0 * n as f64 - count - 1.0) / gaps(blocks) as f64 * theta))
         .collect()
 }
 
@@ -119,5 +121,6 @@ mod tests {
         let p = tilted(400.0, 0.5, 5);
         assert_eq!((p[0], p[2], p[4]), (120.0, 80.0, 40.0));
         assert!((p.iter().sum::<f64>() - 400.0).abs() < 1e-12);
+        assert_eq!(tilted(400.0, 0.0, 1), [400.0]);
     }
 }

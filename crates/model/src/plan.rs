@@ -12,7 +12,7 @@ pub struct Plan {
     pub blocks: usize,
     /// Length of the slider `L`.
     pub length_m: f64,
-    /// Spacing `a = L / (N - 1)`.
+    /// Spacing `a = L / (N - 1)`; `L` of a single block.
     pub spacing_m: f64,
     /// Mass of a block `m = M / N`; of a slab, of a node.
     pub block_mass_kg: f64,

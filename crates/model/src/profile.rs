@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::elastic::gaps;
 use crate::text;
 
 /// The format of such a file, as stated in errors.
@@ -17,7 +18,7 @@ pub(crate) fn read(path: &Path, blocks: usize) -> Result<Vec<f64>, String> {
     let rows = parse(&text).map_err(|(line, problem)| format!("{}:{line}: {problem}", path.display()))?;
     let mut behind = 1;
     let at_block = |n: usize| {
-        let x = n as f64 / (blocks - 1) as f64;
+        let x = n as f64 / gaps(blocks) as f64;
         while behind + 1 < rows.len() && rows[behind].0 < x {
             behind += 1;
         }

@@ -202,8 +202,8 @@ mod tests {
     fn errors_name_place_key_value_and_range() {
         for (text, expected) in [
             (
-                "[slider]\nblocks = 1",
-                "test.toml:2:10: slider.blocks: 1 is not accepted (accepted: a whole number from 2 to 100000)",
+                "[slider]\nblocks = 0",
+                "test.toml:2:10: slider.blocks: 0 is not accepted (accepted: a whole number from 1 to 100000)",
             ),
             (
                 "[slider]\n  blokcs = 7",

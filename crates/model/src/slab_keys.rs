@@ -2,6 +2,7 @@
 
 use crate::choices::{DriveKind, Start};
 use crate::derive::drive_row;
+use crate::elastic::gaps;
 use crate::keys::FOUNDATION_RATIO;
 use crate::scenario::Scenario;
 
@@ -23,6 +24,14 @@ pub(crate) fn of_a_slab(scenario: &Scenario) -> Vec<Refusal> {
         return refused;
     }
     let mut refuse = |key, problem: String, accepted: String| refused.push((key, problem, accepted));
+    if slider.blocks == 1 {
+        refuse(
+            "slider.blocks",
+            "1 column of nodes is no slab, whose spacing is that of its columns".to_owned(),
+            "a whole number from 2, or slider.rows = 1".to_owned(),
+        );
+        return refused;
+    }
     let nodes = u64::from(slider.blocks) * u64::from(slider.rows);
     if nodes > MOST_NODES {
         refuse(
@@ -31,7 +40,7 @@ pub(crate) fn of_a_slab(scenario: &Scenario) -> Vec<Refusal> {
             format!("at most {MOST_NODES} nodes"),
         );
     }
-    let spacing_m = slider.length_m / f64::from(slider.blocks - 1);
+    let spacing_m = slider.length_m / gaps(slider.blocks as usize) as f64;
     let height_m = spacing_m * f64::from(slider.rows - 1);
     if (slider.height_m - height_m).abs() > SAME_SPACING * height_m {
         refuse(

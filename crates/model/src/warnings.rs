@@ -94,7 +94,8 @@ pub const WRONG_FRONT: f64 = 0.04;
 /// Warns of a time step so long that it changes the speeds of fronts.
 fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let error = plan.scales.front_error(scenario.time.step_s);
-    (error > WRONG_FRONT).then(|| {
+    // One block has no fronts.
+    (error > WRONG_FRONT && plan.blocks > 1).then(|| {
         format!(
             "time.step_s = {:e} is {:.3} of the time in which a wave crosses a block, {:.3e} s: speeds of \
              fronts are wrong by about {:.0} %, in proportion to the step (docs/ruptures.md)",

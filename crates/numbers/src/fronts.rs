@@ -41,7 +41,7 @@ pub fn passages(run: &RunEvents) -> Vec<Passage> {
 /// The blocks over which a front is assumed to be steady: from the middle of the slider to 11/12 of it, 300
 /// to 550 of 600. Transients have decayed before; waves from the far end have not arrived yet.
 pub fn steady_span(blocks: usize) -> std::ops::RangeInclusive<usize> {
-    blocks / 2..=blocks * 11 / 12
+    (blocks / 2).max(1)..=blocks * 11 / 12
 }
 
 /// The time in which the chain's waves cross a block, `a / c = sqrt(m / k)`.

@@ -153,6 +153,7 @@ impl RawEvents {
         let outlast =
             self.longest_s(run_end_s).is_some_and(|longest| longest > MISLEADING_CROSSINGS * crossing_s);
         let joined = self.joined_count() as f64 > MISLEADING_JOINED * self.wide_count() as f64;
-        outlast || joined
+        // No front crosses a single block.
+        (outlast && self.blocks > 1) || joined
     }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use asperity_model::{Plan, Scenario as Resolved, ScenarioSource, builtin, source};
 use asperity_numbers::Summary;
+use asperity_record::counted;
 use asperity_report::sketch_alone;
 use asperity_run::Forecast;
 use pyo3::exceptions::PyKeyError;
@@ -200,8 +201,10 @@ impl Scenario {
         let Resolved { name, slider, time, .. } = &self.resolved;
         let rows = if slider.rows > 1 { format!(" x {} rows", slider.rows) } else { String::new() };
         format!(
-            "Scenario({name:?}: {} blocks{rows}, {} s in steps of {:e} s)",
-            slider.blocks, time.duration_s, time.step_s
+            "Scenario({name:?}: {}{rows}, {} s in steps of {:e} s)",
+            counted(slider.blocks.into(), "block"),
+            time.duration_s,
+            time.step_s
         )
     }
 

@@ -295,7 +295,8 @@ fn in_short(summary: &Summary) -> String {
         .first_global_rupture_onset_s
         .map(|onset| format!("first global slip at {} s", rounded(onset, 5)));
     let parts = [
-        Some(format!("{} blocks, {} s", summary.blocks, number(summary.simulated_s))),
+        counted(Some(summary.blocks.into()), "block")
+            .map(|blocks| format!("{blocks}, {} s", number(summary.simulated_s))),
         counted(summary.rupture_count, "rupture"),
         counted(summary.precursor_count, "precursor"),
         onset.or_else(|| Some("no slip of the whole slider".to_owned())),

@@ -71,6 +71,9 @@ fn words(plan: &Plan, kind: DriveKind) -> String {
     } else {
         "more towards the last block".to_owned()
     };
+    if plan.blocks == 1 {
+        return format!("The model: 1 block, {contact}; {drive}.");
+    }
     format!(
         "The model: {} blocks in a row, joined by springs, {contact}; {drive}; normal load spread {load}.",
         plan.blocks
@@ -163,8 +166,11 @@ impl Sketch<'_> {
         let last = self.x(self.blocks.len() - 1);
         let end = "μ<tspan class=\"d\" dy=\"3\">s</tspan><tspan dy=\"-3\">, μ</tspan><tspan class=\"d\" dy=\"3\">d</tspan>";
         self.pen.words(last + 30.0, SURFACE - 6.0, "start", end);
-        let span = if self.plan.blocks > 1 { SURFACE + 30.0 } else { SURFACE };
-        let (from, to) = (self.x(0), last);
+        // The length is that between the first and the last block.
+        if self.plan.blocks == 1 {
+            return;
+        }
+        let (from, to, span) = (self.x(0), last, SURFACE + 30.0);
         self.pen.path(
             "f",
             &format!(
@@ -278,6 +284,8 @@ mod tests {
                 "{blocks}"
             );
         }
+        let one = of(&["slider.blocks=1"]);
+        assert!(one.contains("1 block, each held by a friction spring") && one.matches("<rect").count() == 1);
         let rigid = of(&["friction.law='rigid'"]);
         let letter = |svg: &str| -> f64 {
             let (before, _) = svg.split_once(">K<").map(|(before, rest)| (before.to_owned(), rest)).unwrap();
@@ -285,7 +293,7 @@ mod tests {
         };
         assert!(letter(&side) < super::SURFACE - 10.0 && letter(&rigid) < super::SURFACE - 10.0);
         assert!(rigid.contains("without a friction spring") && rigid.len() < side.len());
-        for svg in [side, few, rigid] {
+        for svg in [side, few, one, rigid] {
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         }
     }

@@ -94,8 +94,8 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         scales: scales_from_map(&map)?,
     };
     // These two determine allocations and divisors, so they are bounded here, once.
-    if !(2..=MOST_BLOCKS).contains(&u64::from(header.blocks)) {
-        return Err(map.invalid("blocks", format!("a whole number from 2 to {MOST_BLOCKS}")));
+    if !(1..=MOST_BLOCKS).contains(&u64::from(header.blocks)) {
+        return Err(map.invalid("blocks", format!("a whole number from 1 to {MOST_BLOCKS}")));
     }
     if Contacts::in_rows(header.blocks, header.rows).is_none() {
         return Err(map.invalid(ROWS, "a whole number that divides that of blocks"));

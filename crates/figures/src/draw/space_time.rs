@@ -193,7 +193,8 @@ pub(super) fn map(
     let items = layers.into_values().flatten().chain(velocities).chain(fronts).chain([creep]).collect();
     let (from, to) = (view.clock.place(view.from_s), view.clock.place(view.to_s));
     let x = Scale::between(&view.clock.label, from, to);
-    let y = Scale::between("block n", f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5);
+    let y = Scale::between("block n", f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5)
+        .in_whole_numbers(true);
     Ok(Paper { bar, ..Paper::single(x, y, items, rows) })
 }
 

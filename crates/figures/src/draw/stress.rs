@@ -24,6 +24,9 @@ impl Figure for Stress {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        if run.plan.blocks == 1 {
+            return Err(format!("run {} has one block, and forces along a slider need several", run.name));
+        }
         let mut states = Vec::new();
         for at_s in &self.at_s {
             let fields = run.states()?.near(*at_s);

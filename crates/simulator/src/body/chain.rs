@@ -26,7 +26,8 @@ pub(crate) struct ChainBody {
     former_displacement_m: Vec<f64>,
     former_velocity_m_per_s: Vec<f64>,
     former_tangential_force_n: Vec<f64>,
-    /// External force on each node, from the drive and the prestress, and whether any inner node is pulled.
+    /// External force on each node, from the drive and the prestress, and whether any node but two ends is
+    /// pulled.
     outer_force_n: Vec<f64>,
     prestress_n: Vec<f64>,
     is_pulled_inside: bool,
@@ -79,7 +80,9 @@ impl OfPlan for ChainBody {
             former_tangential_force_n: zeros(),
             outer_force_n: if plan.prestress_n.is_empty() { zeros() } else { plan.prestress_n.clone() },
             prestress_n: plan.prestress_n.clone(),
-            is_pulled_inside: plan.drive.pulls_inside(chain.nodes)
+            // Both ends of one block are the same node.
+            is_pulled_inside: chain.nodes == 1
+                || plan.drive.pulls_inside(chain.nodes)
                 || !plan.prestress_n.is_empty()
                 || plan.friction.law.holds(),
             strength: Strength::new(plan),

@@ -43,6 +43,8 @@ mod new_detector;
 #[cfg(unix)]
 mod not_files;
 #[cfg(feature = "analysis")]
+mod one_block;
+#[cfg(feature = "analysis")]
 mod page;
 mod parameter_sets;
 mod prestress;

@@ -87,7 +87,7 @@ fn mistaken_values_are_refused_where_they_stand() {
         ("slider.blokcs=100", &["did you mean slider.blocks?"][..]),
         ("mu_s=0.7", &["did you mean friction.static_coefficient?"]),
         ("slider.blocks=10.5", &["10.5 is not accepted (accepted: a whole number from 1 to 100000)"]),
-        ("slider.blocks=many", &["\"many\" is not accepted (accepted: a whole number from 2"]),
+        ("slider.blocks=many", &["\"many\" is not accepted (accepted: a whole number from 1"]),
         (
             "slider.length_m=100mm",
             &["\"100mm\" is not accepted (accepted: a number above 0, in m, without its unit"],

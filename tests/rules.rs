@@ -19,8 +19,8 @@ const STATED: [&str; 5] = [
 
 const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
 
-/// Twelve runs over all laws, drives, courses of the load and starts.
-const CASES: [(&str, &[&str]); 12] = [
+/// Thirteen runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 13] = [
     ("stated", &[]),
     ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
     ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
@@ -50,6 +50,16 @@ const CASES: [(&str, &[&str]); 12] = [
             "normal_load.schedule_from=hold",
             "normal_load.schedule_s=[0,0.01]",
             "normal_load.schedule_n=[400,60]",
+        ],
+    ),
+    (
+        "one-block",
+        &[
+            "slider.blocks=1",
+            "friction.interfacial_stiffness_ratio=10",
+            "drive.stiffness_n_per_m=8e6",
+            "drive.velocity_m_per_s=0.2",
+            "time.duration_s=0.01",
         ],
     ),
     (

@@ -21,7 +21,7 @@ def sums(terms):
 
 def tilted(total, tilt, count):
     n = np.arange(1, count + 1, dtype=float)
-    return total / count * (1.0 - (2.0 * n - count - 1.0) / (count - 1.0) * tilt)
+    return total / count * (1.0 - (2.0 * n - count - 1.0) / max(count - 1.0, 1.0) * tilt)
 
 
 def drawn(seed, stream, count):
@@ -56,11 +56,12 @@ class Slider:
         slider, friction = scenario["slider"], scenario["friction"]
         load, drive, time = scenario["normal_load"], scenario["drive"], scenario["time"]
         self.blocks = count = slider["blocks"]
-        self.spacing = slider["length_m"] / (count - 1)
+        self.gaps = max(count - 1, 1)
+        self.spacing = slider["length_m"] / self.gaps
         self.mass = slider["mass_kg"] / count
         self.k = (
             slider["youngs_modulus_pa"]
-            * (count - 1)
+            * self.gaps
             * slider["width_m"]
             * slider["height_m"]
             / slider["length_m"]
@@ -80,7 +81,7 @@ class Slider:
         listed[: len(prestress["profile"])] = prestress["profile"]
         first = np.zeros(count)
         first[0] = prestress["first_block_ratio"]
-        rise = prestress["rise_ratio"] * (np.arange(count) / (count - 1))
+        rise = prestress["rise_ratio"] * (np.arange(count) / self.gaps)
         self.prestress = (prestress["ratio"] + first + rise + listed) * self.p
         # The course of the normal load.
         self.knots = [self.whole_steps(t) for t in load["schedule_s"]]
@@ -151,16 +152,15 @@ class Slider:
         count, shear = self.blocks, self.scenario["initial_shear"]
         slider = self.scenario["slider"]
         beta = shear["beta"] + 4.0 * shear["poisson_ratio"] * slider["height_m"] / slider["length_m"]
-        length = self.spacing * (count - 1)
+        length = self.spacing * self.gaps
         x = np.arange(count) * self.spacing
         tau0 = beta * self.p * (2.0 * x / length - 1.0)
         profile = np.zeros(count)
         profile[: len(shear["profile"])] = shear["profile"]
         tau0 = tau0 + profile * self.p
         u = np.zeros(count)
-        u[1] = tau0[0] / self.k
-        for n in range(2, count):
-            u[n] = 2.0 * u[n - 1] - u[n - 2] + tau0[n - 1] / self.k
+        for n in range(1, count):
+            u[n] = (2.0 * u[n - 1] - u[n - 2] if n > 1 else 0.0) + tau0[n - 1] / self.k
         pull = second_difference(u) * self.k + self.pull_of_drive(0.0, u) + self.prestress
         self.u, self.anchor = u, u - pull / self.kt if self.springs else u.copy()
         first = self.scenario["initial_velocity"]

@@ -239,7 +239,8 @@ impl Elastic {
     /// invariant `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` never grows, and it bounds the state
     /// if `m - dt C / 2 - dt^2 M / 4` is positive. That is the same condition, with `w^2` from
     /// [`Elastic::stiffest_n_per_m`] and `g` from the bound on the dashpots. Contacts that lift off the
-    /// foundation only reduce the stiffness.
+    /// foundation only reduce the stiffness. A single block on no spring moves stably at any step; that of a
+    /// spring `k` is returned.
     pub fn longest_stable_step_s(
         &self,
         node_mass_kg: f64,
@@ -247,7 +248,9 @@ impl Elastic {
         drive_n_per_m: f64,
         contact_damping_kg_per_s: f64,
     ) -> f64 {
-        let stiffest = self.stiffest_n_per_m(interfacial_n_per_m, drive_n_per_m) / node_mass_kg;
+        let stiffest_n_per_m = self.stiffest_n_per_m(interfacial_n_per_m, drive_n_per_m);
+        let is_free = stiffest_n_per_m == 0.0;
+        let stiffest = if is_free { self.stiffness_n_per_m() } else { stiffest_n_per_m } / node_mass_kg;
         let damping = (self.damping_spectral_bound_kg_per_s() + contact_damping_kg_per_s) / node_mass_kg;
         // The positive root, in a form without cancellation or overflow.
         4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))

@@ -1,0 +1,74 @@
+//! A single block on its driving spring, from its scenario to tables, figures, pages and a study.
+
+use std::fs;
+
+use asperity_testkit::folder;
+
+use crate::support::binary::{as_given, succeed, text};
+
+const SCENARIO: &str = "name = \"slider\"
+parameter_set = \"as-stated\"
+slider.blocks = 1
+drive.velocity_m_per_s = 2e-3
+time.step_s = 2e-6
+time.duration_s = 0.8
+recording.sample_s = 0.01
+recording.fields_s = 0.1
+";
+
+#[test]
+fn one_block_is_a_slider_for_every_command() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let (scenario, log) = (path("slider.toml"), path("slider.mcap"));
+    fs::write(&scenario, SCENARIO).expect("the folder can be written");
+    let valid = succeed(&["scenario", "validate", text(&scenario)]);
+    assert!(valid.contains("slider: valid") && valid.contains("of block 1"), "{valid}");
+    succeed(&["run", text(&scenario), "-o", text(&log)]);
+    assert!(succeed(&["check", "--again", text(&log)]).contains("whole"));
+    assert!(succeed(&["replay", text(&log), "-o", text(&path("replay"))]).contains("same as logged"));
+    // The scenario in the log leads to the same run.
+    let shown = path("shown.toml");
+    fs::write(&shown, succeed(&["scenario", "show", text(&log)])).expect("the folder can be written");
+    let again = path("again.mcap");
+    succeed(&["run", text(&shown), "-o", text(&again)]);
+    succeed(&["diff", text(&log), text(&again)]);
+
+    let events = succeed(&["events", text(&log)]);
+    let rows: Vec<Vec<&str>> = events.lines().skip(1).map(|row| row.split(',').collect()).collect();
+    assert!(rows.len() >= 3 && rows.iter().all(|row| row[2..5] == ["1", "1", "1"]), "{events}");
+    // Every slip is one of the whole slider; no front crosses a single block.
+    let summary: serde_json::Value =
+        serde_json::from_str(&succeed(&["summary", text(&log), "--format", "json"])).expect("it is JSON");
+    let number = |key: &str| &summary[key];
+    for key in ["event_count", "global_event_count", "rupture_count", "global_rupture_count"] {
+        assert_eq!(number(key), rows.len(), "{key}");
+    }
+    for key in ["front_speed_m_per_s", "length_law", "longest_precursor_ratio"] {
+        assert!(number(key).is_null(), "{key}: {}", number(key));
+    }
+    assert!(number("precursor_count") == 0 && number("raw_events_mislead") == false, "{summary}");
+
+    let figures = path("figures");
+    let drawn = as_given(&["draw", text(&log), "-o", text(&figures)]);
+    assert!(drawn.status.success() && figures.join("space-time.svg").is_file(), "{drawn:?}");
+    let refused = as_given(&["draw", text(&log), "--kind", "stress", "-o", text(&path("stress.png"))]);
+    let why = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(why.contains("has one block, and forces along a slider need several"), "{why}");
+    let page = path("page.html");
+    succeed(&["report", text(&log), "-o", text(&page)]);
+    let page = fs::read_to_string(page).expect("it was written");
+    assert!(page.contains("The model: 1 block, each held by a friction spring"));
+    assert!(!page.contains("1 blocks"));
+    for (command, out) in [(&["reduce"][..], "reduced"), (&["export", "--to", "csv"], "tables")] {
+        succeed(&[command, &[text(&log), "-o", text(&path(out))]].concat());
+    }
+
+    let sweep = path("sweep.toml");
+    let axis = "[[axis]]\nkey = \"friction.law\"\nvalues = [\"interfacial-springs\", \"rigid\"]\n";
+    let file = format!("title = \"Laws\"\nscenario = {:?}\n{axis}", text(&scenario));
+    fs::write(&sweep, file).expect("the folder can be written");
+    succeed(&["sweep", "go", text(&sweep), "-o", text(&path("study")), "--to", "csv"]);
+    let runs = fs::read_to_string(path("study/tables/runs.csv")).expect("there is a table");
+    assert_eq!(runs.lines().count(), 3, "{runs}");
+}

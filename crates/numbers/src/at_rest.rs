@@ -39,7 +39,7 @@ pub(crate) fn asymmetry(run: &RunEvents, states: &States) -> Option<f64> {
 }
 
 /// The `beta` of a shear `beta p (2 x / L - 1)` (5.50), with the mean `p`, that has the same first
-/// moment.
+/// moment; `None` of a single block, whose place is both ends.
 pub(crate) fn shear_beta(run: &RunEvents, states: &States) -> Option<f64> {
     let (tau_n, p_n) = forces_n(run, states)?;
     let mean_n = p_n.iter().sum::<f64>() / p_n.len() as f64;
@@ -49,7 +49,7 @@ pub(crate) fn shear_beta(run: &RunEvents, states: &States) -> Option<f64> {
         moment += place * tau;
         of_one += place * place * mean_n;
     }
-    Some(moment / of_one)
+    (tau_n.len() > 1).then(|| moment / of_one)
 }
 
 /// Poisson's ratio, from the shear and from how much longer the slab has become; `None` of a chain.
@@ -95,6 +95,10 @@ mod tests {
         state.tangential_force_n = vec![-20.0, 0.0, 30.0];
         made_up::with_states(&mut run, &[state]);
         assert_eq!(asymmetry(&run, &run.states), Some(1.0 / 3.0));
+        let mut state = run.states.first().unwrap().clone();
+        (state.tangential_force_n, state.normal_load_n) = (vec![30.0], vec![100.0]);
+        made_up::with_states(&mut run, &[state]);
+        assert_eq!(shear_beta(&run, &run.states), None, "of one block");
         let chain = made_up::run("", &[]);
         assert_eq!(poisson_ratio(&chain, &chain.states), None, "of a chain");
     }

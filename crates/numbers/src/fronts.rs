@@ -198,6 +198,7 @@ mod tests {
         let run = pulse(12, "prestress.ratio = 0.6");
         assert_eq!(steady_span(12), 6..=11);
         assert_eq!(steady_span(600), 300..=550);
+        assert!(steady_span(1).is_empty(), "one block has no fronts");
         let crossing_s = (12.0 / 12.0 / 2.75e7f64).sqrt();
         assert!((speed_over_c(&run).unwrap() * 1e-7 / crossing_s - 1.0).abs() < 1e-9);
         assert!((pulse_length_blocks(&run).unwrap() - 2.5).abs() < 1e-9);

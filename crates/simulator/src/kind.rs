@@ -62,10 +62,18 @@ mod tests {
     #[test]
     fn all_instruction_sets_give_the_same_records_to_the_bit() {
         let slab = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.26"];
+        let block = [
+            "slider.blocks=1",
+            "parameter_set=as-stated",
+            "time.step_s=2e-6",
+            "time.duration_s=0.8",
+            "drive.velocity_m_per_s=2e-3",
+        ];
         for (scenario, set) in [
             ("default", &["parameter_set=as-coded", "time.duration_s=0.25"][..]),
             ("default", &["parameter_set=as-stated", "time.duration_s=0.25"]),
             ("default", &["parameter_set=as-coded", "slider.blocks=300", "time.duration_s=0.06"]),
+            ("default", &block),
             ("slab", &slab),
         ] {
             let scenario = resolve(scenario, set).unwrap_or_else(|error| panic!("{error}"));

@@ -361,11 +361,16 @@ fn the_score_of_the_readme_counts_every_claim() {
 #[test]
 fn the_columns_of_every_table_are_those_of_the_code() {
     let page = read("docs/outputs.md");
-    let all = asperity_tables::layout::StepParts { end_forces: true, energies: true, contact_loads: true };
+    let all = asperity_tables::layout::StepParts {
+        end_forces: true,
+        energies: true,
+        contact_loads: true,
+        junctions: true,
+    };
     let layouts = asperity_tables::layout::record_layouts(all);
-    let kinds = asperity_run::detectors::event_kinds();
+    let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);
     let records = layouts.iter().map(|layout| (layout.topic.as_ref(), layout.columns.as_slice()));
-    let tables = records.chain(kinds.iter().map(|kind| (kind.topic, kind.columns)));
+    let tables = records.chain(kinds.iter().map(|kind| (kind.topic, kind.columns.as_slice())));
     for (topic, columns) in tables {
         assert!(page.contains(&format!("topic `{topic}`")), "docs/outputs.md does not name {topic}");
         let table = asperity_record::markdown(columns);

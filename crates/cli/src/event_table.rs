@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
-use asperity_record::{Event, EventKind, EventPayload, SlipEvent};
+use asperity_record::{Event, EventKind, EventPayload, Parts, SlipEvent};
 use asperity_tables::{CsvRows, Spelling};
 
 use crate::args::TableFormat;
@@ -49,7 +49,7 @@ impl EventTables<'_> {
         for kind in kinds {
             let path = EventTables::path(out, name, &kind);
             let file = files.create(&path).map_err(|error| refused("--out", &error, false))?;
-            let rows = CsvRows::new(BufWriter::new(file), kind.columns, Spelling::Scientific)
+            let rows = CsvRows::new(BufWriter::new(file), &kind.columns, Spelling::Scientific)
                 .map_err(|error| not_written(&path, &Failure::Output(error)))?;
             begun.tables.push(Table { kind, path, rows });
         }
@@ -102,12 +102,13 @@ pub(crate) enum Printed<W: Write> {
 }
 
 impl<W: Write> Printed<W> {
-    /// Begins to print.
-    pub(crate) fn begin(format: TableFormat, out: W) -> Result<Printed<W>, Failure> {
+    /// Begins to print those of a run with these parts.
+    pub(crate) fn begin(format: TableFormat, parts: Parts, out: W) -> Result<Printed<W>, Failure> {
         Ok(match format {
             TableFormat::Csv => {
-                let rows = CsvRows::new(out, SlipEvent::COLUMNS, Spelling::Scientific)?;
-                Printed::Csv(EventKind::of::<SlipEvent>(), Box::new(rows))
+                let kind = EventKind::of::<SlipEvent>().with(parts);
+                let rows = CsvRows::new(out, &kind.columns, Spelling::Scientific)?;
+                Printed::Csv(kind, Box::new(rows))
             }
             TableFormat::Json => Printed::Json(BufWriter::new(out), false),
         })
@@ -145,12 +146,13 @@ impl<W: Write> Printed<W> {
 mod tests {
     use std::collections::BTreeSet;
 
+    use asperity_record::Parts;
     use asperity_run::detectors::event_kinds;
 
     /// Two tables of one name would overwrite each other.
     #[test]
     fn every_detector_has_a_table_of_its_own() {
-        let kinds = event_kinds();
+        let kinds = event_kinds(Parts::ALL);
         let tables: Vec<&str> = kinds.iter().map(|kind| kind.table).collect();
         let different: BTreeSet<&str> = tables.iter().copied().collect();
         assert_eq!(different.len(), tables.len(), "{tables:?}");

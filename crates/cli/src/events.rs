@@ -1,6 +1,6 @@
 //! `asperity events`: the slip events of a log, or the rows of a Parquet table.
 
-use asperity_record::{Event, Observer};
+use asperity_record::{Event, Observer, Parts, RunHeader};
 use asperity_run::{Verdict, check_seen};
 #[cfg(feature = "analysis")]
 use asperity_tables::table_file::{self, PrintError};
@@ -19,7 +19,7 @@ pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), 
     if table_file::is_parquet(&arguments.run).unwrap_or(false) {
         return print_table(arguments);
     }
-    let mut printing = Printing { format: arguments.format, printed: None };
+    let mut printing = Printing { format: arguments.format, parts: Parts::default(), printed: None };
     let checked = check_seen(&arguments.run, &mut printing);
     if checked.verdict == Verdict::NoRunLog {
         return Err(verdict_exit::failure(&arguments.run, &checked));
@@ -31,19 +31,25 @@ pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), 
 /// Prints the events of a log that is read.
 struct Printing {
     format: TableFormat,
+    /// What the run has.
+    parts: Parts,
     /// State from the first event on, or the first failure to print.
     printed: Option<Result<Printed<terminal::Data>, Failure>>,
 }
 
 impl Printing {
     fn finish(self) -> Result<(), Failure> {
-        self.printed.unwrap_or_else(|| Printed::begin(self.format, terminal::data()))?.finish()
+        self.printed.unwrap_or_else(|| Printed::begin(self.format, self.parts, terminal::data()))?.finish()
     }
 }
 
 impl Observer for Printing {
+    fn begins(&mut self, header: &RunHeader, _scenario_toml: &str) {
+        self.parts = header.parts();
+    }
+
     fn event(&mut self, event: &Event) {
-        let begin = || Printed::begin(self.format, terminal::data());
+        let begin = || Printed::begin(self.format, self.parts, terminal::data());
         let printed = self.printed.get_or_insert_with(begin);
         if let Ok(to) = printed
             && let Err(failure) = to.event(event)

@@ -88,8 +88,9 @@ fn export_one(
         ),
     })?;
     let (header, scenario_toml, schemas) = (log.header(), log.scenario_toml(), log.event_schemas());
-    let export = Export::begin(header, scenario_toml, &schemas, request.clone(), &event_kinds(), format)
-        .map_err(failure)?;
+    let export =
+        Export::begin(header, scenario_toml, &schemas, request.clone(), &event_kinds(header.parts()), format)
+            .map_err(failure)?;
     let duration_s = header.time_grid().time_s(header.steps);
     let mut exporting = (export, board.steps(&request.name, header.steps, duration_s));
     let checked = log.check(&mut exporting);

@@ -189,7 +189,7 @@ impl Replay<'_> {
                 None => None,
             },
             printed: match self.arguments.format {
-                Some(format) => Some(Printed::begin(format, terminal::data())?),
+                Some(format) => Some(Printed::begin(format, header.parts(), terminal::data())?),
                 None => None,
             },
             progress: self.board.steps(&name(run), header.steps, duration_s),

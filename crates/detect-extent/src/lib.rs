@@ -13,22 +13,25 @@
 //!     StepRecord { sliding: 1, switches: vec![switch(2, Direction::Attach)], ..quiet_step(9, 0.9, 0.41) },
 //!     quiet_step(10, 1.0, 0.38),
 //! ];
-//! let mut detectors = Detectors::new(3, SlipRules::EVERY_SLIP, vec![Box::new(ExtentDetector)]);
+//! let mut detectors = Detectors::new(3, SlipRules::EVERY_SLIP, vec![Box::new(ExtentDetector::default())]);
 //! let events = detectors.all_events(&records);
 //! let slip: &SlipEvent = events[0].get().expect("it is one");
 //! assert_eq!((slip.onset_step, slip.end_step, slip.blocks_slipped), (8, Some(10), 1));
 //! ```
 
 use asperity_detect::{Change, Detector, Slip};
-use asperity_record::{Event, EventKind, Reach, SlipEvent};
+use asperity_record::{Event, EventKind, Parts, Reach, SlipEvent};
 
 /// Emits a [`SlipEvent`] at the end of every slip event.
-#[derive(Debug, Clone, Copy)]
-pub struct ExtentDetector;
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ExtentDetector {
+    /// What the run has; nothing by default.
+    pub parts: Parts,
+}
 
 impl Detector for ExtentDetector {
     fn emits(&self) -> EventKind {
-        EventKind::of::<SlipEvent>()
+        EventKind::of::<SlipEvent>().with(self.parts)
     }
 
     fn slip(&mut self, change: &Change, emit: &mut dyn FnMut(Event)) {
@@ -40,6 +43,7 @@ impl Detector for ExtentDetector {
 
 fn event(slip: &Slip) -> SlipEvent {
     let Reach { first, last } = slip.extent.columns().expect("a slip event has a block that slid");
+    let (onset, end) = (slip.onset.junctions, slip.end.and_then(|end| end.junctions));
     SlipEvent {
         onset_s: slip.onset.time_s,
         end_s: slip.end.map(|end| end.time_s),
@@ -56,5 +60,9 @@ fn event(slip: &Slip) -> SlipEvent {
         ft_fn_min: slip.min_load_ratio,
         ft_fn_max: slip.max_load_ratio,
         open: slip.end.is_none(),
+        breaks_onset: onset.map(|totals| totals.breaks),
+        breaks_end: end.map(|totals| totals.breaks),
+        repins_onset: onset.map(|totals| totals.repins),
+        repins_end: end.map(|totals| totals.repins),
     }
 }

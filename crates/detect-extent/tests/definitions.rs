@@ -24,7 +24,7 @@ fn slips(records: &[StepRecord]) -> Vec<SlipEvent> {
 }
 
 fn slips_by(rules: SlipRules, records: &[StepRecord]) -> Vec<SlipEvent> {
-    let events = Detectors::new(BLOCKS, rules, vec![Box::new(ExtentDetector)]).all_events(records);
+    let events = Detectors::new(BLOCKS, rules, vec![Box::new(ExtentDetector::default())]).all_events(records);
     events.iter().filter_map(|event| event.get().cloned()).collect()
 }
 
@@ -56,6 +56,10 @@ fn an_event_runs_from_the_first_sliding_step_to_the_first_still_one() {
             ft_fn_min: 0.25,
             ft_fn_max: 0.30,
             open: false,
+            breaks_onset: None,
+            breaks_end: None,
+            repins_onset: None,
+            repins_end: None,
         }]
     );
 }

@@ -8,7 +8,7 @@
 //! [`SlipRules`] may merge events that follow closely, and leave out small ones. A live run never does:
 //! its log has all events, and replays may select from them.
 
-use asperity_record::{Contacts, Direction, Extent, StepRecord, Switch};
+use asperity_record::{Contacts, Direction, Extent, JunctionTotals, StepRecord, Switch};
 
 /// Which slip events are merged and which are left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +58,8 @@ pub struct SlipOnset {
     pub nucleation: Switch,
     /// How many blocks slide in it.
     pub nucleation_blocks: u32,
+    /// What its record says of junctions.
+    pub junctions: Option<JunctionTotals>,
 }
 
 /// A slip event up to now.
@@ -89,6 +91,8 @@ pub struct SlipEnd {
     pub force_n: f64,
     /// `F_T / F_N` used in it.
     pub load_ratio: f64,
+    /// What its record says of junctions.
+    pub junctions: Option<JunctionTotals>,
 }
 
 /// A change in the knowledge of slip events.
@@ -142,6 +146,7 @@ impl SlipTracker {
                     time_s: record.time_s,
                     force_n: record.driving_force_n,
                     load_ratio: record.load_ratio(),
+                    junctions: record.junctions,
                 });
             } else {
                 slip.max_sliding = slip.max_sliding.max(record.sliding);
@@ -209,6 +214,7 @@ impl SlipTracker {
                 load_ratio: record.load_ratio(),
                 nucleation,
                 nucleation_blocks: record.sliding,
+                junctions: record.junctions,
             },
             extent: self.detached.clone(),
             max_sliding: 0,

@@ -1,7 +1,7 @@
 //! The columns of the event table, which ruptures share, and the kind of each: time, place, load. Rules
 //! refer to these kinds; matching and classes know no column by name.
 
-use asperity_record::{EventPayload, SlipEvent};
+use asperity_record::{EventPayload, Parts, SlipEvent};
 use serde::{Serialize, Serializer};
 
 /// Declares the columns from the table below, each with its kind.
@@ -60,6 +60,10 @@ columns! {
     FtFnMin ft_fn_min Load,
     FtFnMax ft_fn_max Load,
     Open open Edge,
+    BreaksOnset breaks_onset Total,
+    BreaksEnd breaks_end Total,
+    RepinsOnset repins_onset Total,
+    RepinsEnd repins_end Total,
 }
 
 /// The aspect of an event that a column describes.
@@ -75,6 +79,8 @@ pub enum Kind {
     Load,
     /// Whether the run ended before the event.
     Edge,
+    /// What has happened in the run by its start or end.
+    Total,
     /// Its number in the table: it follows from the events before it.
     Number,
 }
@@ -88,7 +94,20 @@ impl Column {
     /// Whether it is known as soon as the event starts, so that the end of a run cannot have
     /// changed it.
     pub fn is_of_onset(self) -> bool {
-        matches!(self, Column::OnsetS | Column::FtFnOnset | Column::OnsetStep | Column::NucleationBlock)
+        matches!(
+            self,
+            Column::OnsetS
+                | Column::FtFnOnset
+                | Column::OnsetStep
+                | Column::NucleationBlock
+                | Column::BreaksOnset
+                | Column::RepinsOnset
+        )
+    }
+
+    /// Whether events of runs with these parts have it.
+    pub fn is_in(self, parts: Parts) -> bool {
+        SlipEvent::COLUMNS[self as usize].only.is_none_or(|part| parts.has(part))
     }
 }
 
@@ -183,24 +202,29 @@ impl Serialize for Value {
 
 /// A set of columns: those that a table has, or that two tables share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Columns(u16);
+pub struct Columns(u32);
 
 impl Columns {
-    /// All fifteen.
+    /// All.
     pub const ALL: Columns = Columns((1 << SlipEvent::COLUMNS.len()) - 1);
     /// None.
     pub const NONE: Columns = Columns(0);
 
+    /// Those of a run with these parts.
+    pub fn of(parts: Parts) -> Columns {
+        Column::ALL.into_iter().filter(|column| column.is_in(parts)).collect()
+    }
+
     /// With one more.
     #[must_use]
     pub fn with(self, column: Column) -> Columns {
-        Columns(self.0 | 1 << column as u16)
+        Columns(self.0 | 1 << column as u32)
     }
 
     /// With one less.
     #[must_use]
     pub const fn without(self, column: Column) -> Columns {
-        Columns(self.0 & !(1 << column as u16))
+        Columns(self.0 & !(1 << column as u32))
     }
 
     /// Those in both.
@@ -211,7 +235,7 @@ impl Columns {
 
     /// Whether it contains this one.
     pub fn has(self, column: Column) -> bool {
-        self.0 & 1 << column as u16 != 0
+        self.0 & 1 << column as u32 != 0
     }
 
     /// Its members, in the order of the table.
@@ -239,7 +263,7 @@ mod tests {
         let of_onset = Column::ALL.into_iter().filter(|column| column.is_of_onset());
         assert_eq!(
             of_onset.map(Column::name).collect::<Vec<_>>(),
-            ["onset_s", "ft_fn_onset", "onset_step", "nucleation_block"]
+            ["onset_s", "ft_fn_onset", "onset_step", "nucleation_block", "breaks_onset", "repins_onset"]
         );
     }
 }

@@ -233,8 +233,11 @@ fn compare_ruptures(
 
 /// The slip events of a run: those that its log has kept, else read one at a time.
 fn open(run: &Run) -> Result<Table<'_>, TableError> {
-    match run.log.as_ref().and_then(|log| log.slip_events()) {
-        Some(events) => Ok(Table { columns: Columns::ALL, events: Box::new(events.iter().cloned().map(Ok)) }),
+    match run.log.as_ref().and_then(|log| Some((log, log.slip_events()?))) {
+        Some((log, events)) => Ok(Table {
+            columns: Columns::of(log.provenance.header.parts()),
+            events: Box::new(events.iter().cloned().map(Ok)),
+        }),
         None => table::open(&run.path),
     }
 }

@@ -128,6 +128,7 @@ mod tests {
                 solver: solver.to_owned(),
                 blocks: 2,
                 rows: 1,
+                junction_count: 0,
                 time_step_s: 1e-8,
                 longest_stable_step_s: None,
                 steps: 1,

@@ -71,8 +71,14 @@ impl Row for SlipEvent {
 }
 
 impl Row for Rupture {
-    const COLUMNS: Columns =
-        Columns::ALL.without(Column::MaxSliding).without(Column::FtFnMin).without(Column::FtFnMax);
+    const COLUMNS: Columns = Columns::ALL
+        .without(Column::MaxSliding)
+        .without(Column::FtFnMin)
+        .without(Column::FtFnMax)
+        .without(Column::BreaksOnset)
+        .without(Column::BreaksEnd)
+        .without(Column::RepinsOnset)
+        .without(Column::RepinsEnd);
 
     fn number(&self) -> u64 {
         self.rupture
@@ -113,7 +119,13 @@ impl Row for Rupture {
             Column::BlocksSlipped => self.blocks_slipped().into(),
             Column::NucleationBlock => self.nucleation_block.into(),
             Column::Open => self.open.into(),
-            Column::MaxSliding | Column::FtFnMin | Column::FtFnMax => Value::Empty,
+            Column::MaxSliding
+            | Column::FtFnMin
+            | Column::FtFnMax
+            | Column::BreaksOnset
+            | Column::BreaksEnd
+            | Column::RepinsOnset
+            | Column::RepinsEnd => Value::Empty,
         }
     }
 }

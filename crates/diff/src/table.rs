@@ -102,6 +102,7 @@ pub fn open(path: &Path) -> Result<Table<'static>, TableError> {
 
 fn log(path: &Path) -> Result<Table<'static>, TableError> {
     let mut reader = RunReader::open(path, Topics::EVENTS)?;
+    let columns = Columns::of(reader.header().parts());
     let events = one_by_one(move || {
         while let Some(item) = reader.next_item()? {
             if let LogItem::Event(event) = item
@@ -112,7 +113,7 @@ fn log(path: &Path) -> Result<Table<'static>, TableError> {
         }
         Ok(None)
     });
-    Ok(Table { columns: Columns::ALL, events })
+    Ok(Table { columns, events })
 }
 
 /// Iterates over the events that a function returns, until `None`.
@@ -173,6 +174,10 @@ impl Places {
             ft_fn_min: 0.0,
             ft_fn_max: 0.0,
             open: false,
+            breaks_onset: None,
+            breaks_end: None,
+            repins_onset: None,
+            repins_end: None,
         };
         for &(column, place) in &self.places {
             let refused = |value: String, accepted: &'static str| TableError::Cell {
@@ -201,6 +206,7 @@ fn kind_accepted(column: Column) -> &'static str {
         Column::EndS | Column::FtFnEnd => "a number, or nothing where the run ended before",
         Column::EndStep => "a whole number, or nothing where the run ended before",
         Column::Open => "true or false",
+        _ if column.kind() == Kind::Total => "a whole number, or nothing",
         _ if matches!(column.kind(), Kind::Time | Kind::Load) => "a number",
         _ if column.kind() == Kind::Extent => "a whole number of blocks",
         _ => "a whole number",
@@ -223,6 +229,7 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
         _ => Err(kind_accepted(column)),
     };
     let is_empty = value == Value::Empty;
+    let total = || if is_empty { Ok(None) } else { whole().map(Some) };
     let block = || match value {
         Value::Whole(whole @ 1..=MOST_BLOCKS) => u32::try_from(whole).map_err(|_| BLOCK),
         _ => Err(BLOCK),
@@ -251,6 +258,10 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
         Column::OnsetStep => event.onset_step = whole()?,
         Column::EndStep if is_empty => event.end_step = None,
         Column::EndStep => event.end_step = Some(whole()?),
+        Column::BreaksOnset => event.breaks_onset = total()?,
+        Column::BreaksEnd => event.breaks_end = total()?,
+        Column::RepinsOnset => event.repins_onset = total()?,
+        Column::RepinsEnd => event.repins_end = total()?,
         Column::Open => match value {
             Value::Flag(open) => event.open = open,
             _ => return Err(kind_accepted(column)),
@@ -303,7 +314,7 @@ fn written(column: Column, text: &str) -> Option<Value> {
     match column.kind() {
         Kind::Time | Kind::Load => text.parse().ok().map(Value::Number),
         Kind::Edge => text.parse().ok().map(Value::Flag),
-        Kind::Step | Kind::Extent | Kind::Number => text.parse().ok().map(Value::Whole),
+        Kind::Step | Kind::Extent | Kind::Total | Kind::Number => text.parse().ok().map(Value::Whole),
     }
 }
 

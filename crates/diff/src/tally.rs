@@ -1,7 +1,7 @@
 //! Two tables, of slip events or of ruptures, from their rows to their part of the report. Memory
 //! does not grow with the tables: all is counted, and a limited number of findings and matches kept.
 
-use asperity_record::Reach;
+use asperity_record::{Parts, Reach};
 
 use crate::classify::{Outcome, Rules, shift_s};
 use crate::column::{Column, Columns, Kind};
@@ -125,6 +125,8 @@ impl<'a> Tally<'a> {
     fn new(comparison: Comparison<'a>) -> Tally<'a> {
         let of_events = |has: bool| {
             let columns = Column::ALL.into_iter().filter(|column| column.kind() != Kind::Number);
+            // Left out are columns that every table may have.
+            let columns = columns.filter(|column| has || column.is_in(Parts::default()));
             columns.filter(|&column| comparison.columns.has(column) == has).collect()
         };
         Tally {

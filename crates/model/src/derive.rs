@@ -263,6 +263,11 @@ impl Springs {
 }
 
 impl Scenario {
+    /// How many junctions each contact has, `N_s`; 0 by laws without junctions, which all are.
+    pub fn junction_count(&self) -> u32 {
+        0
+    }
+
     /// The scales of the scenario's slider, without deriving the rest of its plan.
     pub fn scales(&self) -> Scales {
         Springs::of(self).scales(self)

@@ -265,6 +265,9 @@ mod tests {
             normal_load_n: vec![10.0; 12],
             stick_position_m: vec![0.0; 12],
             detached: vec![0; 12],
+            junctions_slipping: Vec::new(),
+            pinned_mean_ratio: Vec::new(),
+            pinned_width_ratio: Vec::new(),
         };
         run.kept |= RequiredData::fronts();
         made_up::with_states(&mut run, &[state]);

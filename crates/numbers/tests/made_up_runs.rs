@@ -24,6 +24,7 @@ fn header() -> RunHeader {
         solver: "fast".to_owned(),
         blocks: 10,
         rows: 1,
+        junction_count: 0,
         time_step_s: 1e-3,
         longest_stable_step_s: None,
         steps: 10_000,
@@ -109,6 +110,10 @@ fn slip(number: u64, onset: u64, end: Option<u64>, blocks: u32) -> SlipEvent {
         ft_fn_min: 0.1,
         ft_fn_max: 0.2,
         open: end.is_none(),
+        breaks_onset: None,
+        breaks_end: None,
+        repins_onset: None,
+        repins_end: None,
     }
 }
 

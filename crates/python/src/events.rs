@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use asperity_numbers::RuptureGrowth;
-use asperity_record::{Arrival, Cell, Column, EventPayload, GlobalSlip, Onset, Reach, Rupture, SlipEvent};
+use asperity_record::{
+    Arrival, Cell, Column, EventPayload, GlobalSlip, Onset, Parts, Reach, Rupture, SlipEvent,
+};
 use asperity_run::detectors::event_kinds;
 use asperity_tables::batch::Batch;
 use asperity_tables::run_tables::{ChoiceError, Chosen, RunTables};
@@ -20,9 +22,9 @@ pub(crate) struct Events {
 }
 
 /// Begins the tables of all events: those of this program's detectors, and those of others that a log
-/// announces with these schemas.
-pub(crate) fn begin(schemas: &BTreeMap<&str, &str>) -> RunTables {
-    let kinds = event_kinds();
+/// announces with these schemas; of a run with these parts.
+pub(crate) fn begin(schemas: &BTreeMap<&str, &str>, parts: Parts) -> RunTables {
+    let kinds = event_kinds(parts);
     let mut schemas = schemas.clone();
     for kind in &kinds {
         schemas.entry(kind.topic).or_insert("");

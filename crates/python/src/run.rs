@@ -162,7 +162,8 @@ fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult
         let scenario = scenario_of(&log, toml)?;
         let slider = scenario.as_ref().map_or_else(Slider::default, Slider::of);
         let reader = RunReader::open(&log, Topics::NONE).map_err(|error| error.to_string())?;
-        let numbers = (Summarizer::new(&name, header, slider), events::begin(&reader.event_schemas()));
+        let numbers =
+            (Summarizer::new(&name, header, slider), events::begin(&reader.event_schemas(), header.parts()));
         let observer = (numbers, Detectors::begin(detectors, watch));
         *begun.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some((header.clone(), scenario));
         Ok(observer)
@@ -211,8 +212,10 @@ fn make(
     let made = attend(py, &callbacks, |watch| {
         let task = Task { solver, ..Task::new(&scenario) };
         let task = Task { log: log.as_deref().map(LogTo::new), ..task };
-        let numbers =
-            (Summarizer::new(&name, &header, Slider::of(&scenario)), events::begin(&BTreeMap::new()));
+        let numbers = (
+            Summarizer::new(&name, &header, Slider::of(&scenario)),
+            events::begin(&BTreeMap::new(), header.parts()),
+        );
         let mut observers = (
             numbers,
             (Detectors::begin(detectors, watch), Notes { watch: Arc::clone(watch), notes: Vec::new() }),
@@ -461,7 +464,10 @@ impl Run {
         if let Source::Log { path, .. } = &self.source {
             let replayed = attend(py, &Callbacks::default(), |watch| {
                 let replay = Replay::open(path, &settings).map_err(|checked| of_log(path, &checked))?;
-                let mut observer = (events::begin(&BTreeMap::new()), Detectors::begin(detectors, watch));
+                let mut observer = (
+                    events::begin(&BTreeMap::new(), self.header.parts()),
+                    Detectors::begin(detectors, watch),
+                );
                 replay.run(&|| watch.is_stopped(), &mut observer).map_err(|error| match error {
                     ReplayError::Log(checked) => of_log(path, &checked),
                     error => failed(error),
@@ -473,7 +479,8 @@ impl Run {
         }
         let toml = self.scenario()?.to_commented_toml();
         let seen = self.source.observe(py, &self.header, |watch| {
-            let (trackers, tables) = (settings.start(&self.header, &toml), events::begin(&BTreeMap::new()));
+            let (trackers, tables) =
+                (settings.start(&self.header, &toml), events::begin(&BTreeMap::new(), self.header.parts()));
             (Anew { trackers, tables }, Detectors::begin(detectors, watch))
         })?;
         let (Anew { mut trackers, mut tables }, detectors) = seen.observer;

@@ -6,6 +6,8 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
+use crate::Part;
+
 /// What the cells of a column hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
@@ -45,6 +47,8 @@ pub struct Column {
     pub unit: Option<&'static str>,
     /// Its meaning, in a sentence or two.
     pub about: Cow<'static, str>,
+    /// Tables of runs without this lack the column.
+    pub only: Option<Part>,
 }
 
 impl Column {
@@ -64,7 +68,7 @@ impl Column {
             }
             _ => None,
         };
-        Column { name: Cow::Borrowed(name), kind, unit, about: Cow::Borrowed(about.trim_ascii()) }
+        Column { name: Cow::Borrowed(name), kind, unit, about: Cow::Borrowed(about.trim_ascii()), only: None }
     }
 
     /// A column whose name does not end in its unit: a ratio, `1`.
@@ -75,7 +79,13 @@ impl Column {
         about: &'static str,
     ) -> Column {
         let about = Cow::Borrowed(about.trim_ascii());
-        Column { name: Cow::Borrowed(name), kind, unit: Some(unit), about }
+        Column { name: Cow::Borrowed(name), kind, unit: Some(unit), about, only: None }
+    }
+
+    /// The column, of runs with this part only.
+    pub const fn only(mut self, part: Part) -> Column {
+        self.only = Some(part);
+        self
     }
 }
 
@@ -247,7 +257,7 @@ impl<T: CellValue> CellValue for Option<T> {
 /// meaning.
 pub fn markdown(columns: &[Column]) -> String {
     let mut table = String::from("| column | holds | unit | meaning |\n|---|---|---|---|\n");
-    for Column { name, kind, unit, about } in columns {
+    for Column { name, kind, unit, about, .. } in columns {
         let unit = unit.unwrap_or_default();
         let about = about.replace(&format!(", {unit};"), ";").replace(&format!(", {unit}."), ".");
         let about = about.replace('|', "\\|");

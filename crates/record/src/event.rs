@@ -13,6 +13,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::Parts;
 use crate::column::{Cell, Column};
 
 /// A type that can be sent as an [`Event`] and is a row of a table. [`payload!`](crate::payload) defines
@@ -24,7 +25,7 @@ pub trait EventPayload:
     const TOPIC: &'static str;
     /// Name of a table of such events, which follows the name of its run: `events` in `NAME.events.csv`.
     const TABLE: &'static str;
-    /// The columns of its table, in order.
+    /// The columns of its table, in order, with those that only some runs have.
     const COLUMNS: &'static [Column];
 
     /// Its row: a cell for each column.
@@ -75,7 +76,11 @@ pub struct EventKind {
     /// Name of the payload's schema.
     pub schema_name: String,
     /// The columns of a table of such events.
-    pub columns: &'static [Column],
+    pub columns: Vec<Column>,
+    /// What the run has: other columns, cells and properties of the schema are left out.
+    parts: Parts,
+    /// All columns that such events may have.
+    all: &'static [Column],
     /// Computed on first use, since that takes longer than a short run.
     schema: OnceLock<serde_json::Value>,
     make_schema: fn() -> serde_json::Value,
@@ -89,16 +94,34 @@ impl EventKind {
             topic: P::TOPIC,
             table: P::TABLE,
             schema_name: P::schema_name().into_owned(),
-            columns: P::COLUMNS,
+            columns: Vec::new(),
+            parts: Parts::default(),
+            all: P::COLUMNS,
             schema: OnceLock::new(),
             make_schema: || schemars::schema_for!(P).to_value(),
             read: |json| Ok(Event::new(serde_json::from_str::<P>(json)?)),
         }
+        .with(Parts::default())
+    }
+
+    /// The kind of these events in a run that has these parts.
+    #[must_use]
+    pub fn with(self, parts: Parts) -> EventKind {
+        let columns = self.all.iter().filter(|column| is_in(parts, column)).cloned().collect();
+        EventKind { columns, parts, schema: OnceLock::new(), ..self }
     }
 
     /// JSON schema of the payload.
     pub fn schema(&self) -> &serde_json::Value {
-        self.schema.get_or_init(self.make_schema)
+        self.schema.get_or_init(|| {
+            let mut schema = (self.make_schema)();
+            let lacks =
+                |name: &str| self.all.iter().any(|column| column.name == name && !is_in(self.parts, column));
+            if let Some(properties) = schema["properties"].as_object_mut() {
+                properties.retain(|name, _| !lacks(name));
+            }
+            schema
+        })
     }
 
     /// Reads an event of this kind from the JSON object of its payload.
@@ -114,11 +137,27 @@ impl EventKind {
     /// # Errors
     /// If it was read as text, which does not match its topic.
     pub fn cells(&self, event: &Event) -> Result<Vec<Cell>, serde_json::Error> {
-        match &event.0 {
-            Content::Typed(payload) => Ok(payload.cells()),
-            Content::Text { json, .. } => Ok(self.read(json)?.typed_cells()),
-        }
+        Ok(self.there(match &event.0 {
+            Content::Typed(payload) => payload.cells(),
+            Content::Text { json, .. } => self.read(json)?.typed_cells(),
+        }))
     }
+
+    /// The row of an event with this payload, which is of this kind.
+    pub fn cells_of<P: EventPayload>(&self, payload: &P) -> Vec<Cell> {
+        self.there(payload.cells().as_ref().to_vec())
+    }
+
+    /// The cells of the columns that the run has.
+    fn there(&self, mut cells: Vec<Cell>) -> Vec<Cell> {
+        let mut all = self.all.iter();
+        cells.retain(|_| all.next().is_none_or(|column| is_in(self.parts, column)));
+        cells
+    }
+}
+
+fn is_in(parts: Parts, column: &Column) -> bool {
+    column.only.is_none_or(|part| parts.has(part))
 }
 
 /// One event on its way from a detector to the log. It belongs to the step of the record that made it

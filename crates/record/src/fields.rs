@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// Written for the initial state, at the onset and end of every slip event, and
 /// at a cadence of its own.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FieldRecord {
     /// The step; 0 is the initial state.
@@ -31,6 +31,16 @@ pub struct FieldRecord {
     pub stick_position_m: Vec<f64>,
     /// 1 for a block that enters the next step detached, else 0.
     pub detached: Vec<u8>,
+    /// How many junctions of the contact slip; none by laws without junctions, as below.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub junctions_slipping: Vec<u32>,
+    /// Mean force of the contact's pinned junctions over the load that each bears, `p_n / N_s`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pinned_mean_ratio: Vec<f64>,
+    /// Width of the uniform distribution with the standard deviation of these forces, `sqrt(12)` times
+    /// that, over the same load.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pinned_width_ratio: Vec<f64>,
 }
 
 /// The state of some neighbouring blocks after a step inside a dense window.

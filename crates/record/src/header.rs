@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use crate::{Contacts, Energy, Scales, TimeGrid};
+use crate::{Contacts, Energy, Parts, Scales, TimeGrid};
 
 /// Version of the meaning and layout of records, events and header, raised with every change to them.
 /// Keys added to `run_end` do not raise it, since older readers ignore them.
@@ -33,6 +33,9 @@ pub struct RunHeader {
     /// In how many rows of equal length they lie: 1 where nothing is said of it.
     #[serde(default = "one_row", skip_serializing_if = "is_one_row")]
     pub rows: u32,
+    /// How many junctions each contact has, `N_s`; 0 by laws without junctions.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub junction_count: u32,
     /// Time step `dt`, s.
     pub time_step_s: f64,
     /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
@@ -55,6 +58,10 @@ fn is_one_row(rows: &u32) -> bool {
     *rows == one_row()
 }
 
+fn is_none(count: &u32) -> bool {
+    *count == 0
+}
+
 impl RunHeader {
     /// The arrangement of its blocks.
     ///
@@ -62,6 +69,11 @@ impl RunHeader {
     /// If the number of blocks is not a multiple of the number of rows. Readers refuse such logs.
     pub fn contacts(&self) -> Contacts {
         Contacts::in_rows(self.blocks, self.rows).expect("reading a log checks its rows")
+    }
+
+    /// What this run has that others lack.
+    pub fn parts(&self) -> Parts {
+        Parts { junctions: self.junction_count > 0 }
     }
 
     /// The grid of this run's time steps.

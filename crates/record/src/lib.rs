@@ -30,7 +30,7 @@
 //! for (column, cell) in kind.columns.iter().zip(kind.cells(&event)?) {
 //!     println!("{} = {cell} {}", column.name, column.unit.unwrap_or_default());
 //! }
-//! assert!(markdown(kind.columns).contains("| `onset_s` | double | s | Time of its onset. |"));
+//! assert!(markdown(&kind.columns).contains("| `onset_s` | double | s | Time of its onset. |"));
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 
@@ -47,6 +47,7 @@ mod extent;
 mod fields;
 mod header;
 mod observer;
+mod parts;
 mod payload;
 mod printable;
 mod rupture;
@@ -65,13 +66,14 @@ pub use extent::{Extent, Reach};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
 pub use observer::{Notice, Observer};
+pub use parts::{Part, Parts};
 #[doc(hidden)]
 pub use payload::macros;
 pub use printable::printable;
 pub use rupture::{Arrival, Rupture, RupturesFrom};
 pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
-pub use step::{Direction, StepRecord, Switch};
+pub use step::{Direction, JunctionTotals, StepRecord, Switch};
 pub use time::TimeGrid;
 pub use wording::{counted, rounded, short, short_time};
 

@@ -8,6 +8,10 @@
 /// comment is the meaning of the column on every page. The name of an `f64` ends in its unit
 /// ([`unit_of`](crate::unit_of)); a number without one has `[unit = "1"]` after its type.
 ///
+/// Fields that only runs with a [`Part`](crate::Part) have stand in a block `only PART { ... }` behind
+/// the others. They are `Option`s, absent from JSON while they are `None`; tables and schemas of other
+/// runs ([`EventKind::with`](crate::EventKind::with)) lack them.
+///
 /// `topic` is the events' topic in a log, `table` the name of a table of a replay, after the run:
 /// `NAME.longest.csv`.
 ///
@@ -60,6 +64,12 @@ macro_rules! payload {
                 $field_vis:vis $field:ident: $type:ty $([unit = $unit:literal])?
             ),+ $(,)?
         }
+        $(only $part:ident {
+            $(
+                $(#[doc = $part_doc:tt])*
+                $part_vis:vis $part_field:ident: $part_type:ty $([unit = $part_unit:literal])?
+            ),+ $(,)?
+        })*
     ) => {
         $(#[doc = $about])*
         #[derive(
@@ -77,6 +87,11 @@ macro_rules! payload {
                 $(#[doc = $doc])*
                 $field_vis $field: $type,
             )+
+            $($(
+                $(#[doc = $part_doc])*
+                #[serde(default, skip_serializing_if = "Option::is_none")]
+                $part_vis $part_field: $part_type,
+            )+)*
         }
 
         impl $crate::EventPayload for $name {
@@ -86,11 +101,17 @@ macro_rules! payload {
                 $($crate::payload!(
                     @column stringify!($field), $type, concat!($($doc,)* "") $(, $unit)?
                 ),)+
+                $($($crate::payload!(
+                    @column stringify!($part_field), $part_type, concat!($($part_doc,)* "") $(, $part_unit)?
+                ).only($crate::Part::$part),)+)*
             ];
 
             #[inline]
             fn cells(&self) -> impl AsRef<[$crate::Cell]> {
-                [$($crate::CellValue::cell(self.$field)),+]
+                [
+                    $($crate::CellValue::cell(self.$field),)+
+                    $($($crate::CellValue::cell(self.$part_field),)+)*
+                ]
             }
         }
 

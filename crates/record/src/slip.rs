@@ -66,6 +66,16 @@ payload! {
         /// Whether the run ended before the event did.
         pub open: bool,
     }
+    only Junctions {
+        /// Breaks of junctions in all steps before the onset step.
+        pub breaks_onset: Option<u64>,
+        /// Breaks in all steps before the end step; null if the run ended before.
+        pub breaks_end: Option<u64>,
+        /// Junctions pinned again in all steps before the onset step.
+        pub repins_onset: Option<u64>,
+        /// Junctions pinned again in all steps before the end step; null if the run ended before.
+        pub repins_end: Option<u64>,
+    }
 }
 
 impl SlipEvent {

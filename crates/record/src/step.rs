@@ -28,6 +28,8 @@ pub struct StepRecord {
     pub end_forces_n: Option<[f64; 2]>,
     /// Energies up to the end of this step; `None` in records of versions without energies.
     pub energy: Option<Energy>,
+    /// Breaks and re-pins of junctions in all steps before this one; `None` by laws without junctions.
+    pub junctions: Option<JunctionTotals>,
     /// How many blocks slid in this step, that is, entered it detached.
     pub sliding: u32,
     /// The blocks that detached or re-attached at the end of this step, in
@@ -40,6 +42,16 @@ impl StepRecord {
     pub fn load_ratio(&self) -> f64 {
         self.driving_force_n / self.normal_load_n
     }
+}
+
+/// Breaks and re-pins of the junctions of all contacts, as running totals.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JunctionTotals {
+    /// Junctions that broke.
+    pub breaks: u64,
+    /// Junctions that were pinned again.
+    pub repins: u64,
 }
 
 /// One block that changed between stick and slip at the end of a step.
@@ -60,6 +72,8 @@ pub struct Switch {
     pub stick_position_m: f64,
     /// Static friction threshold `mu_s p_n` of this step.
     pub threshold_n: f64,
+    /// How many junctions of the contact slip at the end of the step; `None` by laws without junctions.
+    pub junctions_slipping: Option<u32>,
 }
 
 /// Which way a block switched.

@@ -400,6 +400,7 @@ mod tests {
             solver: "fast".to_owned(),
             blocks: 10,
             rows: 1,
+            junction_count: 0,
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 10_000,

@@ -256,7 +256,7 @@ impl Seen {
         observer.begins(&header, reader.scenario_toml());
         self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
         let ours = header.code_version == CODE_VERSION;
-        let kinds = detectors::event_kinds();
+        let kinds = detectors::event_kinds(header.parts());
         // A salvaged log may have lost its scenario; whether it was salvaged is known only later.
         let scenario_is_lost = reader.scenario_toml().is_empty();
         let mut plan = None;
@@ -290,7 +290,7 @@ impl Seen {
                 Err(error) => return Err(error.into()),
             };
             if self.messages == 0 {
-                self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
+                self_check::topics(reader.announced(), &header, &kinds, ours)?;
                 made_again = plan.take().map(|plan| Rerun::new(plan, &header, reader.is_salvaged()));
                 self.other_detectors = both.as_ref().map(EventCheck::other_detectors).unwrap_or_default();
                 self.topics = reader.event_topics().collect();
@@ -348,7 +348,7 @@ impl Seen {
                 return Err(CheckProblem::Unread);
             }
         }
-        self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
+        self_check::topics(reader.announced(), &header, &kinds, ours)?;
         if ours && scenario_is_lost {
             self_check::plan(&header, reader.scenario_toml())?;
         }
@@ -479,6 +479,7 @@ mod tests {
             solver: String::new(),
             blocks: 2,
             rows: 1,
+            junction_count: 0,
             time_step_s: 0.5,
             longest_stable_step_s: None,
             steps: 9,
@@ -500,6 +501,9 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 2],
             detached: vec![0; 2],
+            junctions_slipping: Vec::new(),
+            pinned_mean_ratio: Vec::new(),
+            pinned_width_ratio: Vec::new(),
         })
     }
 

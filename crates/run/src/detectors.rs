@@ -12,7 +12,7 @@ use asperity_detect_rupture::Links;
 use asperity_model::text::{self, Lines};
 use asperity_model::{Plan, Scenario, ScenarioSource, typed};
 use asperity_record::bounds::check_toml;
-use asperity_record::{Contacts, EventKind, RunEnd, RunHeader, Scales, TimeGrid};
+use asperity_record::{Contacts, EventKind, Parts, RunEnd, RunHeader, Scales, TimeGrid};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
@@ -24,6 +24,8 @@ struct OfRun {
     /// The scales that link detachments to ruptures; None for a log that lost them, where ruptures cannot
     /// be found.
     links: Option<Links>,
+    /// What its records have that those of other runs lack.
+    parts: Parts,
 }
 
 type Start = fn(OfRun) -> Option<Box<dyn Detector>>;
@@ -31,7 +33,7 @@ type Start = fn(OfRun) -> Option<Box<dyn Detector>>;
 /// Detectors by name. New ones are added at the end.
 const DETECTORS: &[(&str, Start)] = &[
     ("onset", |_| boxed(asperity_detect_onset::OnsetDetector)),
-    ("extent", |_| boxed(asperity_detect_extent::ExtentDetector)),
+    ("extent", |run| boxed(asperity_detect_extent::ExtentDetector { parts: run.parts })),
     ("global", |_| boxed(asperity_detect_global::GlobalDetector::default())),
     ("rupture", |run| boxed(asperity_detect_rupture::RuptureDetector::new(run.blocks, run.links?))),
     ("arrival", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links?))),
@@ -45,8 +47,8 @@ fn names() -> Vec<&'static str> {
     DETECTORS.iter().map(|(name, _)| *name).collect()
 }
 
-/// The kinds of events that the registered detectors emit.
-pub fn event_kinds() -> Vec<EventKind> {
+/// The kinds of events that the registered detectors emit in runs with these parts.
+pub fn event_kinds(parts: Parts) -> Vec<EventKind> {
     // The kinds are independent of these values.
     let links = Links {
         t_link_s: 1.0,
@@ -55,7 +57,7 @@ pub fn event_kinds() -> Vec<EventKind> {
         modulus_n_per_m: None,
         interfacial_stiffness_n_per_m: None,
     };
-    let run = OfRun { blocks: Contacts::from(2), links: Some(links) };
+    let run = OfRun { blocks: Contacts::from(2), links: Some(links), parts };
     DETECTORS.iter().filter_map(|(_, start)| start(run)).map(|detector| detector.emits()).collect()
 }
 
@@ -66,7 +68,7 @@ pub fn all(header: &RunHeader, scenario_toml: &str) -> Detectors {
 
 /// The registered detectors for a run of that plan.
 pub(crate) fn of_plan(plan: &Plan) -> Detectors {
-    Settings::default().for_run(plan.elastic.layout(), plan.grid, Some(plan.scales))
+    Settings::default().for_run(plan.elastic.layout(), plan.grid, Some(plan.scales), Parts::default())
 }
 
 /// The scales that link detachments and enter moments and energies of ruptures: from the header, or
@@ -244,10 +246,16 @@ impl Settings {
     /// neither contains are left out: ruptures cannot be found in a log of a version before 4 that
     /// has lost its scenario.
     pub fn start(&self, header: &RunHeader, scenario_toml: &str) -> Detectors {
-        self.for_run(header.contacts(), header.time_grid(), scales(header, scenario_toml))
+        self.for_run(header.contacts(), header.time_grid(), scales(header, scenario_toml), header.parts())
     }
 
-    fn for_run(&self, blocks: Contacts, time_grid: TimeGrid, scales: Option<Scales>) -> Detectors {
+    fn for_run(
+        &self,
+        blocks: Contacts,
+        time_grid: TimeGrid,
+        scales: Option<Scales>,
+        parts: Parts,
+    ) -> Detectors {
         let links = scales.map(|scales| {
             let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
             let t_link_s = Scales { link_time_ratio, ..scales }.link_s();
@@ -260,7 +268,7 @@ impl Settings {
             }
         });
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
-        let run = OfRun { blocks, links };
+        let run = OfRun { blocks, links, parts };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
         Detectors::new(blocks, rules, chosen.filter_map(|(_, start)| start(run)).collect())
             .with_ruptures(links.map(|links| links.tracker(blocks)))

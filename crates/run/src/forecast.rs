@@ -123,8 +123,8 @@ const CHECKPOINT_FRAME_BYTES: u64 = 8 << 10;
 
 impl MostLogBytes {
     fn of(scenario: &Scenario, plan: &Plan) -> MostLogBytes {
-        let kinds = detectors::event_kinds();
         let header = header(scenario, plan, SolverKind::Plain.name());
+        let kinds = detectors::event_kinds(header.parts());
         let most = MostBytes::of(&header, &scenario.to_commented_toml(), &kinds);
         let steps = plan.initial.step + 1..=plan.steps;
         let on_cadence = |every: u64| match every {

@@ -20,6 +20,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         solver: solver.to_owned(),
         blocks: scenario.slider.blocks,
         rows: plan.elastic.layout().rows(),
+        junction_count: scenario.junction_count(),
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s),
         steps: plan.steps,

@@ -222,6 +222,9 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: zeros(),
             detached: vec![0; 100],
+            junctions_slipping: Vec::new(),
+            pinned_mean_ratio: Vec::new(),
+            pinned_width_ratio: Vec::new(),
         }))
     }
 

@@ -101,7 +101,8 @@ impl<'a> Task<'a> {
             return Ok(false);
         }
         let own = self.detectors.iter().map(|detector| detector.emits());
-        let kinds: Vec<EventKind> = detectors::event_kinds().into_iter().chain(own).collect();
+        let kinds: Vec<EventKind> =
+            detectors::event_kinds(self.header().parts()).into_iter().chain(own).collect();
         reader.verify().map(|end| detectors::has_events_of(&end, &kinds))
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader, Scales};
+use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader, Scales};
 use asperity_runlog::{RunReader, SalvageError, Salvaged, Topics};
 
 use crate::check::{CheckProblem, Checked, check};
@@ -48,7 +48,7 @@ pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> 
     if !matches!(checked.problem, Some(CheckProblem::Log(_))) && is_sound() {
         return Err(SalvageProblem::Contradictory(Box::new(checked)));
     }
-    asperity_runlog::salvage(input, output, &detectors::event_kinds(), &settle)
+    asperity_runlog::salvage(input, output, &detectors::event_kinds(Parts::default()), &settle)
         .map_err(|error| SalvageProblem::Failed { error, checked: Box::new(checked) })
 }
 

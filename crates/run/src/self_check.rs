@@ -104,11 +104,11 @@ fn scales(scales: Scales) -> String {
 /// If a topic is wrong.
 pub(crate) fn topics(
     logged: impl Iterator<Item = Announced>,
-    blocks: u32,
+    header: &RunHeader,
     kinds: &[EventKind],
     is_ours: bool,
 ) -> Result<(), SelfCheckProblem> {
-    let ours = if is_ours { announcements(blocks, kinds) } else { Vec::new() };
+    let ours = if is_ours { announcements(header, kinds) } else { Vec::new() };
     let mut missing: Vec<&str> = ours.iter().map(|ours| &*ours.topic).collect();
     for logged in logged {
         missing.retain(|topic| *topic != logged.topic);

@@ -29,6 +29,7 @@
 //!     normal_load_n: 400.0,
 //!     end_forces_n: None,
 //!     energy: None,
+//!     junctions: None,
 //!     sliding: 0,
 //!     switches: Vec::new(),
 //! };

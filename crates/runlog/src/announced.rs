@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::EventKind;
+use asperity_record::{EventKind, RunHeader};
 
 use crate::messages::{Topic, record_topics, units};
 
@@ -48,10 +48,9 @@ fn metadata(schema: &str) -> BTreeMap<String, String> {
     units(schema).into_iter().map(|(field, unit)| (format!("unit:{field}"), unit)).collect()
 }
 
-/// The announcements in a log of this program for a slider with that many blocks and detectors of
-/// these kinds.
-pub fn announcements(blocks: u32, kinds: &[EventKind]) -> Vec<Announced> {
-    record_topics(blocks)
+/// The announcements in a log of this program with that header, and detectors of these kinds.
+pub fn announcements(header: &RunHeader, kinds: &[EventKind]) -> Vec<Announced> {
+    record_topics(header)
         .iter()
         .chain(&kinds.iter().map(Topic::of).collect::<Vec<_>>())
         .map(Announced::of)

@@ -78,6 +78,7 @@
 //!     solver: "by hand".to_owned(),
 //!     blocks: 2,
 //!     rows: 1,
+//!     junction_count: 0,
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,
 //!     steps: 2,
@@ -90,6 +91,7 @@
 //!     normal_load_n: 400.0,
 //!     end_forces_n: None,
 //!     energy: None,
+//!     junctions: None,
 //!     sliding: 0,
 //!     switches: Vec::new(),
 //! };

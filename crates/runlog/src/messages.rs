@@ -6,7 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::{Direction, Energy, EventKind, FieldRecord, StepRecord, Switch, WindowRecord, unit_of};
+use asperity_record::{
+    Direction, Energy, EventKind, FieldRecord, JunctionTotals, Parts, RunHeader, StepRecord, Switch,
+    WindowRecord, unit_of,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -62,6 +65,12 @@ pub(crate) struct StepMessage {
     /// What the time step itself added, J.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) scheme_work_j: Option<f64>,
+    /// How many junctions broke in all steps before this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) breaks: Option<u64>,
+    /// How many junctions were pinned again in all steps before this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) repins: Option<u64>,
 }
 
 /// One block that detached or re-attached at the end of a step.
@@ -87,6 +96,9 @@ pub(crate) struct SwitchMessage {
     pub(crate) stick_position_m: f64,
     /// Static friction threshold, N.
     pub(crate) threshold_n: f64,
+    /// How many junctions of the contact slip at the end of the step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) junctions_slipping: Option<u32>,
 }
 
 impl StepMessage {
@@ -109,6 +121,8 @@ impl StepMessage {
             kinetic_j: record.energy.map(|energy| energy.kinetic_j),
             elastic_j: record.energy.map(|energy| energy.elastic_j),
             scheme_work_j: record.energy.map(|energy| energy.scheme_work_j),
+            breaks: record.junctions.map(|totals| totals.breaks),
+            repins: record.junctions.map(|totals| totals.repins),
         }
     }
 
@@ -148,6 +162,7 @@ impl StepMessage {
             normal_load_n: self.normal_load_n,
             end_forces_n: self.first_end_force_n.zip(self.last_end_force_n).map(|(a, b)| [a, b]),
             energy: self.energy().unwrap_or(None),
+            junctions: self.breaks.zip(self.repins).map(|(breaks, repins)| JunctionTotals { breaks, repins }),
             sliding: self.sliding,
             switches: Vec::new(),
         }
@@ -166,6 +181,7 @@ impl SwitchMessage {
             tangential_force_n: switch.tangential_force_n,
             stick_position_m: switch.stick_position_m,
             threshold_n: switch.threshold_n,
+            junctions_slipping: switch.junctions_slipping,
         }
     }
 
@@ -178,6 +194,7 @@ impl SwitchMessage {
             tangential_force_n: self.tangential_force_n,
             stick_position_m: self.stick_position_m,
             threshold_n: self.threshold_n,
+            junctions_slipping: self.junctions_slipping,
         }
     }
 }
@@ -202,17 +219,27 @@ impl Topic {
     }
 }
 
-/// The topics of records of a slider with that many blocks.
-pub(crate) fn record_topics(blocks: u32) -> Vec<Topic> {
-    let topic = |topic: &str, name: &str, schema: Value| Topic {
-        topic: topic.to_owned(),
-        schema_name: name.to_owned(),
-        schema: schema.to_string(),
+/// Fields of records that only runs with junctions have.
+const OF_JUNCTIONS: [&str; 5] =
+    ["breaks", "repins", "junctions_slipping", "pinned_mean_ratio", "pinned_width_ratio"];
+
+/// The topics of records of the run with that header.
+pub(crate) fn record_topics(header: &RunHeader) -> Vec<Topic> {
+    let Parts { junctions } = header.parts();
+    let topic = |topic: &str, name: &str, mut schema: Value| {
+        if let Some(properties) = schema["properties"].as_object_mut().filter(|_| !junctions) {
+            properties.retain(|name, _| !OF_JUNCTIONS.contains(&name.as_str()));
+        }
+        Topic { topic: topic.to_owned(), schema_name: name.to_owned(), schema: schema.to_string() }
     };
     vec![
         topic(STEP, "Step", schemars::schema_for!(StepMessage).to_value()),
         topic(SWITCH, "Switch", schemars::schema_for!(SwitchMessage).to_value()),
-        topic(FIELDS, "Fields", with_array_length(schemars::schema_for!(FieldRecord).to_value(), blocks)),
+        topic(
+            FIELDS,
+            "Fields",
+            with_array_length(schemars::schema_for!(FieldRecord).to_value(), header.blocks),
+        ),
         topic(WINDOW, "Window", schemars::schema_for!(WindowRecord).to_value()),
     ]
 }

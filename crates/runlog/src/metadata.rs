@@ -19,6 +19,7 @@ const SOLVER: &str = "solver:";
 const ENERGY: &str = "energy:";
 const FALLBACKS: &str = "solver_fallbacks";
 const ROWS: &str = "rows";
+const JUNCTION_COUNT: &str = "junction_count";
 const BLOCK_LENGTH: &str = "block_length_m";
 const BLOCK_TIME: &str = "block_time_s";
 const LINK_TIME_RATIO: &str = "link_time_ratio";
@@ -53,6 +54,9 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     if header.rows != 1 {
         map.insert(ROWS.to_owned(), header.rows.to_string());
     }
+    if header.junction_count > 0 {
+        map.insert(JUNCTION_COUNT.to_owned(), header.junction_count.to_string());
+    }
     if let Some(longest_s) = header.longest_stable_step_s {
         map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
     }
@@ -84,6 +88,10 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         rows: match map.map.contains_key(ROWS) {
             true => map.parse(ROWS, "a whole number")?,
             false => 1,
+        },
+        junction_count: match map.map.contains_key(JUNCTION_COUNT) {
+            true => map.parse(JUNCTION_COUNT, "a whole number")?,
+            false => 0,
         },
         time_step_s: map.parse("time_step_s", "a number")?,
         longest_stable_step_s: match map.map.contains_key(LONGEST_STABLE_STEP) {

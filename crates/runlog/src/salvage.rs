@@ -82,6 +82,8 @@ pub fn salvage(
             Unsettled::Hopeless(problem) => hopeless(problem),
         })?;
 
+    let events: Vec<EventKind> = events.iter().map(|kind| kind.clone().with(header.parts())).collect();
+    let events = &events[..];
     let gaps = gaps(&kept, &mut pieces, Walk::new(events, &header)).map_err(read_error)?;
     // The first walk finds the gaps, which are written first; the second walk writes.
     let mut walk = Walk::new(events, &header);

@@ -49,7 +49,7 @@ pub struct MostBytes {
 impl MostBytes {
     /// The bounds for the log of a run with that header and scenario, and events of these kinds.
     pub fn of(header: &RunHeader, scenario_toml: &str, kinds: &[EventKind]) -> MostBytes {
-        let announced = announcements(header.blocks, kinds);
+        let announced = announcements(header, kinds);
         let topics = announced.len() as u64;
         let said = |announced: &Announced| {
             let Announced { topic, message_encoding, schema_name, schema_encoding, schema, metadata } =
@@ -95,6 +95,7 @@ impl MostBytes {
                 tangential_force_n: 0.0,
                 stick_position_m: 0.0,
                 threshold_n: 0.0,
+                junctions_slipping: None,
             },
         ))
     }
@@ -110,6 +111,9 @@ impl MostBytes {
             normal_load_n: if loads { vec![0.0; blocks] } else { Vec::new() },
             stick_position_m: vec![0.0; blocks],
             detached: vec![0; blocks],
+            junctions_slipping: Vec::new(),
+            pinned_mean_ratio: Vec::new(),
+            pinned_width_ratio: Vec::new(),
         })
     }
 
@@ -167,6 +171,7 @@ fn step() -> StepRecord {
         normal_load_n: 0.0,
         end_forces_n: None,
         energy: None,
+        junctions: None,
         sliding: 0,
         switches: Vec::new(),
     }
@@ -217,6 +222,9 @@ mod tests {
             normal_load_n: vec![-f64::MIN_POSITIVE; loads],
             stick_position_m: vec![-f64::MIN_POSITIVE; blocks],
             detached: vec![1; blocks],
+            junctions_slipping: Vec::new(),
+            pinned_mean_ratio: Vec::new(),
+            pinned_width_ratio: Vec::new(),
         };
         let most = MostBytes { topics: 9, frame: 0 };
         for (blocks, has_loads) in [(2, false), (100, false), (2, true), (100, true)] {

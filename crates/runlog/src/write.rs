@@ -137,7 +137,7 @@ impl RunWriter {
             .map_err(at)?;
         sealer.close(&mut writer).map_err(at)?;
         let mut chunk_bytes = 0;
-        let mut topics = messages::record_topics(header.blocks);
+        let mut topics = messages::record_topics(header);
         topics.extend(events);
         let mut channels = BTreeMap::new();
         for topic in &topics {

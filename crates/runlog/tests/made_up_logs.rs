@@ -38,6 +38,7 @@ fn header() -> RunHeader {
         solver: "by hand".to_owned(),
         blocks: 2,
         rows: 1,
+        junction_count: 0,
         time_step_s: 1.0,
         longest_stable_step_s: None,
         steps: STEPS,
@@ -53,6 +54,7 @@ fn step(step: u64) -> Record {
         normal_load_n: 2.0,
         end_forces_n: None,
         energy: None,
+        junctions: None,
         sliding: 0,
         switches: Vec::new(),
     })

@@ -142,6 +142,7 @@ fn load(
         driving_force_n: driving.total_n,
         end_forces_n: driving.ends_n,
         energy: Some(energy),
+        junctions: None,
         normal_load_n: Load::in_step(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
         sliding: state.sliding,
         switches,
@@ -213,6 +214,7 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
         tangential_force_n: state.tangential_force_n[n],
         stick_position_m: state.stick_position_m[n],
         threshold_n: threshold_n(plan, state, n),
+        junctions_slipping: None,
     }
 }
 
@@ -227,6 +229,9 @@ pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
         normal_load_n: state.normal_load_n.clone(),
         stick_position_m: state.stick_position_m.clone(),
         detached: state.slip.iter().map(|&slip| u8::from(slip != 0.0)).collect(),
+        junctions_slipping: Vec::new(),
+        pinned_mean_ratio: Vec::new(),
+        pinned_width_ratio: Vec::new(),
     }
 }
 

@@ -275,6 +275,7 @@ pub(crate) fn column(key: &Key) -> Column {
         kind,
         unit: asperity_record::unit_of(key.path).filter(|_| kind == ColumnKind::Number),
         about: key.doc.into(),
+        only: None,
     }
 }
 

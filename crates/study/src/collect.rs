@@ -100,7 +100,7 @@ pub fn collect(
         .iter()
         .filter_map(|path| KEYS.iter().find(|key| key.path == path.as_str()))
         .collect();
-    let kept = kept_events(&plan.common.keep);
+    let kept = kept_events(plan);
     let summary_columns: Vec<usize> = (0..Summary::KEYS.len())
         .filter(|n| {
             let name = Summary::KEYS[*n].column.name.as_ref();

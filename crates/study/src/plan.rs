@@ -15,7 +15,7 @@ use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::keys::Key;
 use asperity_model::{Preview, Scenario, ScenarioSource, Warning};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
-use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
+use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once};
 use serde::{Deserialize, Serialize};
 
@@ -375,6 +375,17 @@ impl Plan {
                 format!("run {run}, {values}")
             }
         }
+    }
+
+    /// What some run over the axes has: tables have columns for it, empty for the others.
+    pub fn parts(&self) -> Parts {
+        let rows = self.rows[..self.numbered() as usize].iter().filter(|row| row.refused.is_none());
+        // Only the law decides, so one run of each is enough.
+        let law = self.common.keys.iter().position(|key| key == "friction.law");
+        let mut laws = BTreeSet::new();
+        let mut firsts = rows.filter(|row| laws.insert(law.map(|place| row.values[place].to_string())));
+        let junctions = firsts.any(|row| self.resolve(row).is_ok_and(|run| run.junction_count() > 0));
+        Parts { junctions }
     }
 
     /// The scenario of a run, resolved by this program.

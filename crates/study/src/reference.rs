@@ -158,7 +158,7 @@ fn keys<'a>(keys: impl IntoIterator<Item = &'a Key>) -> String {
             group = key.group;
             text.push_str(&format!("| **{group}** | | | |\n"));
         }
-        let Column { name, kind, unit, about } = &key.column;
+        let Column { name, kind, unit, about, .. } = &key.column;
         let holds = unit.unwrap_or(match kind {
             ColumnKind::Flag => "yes or no",
             ColumnKind::Word => "word",

@@ -180,7 +180,7 @@ impl Results {
                 results.torn.push((path, torn));
             }
         }
-        let kept = kept_events(&plan.common.keep);
+        let kept = kept_events(plan);
         for doubt in doubtful {
             results.settle(plan, &kept, doubt)?;
         }

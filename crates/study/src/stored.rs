@@ -17,7 +17,7 @@ use zstd::stream::read::Decoder;
 use crate::axis::Value;
 use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
-use crate::plan::{Common, Row};
+use crate::plan::{Common, Plan, Row};
 
 /// The longest line. A summary has some three thousand bytes, an event some hundred.
 pub const LONGEST_LINE_BYTES: usize = 1 << 20;
@@ -45,8 +45,9 @@ pub(crate) struct KeptEvents {
     count: fn(&Summary) -> Option<u64>,
 }
 
-/// The kinds of events stored for each run.
-pub(crate) fn kept_events(keep: &[Keep]) -> Vec<KeptEvents> {
+/// The kinds of events stored for each run of a plan.
+pub(crate) fn kept_events(plan: &Plan) -> Vec<KeptEvents> {
+    let parts = plan.parts();
     let of = |kind: EventKind, number: &str, count| {
         let where_name = |fits: &dyn Fn(&Column) -> bool| {
             (0..kind.columns.len()).filter(|n| fits(&kind.columns[*n])).collect::<Vec<_>>()
@@ -58,10 +59,13 @@ pub(crate) fn kept_events(keep: &[Keep]) -> Vec<KeptEvents> {
         KeptEvents { kind, number, blocks, steps, count }
     };
     let all = [
-        (Keep::Events, of(EventKind::of::<SlipEvent>(), "event", |summary| Some(summary.event_count))),
+        (
+            Keep::Events,
+            of(EventKind::of::<SlipEvent>().with(parts), "event", |summary| Some(summary.event_count)),
+        ),
         (Keep::Ruptures, of(EventKind::of::<Rupture>(), "rupture", |summary| summary.rupture_count)),
     ];
-    all.into_iter().filter(|(kept, _)| keep.contains(kept)).map(|(_, events)| events).collect()
+    all.into_iter().filter(|(kept, _)| plan.common.keep.contains(kept)).map(|(_, events)| events).collect()
 }
 
 /// The line of an event.

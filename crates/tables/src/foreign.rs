@@ -72,7 +72,7 @@ pub(crate) fn columns(schema: &str) -> Option<Vec<Column>> {
         let kind = kind(&property)?;
         let unit = unit_of(&name).filter(|_| kind == ColumnKind::Number);
         let about = property["description"].as_str().unwrap_or_default().replace('\n', " ");
-        columns.push(Column { name: name.into(), kind, unit, about: about.into() });
+        columns.push(Column { name: name.into(), kind, unit, about: about.into(), only: None });
     }
     Some(columns)
 }
@@ -134,7 +134,7 @@ mod tests {
     fn our_own_schemas_give_the_columns_that_we_have() {
         for kind in [EventKind::of::<SlipEvent>(), EventKind::of::<GlobalSlip>()] {
             let mut found = columns(&kind.schema().to_string()).unwrap();
-            let mut own = kind.columns.to_vec();
+            let mut own = kind.columns.clone();
             found.sort_by(|a, b| a.name.cmp(&b.name));
             own.sort_by(|a, b| a.name.cmp(&b.name));
             assert_eq!(found, own);

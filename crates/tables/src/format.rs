@@ -114,6 +114,7 @@ impl About {
             solver,
             blocks,
             rows,
+            junction_count,
             time_step_s,
             longest_stable_step_s,
             steps,
@@ -141,6 +142,7 @@ impl About {
             ("steps", steps.to_string()),
         ];
         pairs.extend((*rows != 1).then(|| ("rows", rows.to_string())));
+        pairs.extend((*junction_count > 0).then(|| ("junction_count", junction_count.to_string())));
         pairs.extend(longest_stable_step_s.map(|longest_s| ("longest_stable_step_s", longest_s.to_string())));
         if let Some(Scales {
             block_length_m,

@@ -8,7 +8,7 @@
 
 use std::borrow::Cow;
 
-use asperity_record::{Column, ColumnKind, EventKind, StepRecord};
+use asperity_record::{Column, ColumnKind, EventKind, FieldRecord, StepRecord};
 
 /// The table of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,20 +40,7 @@ pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
     let layout = |topic, columns| Layout { topic: Cow::Borrowed(topic), columns };
     vec![
         layout(STEP, step_columns(parts)),
-        layout(
-            SWITCH,
-            vec![
-                STEP_COLUMN,
-                TIME,
-                BLOCK,
-                word("direction", "`detach`: from stick to slip; `attach`: from slip to stick."),
-                DISPLACEMENT,
-                VELOCITY,
-                TANGENTIAL_FORCE,
-                number("stick_position_m", "Anchor of the friction spring: left behind or newly taken."),
-                number("threshold_n", "Static friction threshold of this step."),
-            ],
-        ),
+        layout(SWITCH, switch_columns(parts)),
         layout(FIELDS, fields_columns(parts)),
         layout(
             WINDOW,
@@ -96,6 +83,8 @@ pub struct StepParts {
     pub energies: bool,
     /// In states of all blocks, the normal load of each: for slabs.
     pub contact_loads: bool,
+    /// Counts of junctions, by laws that have junctions.
+    pub junctions: bool,
 }
 
 impl StepParts {
@@ -105,8 +94,35 @@ impl StepParts {
             end_forces: record.end_forces_n.is_some(),
             energies: record.energy.is_some(),
             contact_loads: false,
+            junctions: record.junctions.is_some(),
         }
     }
+
+    /// Of that state of all blocks.
+    pub fn of_state(record: &FieldRecord) -> StepParts {
+        StepParts {
+            contact_loads: !record.normal_load_n.is_empty(),
+            junctions: !record.junctions_slipping.is_empty(),
+            ..StepParts::default()
+        }
+    }
+}
+
+/// The columns of the table of switches.
+pub(crate) fn switch_columns(parts: StepParts) -> Vec<Column> {
+    let mut columns = vec![
+        STEP_COLUMN,
+        TIME,
+        BLOCK,
+        word("direction", "`detach`: from stick to slip; `attach`: from slip to stick."),
+        DISPLACEMENT,
+        VELOCITY,
+        TANGENTIAL_FORCE,
+        number("stick_position_m", "Anchor of the friction spring: left behind or newly taken."),
+        number("threshold_n", "Static friction threshold of this step."),
+    ];
+    columns.extend(parts.junctions.then_some(JUNCTIONS_SLIPPING));
+    columns
 }
 
 /// The columns of the table of states of all blocks.
@@ -123,6 +139,19 @@ pub(crate) fn fields_columns(parts: StepParts) -> Vec<Column> {
     ];
     if parts.contact_loads {
         columns.push(number("normal_load_n", "Normal load on the contact that this step's update used."));
+    }
+    if parts.junctions {
+        columns.extend([
+            JUNCTIONS_SLIPPING,
+            number(
+                "pinned_mean_ratio",
+                "Mean force of the contact's pinned junctions over the load that each bears, `p_n / N_s`; 0 if there are none.",
+            ),
+            number(
+                "pinned_width_ratio",
+                "Width of the uniform distribution with the standard deviation of these forces, over the same load.",
+            ),
+        ]);
     }
     columns
 }
@@ -158,12 +187,16 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
             number("scheme_work_j", "What the time step itself added."),
         ]);
     }
+    if parts.junctions {
+        columns.push(step("breaks", "How many junctions broke in all steps before this one."));
+        columns.push(step("repins", "How many junctions were pinned again in all steps before this one."));
+    }
     columns
 }
 
 /// The table of a kind of events.
 pub fn event_layout(kind: &EventKind) -> Layout {
-    Layout { topic: Cow::Borrowed(kind.topic), columns: kind.columns.to_vec() }
+    Layout { topic: Cow::Borrowed(kind.topic), columns: kind.columns.clone() }
 }
 
 const STEP_COLUMN: Column =
@@ -174,6 +207,13 @@ const DISPLACEMENT: Column = number("displacement_m", "Displacement from the ini
 const VELOCITY: Column = number("velocity_m_per_s", "Velocity after the step.");
 const TANGENTIAL_FORCE: Column =
     number("tangential_force_n", "Tangential force without friction that this step's update used.");
+
+const JUNCTIONS_SLIPPING: Column =
+    count("junctions_slipping", "How many junctions of the contact slip at the end of the step.");
+
+const fn step(name: &'static str, about: &'static str) -> Column {
+    Column::new(name, ColumnKind::Step, about)
+}
 
 const fn count(name: &'static str, about: &'static str) -> Column {
     Column::new(name, ColumnKind::Count, about)

@@ -1,6 +1,6 @@
 //! Records as rows, with the doubles of the log as they are. Events define their own rows.
 
-use asperity_record::{Cell, CellValue, FieldRecord, StepRecord, Switch, WindowRecord};
+use asperity_record::{Cell, CellValue, FieldRecord, JunctionTotals, StepRecord, Switch, WindowRecord};
 
 use crate::batch::Batch;
 use crate::layout::StepParts;
@@ -41,11 +41,15 @@ pub fn step(batch: &mut Batch, record: &StepRecord, parts: StepParts) {
         let energies = record.energy.unwrap_or_default().parts();
         row.extend(energies.map(|(_, energy)| Cell::Number(energy)));
     }
+    if parts.junctions {
+        let JunctionTotals { breaks, repins } = record.junctions.unwrap_or_default();
+        row.extend([breaks, repins].map(Cell::Step));
+    }
     batch.push(&row);
 }
 
-pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
-    batch.push(&[
+pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch, parts: StepParts) {
+    let cells = [
         Cell::Step(record.step),
         Cell::Number(record.time_s),
         Cell::Count(switch.block),
@@ -55,11 +59,12 @@ pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
         Cell::Number(switch.tangential_force_n),
         Cell::Number(switch.stick_position_m),
         Cell::Number(switch.threshold_n),
-    ]);
+        switch.junctions_slipping.cell(),
+    ];
+    batch.push(&cells[..if parts.junctions { 10 } else { 9 }]);
 }
 
-/// With `contact_loads` the table has the normal load of each block.
-pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: bool) -> Result<(), Ragged> {
+pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) -> Result<(), Ragged> {
     let FieldRecord {
         step,
         time_s,
@@ -69,6 +74,9 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: boo
         normal_load_n,
         stick_position_m,
         detached,
+        junctions_slipping,
+        pinned_mean_ratio,
+        pinned_width_ratio,
     } = record;
     let mut lengths = vec![
         displacement_m.len(),
@@ -77,13 +85,21 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: boo
         stick_position_m.len(),
         detached.len(),
     ];
-    if contact_loads || !normal_load_n.is_empty() {
-        // If the table has no column for them, they are an error, as too few values are.
-        lengths.push(if contact_loads { normal_load_n.len() } else { 0 });
-    }
+    let mut optional = |length: usize, is_there: bool| {
+        if is_there || length > 0 {
+            // If the table has no column for them, they are an error, as too few values are.
+            lengths.push(if is_there { length } else { 0 });
+        }
+    };
+    optional(normal_load_n.len(), parts.contact_loads);
+    optional(junctions_slipping.len(), parts.junctions);
+    optional(pinned_mean_ratio.len(), parts.junctions);
+    optional(pinned_width_ratio.len(), parts.junctions);
     Ragged::check(crate::layout::FIELDS, *step, &lengths)?;
+    let mut row = Vec::new();
     for (index, block) in (0..displacement_m.len()).zip(1..) {
-        let cells = [
+        row.clear();
+        row.extend([
             Cell::Step(*step),
             Cell::Number(*time_s),
             Cell::Count(block),
@@ -92,9 +108,16 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: boo
             Cell::Number(tangential_force_n[index]),
             Cell::Number(stick_position_m[index]),
             Cell::Flag(detached[index] != 0),
-            Cell::Number(normal_load_n.get(index).copied().unwrap_or_default()),
-        ];
-        batch.push(&cells[..if contact_loads { 9 } else { 8 }]);
+        ]);
+        row.extend(parts.contact_loads.then(|| Cell::Number(normal_load_n[index])));
+        if parts.junctions {
+            row.extend([
+                Cell::Count(junctions_slipping[index]),
+                Cell::Number(pinned_mean_ratio[index]),
+                Cell::Number(pinned_width_ratio[index]),
+            ]);
+        }
+        batch.push(&row);
     }
     Ok(())
 }
@@ -179,9 +202,12 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![3.0, 4.0],
             detached: vec![0, 1],
+            junctions_slipping: Vec::new(),
+            pinned_mean_ratio: Vec::new(),
+            pinned_width_ratio: Vec::new(),
         };
         let mut batch = Batch::new(&record_layouts(StepParts::default())[2].columns);
-        fields(&mut batch, &state, false).unwrap();
+        fields(&mut batch, &state, StepParts::default()).unwrap();
         let column = |n: usize| (0..2).map(|row| batch.columns()[n].cell(row)).collect::<Vec<_>>();
         assert_eq!(column(0), [Cell::Step(8); 2]);
         assert_eq!(column(2), [Cell::Count(1), Cell::Count(2)]);
@@ -189,16 +215,29 @@ mod tests {
         assert_eq!(column(7), [Cell::Flag(false), Cell::Flag(true)]);
 
         let short = FieldRecord { stick_position_m: vec![3.0], ..state };
-        let error = fields(&mut batch, &short, false).unwrap_err().to_string();
+        let error = fields(&mut batch, &short, StepParts::default()).unwrap_err().to_string();
         assert!(error.contains("step 8") && error.contains("/fields") && error.contains("[2, 2, 2, 1, 2]"));
         assert_eq!(batch.rows(), 2, "nothing of it is taken");
 
         let parts = StepParts { contact_loads: true, ..StepParts::default() };
         let mut batch = Batch::new(&record_layouts(parts)[2].columns);
         let slab = FieldRecord { normal_load_n: vec![5.0, 6.0], stick_position_m: vec![3.0, 4.0], ..short };
-        fields(&mut batch, &slab, true).unwrap();
+        fields(&mut batch, &slab, parts).unwrap();
         assert_eq!(batch.columns()[8].cell(1), Cell::Number(6.0));
-        assert!(fields(&mut batch, &slab, false).is_err(), "a log is of a chain or of a slab");
+        assert!(fields(&mut batch, &slab, StepParts::default()).is_err(), "a log is of a chain or of a slab");
+
+        let parts = StepParts { junctions: true, ..parts };
+        let mut batch = Batch::new(&record_layouts(parts)[2].columns);
+        assert!(fields(&mut batch, &slab, parts).is_err(), "it has no junctions");
+        let torn = FieldRecord {
+            junctions_slipping: vec![0, 7],
+            pinned_mean_ratio: vec![0.1, 0.2],
+            pinned_width_ratio: vec![0.3, 0.4],
+            ..slab
+        };
+        fields(&mut batch, &torn, parts).unwrap();
+        let last = [9, 10, 11].map(|n| batch.columns()[n].cell(1));
+        assert_eq!(last, [Cell::Count(7), Cell::Number(0.2), Cell::Number(0.4)]);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::batch::Batch;
 use crate::foreign;
 use crate::layout::{
     EVENTS, FIELDS, Layout, NODES, STEP, SWITCH, StepParts, WINDOW, event_layout, fields_columns,
-    nodes_layout, record_layouts, step_columns,
+    nodes_layout, record_layouts, step_columns, switch_columns,
 };
 use crate::rows::{self, NodeRows};
 
@@ -72,8 +72,8 @@ pub struct RunTables {
     /// How the events of a topic are parsed, whether or not they have a table.
     events: BTreeMap<String, EventRows>,
     parts: Option<StepParts>,
-    /// Whether states have the normal load of each block; known after the first state.
-    contact_loads: Option<bool>,
+    /// The optional parts of states of all blocks; known after the first state.
+    state_parts: Option<StepParts>,
     last_step: u64,
     /// The time of the last record, s.
     last_s: f64,
@@ -143,7 +143,7 @@ impl RunTables {
             tables,
             events,
             parts: None,
-            contact_loads: None,
+            state_parts: None,
             last_step: 0,
             last_s: 0.0,
             left_out: BTreeMap::new(),
@@ -203,6 +203,7 @@ impl RunTables {
                 let differs = [
                     ("forces on the ends", parts.end_forces, found.end_forces),
                     ("energies", parts.energies, found.energies),
+                    ("counts of junctions", parts.junctions, found.junctions),
                 ];
                 if let Some((what, first, _)) = differs.into_iter().find(|(_, first, found)| first != found) {
                     let first = if first { "has" } else { "has not" };
@@ -215,13 +216,13 @@ impl RunTables {
                     rows::step(batch, record, parts);
                 }
                 if let Some(batch) = self.batch(SWITCH, record.time_s) {
-                    record.switches.iter().for_each(|switch| rows::switch(batch, record, switch));
+                    record.switches.iter().for_each(|switch| rows::switch(batch, record, switch, parts));
                 }
             }
             Record::Fields(record) => {
-                let contact_loads = self.contact_loads.unwrap_or_else(|| self.first_state(record));
+                let parts = self.state_parts.unwrap_or_else(|| self.first_state(record));
                 if let Some(batch) = self.batch(FIELDS, record.time_s) {
-                    rows::fields(batch, record, contact_loads).map_err(|ragged| ragged.to_string())?;
+                    rows::fields(batch, record, parts).map_err(|ragged| ragged.to_string())?;
                 }
             }
             Record::Window(record) => {
@@ -260,20 +261,21 @@ impl RunTables {
         self.tables.iter_mut().find(|table| table.layout.topic == topic).map(|table| &mut table.batch)
     }
 
-    /// Records the optional parts of step records and sets the columns of the table of steps; no
-    /// row has been added yet.
+    /// Records the optional parts of step records and sets the columns of the tables of steps and
+    /// switches; no row has been added yet.
     fn first_step(&mut self, parts: StepParts) -> StepParts {
         self.parts = Some(parts);
         self.set_columns(STEP, step_columns(parts));
+        self.set_columns(SWITCH, switch_columns(parts));
         parts
     }
 
     /// Records the optional parts of states of all blocks, and sets the columns of their table.
-    fn first_state(&mut self, record: &FieldRecord) -> bool {
-        let contact_loads = !record.normal_load_n.is_empty();
-        self.contact_loads = Some(contact_loads);
-        self.set_columns(FIELDS, fields_columns(StepParts { contact_loads, ..StepParts::default() }));
-        contact_loads
+    fn first_state(&mut self, record: &FieldRecord) -> StepParts {
+        let parts = StepParts::of_state(record);
+        self.state_parts = Some(parts);
+        self.set_columns(FIELDS, fields_columns(parts));
+        parts
     }
 
     fn set_columns(&mut self, topic: &str, columns: Vec<Column>) {

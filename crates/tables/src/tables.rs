@@ -6,7 +6,7 @@ use asperity_numbers::curves::{PrecursorPoint, Residuals, precursor_points, resi
 use asperity_numbers::precursors::{self, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent};
+use asperity_record::{Cell, ColumnKind, EventKind, EventPayload, Rupture, SlipEvent};
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
 use crate::batch::Batch;
@@ -30,15 +30,16 @@ pub fn of_columns(columns: Vec<(impl AsRef<str>, Cells)>) -> Result<DataFrame, T
     Ok(DataFrame::new_infer_height(columns.collect())?)
 }
 
-/// The raw event table, one row per slip event: [`SlipEvent::COLUMNS`], of which the first seven
-/// are pinned.
+/// The raw event table, one row per slip event: those of [`SlipEvent::COLUMNS`] that events of the run
+/// have, of which the first seven are pinned.
 ///
 /// # Errors
 /// If polars refuses.
 pub fn events(run: &RunData) -> Result<DataFrame, TableFileError> {
-    let mut rows = Batch::new(SlipEvent::COLUMNS);
-    run.slips.iter().for_each(|slip| rows.push(slip.cells().as_ref()));
-    Ok(parquet_tables::frame(SlipEvent::COLUMNS, &rows)?)
+    let kind = EventKind::of::<SlipEvent>().with(run.header.parts());
+    let mut rows = Batch::new(&kind.columns);
+    run.slips.iter().for_each(|slip| rows.push(&kind.cells_of(slip)));
+    Ok(parquet_tables::frame(&kind.columns, &rows)?)
 }
 
 /// The rupture table, one row per rupture, in the order in which they became certain:

@@ -63,6 +63,7 @@ fn log(folder: &Path) -> PathBuf {
         solver: "fast".to_owned(),
         blocks: 2,
         rows: 1,
+        junction_count: 0,
         time_step_s: 1.0,
         longest_stable_step_s: None,
         steps: 4,
@@ -78,6 +79,7 @@ fn log(folder: &Path) -> PathBuf {
             normal_load_n: 2.0,
             end_forces_n: None,
             energy: None,
+            junctions: None,
             sliding: 0,
             switches: Vec::new(),
         };

@@ -70,6 +70,7 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
         solver: "plain".to_owned(),
         blocks: plan.blocks as u32,
         rows: 1,
+        junction_count: 0,
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s),
         steps: plan.steps,
@@ -213,6 +214,9 @@ pub fn slab(events: &[(u64, u64, &[u32])]) -> RunData {
         normal_load_n: vec![100.0, 200.0, 100.0],
         stick_position_m: vec![0.0; 3],
         detached: vec![0; 3],
+        junctions_slipping: Vec::new(),
+        pinned_mean_ratio: Vec::new(),
+        pinned_width_ratio: Vec::new(),
     };
     with_states(&mut run, &[state]);
     run

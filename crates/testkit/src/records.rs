@@ -17,6 +17,7 @@ pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
         normal_load_n: NORMAL_LOAD_N,
         end_forces_n: None,
         energy: None,
+        junctions: None,
         sliding: 0,
         switches: Vec::new(),
     }
@@ -32,6 +33,7 @@ pub fn switch(block: u32, direction: Direction) -> Switch {
         tangential_force_n: 0.0,
         stick_position_m: 0.0,
         threshold_n: 0.0,
+        junctions_slipping: None,
     }
 }
 
@@ -55,5 +57,9 @@ pub fn slip_event(onset_step: u64, end_step: u64, blocks: RangeInclusive<u32>) -
         ft_fn_min: 0.0,
         ft_fn_max: 0.0,
         open: false,
+        breaks_onset: None,
+        breaks_end: None,
+        repins_onset: None,
+        repins_end: None,
     }
 }

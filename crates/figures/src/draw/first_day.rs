@@ -40,6 +40,9 @@ fn with_records(mut run: RunData) -> RunData {
         normal_load_n: loads_n,
         stick_position_m: rest(),
         detached: vec![0; blocks],
+        junctions_slipping: Vec::new(),
+        pinned_mean_ratio: Vec::new(),
+        pinned_width_ratio: Vec::new(),
     };
     made_up::with_states(&mut run, &[state]);
     let record = WindowRecord {

@@ -144,8 +144,13 @@ mod tests {
         let axes = [key("normal_load.tilt", &[0.0, 0.5]), key("drive.stiffness_n_per_m", &[1.0, 2.0, 4.0])];
         let figures: Figures = toml::from_str(figure).unwrap();
         let mut drawer = Drawer::new(&figures.understand(&axes, true).unwrap());
-        let column =
-            |name: &'static str, kind| Column { name: name.into(), kind, unit: None, about: "".into() };
+        let column = |name: &'static str, kind| Column {
+            name: name.into(),
+            kind,
+            unit: None,
+            about: "".into(),
+            only: None,
+        };
         drawer.begin(
             "runs",
             &[

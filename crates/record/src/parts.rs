@@ -1,0 +1,27 @@
+//! What only some runs have: records, events and tables of other runs lack it.
+
+/// What a run may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Counts of the junctions of contacts, by laws that have junctions.
+    Junctions,
+}
+
+/// What one run has; nothing by default.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Parts {
+    /// [`Part::Junctions`].
+    pub junctions: bool,
+}
+
+impl Parts {
+    /// What any run may have.
+    pub const ALL: Parts = Parts { junctions: true };
+
+    /// Whether the run has this.
+    pub fn has(self, part: Part) -> bool {
+        match part {
+            Part::Junctions => self.junctions,
+        }
+    }
+}

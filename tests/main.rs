@@ -37,6 +37,8 @@ mod given;
 mod golden;
 mod hostile;
 #[cfg(feature = "analysis")]
+mod junction_counts;
+#[cfg(feature = "analysis")]
 mod look;
 mod mistakes;
 mod new_detector;

@@ -3,7 +3,7 @@
 
 use asperity_detect::{Detectors, SlipRules};
 use asperity_detect_extent::ExtentDetector;
-use asperity_record::{Direction, SlipEvent, StepRecord, Switch};
+use asperity_record::{Direction, JunctionTotals, SlipEvent, StepRecord, Switch};
 use asperity_testkit::{quiet_step, switch};
 
 const BLOCKS: u32 = 4;
@@ -62,6 +62,24 @@ fn an_event_runs_from_the_first_sliding_step_to_the_first_still_one() {
             repins_end: None,
         }]
     );
+}
+
+/// The totals of the records of onset and end, which are of the steps before; the end of a merged event is
+/// that of its last part.
+#[test]
+fn an_event_has_the_totals_of_its_onset_and_its_end() {
+    let records =
+        [(10, 0, &[1][..]), (11, 1, &[-1]), (12, 0, &[1]), (13, 1, &[-1]), (14, 0, &[1]), (15, 1, &[])];
+    let records = records.map(|(step, sliding, switches)| StepRecord {
+        junctions: Some(JunctionTotals { breaks: 10 * step, repins: step }),
+        ..record(step, sliding, 0.3, switches)
+    });
+    let totals = |slip: &SlipEvent| (slip.breaks_onset, slip.breaks_end, slip.repins_onset, slip.repins_end);
+    let of = |onset, end: Option<u64>| (Some(10 * onset), end.map(|end| 10 * end), Some(onset), end);
+    let every: Vec<_> = slips(&records).iter().map(totals).collect();
+    assert_eq!(every, [of(11, Some(12)), of(13, Some(14)), of(15, None)]);
+    let merged = slips_by(SlipRules { merge_gap_s: 0.15, min_blocks: 1 }, &records[..5]);
+    assert_eq!(merged.iter().map(totals).collect::<Vec<_>>(), [of(11, Some(14))]);
 }
 
 #[test]

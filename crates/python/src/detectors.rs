@@ -277,6 +277,18 @@ impl StepRecord {
     fn attached(&self) -> Vec<u32> {
         self.switched(Direction::Attach)
     }
+
+    /// How many junctions broke in all steps before it; None by laws without junctions.
+    #[getter]
+    fn breaks(&self) -> Option<u64> {
+        self.0.junctions.map(|totals| totals.breaks)
+    }
+
+    /// How many junctions were pinned again in all steps before it; None by laws without junctions.
+    #[getter]
+    fn repins(&self) -> Option<u64> {
+        self.0.junctions.map(|totals| totals.repins)
+    }
 }
 
 impl StepRecord {

@@ -34,11 +34,12 @@ pub struct FieldRecord {
     /// How many junctions of the contact slip; none by laws without junctions, as below.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub junctions_slipping: Vec<u32>,
-    /// Mean force of the contact's pinned junctions over the load that each bears, `p_n / N_s`.
+    /// Mean force of the contact's pinned junctions over the load that each bears, `p_n / N_s`; 0 if
+    /// none is pinned, or the contact bears nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pinned_mean_ratio: Vec<f64>,
     /// Width of the uniform distribution with the standard deviation of these forces, `sqrt(12)` times
-    /// that, over the same load.
+    /// that, over the same load; 0 likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pinned_width_ratio: Vec<f64>,
 }

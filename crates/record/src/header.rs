@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use crate::{Contacts, Energy, Parts, Scales, TimeGrid};
 
 /// Version of the meaning and layout of records, events and header, raised with every change to them.
-/// Keys added to `run_end` do not raise it, since older readers ignore them.
+/// Keys added to `run_end` do not raise it, since older readers ignore them, nor do [`Parts`] of runs
+/// that older readers refuse for their law.
 pub const RECORD_SCHEMA_VERSION: u32 = 6;
 
 /// What a run is, known before it starts.

@@ -69,11 +69,11 @@ payload! {
     only Junctions {
         /// Breaks of junctions in all steps before the onset step.
         pub breaks_onset: Option<u64>,
-        /// Breaks in all steps before the end step; null if the run ended before.
+        /// Breaks of junctions in all steps before the end step; none if the run ended before.
         pub breaks_end: Option<u64>,
         /// Junctions pinned again in all steps before the onset step.
         pub repins_onset: Option<u64>,
-        /// Junctions pinned again in all steps before the end step; null if the run ended before.
+        /// Junctions pinned again in all steps before the end step; none if the run ended before.
         pub repins_end: Option<u64>,
     }
 }
@@ -109,5 +109,31 @@ payload! {
         pub load_drop_n: Option<f64>,
         /// Fall of `F_T / F_N` from onset to end; null if the run ended before.
         pub ft_fn_drop: Option<f64>,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SlipEvent;
+    use crate::{EventKind, Parts};
+
+    /// Tables, schemas and messages of runs without junctions are as if there were none.
+    #[test]
+    fn only_runs_with_junctions_have_their_columns() {
+        let json = r#"{"onset_s":1.0,"end_s":null,"first_block":1,"last_block":2,"max_sliding":1,"ft_fn_onset":0.5,"ft_fn_end":null,"event":0,"onset_step":4,"end_step":null,"blocks_slipped":2,"nucleation_block":1,"ft_fn_min":0.25,"ft_fn_max":0.5,"open":true}"#;
+        let torn = json.replace("true}", r#"true,"breaks_onset":7,"repins_onset":3}"#);
+        let of = |parts| EventKind::of::<SlipEvent>().with(parts);
+        for (parts, columns, json) in [(Parts::default(), 15, json), (Parts::ALL, 19, &*torn)] {
+            let kind = of(parts);
+            let event = kind.read(json).unwrap();
+            assert_eq!(event.json(), json);
+            let cells: Vec<String> = kind.cells(&event).unwrap().iter().map(ToString::to_string).collect();
+            assert_eq!((cells.len(), kind.columns.len()), (columns, columns));
+            assert_eq!(cells[14..].join(","), ["true", "true,7,,3,"][usize::from(columns > 15)]);
+            let properties = kind.schema()["properties"].as_object().unwrap();
+            assert_eq!(properties.len(), columns);
+            assert_eq!(properties.contains_key("breaks_end"), parts.junctions);
+            assert!(!kind.schema()["required"].to_string().contains("breaks"));
+        }
     }
 }

@@ -4,8 +4,8 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, Event, EventPayload, FieldRecord, GlobalSlip, Onset, Reach, RunHeader, Rupture, SlipEvent,
-    StepRecord, WindowRecord,
+    Arrival, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, Onset, Reach, RunHeader, Rupture,
+    SlipEvent, StepRecord, WindowRecord,
 };
 use serde_json::{Map, Value};
 
@@ -43,11 +43,15 @@ pub(crate) fn time(
 }
 
 /// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
-/// energies, all present or absent.
+/// energies, all present or absent; the totals of junctions against the header and those `before`.
 ///
 /// # Errors
 /// If they disagree.
-pub(crate) fn step(message: &StepMessage) -> Result<(), LogProblem> {
+pub(crate) fn step(
+    header: &RunHeader,
+    message: &StepMessage,
+    before: Option<JunctionTotals>,
+) -> Result<(), LogProblem> {
     let ratio = message.driving_force_n / message.normal_load_n;
     // Equal to the bit, except that NaN equals NaN.
     if message.ft_fn != ratio && !(message.ft_fn.is_nan() && ratio.is_nan()) {
@@ -62,14 +66,64 @@ pub(crate) fn step(message: &StepMessage) -> Result<(), LogProblem> {
         let what = format!("it has energies without {missing}");
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
-    Ok(())
+    junctions(header, message, before.unwrap_or_default())
+        .map_err(|what| LogProblem::Contradiction { step: message.step, what })
+}
+
+/// Checks the totals of junctions: both are there in runs with junctions only, none falls, and what broke
+/// without being pinned again are not more junctions than there are.
+fn junctions(header: &RunHeader, message: &StepMessage, before: JunctionTotals) -> Result<(), String> {
+    let (breaks, repins) = match (message.breaks, message.repins) {
+        (None, None) if !header.parts().junctions => return Ok(()),
+        (Some(breaks), Some(repins)) if header.parts().junctions => (breaks, repins),
+        (Some(_), None) => return Err("it has breaks without repins".to_owned()),
+        (None, Some(_)) => return Err("it has repins without breaks".to_owned()),
+        (Some(_), _) => return Err("it has breaks and repins, in a run without junctions".to_owned()),
+        (None, _) => return Err("it has no breaks and repins, in a run with junctions".to_owned()),
+    };
+    for (key, total, before) in [("breaks", breaks, before.breaks), ("repins", repins, before.repins)] {
+        if total < before {
+            return Err(format!("{key} = {total}, after {before}"));
+        }
+    }
+    let junctions = u64::from(header.blocks) * u64::from(header.junction_count);
+    match breaks.checked_sub(repins) {
+        Some(slipping) if slipping <= junctions => Ok(()),
+        _ => Err(format!("{breaks} breaks and {repins} repins of {junctions} junctions")),
+    }
+}
+
+/// Checks the number of junctions that slip at a switch: it is there in runs with junctions only.
+///
+/// # Errors
+/// If it is not, or is more than a contact has.
+pub(crate) fn junctions_of_switch(header: &RunHeader, message: &SwitchMessage) -> Result<(), LogProblem> {
+    let step = message.step;
+    if message.junctions_slipping.is_some() == header.parts().junctions {
+        return slipping(header, step, message.junctions_slipping.as_slice());
+    }
+    let has = if header.parts().junctions { "without" } else { "with" };
+    let what = format!("a switch of block {} {has} junctions_slipping", message.block);
+    Err(LogProblem::Contradiction { step, what })
+}
+
+/// Checks the numbers of junctions that slip at contacts.
+fn slipping(header: &RunHeader, step: u64, counts: &[u32]) -> Result<(), LogProblem> {
+    let Some(most) = counts.iter().find(|count| **count > header.junction_count) else { return Ok(()) };
+    let what = format!("{most} junctions slip, of {} at each contact", header.junction_count);
+    Err(LogProblem::Contradiction { step, what })
 }
 
 /// Checks a switch against its step.
 ///
 /// # Errors
-/// If it is of another step, or its block does not follow that of the previous switch.
-pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), LogProblem> {
+/// If it is of another step, its block does not follow that of the previous switch, or its junctions are
+/// none of the run's.
+pub(crate) fn switch(
+    header: &RunHeader,
+    open: &StepRecord,
+    message: &SwitchMessage,
+) -> Result<(), LogProblem> {
     let contradiction = |what: String| Err(LogProblem::Contradiction { step: open.step, what });
     if message.step != open.step || message.time_s != open.time_s {
         return contradiction(format!(
@@ -77,6 +131,7 @@ pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), L
             message.step, message.time_s
         ));
     }
+    junctions_of_switch(header, message)?;
     match open.switches.last() {
         Some(before) if before.block >= message.block => {
             contradiction(format!("a switch of block {} after one of block {}", message.block, before.block))
@@ -85,27 +140,38 @@ pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), L
     }
 }
 
-/// Checks the state of all blocks against the slider, and against `detached` where that is known.
+/// Checks the state of all blocks against the run, and against `detached` where that is known.
 ///
 /// # Errors
-/// If an array does not have one value per block, or other blocks slide.
-pub(crate) fn fields(record: &FieldRecord, blocks: u32, detached: Option<&[bool]>) -> Result<(), LogProblem> {
+/// If an array does not have one value per block, or is not of such a run, or other blocks slide.
+pub(crate) fn fields(
+    header: &RunHeader,
+    record: &FieldRecord,
+    detached: Option<&[bool]>,
+) -> Result<(), LogProblem> {
+    let blocks = header.blocks as usize;
+    let with_junctions = if header.parts().junctions { blocks } else { 0 };
     let lengths = [
-        ("displacement_m", record.displacement_m.len()),
-        ("velocity_m_per_s", record.velocity_m_per_s.len()),
-        ("tangential_force_n", record.tangential_force_n.len()),
+        ("displacement_m", record.displacement_m.len(), blocks),
+        ("velocity_m_per_s", record.velocity_m_per_s.len(), blocks),
+        ("tangential_force_n", record.tangential_force_n.len(), blocks),
         // Only slabs have it.
         (
             "normal_load_n",
-            if record.normal_load_n.is_empty() { blocks as usize } else { record.normal_load_n.len() },
+            record.normal_load_n.len(),
+            if record.normal_load_n.is_empty() { 0 } else { blocks },
         ),
-        ("stick_position_m", record.stick_position_m.len()),
-        ("detached", record.detached.len()),
+        ("stick_position_m", record.stick_position_m.len(), blocks),
+        ("detached", record.detached.len(), blocks),
+        ("junctions_slipping", record.junctions_slipping.len(), with_junctions),
+        ("pinned_mean_ratio", record.pinned_mean_ratio.len(), with_junctions),
+        ("pinned_width_ratio", record.pinned_width_ratio.len(), with_junctions),
     ];
     let step = record.step;
-    if let Some((key, found)) = lengths.into_iter().find(|(_, length)| *length != blocks as usize) {
-        return Err(LogProblem::ArrayLength { step, key, found, expected: blocks as usize });
+    if let Some((key, found, expected)) = lengths.into_iter().find(|(_, found, expected)| found != expected) {
+        return Err(LogProblem::ArrayLength { step, key, found, expected });
     }
+    slipping(header, step, &record.junctions_slipping)?;
     let Some(detached) = detached else { return Ok(()) };
     let differing = record.detached.iter().zip(detached).position(|(said, known)| *said != u8::from(*known));
     match differing {
@@ -146,12 +212,13 @@ pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProble
     Ok(())
 }
 
-/// Reads an event on a chain of `blocks` blocks, and checks that its payload matches its topic, and
+/// Reads an event of the run with that header, and checks that its payload matches its topic, and
 /// that its blocks and steps exist.
 ///
 /// # Errors
 /// A message about what is wrong.
-pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<Event, serde_json::Error> {
+pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Event, serde_json::Error> {
+    let blocks = header.blocks;
     let wrong = |what: String| Err(serde::de::Error::custom(what));
     let in_chain = |block: u32| (1..=blocks).contains(&block);
     if topic == SlipEvent::TOPIC {
@@ -172,6 +239,17 @@ pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<Event, se
         }
         if slip.open != slip.end_step.is_none() || slip.open != slip.end_s.is_none() {
             return wrong(format!("open = {}, and it ends in step {:?}", slip.open, slip.end_step));
+        }
+        let junctions = header.parts().junctions;
+        for (what, onset, end) in
+            [("breaks", slip.breaks_onset, slip.breaks_end), ("repins", slip.repins_onset, slip.repins_end)]
+        {
+            if onset.is_some() != junctions
+                || end.is_some() != (junctions && !slip.open)
+                || end < onset && end.is_some()
+            {
+                return wrong(format!("{what}_onset = {onset:?} and {what}_end = {end:?}"));
+            }
         }
         Ok(Event::new(slip))
     } else if topic == Onset::TOPIC {

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use asperity_record::bounds::check_toml;
 use asperity_record::{
-    Direction, Energy, Event, FieldRecord, Record, RunEnd, RunHeader, RunStatus, StepRecord, WindowRecord,
+    Direction, Energy, Event, FieldRecord, JunctionTotals, Record, RunEnd, RunHeader, RunStatus, StepRecord,
+    WindowRecord,
 };
 use mcap::records::{MessageHeader, Record as Raw};
 use serde::de::DeserializeOwned;
@@ -80,6 +81,8 @@ pub struct RunReader {
     last_step: u64,
     /// Energies of the last step.
     energy: Option<Energy>,
+    /// Totals of junctions in the last step record.
+    junctions: Option<JunctionTotals>,
     /// The step of the last record of any kind.
     record_step: u64,
     /// Items that have been read and not yet returned.
@@ -130,6 +133,7 @@ impl RunReader {
             detached_count: 0,
             last_step: 0,
             energy: None,
+            junctions: None,
             record_step: 0,
             ready: VecDeque::new(),
             announced: BTreeMap::new(),
@@ -390,7 +394,7 @@ impl RunReader {
             STEP if self.topics.steps => {
                 let message: StepMessage = decode(&topic, sequence, data)?;
                 timed(message.step)?;
-                agree::step(&message)?;
+                agree::step(header, &message, self.junctions)?;
                 if message.sliding != self.detached_count && !self.is_state_unknown() {
                     let StepMessage { step, sliding: promised, .. } = message;
                     return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
@@ -400,6 +404,7 @@ impl RunReader {
                 let promised = message.switches;
                 let record = message.into_record();
                 self.energy = record.energy;
+                self.junctions = record.junctions;
                 self.open_step = Some((record, promised));
                 if promised == 0 {
                     self.close_step()?;
@@ -408,9 +413,9 @@ impl RunReader {
             FIELDS if self.topics.fields || (self.topics.steps && self.is_state_unknown()) => {
                 let record: FieldRecord = decode(&topic, sequence, data)?;
                 timed(record.step)?;
-                let blocks = header.blocks;
                 self.learn_state(&record);
-                agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
+                let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
+                agree::fields(header, &record, self.topics.steps.then_some(&self.detached[..]))?;
                 self.at_record(record.step);
                 if self.topics.fields {
                     self.ready.push_back(LogItem::Record(Record::Fields(record)));
@@ -435,7 +440,7 @@ impl RunReader {
                 let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
                 let payload =
                     std::str::from_utf8(data).map_err(|error| invalid(serde::de::Error::custom(error)))?;
-                let event = agree::event(&topic, payload, header.blocks).map_err(invalid)?;
+                let event = agree::event(&topic, payload, header).map_err(invalid)?;
                 self.ready.push_back(LogItem::Event(event));
             }
             _ => {}
@@ -471,10 +476,9 @@ impl RunReader {
         let Some((record, promised)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
-        agree::switch(record, &message)?;
-        if let Some(header) = &self.header {
-            agree::time(header, SWITCH, message.step, head)?;
-        }
+        let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
+        agree::switch(header, record, &message)?;
+        agree::time(header, SWITCH, message.step, head)?;
         let (step, block, direction) = (message.step, message.block, message.direction);
         let is_detached = (block as usize).checked_sub(1).and_then(|n| self.detached.get_mut(n));
         match is_detached {

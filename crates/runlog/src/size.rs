@@ -3,8 +3,10 @@
 //! A message counts with the length of its JSON, in which no number is longer than [`LONGEST_NUMBER`], and
 //! MCAP's overhead. Compression is neglected, because its gain depends on the numbers.
 
-use asperity_record::{ColumnKind, Direction};
-use asperity_record::{Energy, EventKind, FieldRecord, RunHeader, StepRecord, Switch, WindowRecord};
+use asperity_record::{
+    ColumnKind, Direction, Energy, EventKind, FieldRecord, JunctionTotals, Parts, RunHeader, StepRecord,
+    Switch, WindowRecord,
+};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -44,6 +46,7 @@ const FRAME: u64 = 16 << 10;
 pub struct MostBytes {
     topics: u64,
     frame: u64,
+    parts: Parts,
 }
 
 impl MostBytes {
@@ -66,7 +69,7 @@ impl MostBytes {
             + scenario_toml.len() as u64
             + announced.iter().map(said).sum::<u64>()
             + 2 * (AROUND_A_CHUNK + topics * TOPIC_IN_A_CHUNK);
-        MostBytes { topics, frame }
+        MostBytes { topics, frame, parts: header.parts() }
     }
 
     /// Bytes of the log of a run without records.
@@ -79,6 +82,7 @@ impl MostBytes {
         self.message(&StepMessage::new(&StepRecord {
             end_forces_n: pulls_both_ways.then_some([0.0; 2]),
             energy: Some(Energy::default()),
+            junctions: self.parts.junctions.then(JunctionTotals::default),
             ..step()
         }))
     }
@@ -95,13 +99,14 @@ impl MostBytes {
                 tangential_force_n: 0.0,
                 stick_position_m: 0.0,
                 threshold_n: 0.0,
-                junctions_slipping: None,
+                junctions_slipping: self.parts.junctions.then_some(0),
             },
         ))
     }
 
     /// Bytes of the state of all blocks of a slider, with the contact loads of a slab if `loads`.
     pub fn fields(&self, blocks: usize, loads: bool) -> u64 {
+        let with_junctions = |blocks: usize| if self.parts.junctions { blocks } else { 0 };
         self.of_blocks(blocks, |blocks| FieldRecord {
             step: 0,
             time_s: 0.0,
@@ -111,9 +116,9 @@ impl MostBytes {
             normal_load_n: if loads { vec![0.0; blocks] } else { Vec::new() },
             stick_position_m: vec![0.0; blocks],
             detached: vec![0; blocks],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
+            junctions_slipping: vec![u32::MAX; with_junctions(blocks)],
+            pinned_mean_ratio: vec![0.0; with_junctions(blocks)],
+            pinned_width_ratio: vec![0.0; with_junctions(blocks)],
         })
     }
 
@@ -183,8 +188,11 @@ fn longest_message(message: &impl Serialize) -> u64 {
 
 /// The longest JSON of a value of that shape.
 fn longest_json(value: &Value) -> u64 {
-    // Whole numbers in arrays are flags: whether a block slides.
-    let in_array = |value: &Value| if value.is_u64() { LONGEST_FLAG } else { longest_json(value) };
+    // Whole numbers in arrays are flags, whether a block slides, or counts, given by the longest.
+    let in_array = |value: &Value| match value.is_u64() {
+        true => LONGEST_FLAG.max(value.to_string().len() as u64),
+        false => longest_json(value),
+    };
     match value {
         Value::Null | Value::Number(_) => LONGEST_NUMBER,
         Value::Bool(_) => 5,
@@ -198,7 +206,7 @@ fn longest_json(value: &Value) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{EventKind, FieldRecord, SlipEvent};
+    use asperity_record::{EventKind, FieldRecord, Parts, SlipEvent};
 
     use super::{LONGEST_NUMBER, MostBytes, longest_json};
 
@@ -213,7 +221,7 @@ mod tests {
 
     #[test]
     fn a_message_is_not_longer_than_it_can_be() {
-        let worst = |blocks: usize, loads: usize| FieldRecord {
+        let worst = |blocks: usize, loads: usize, junctions: usize| FieldRecord {
             step: u64::MAX,
             time_s: -f64::MIN_POSITIVE,
             displacement_m: vec![-f64::MIN_POSITIVE; blocks],
@@ -222,19 +230,30 @@ mod tests {
             normal_load_n: vec![-f64::MIN_POSITIVE; loads],
             stick_position_m: vec![-f64::MIN_POSITIVE; blocks],
             detached: vec![1; blocks],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
+            junctions_slipping: vec![u32::MAX; junctions],
+            pinned_mean_ratio: vec![-f64::MIN_POSITIVE; junctions],
+            pinned_width_ratio: vec![-f64::MIN_POSITIVE; junctions],
         };
-        let most = MostBytes { topics: 9, frame: 0 };
-        for (blocks, has_loads) in [(2, false), (100, false), (2, true), (100, true)] {
-            let worst = worst(blocks, if has_loads { blocks } else { 0 });
+        let of = |junctions: bool| MostBytes { topics: 9, frame: 0, parts: Parts { junctions } };
+        for (blocks, has_loads, has_junctions) in [
+            (2, false, false),
+            (100, false, false),
+            (2, true, false),
+            (100, true, false),
+            (2, true, true),
+            (100, true, true),
+        ] {
+            let length = |is_there| if is_there { blocks } else { 0 };
+            let (most, worst) = (of(has_junctions), worst(blocks, length(has_loads), length(has_junctions)));
             let payload = serde_json::to_string(&worst).unwrap().len() as u64;
             assert!(payload <= longest_json(&serde_json::to_value(&worst).unwrap()));
             let found = most.fields(blocks, has_loads);
-            assert!(found > payload && found < payload * 11 / 10 + 400, "{blocks} {has_loads}");
+            assert!(
+                found > payload && found < payload * 11 / 10 + 400,
+                "{blocks} {has_loads} {has_junctions}"
+            );
         }
-        let event = most.event(&EventKind::of::<SlipEvent>());
+        let event = of(false).event(&EventKind::of::<SlipEvent>());
         assert!(event > 200 && event < 1000, "{event}");
     }
 }

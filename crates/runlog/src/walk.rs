@@ -206,7 +206,7 @@ impl<'a> Walk<'a> {
         Ok(match topic {
             STEP => {
                 let message: StepMessage = serde_json::from_slice(payload).map_err(refused)?;
-                agree::step(&message).map_err(words)?;
+                agree::step(self.header, &message, None).map_err(words)?;
                 let StepMessage { step, switches, sliding, .. } = message;
                 if switches > blocks || sliding > blocks {
                     return Err(format!(
@@ -216,7 +216,9 @@ impl<'a> Walk<'a> {
                 Kind::Step { step, switches }
             }
             SWITCH => {
-                let SwitchMessage { step, block, .. } = serde_json::from_slice(payload).map_err(refused)?;
+                let message: SwitchMessage = serde_json::from_slice(payload).map_err(refused)?;
+                agree::junctions_of_switch(self.header, &message).map_err(words)?;
+                let SwitchMessage { step, block, .. } = message;
                 if !(1..=blocks).contains(&block) {
                     return Err(format!("step {step}: a switch of block {block} of a chain of {blocks}"));
                 }
@@ -228,7 +230,7 @@ impl<'a> Walk<'a> {
             }
             FIELDS => {
                 let record: FieldRecord = serde_json::from_slice(payload).map_err(refused)?;
-                agree::fields(&record, blocks, None).map_err(words)?;
+                agree::fields(self.header, &record, None).map_err(words)?;
                 Kind::State { step: record.step }
             }
             WINDOW => {
@@ -247,7 +249,7 @@ impl<'a> Walk<'a> {
                 if !has_the_fields_of(kind.schema(), &object) {
                     return Err(format!("a message of {topic} with other fields"));
                 }
-                agree::event(topic, &String::from_utf8_lossy(payload), blocks).map_err(refused)?;
+                agree::event(topic, &String::from_utf8_lossy(payload), self.header).map_err(refused)?;
                 Kind::Event
             }
         })

@@ -145,11 +145,11 @@ pub(crate) fn fields_columns(parts: StepParts) -> Vec<Column> {
             JUNCTIONS_SLIPPING,
             number(
                 "pinned_mean_ratio",
-                "Mean force of the contact's pinned junctions over the load that each bears, `p_n / N_s`; 0 if there are none.",
+                "Mean force of the contact's pinned junctions over the load that each bears, `p_n / N_s`; 0 if none is pinned, or the contact bears nothing.",
             ),
             number(
                 "pinned_width_ratio",
-                "Width of the uniform distribution with the standard deviation of these forces, over the same load.",
+                "Width of the uniform distribution with the standard deviation of these forces, over the same load; 0 likewise.",
             ),
         ]);
     }

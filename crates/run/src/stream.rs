@@ -144,8 +144,8 @@ pub fn run_in_turn<SourceError, SinkError>(
 ) -> Result<(), StreamError<SourceError, SinkError>> {
     let mut events = Vec::new();
     loop {
-        let fed = source().map_err(StreamError::Source)?.map_or(Fed::End, Fed::Given);
-        let ends = matches!(fed, Fed::End);
+        let fed = source().map_err(StreamError::Source)?;
+        let ends = fed.is_none();
         pass_on(fed, &mut detectors, &mut events, &mut sink).map_err(StreamError::Sink)?;
         if ends {
             return Ok(());
@@ -153,20 +153,16 @@ pub fn run_in_turn<SourceError, SinkError>(
     }
 }
 
-/// The input of the detectors.
-enum Fed {
-    Given(Given),
-    /// The source is exhausted and did not fail.
-    End,
-}
+/// The input of the detectors; none if the source is exhausted and did not fail.
+type Fed = Option<Given>;
 
 fn feed<E>(
     source: &mut impl FnMut() -> Result<Option<Given>, E>,
     to_detectors: &Sender<Fed>,
 ) -> Result<(), E> {
     loop {
-        let fed = source()?.map_or(Fed::End, Fed::Given);
-        let ends = matches!(fed, Fed::End);
+        let fed = source()?;
+        let ends = fed.is_none();
         if to_detectors.send(fed).is_err() || ends {
             return Ok(());
         }
@@ -176,7 +172,7 @@ fn feed<E>(
 fn detect(detectors: &mut Detectors, records: &Receiver<Fed>, to_sink: &Sender<Item>) {
     let mut events = Vec::new();
     for fed in records {
-        let ends = matches!(fed, Fed::End);
+        let ends = fed.is_none();
         let passed_on = pass_on(fed, detectors, &mut events, &mut |item| to_sink.send(item).map_err(drop));
         if passed_on.is_err() || ends {
             return;
@@ -193,14 +189,14 @@ fn pass_on<E>(
     sink: &mut impl FnMut(Item) -> Result<(), E>,
 ) -> Result<(), E> {
     match fed {
-        Fed::Given(Given::Checkpoint(checkpoint)) => sink(Item::Checkpoint(checkpoint))?,
-        Fed::Given(Given::Record(record)) => {
+        Some(Given::Checkpoint(checkpoint)) => sink(Item::Checkpoint(checkpoint))?,
+        Some(Given::Record(record)) => {
             if let Record::Step(step) = &record {
                 detectors.observe(step, &mut |event| events.push(event));
             }
             sink(Item::Record(record))?;
         }
-        Fed::End => {
+        None => {
             detectors.finish(&mut |event| events.push(event));
         }
     }

@@ -121,7 +121,8 @@ pub struct ClaimSpec {
     pub approximate: bool,
     /// The number claimed, with the digits of the source; absent where the source gives no number.
     pub stated: Option<String>,
-    /// For numbers of the nearest precursor: its number of blocks, if that is not the number claimed.
+    /// For numbers of the nearest precursor: its number of blocks, if that is not the number claimed. For
+    /// numbers at a load, or up to a time in s: that load or time.
     pub near: Option<f64>,
     /// Where the source gives no number: the largest value that supports the claim. With `at_least` it is
     /// a range.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::front::{Front, relative_prestress};
-use asperity_record::Direction;
+use asperity_record::{Arrival, Direction};
 
 use crate::precursors::{PrecursorRules, among_ruptures};
 use crate::run_data::{OfFronts, RunEvents};
@@ -88,11 +88,53 @@ pub fn local_speeds(run: &RunEvents) -> Vec<(f64, f64)> {
 /// number of steps, and it jumps where an earlier rupture has left a peak of stress.
 pub const ACROSS: u32 = 4;
 
-/// Speeds of the fronts of precursors and of the first global slip over the wave speed, each preceded by
-/// the stress ahead of the front: the mean of `tau_n / p_n` over the blocks between which the speed is
-/// measured, in the state at the onset of the slip event in which the rupture began. (When a front reaches
-/// a block, the block is at its threshold, by the definition of detachment.) Stretches that a front passed
-/// in no time or backwards are left out.
+/// Fewest blocks of a rupture that has such a speed.
+pub const FROM_BLOCKS: u32 = ACROSS + 1;
+
+/// Fronts below this share of the wave speed are slow.
+pub const SLOW: f64 = 0.1;
+
+/// Local speeds of the fronts of a rupture over the wave speed, given its arrivals. Two blocks `across`
+/// spacings apart have one if both are on one side of the nucleation block, or one of them is it: their
+/// distance over the time from the arrival at the nearer one to that at the farther one. Stretches that a
+/// front passed in no time or backwards are left out. Before each speed is the lower-numbered block.
+fn speeds_of_rupture(arrivals: &[Arrival], across: u32, crossing_s: f64) -> Vec<(u32, f64)> {
+    let first = arrivals.iter().min_by_key(|arrival| (arrival.arrival_step, arrival.block));
+    let Some(nucleation) = first.map(|arrival| arrival.block) else { return Vec::new() };
+    let at: BTreeMap<u32, f64> = arrivals.iter().map(|arrival| (arrival.block, arrival.arrival_s)).collect();
+    let speed = |(&block, from_s): (&u32, &f64)| {
+        let other = block.saturating_add(across);
+        let took_s = match at.get(&other)? - from_s {
+            took_s if block >= nucleation => took_s,
+            took_s if other <= nucleation => -took_s,
+            _ => return None,
+        };
+        (took_s > 0.0).then(|| (block, f64::from(across) * crossing_s / took_s))
+    };
+    at.iter().filter_map(speed).collect()
+}
+
+/// Local speeds of the fronts of all ruptures of `from_blocks` or more, over the wave speed; `None` where
+/// the log has no ruptures.
+pub fn speeds(run: &RunEvents, arrivals: &[Arrival], from_blocks: u32, across: u32) -> Option<Vec<f64>> {
+    run.ruptures.as_ref()?;
+    let ruptures = arrivals.chunk_by(|a, b| a.rupture == b.rupture);
+    let counted = ruptures.filter(|passed| passed.len() >= from_blocks as usize);
+    let speeds = counted.flat_map(|passed| speeds_of_rupture(passed, across, crossing_s(run)));
+    Some(speeds.map(|(_, speed)| speed).collect())
+}
+
+/// Share of the slow ones among local speeds; `None` without any.
+pub fn slow_ratio(speeds: &[f64]) -> Option<f64> {
+    let slow = speeds.iter().filter(|speed| **speed < SLOW).count();
+    (!speeds.is_empty()).then(|| slow as f64 / speeds.len() as f64)
+}
+
+/// Local speeds of the fronts of precursors and of the first global slip towards higher-numbered blocks,
+/// over the wave speed, each preceded by the stress ahead of the front: the mean of `tau_n / p_n` over the
+/// blocks between which the speed is measured, in the state at the onset of the slip event in which the
+/// rupture began. (When a front reaches a block, the block is at its threshold, by the definition of
+/// detachment.)
 pub fn over_stress(
     run: &RunEvents,
     (loads, states, arrivals): OfFronts<'_>,
@@ -100,7 +142,6 @@ pub fn over_stress(
     across: u32,
 ) -> [Vec<(f64, f64)>; 2] {
     let mut all = [Vec::new(), Vec::new()];
-    let per_spacing_s = crossing_s(run);
     for rupture in among_ruptures(run, &PrecursorRules { min_blocks: from_blocks, merge_gap_s: 0.0 }) {
         let slip = run.event_of(rupture);
         let state = slip.and_then(|slip| states.at_precursor_onset(slip.onset_step));
@@ -108,14 +149,13 @@ pub fn over_stress(
         else {
             continue;
         };
-        let of = arrivals.iter().filter(|arrival| arrival.rupture == rupture.rupture);
-        let at: BTreeMap<u32, f64> = of.map(|arrival| (arrival.block, arrival.arrival_s)).collect();
-        for (block, from_s) in at.range(rupture.nucleation_block..) {
-            let Some(to_s) = at.get(&(block + across)).filter(|to_s| *to_s > from_s) else { continue };
-            let passed = *block as usize - 1..(block + across) as usize;
+        let of = |arrival: &&Arrival| arrival.rupture == rupture.rupture;
+        let of: Vec<Arrival> = arrivals.iter().filter(of).cloned().collect();
+        let speeds = speeds_of_rupture(&of, across, crossing_s(run)).into_iter();
+        for (block, speed) in speeds.filter(|(block, _)| *block >= rupture.nucleation_block) {
+            let passed = block as usize - 1..(block + across) as usize;
             let ratios = state.tangential_force_n[passed.clone()].iter().zip(&p_n[passed]);
             let stress = ratios.map(|(tau_n, p_n)| tau_n / p_n).sum::<f64>() / f64::from(across + 1);
-            let speed = f64::from(across) * per_spacing_s / (to_s - from_s);
             all[usize::from(rupture.reached_every_block)].push((stress, speed));
         }
     }
@@ -123,9 +163,9 @@ pub fn over_stress(
 }
 
 /// Correlation of front speed and stress: Spearman's rank correlation over the results of [`over_stress`]
-/// for ruptures of five blocks or more, -1 to 1.
+/// for ruptures of [`FROM_BLOCKS`] or more, -1 to 1.
 pub fn speed_stress_correlation(run: &RunEvents, passed: OfFronts<'_>) -> Option<f64> {
-    let points = over_stress(run, passed, 5, ACROSS).concat();
+    let points = over_stress(run, passed, FROM_BLOCKS, ACROSS).concat();
     let ranks = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
         // Equals share the mean of their ranks.
         let rank = |value: f64| {
@@ -281,5 +321,33 @@ mod tests {
         assert_eq!(speed_stress_correlation(&run, passed), Some(1.0));
         let [_, short] = over_stress(&run, passed, 13, 4);
         assert!(short.is_empty(), "it has twelve blocks");
+    }
+
+    /// A rupture that runs both ways from block 6, slowly to block 11 and fast to block 1, which slides
+    /// before block 2; one that arrives everywhere at once, and one of four blocks.
+    #[test]
+    fn local_speeds_are_those_of_all_fronts_away_from_nucleation() {
+        let up = [(7, 5000), (8, 10_000), (9, 15_000), (10, 20_000), (11, 40_000)];
+        let down = [(6, 0), (5, 10), (4, 20), (3, 30), (2, 50), (1, 35)];
+        let passed = |blocks: &[(u32, u64)]| -> Vec<made_up::Passed> {
+            blocks.iter().map(|(block, after)| (*block, 1000 + after, None)).collect()
+        };
+        let at_once: Vec<(u32, u64)> = (1..=9).map(|block| (block, 90_000)).collect();
+        let ruptures = [passed(&[&down[..], &up[..]].concat()), passed(&at_once), passed(&up[..4])];
+        let mut run = made_up::run("", &[]);
+        assert_eq!(speeds(&run, &run.arrivals, FROM_BLOCKS, ACROSS), None, "the log has no ruptures");
+        made_up::with_ruptures(&mut run, &ruptures.each_ref().map(Vec::as_slice));
+        // From 1 to 5 and from 2 to 6; from 6 to 10 and from 7 to 11; none across block 6.
+        let took = [25.0, 50.0, 20_000.0, 35_000.0].map(|steps| steps * 1e-7);
+        let found = speeds(&run, run.arrivals().unwrap(), FROM_BLOCKS, ACROSS).unwrap();
+        assert_eq!(found.len(), 4, "{found:?}");
+        for (speed, took_s) in found.iter().zip(took) {
+            assert!((speed * took_s / (4.0 * crossing_s(&run)) - 1.0).abs() < 1e-9, "{found:?}");
+        }
+        assert_eq!(speeds(&run, &run.arrivals, 4, 3).unwrap().len(), 3 + 3 + 1, "and from 7 to 10");
+        let number = |name: &str| crate::number::number(name, &run, None);
+        assert_eq!(number("local_front_speed_count"), Some(4.0));
+        assert_eq!(number("slow_front_ratio"), Some(slow_ratio(&found).unwrap()));
+        assert_eq!((slow_ratio(&[]), slow_ratio(&[0.09, 0.1, 0.0, 7.0])), (None, Some(0.5)));
     }
 }

@@ -21,6 +21,7 @@ use crate::partial_ruptures;
 use crate::plane_waves::speeds_along_rows_m_per_s;
 use crate::precursors;
 use crate::run_data::{Load, RunEvents};
+use crate::slow_slip;
 use crate::theory_residuals::{
     AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
     decaying_drive_onset_error, initial_shear_error, intercept_error, intercept_error_of, largest,
@@ -356,6 +357,21 @@ numbers! {
         /// stress: Spearman's rank correlation of speed and `tau_n / p_n`, -1 to 1.
         front_stress_correlation: f64 [unit = "1"] [was = "front-stress-correlation"] =
             Fronts |run, passed| fronts::speed_stress_correlation(run, passed);
+        /// Number of local front speeds: over any four spacings on one side of the nucleation block, in all
+        /// ruptures of five blocks or more.
+        local_front_speed_count: u64 = Arrivals |run, arrivals| {
+            Some(fronts::speeds(run, arrivals, fronts::FROM_BLOCKS, fronts::ACROSS)?.len() as f64)
+        };
+        /// Share of these speeds that are below 0.1 of the wave speed.
+        slow_front_ratio: f64 = Arrivals |run, arrivals| {
+            fronts::slow_ratio(&fronts::speeds(run, arrivals, fronts::FROM_BLOCKS, fronts::ACROSS)?)
+        };
+        /// Slow slip behind the first rupture of five blocks or more: the median over its blocks of the
+        /// displacement from 0.5 ms after the arrival to the last record before the next rupture there, or
+        /// of the run. Includes elastic displacement while the load grows.
+        slow_slip_m: f64 = Motion |run, motion, _| slow_slip::median_m(run, motion, f64::INFINITY);
+        /// This displacement, but no later than `near` s after the arrival.
+        slow_slip_until_m: f64 = Motion |run, motion, near| slow_slip::median_m(run, motion, near?);
     }
 }
 

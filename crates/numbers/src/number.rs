@@ -72,8 +72,8 @@ impl Number {
     }
 
     /// The number of a run; `None` if the run does not have it, or its data were not kept. `near` is a
-    /// number of blocks, for numbers of the nearest precursor, or the load `F_T / F_N` for numbers at a
-    /// given load.
+    /// number of blocks, for numbers of the nearest precursor, the load `F_T / F_N` for numbers at a given
+    /// load, or a time, s, for numbers up to it.
     pub fn of(self, run: &RunData, near: Option<f64>) -> Option<f64> {
         self.estimate(run, near).map(|estimate| estimate.value)
     }

@@ -1,15 +1,15 @@
 //! The source of a number. The variant determines both the data kept of a run and the argument of the
 //! function, so a function cannot read data that were not kept.
 
-use asperity_record::WindowRecord;
+use asperity_record::{Arrival, WindowRecord};
 
 use crate::estimate::Estimate;
 use crate::required_data::RequiredData;
-use crate::run_data::{Load, NotKept, OfFronts, RunData, RunEvents};
+use crate::run_data::{Load, NotKept, OfFronts, OfMotion, RunData, RunEvents};
 use crate::states::States;
 
-/// A number of blocks, for numbers of the nearest precursor, or the load `F_T / F_N` for numbers at a given
-/// load.
+/// A number of blocks, for numbers of the nearest precursor, the load `F_T / F_N` for numbers at a given
+/// load, or a time, s, for numbers up to it.
 pub(crate) type Near = Option<f64>;
 
 /// The source of a number, and the function that computes it: `None` if the run does not have it.
@@ -27,8 +27,12 @@ pub(crate) enum Of {
     LoadsAndStates(fn(&RunEvents, &[Load], &States, Near) -> Option<Estimate>),
     /// Dense windows.
     Windows(fn(&RunEvents, &[WindowRecord], Near) -> Option<Estimate>),
+    /// The passage of fronts.
+    Arrivals(fn(&RunEvents, &[Arrival]) -> Option<Estimate>),
     /// The passage of fronts, and the stress ahead of them.
     Fronts(fn(&RunEvents, OfFronts<'_>) -> Option<Estimate>),
+    /// The passage of fronts, and the displacement of blocks.
+    Motion(fn(&RunEvents, OfMotion<'_>, Near) -> Option<Estimate>),
 }
 
 impl Of {
@@ -40,7 +44,9 @@ impl Of {
             Of::States(_) => RequiredData::STATES,
             Of::LoadsAndStates(_) => RequiredData::LOADS | RequiredData::STATES,
             Of::Windows(_) => RequiredData::WINDOWS,
+            Of::Arrivals(_) => RequiredData::arrivals(),
             Of::Fronts(_) => RequiredData::fronts(),
+            Of::Motion(_) => RequiredData::motion(),
         }
     }
 
@@ -57,7 +63,9 @@ impl Of {
             Of::States(of) => of(run, run.states()?, near),
             Of::LoadsAndStates(of) => of(run, run.loads()?, run.states()?, near),
             Of::Windows(of) => of(run, run.windows()?, near),
+            Of::Arrivals(of) => of(run, run.arrivals()?),
             Of::Fronts(of) => of(run, run.of_fronts()?),
+            Of::Motion(of) => of(run, (run.arrivals()?, run.states()?, run.windows()?), near),
         })
     }
 }
@@ -69,7 +77,7 @@ macro_rules! numbers {
         $group:literal {
             $(
                 $(#[doc = $doc:tt])*
-                $name:ident: $type:ty $([unit = $unit:literal])? [was = $was:literal $(, words = $words:literal)?]
+                $name:ident: $type:ty $([unit = $unit:literal])? $([was = $was:literal $(, words = $words:literal)?])?
                     = $of:ident |$($argument:pat_param),+| $body:expr;
             )+
         }
@@ -79,7 +87,7 @@ macro_rules! numbers {
             $($((
                 $crate::key::key!(
                     $group, $name, $type, concat!($($doc,)* "")
-                    $(, unit = $unit)?, was = $was $(, words = $words)?
+                    $(, unit = $unit)? $(, was = $was $(, words = $words)?)?
                 ),
                 $crate::of::Of::$of(|$($argument),+| ($body).map($crate::estimate::Estimate::from)),
             ),)+)+

@@ -19,6 +19,8 @@ pub struct RequiredData {
     pub states_near_s: Vec<f64>,
     /// The displacement of these blocks, counted from 1, in all states.
     pub displacements_of: BTreeSet<u32>,
+    /// The displacements of all blocks in all states.
+    pub displacements: bool,
     /// The dense windows, and the states of all blocks while many slide.
     pub windows: bool,
     /// Every detachment: which block, and when.
@@ -50,6 +52,7 @@ impl RequiredData {
             states,
             states_near_s: Vec::new(),
             displacements_of: BTreeSet::new(),
+            displacements: false,
             windows,
             detachments,
             arrivals: false,
@@ -58,19 +61,30 @@ impl RequiredData {
         }
     }
 
+    /// How fronts passed.
+    pub fn arrivals() -> RequiredData {
+        RequiredData { arrivals: true, ..RequiredData::NOTHING }
+    }
+
     /// How fronts passed, and the states that they found.
     pub fn fronts() -> RequiredData {
         RequiredData { arrivals: true, precursor_onsets: true, ..RequiredData::LOADS | RequiredData::STATES }
     }
 
+    /// How fronts passed, and how blocks moved.
+    pub fn motion() -> RequiredData {
+        RequiredData { arrivals: true, displacements: true, ..RequiredData::WINDOWS }
+    }
+
     /// The inputs of all numbers.
     pub fn all() -> RequiredData {
-        RequiredData::fronts() | RequiredData::WINDOWS | RequiredData::DETACHMENTS
+        RequiredData::fronts() | RequiredData::motion() | RequiredData::DETACHMENTS
     }
 
     /// Whether it needs states of all blocks to be read.
     fn reads_states(&self) -> bool {
-        self.states || !self.states_near_s.is_empty() || !self.displacements_of.is_empty()
+        let moved = self.displacements || !self.displacements_of.is_empty();
+        moved || self.states || !self.states_near_s.is_empty()
     }
 
     /// The parts of a log that must be decoded.
@@ -90,6 +104,7 @@ impl BitOrAssign for RequiredData {
         self.nodes_at_s.extend(other.nodes_at_s);
         self.states_near_s.extend(other.states_near_s);
         self.displacements_of.extend(other.displacements_of);
+        self.displacements |= other.displacements;
     }
 }
 

@@ -156,6 +156,9 @@ impl DerefMut for RunData {
 /// Inputs for the speeds of fronts: loads, states, and the passage of ruptures at their blocks.
 pub type OfFronts<'a> = (&'a [Load], &'a States, &'a [Arrival]);
 
+/// Inputs for the motion of blocks that fronts passed: the passage, states, and dense windows.
+pub type OfMotion<'a> = (&'a [Arrival], &'a States, &'a [WindowRecord]);
+
 /// Data that are read but were not in the [`RequiredData`] of the collector.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{what} of run {run} are not kept")]

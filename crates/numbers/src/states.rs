@@ -36,13 +36,14 @@ pub struct States {
 impl States {
     /// Without data yet, for a slider of this many blocks.
     pub fn new(blocks: u32, required: &RequiredData) -> States {
+        let moving = |block: &u32| required.displacements || required.displacements_of.contains(block);
         States {
             first: None,
             at_first_onset: None,
             at_precursor_onsets: Vec::new(),
             at_precursor_ends: Vec::new(),
             near_s: required.states_near_s.iter().map(|at_s| (*at_s, None)).collect(),
-            displacements: required.displacements_of.iter().map(|block| (*block, Vec::new())).collect(),
+            displacements: (1..=blocks).filter(moving).map(|block| (block, Vec::new())).collect(),
             largest_displacement_m: None,
             keeps: required.states,
             keeps_onsets: required.precursor_onsets,

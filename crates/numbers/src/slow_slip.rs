@@ -1,0 +1,128 @@
+//! Slow slip: how far the blocks that a front has passed still move.
+
+use asperity_record::Arrival;
+
+use crate::fronts::FROM_BLOCKS;
+use crate::run_data::{OfMotion, RunEvents};
+use crate::statistics::median;
+
+/// Time after a front's arrival from which displacement is slow slip, s: the fast slip behind a front of
+/// the default slab takes 0.1 ms.
+const AFTER_S: f64 = 5e-4;
+
+/// Longest time, s, between the two records from which the displacement at that instant is interpolated.
+const APART_S: f64 = AFTER_S;
+
+/// The median, over the blocks of the first rupture of [`FROM_BLOCKS`] or more, of the displacement from
+/// [`AFTER_S`] after the arrival to the last record before the next rupture there, but no later than
+/// `until_s` after the arrival. Blocks without records at that time are left out.
+pub(crate) fn median_m(
+    run: &RunEvents,
+    (arrivals, states, windows): OfMotion<'_>,
+    until_s: f64,
+) -> Option<f64> {
+    let first = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reach().count() >= FROM_BLOCKS)?;
+    let slow_slip_m = |arrival: &Arrival| {
+        let is_later =
+            |other: &&Arrival| other.block == arrival.block && other.arrival_step > arrival.arrival_step;
+        let next_s = arrivals.iter().filter(is_later).map(|other| other.arrival_s).reduce(f64::min);
+        let to_s = next_s.unwrap_or(f64::INFINITY).min(arrival.arrival_s + until_s);
+        let mut course = states.displacement_of(arrival.block).to_vec();
+        course.extend(windows.iter().filter_map(|record| {
+            let place = arrival.block.checked_sub(record.first_block)? as usize;
+            Some((record.time_s, *record.displacement_m.get(place)?))
+        }));
+        course.sort_by(|a, b| a.0.total_cmp(&b.0));
+        moved_m(&course, arrival.arrival_s + AFTER_S, to_s)
+    };
+    median(arrivals.iter().filter(|arrival| arrival.rupture == first.rupture).filter_map(slow_slip_m))
+}
+
+/// The displacement from a time to the last record up to another, given times and displacements.
+fn moved_m(course: &[(f64, f64)], from_s: f64, to_s: f64) -> Option<f64> {
+    let after = course.partition_point(|(time_s, _)| *time_s <= from_s);
+    let ((t0, u0), (t1, u1)) = (*course.get(after.checked_sub(1)?)?, *course.get(after)?);
+    let end = course.partition_point(|(time_s, _)| *time_s <= to_s);
+    let from_m = u0 + (u1 - u0) * (from_s - t0) / (t1 - t0);
+    (t1 - t0 <= APART_S && end > after).then(|| course[end - 1].1 - from_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{FieldRecord, WindowRecord};
+
+    use crate::made_up;
+    use crate::number::number;
+    use crate::run_data::RunData;
+
+    /// Six blocks that a rupture passes at 0.1 ms, and a second one at 3.1 ms in steps of 0.1 us. Block n
+    /// moves by n um a millisecond, and by 100 n um in each rupture.
+    fn passed_twice() -> RunData {
+        let mut run = made_up::run("", &[]);
+        run.header.blocks = 6;
+        let rupture = |step: u64| -> Vec<made_up::Passed> {
+            (1..=6).map(|block| (block, step, Some(step + 500))).collect()
+        };
+        made_up::with_ruptures(&mut run, &[&[(1, 10, Some(20))], &rupture(1000), &rupture(31_000)]);
+        run
+    }
+
+    fn displacement_m(step: u64) -> Vec<f64> {
+        let jumps = [1000, 31_000].iter().filter(|jump| step > **jump).count() as f64;
+        (1..=6).map(|n| f64::from(n) * 1e-6 * (step as f64 * 1e-4 + 100.0 * jumps)).collect()
+    }
+
+    fn with_states_every(steps: usize) -> RunData {
+        let mut run = passed_twice();
+        let state = |step: u64| FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            displacement_m: displacement_m(step),
+            velocity_m_per_s: vec![0.0; 6],
+            tangential_force_n: vec![0.0; 6],
+            normal_load_n: Vec::new(),
+            stick_position_m: vec![0.0; 6],
+            detached: vec![0; 6],
+        };
+        let states: Vec<FieldRecord> = (0..=40_000).step_by(steps).map(state).collect();
+        made_up::with_states(&mut run, &states);
+        run
+    }
+
+    fn is(found: Option<f64>, um: f64) {
+        assert!(found.is_some_and(|found| (found * 1e6 - um).abs() < 1e-9), "{found:?}, not {um} um");
+    }
+
+    /// From 0.6 ms to 3 ms, where the last state before the second rupture is, in the median 3.5 um a ms.
+    #[test]
+    fn slow_slip_is_that_between_two_ruptures() {
+        let run = with_states_every(2000);
+        is(number("slow_slip_m", &run, None), 3.5 * 2.4);
+        // Up to 1.1 ms; the last state is that of 1.0 ms.
+        is(number("slow_slip_until_m", &run, Some(1e-3)), 3.5 * 0.4);
+        is(number("slow_slip_until_m", &run, Some(0.5)), 3.5 * 2.4);
+        assert_eq!(number("slow_slip_until_m", &run, Some(4e-4)), None);
+        assert_eq!(number("slow_slip_until_m", &run, None), None);
+        assert_eq!(number("slow_slip_m", &with_states_every(6000), None), None, "too few states");
+        assert_eq!(number("slow_slip_m", &passed_twice(), None), None, "no states");
+    }
+
+    #[test]
+    fn dense_windows_do_where_there_are_no_states() {
+        let mut run = passed_twice();
+        run.windows = (0..=30)
+            .map(|n| WindowRecord {
+                window: 0,
+                step: 500 * n,
+                time_s: run.plan.grid.time_s(500 * n),
+                sliding: 0,
+                first_block: 2,
+                displacement_m: displacement_m(500 * n)[1..4].to_vec(),
+                velocity_m_per_s: vec![0.0; 3],
+                tangential_force_n: vec![0.0; 3],
+            })
+            .collect();
+        // Blocks 2 to 4, up to 1.5 ms.
+        is(number("slow_slip_m", &run, None), 3.0 * 0.9);
+    }
+}

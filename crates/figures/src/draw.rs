@@ -17,6 +17,7 @@ mod forces;
 mod front;
 mod front_profile;
 mod front_speed;
+mod front_speeds;
 mod front_stress;
 mod front_transient;
 mod full_page;
@@ -130,6 +131,10 @@ kinds! {
     "study" study: study::StudyFigure,
     /// Speed of fronts against prestress, beside the theory.
     "front-speed" front_speed: front_speed::FrontSpeed,
+    /// Distribution of the local speeds of fronts in all ruptures, on a logarithmic axis, for runs and
+    /// groups of runs. Each share is that of the speeds of all runs of a group; whiskers reach from the
+    /// smallest to the largest share in one of them.
+    "front-speeds" front_speeds: front_speeds::FrontSpeeds,
     /// Speed of the front of a run with one front, such as the scenario `front`, along the slider: from the
     /// first slip of each block in the run. For one rupture among others, see `front-profile`.
     "front-transient" front_transient: front_transient::FrontTransient,
@@ -170,11 +175,12 @@ kinds! {
 }
 
 impl Figures {
-    /// Checks that each is made either of single runs or of the tables of runs over axes.
+    /// Checks that each is made either of single runs or of the tables of runs over axes, and has an axis.
     ///
     /// # Errors
     /// In words, with kind and file of the figure, and what is accepted.
     pub fn check(&self) -> Result<(), String> {
+        self.front_speeds.iter().try_for_each(front_speeds::FrontSpeeds::check)?;
         self.lengths.iter().try_for_each(Lengths::check)
     }
 
@@ -191,7 +197,8 @@ impl Figures {
 
     /// The lists of runs of figures that show many, in which an ensemble may stand for its members.
     pub fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
-        self.spread.iter_mut().flat_map(spread::Spread::lists_mut)
+        let of_front_speeds = self.front_speeds.iter_mut().flat_map(front_speeds::FrontSpeeds::lists_mut);
+        self.spread.iter_mut().flat_map(spread::Spread::lists_mut).chain(of_front_speeds)
     }
 
     /// Each by its file, with the runs that it is made of, in the order of the files.

@@ -9,7 +9,7 @@ use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_numbers::states::States;
 use asperity_record::{Arrival, Rupture};
 
-use super::kind::{Figure, keys, of_one_run};
+use super::kind::{Figure, keys, of_one_run, wave_speed_name};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
 use super::rupture_selector::{RuptureSelector, picked};
@@ -80,8 +80,7 @@ impl FrontProfile {
             items.push(Item::Line(gaps.collect(), Dash::DotDashed, GREEN));
             rows.push((Sample::Line(Dash::DotDashed, GREEN), "theory, rigid contacts".to_owned()));
         }
-        // Where there are shear waves, theirs.
-        let c = if run.plan.elastic.longitudinal_over_shear().is_some() { "c_S" } else { "c" };
+        let c = wave_speed_name(run);
         rows.push((Sample::Line(Dash::Dashed, GREY), format!("{c} = {c_m_per_s:.1} m/s")));
         let nucleation = Item::Line(vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE);
         rows.push((Sample::Line(Dash::Dotted, BLUE), "nucleation".to_owned()));

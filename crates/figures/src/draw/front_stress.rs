@@ -1,6 +1,6 @@
 //! How fast fronts ran, over the stress that they found on their way.
 
-use asperity_numbers::fronts::{ACROSS, over_stress};
+use asperity_numbers::fronts::{ACROSS, FROM_BLOCKS, over_stress};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
@@ -24,11 +24,11 @@ keys! {
     to_speed: f64,
 }
 
-fn five() -> u32 {
-    5
+pub(super) fn five() -> u32 {
+    FROM_BLOCKS
 }
 
-fn four() -> u32 {
+pub(super) fn four() -> u32 {
     ACROSS
 }
 

@@ -202,6 +202,11 @@ pub(super) fn with_pens<'a, P>(
 /// chapter 6 `mu_d`.
 pub(super) const DYNAMIC: &str = "μ_d";
 
+/// What the wave speed is called that front speeds are compared with: where there are shear waves, theirs.
+pub(super) fn wave_speed_name(run: &RunData) -> &'static str {
+    if run.plan.elastic.longitudinal_over_shear().is_some() { "c_S" } else { "c" }
+}
+
 /// The friction coefficients as lines across a figure.
 pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> [Series; 2] {
     let friction = &run.plan.friction;

@@ -108,11 +108,14 @@ impl Kind {
     fn figures(self, run: &str, about: &About, set: &[String]) -> Result<Figures, String> {
         let mut keys = about.usual(self.name);
         // In labels an underscore sets a subscript.
-        let labelled = json!([{ "run": run, "label": run.replace('_', "\\_") }]);
+        let label = run.replace('_', "\\_");
+        let (labelled, grouped) =
+            (json!([{ "run": run, "label": label }]), json!([{ "runs": [run], "label": label }]));
         for key in self.all_keys() {
             let value = match key {
                 "file" => json!(format!("{}.png", self.name)),
                 "run" => json!(run),
+                "series" if self.name == "front-speeds" => grouped.clone(),
                 "series" | "panel" => labelled.clone(),
                 _ => continue,
             };

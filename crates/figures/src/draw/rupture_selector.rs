@@ -49,10 +49,15 @@ impl Sort {
     }
 }
 
+/// Why figures of ruptures cannot be drawn of a run without any list of them.
+pub(super) fn no_ruptures(run: &RunData) -> String {
+    format!("the log of run {} has no ruptures: it is of an older version", run.name)
+}
+
 /// The ruptures of a run by onset, each with its kind.
 pub(super) fn sorted(run: &RunData) -> Result<Vec<(&Rupture, Sort)>, String> {
     if run.ruptures.is_none() {
-        return Err(format!("the log of run {} has no ruptures: it is of an older version", run.name));
+        return Err(no_ruptures(run));
     }
     let farther = among_ruptures(run, &PrecursorRules::default());
     let sort = |rupture: &Rupture| match (rupture.reached_every_block, is_among(&farther, rupture)) {

@@ -1,0 +1,296 @@
+//! How fast fronts ran everywhere in all ruptures: a histogram of local speeds, in which slow fronts show.
+
+use std::ops::Range;
+
+use asperity_numbers::fronts::{SLOW, slow_ratio, speeds};
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::RunData;
+
+use super::front_stress::{five, four};
+use super::kind::{Figure, Group, Parts, find, keys, of_runs_in, wave_speed_name};
+use super::of_study::paper::{Item, Paper, Sample};
+use super::plot::{Dash, GREY, Sheet, nth};
+use super::rupture_selector::no_ruptures;
+use super::scale::Scale;
+
+keys! {
+    FrontSpeeds: file, title;
+
+    /// Runs that belong together, such as those of several seeds. An ensemble stands for its runs.
+    series: Vec<Group>,
+    /// Fewest blocks of a rupture that counts.
+    #[serde(default = "five")]
+    from_blocks: u32,
+    /// Number of spacings over which a speed is taken.
+    #[serde(default = "four")]
+    across: u32,
+    /// Number of bins in a power of ten, 1 to 50.
+    #[serde(default = "five")]
+    bins_per_decade: u32,
+    /// The lower end of the axis of speeds, over `c`, in the lowest bin; by default that of the slowest
+    /// front. Speeds beyond an end count in all shares, and the legend has their number.
+    from_speed: Option<f64>,
+    /// The upper end of the axis of speeds, over `c`, in the highest bin; by default that of the fastest
+    /// front, or 10 where it is lower: blocks on an earlier peak of stress slide before a front comes.
+    to_speed: Option<f64>,
+}
+
+/// What is shown of a run.
+pub(crate) struct Part {
+    speeds: Vec<f64>,
+    c: &'static str,
+}
+
+impl FrontSpeeds {
+    /// Checks the bins and the ends of the axis.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let refused = |key: &str, value: f64, accepted: &str| {
+            Err(format!(
+                "front-speeds of {}: {key} = {value} is not accepted (accepted: {accepted})",
+                self.file
+            ))
+        };
+        let (from, to) = (self.from_speed.unwrap_or(1e-300), self.to_speed.unwrap_or(1e300));
+        if !(1..=50).contains(&self.bins_per_decade) {
+            return refused("bins_per_decade", f64::from(self.bins_per_decade), "1 to 50");
+        }
+        if !(from >= 1e-300 && from < to) {
+            return refused("from_speed", from, "a number above 0 and below to_speed");
+        }
+        if !(to > from && to <= 1e300) {
+            return refused("to_speed", to, "a number above from_speed");
+        }
+        Ok(())
+    }
+
+    /// Its lists of runs.
+    pub(super) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
+        self.series.iter_mut().map(|group| &mut group.runs)
+    }
+
+    /// Where a speed, or an end of the axis, stands: in bins from the wave speed.
+    fn place(&self, speed: f64) -> f64 {
+        f64::from(self.bins_per_decade) * speed.log10()
+    }
+
+    /// The bins on the axis; each holds its lower end.
+    fn bins(&self, all: &[f64]) -> Range<i64> {
+        let bin = |speed: &f64| self.place(*speed).floor() as i64;
+        // The line of slow fronts is on the axis.
+        let from = all.iter().map(bin).fold(bin(&SLOW) - 1, i64::min);
+        let to = (all.iter().map(bin).fold(bin(&SLOW), i64::max) + 1).min(bin(&FASTEST));
+        let from = self.from_speed.map_or(from, |speed| bin(&speed));
+        from..self.to_speed.map_or(to, |speed| self.place(speed).ceil() as i64).max(from + 1)
+    }
+
+    /// The lower end of a bin, or a place within.
+    fn edge(&self, place: f64) -> f64 {
+        10f64.powf(place / f64::from(self.bins_per_decade))
+    }
+
+    /// The share of speeds in each bin.
+    fn shares(&self, speeds: &[f64], bins: &Range<i64>) -> Vec<f64> {
+        let places: Vec<f64> = speeds.iter().map(|speed| self.place(*speed).floor()).collect();
+        let count = |bin: i64| places.iter().filter(|place| **place == bin as f64).count();
+        bins.clone().map(|bin| count(bin) as f64 / speeds.len() as f64).collect()
+    }
+
+    /// The outlines of the bins that are not empty.
+    fn outlines(&self, shares: &[f64], bins: &Range<i64>) -> Vec<Vec<(f64, f64)>> {
+        let mut first = bins.start;
+        let mut outlines = Vec::new();
+        for piece in shares.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)) {
+            let edge = |n: usize| self.edge((first + n as i64) as f64);
+            let steps =
+                piece.iter().enumerate().flat_map(|(n, share)| [(edge(n), *share), (edge(n + 1), *share)]);
+            let mut outline = vec![(edge(0), 0.0)];
+            outline.extend(steps);
+            outline.push((edge(piece.len()), 0.0));
+            if piece[0] > 0.0 {
+                outlines.push(outline);
+            }
+            first += piece.len() as i64;
+        }
+        outlines
+    }
+
+    /// Lines from the smallest to the largest share in a run, at this place within each bin.
+    fn whiskers(&self, runs: &[&[f64]], bins: &Range<i64>, within: f64) -> Vec<Vec<(f64, f64)>> {
+        let runs = runs.iter().filter(|speeds| !speeds.is_empty());
+        let shares: Vec<Vec<f64>> = runs.map(|speeds| self.shares(speeds, bins)).collect();
+        let mut lines = Vec::new();
+        for (n, bin) in bins.clone().enumerate() {
+            let of_runs = || shares.iter().map(|shares| shares[n]);
+            let (least, most) = (of_runs().fold(1.0, f64::min), of_runs().fold(0.0, f64::max));
+            if most > least {
+                let at = |across: f64| self.edge(bin as f64 + within + across);
+                lines.push(vec![(at(0.0), least), (at(0.0), most)]);
+                lines.extend([least, most].map(|share| vec![(at(-CAP), share), (at(CAP), share)]));
+            }
+        }
+        lines
+    }
+}
+
+/// What the legend says of a group.
+fn words(label: &str, speeds: &[f64]) -> String {
+    let slow = slow_ratio(speeds).map(|share| {
+        let percent = 100.0 * share;
+        let decimals = usize::from(percent > 0.0 && percent < 10.0);
+        format!(", {percent:.decimals$} % slow")
+    });
+    format!("{label}: {}{}", speeds.len(), slow.unwrap_or_default())
+}
+
+impl Figure for FrontSpeeds {
+    of_runs_in!(series, Part);
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData::arrivals()
+    }
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let speeds = speeds(run, run.arrivals()?, self.from_blocks, self.across.max(1));
+        Ok(Part { speeds: speeds.ok_or_else(|| no_ruptures(run))?, c: wave_speed_name(run) })
+    }
+
+    fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
+        Ok(self.paper(&parts)?.sheet(&self.title))
+    }
+}
+
+impl FrontSpeeds {
+    fn paper(&self, parts: &Parts<Part>) -> Result<Paper, String> {
+        let all: Vec<f64> = parts.values().flat_map(|part| &part.speeds).copied().collect();
+        if all.is_empty() {
+            return Err(format!(
+                "no rupture of {} blocks or more has a front over {} spacings",
+                self.from_blocks, self.across
+            ));
+        }
+        let bins = self.bins(&all);
+        let (mut surfaces, mut lines, mut whiskers, mut rows) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (index, group) in self.series.iter().enumerate() {
+            let (_, dash, color) = nth(index);
+            let runs = group.runs().map(|run| Ok(&find(parts, run)?.speeds[..]));
+            let runs = runs.collect::<Result<Vec<&[f64]>, String>>()?;
+            let together = runs.concat();
+            rows.push((Sample::Line(dash, color), words(&group.label, &together)));
+            for outline in self.outlines(&self.shares(&together, &bins), &bins) {
+                surfaces.push(Item::Surface(outline.clone(), color, 0.13));
+                lines.push((outline, dash, color));
+            }
+            // Those of groups are side by side in a bin.
+            let within = (index as f64 + 1.0) / (self.series.len() as f64 + 1.0);
+            let of_group = self.whiskers(&runs, &bins, within);
+            whiskers.extend(of_group.into_iter().map(|line| (line, Dash::Solid, color)));
+        }
+        rows.extend(
+            (!whiskers.is_empty()).then(|| (Sample::Nothing, "whiskers: range over runs".to_owned())),
+        );
+        lines.append(&mut whiskers);
+        let shares = lines.iter().flat_map(|(points, ..)| points).map(|(_, share)| *share);
+        // Where all speeds are beyond the axis, it has no share.
+        let top = 1.08 * Some(shares.fold(0.0, f64::max)).filter(|top| *top > 0.0).unwrap_or(1.0);
+        let first = parts.values().next().map_or("c", |part| part.c);
+        let c = if parts.values().all(|part| part.c == first) { first } else { "c" };
+        let (from, to) = (self.edge(bins.start as f64), self.edge(bins.end as f64));
+        if (from..to).contains(&SLOW) {
+            lines.insert(0, (vec![(SLOW, 0.0), (SLOW, top)], Dash::Dashed, GREY));
+            rows.push((Sample::Line(Dash::Dashed, GREY), format!("slow: v < {SLOW} {c}")));
+        }
+        rows.push((Sample::Nothing, format!("over {} spacings", self.across.max(1))));
+        let beyond = all.iter().filter(|speed| !bins.contains(&(self.place(**speed).floor() as i64))).count();
+        rows.extend((beyond > 0).then(|| (Sample::Nothing, format!("beyond the axis: {beyond}"))));
+        surfaces.extend(lines.into_iter().map(|(points, dash, color)| Item::Line(points, dash, color)));
+        let x = Scale::of(&format!("local front speed v/{c}"), true, 0.0, [from, to].into_iter());
+        let y = Scale::between("share of local front speeds", 0.0, top);
+        Ok(Paper::single(x, y, surfaces, rows))
+    }
+}
+
+/// The upper end of the axis at most, over `c`, unless the figure states it.
+const FASTEST: f64 = 10.0;
+
+/// Half the length of the ends of a whisker, in bins.
+const CAP: f64 = 0.08;
+
+#[cfg(test)]
+mod tests {
+    use super::{Figure, FrontSpeeds, Item, Part, Parts};
+    use asperity_testkit::made_up;
+
+    fn figure(keys: &str) -> FrontSpeeds {
+        let series = "series = [{ label = \"A\", runs = [\"a\", \"b\"] }, { label = \"B\", runs = [\"c\"] }]";
+        toml::from_str(&format!("file = \"f.png\"\n{keys}\n{series}")).unwrap()
+    }
+
+    fn parts() -> Parts<Part> {
+        let part = |speeds: &[f64]| Part { speeds: speeds.to_vec(), c: "c_S" };
+        let all = [("a", part(&[0.05, 0.1, 0.12, 2.0])), ("b", part(&[0.05, 0.06])), ("c", part(&[]))];
+        all.map(|(name, part)| (name.to_owned(), part)).into()
+    }
+
+    fn words(figure: &FrontSpeeds) -> Vec<String> {
+        figure.paper(&parts()).unwrap().rows.into_iter().map(|(_, words)| words).collect()
+    }
+
+    /// Five bins in a power of ten: 0.05 and 0.06 share that from 0.0398 to 0.0631, and 0.1 begins one.
+    #[test]
+    fn shares_are_those_of_all_runs_of_a_group_and_whiskers_those_of_each() {
+        let paper = figure("").paper(&parts()).unwrap();
+        let lines: Vec<&Vec<(f64, f64)>> = paper.panels[0]
+            .items
+            .iter()
+            .filter_map(|item| if let Item::Line(points, ..) = item { Some(points) } else { None })
+            .collect();
+        let shares: Vec<f64> = lines[1..4].iter().map(|outline| outline[1].1).collect();
+        assert_eq!(shares, [0.5, 1.0 / 3.0, 1.0 / 6.0], "three of six, two and one");
+        let is = |place: f64, expected: f64| (place / 10f64.powf(expected) - 1.0).abs() < 1e-12;
+        assert!(is(lines[1][0].0, -1.4) && is(lines[1][3].0, -1.2), "{:?}", lines[1]);
+        assert!(is(lines[2][0].0, -1.0), "{:?}", lines[2]);
+        // From a quarter of run a to all of run b; and between a half, or a quarter, and none.
+        let ranges: Vec<(f64, f64)> =
+            lines[4..].iter().step_by(3).map(|line| (line[0].1, line[1].1)).collect();
+        assert_eq!(ranges, [(0.25, 1.0), (0.0, 0.5), (0.0, 0.25)]);
+        assert_eq!(
+            words(&figure("")),
+            ["A: 6, 50 % slow", "B: 0", "whiskers: range over runs", "slow: v < 0.1 c_S", "over 4 spacings"]
+        );
+    }
+
+    #[test]
+    fn speeds_beyond_a_stated_end_count_and_bad_ends_are_refused() {
+        let narrow = words(&figure("from_speed = 0.09\nto_speed = 1"));
+        assert_eq!((narrow[0].as_str(), narrow[5].as_str()), ("A: 6, 50 % slow", "beyond the axis: 4"));
+        let none = figure("from_speed = 7\nto_speed = 8").paper(&parts()).unwrap();
+        assert!(none.rows.iter().any(|(_, words)| words == "beyond the axis: 6"), "{:?}", none.rows);
+        let check = |keys: &str| figure(keys).check().unwrap_err();
+        assert_eq!(
+            check("from_speed = 0"),
+            "front-speeds of f.png: from_speed = 0 is not accepted (accepted: a number above 0 and below to_speed)"
+        );
+        assert!(check("from_speed = 2\nto_speed = 1").contains("below to_speed"));
+        assert!(check("to_speed = inf").contains("to_speed = inf is not accepted"));
+        assert!(check("bins_per_decade = 51").ends_with("(accepted: 1 to 50)"));
+        figure("from_speed = 0.001\nto_speed = 10").check().unwrap();
+        assert_eq!(figure("").bins(&[0.5, 0.7, 2000.0]), -6..5, "up to 10 c");
+    }
+
+    #[test]
+    fn a_run_has_speeds_only_in_ruptures_of_enough_blocks() {
+        let mut run = made_up::run("", &[]);
+        let figure = figure("from_blocks = 3\nacross = 2");
+        assert!(figure.part(&run).is_err_and(|why| why.contains("has no ruptures")));
+        made_up::with_ruptures(&mut run, &[&[(1, 10, None), (2, 20, None), (3, 30, None)], &[(1, 50, None)]]);
+        let part = figure.part(&run).unwrap();
+        assert_eq!((part.speeds.len(), part.c), (1, "c"));
+        let none: Parts<Part> =
+            parts().into_iter().map(|(run, part)| (run, Part { speeds: vec![], ..part })).collect();
+        assert_eq!(
+            figure.sheet(none).unwrap_err(),
+            "no rupture of 3 blocks or more has a front over 2 spacings"
+        );
+    }
+}

@@ -39,6 +39,8 @@ mod hostile;
 #[cfg(feature = "analysis")]
 mod junction_counts;
 #[cfg(feature = "analysis")]
+mod junctions;
+#[cfg(feature = "analysis")]
 mod look;
 mod mistakes;
 mod new_detector;

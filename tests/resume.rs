@@ -14,7 +14,7 @@ use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in the parts of a solver's state.
-const SCENARIOS: [&[&str]; 7] = [
+const SCENARIOS: [&[&str]; 8] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     &["default", "--set", "time.duration_s=2"],
     &["default", "--set", "time.duration_s=1.2", "--set", "parameter_set=as-stated"],
@@ -65,6 +65,16 @@ const SCENARIOS: [&[&str]; 7] = [
         "time.duration_s=0.25",
         "--set",
         "recording.sample_s=2e-4",
+    ],
+    // Anchors and timers of junctions, whose slip times are drawn.
+    &[
+        "chain-junctions",
+        "--set",
+        "time.duration_s=0.11",
+        "--set",
+        "recording.sample_s=1e-4",
+        "--set",
+        "friction.junction_start=drawn",
     ],
 ];
 

@@ -580,6 +580,7 @@ pages_that_run! {
     extending_runs: "docs/extending.md",
     figures_run: "docs/figures.md",
     glossary_runs: "docs/glossary.md",
+    junctions_run: "docs/junctions.md",
     model_runs: "docs/model.md",
     outputs_run: "docs/outputs.md",
     precursor_study_runs: "docs/precursor-study.md",

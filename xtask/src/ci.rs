@@ -116,10 +116,12 @@ fn python() -> Result<(), Failure> {
 
 /// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of each property.
 /// Program and test, the longest first, so that no core runs one alone at the end.
-const LONG_TESTS: [&str; 29] = [
+const LONG_TESTS: [&str; 31] = [
     "root reference::the_plain_solver_gives_the_table_as_coded",
     "root reference::the_plain_solver_gives_the_table_as_stated",
     "root reference::the_plain_solver_gives_the_other_tables",
+    "root junctions::the_default_slab_gives_the_rows_of_an_independent_program",
+    "asperity_simulator junctions::tests::contacts_do_so_for_long",
     "root new_detector::the_guide_gives_a_detector_and_a_law_that_runs_and_logs_have",
     "root resume::killed_two_hundred_times_a_run_ends_as_if_never_killed",
     "root first_day::every_command_on_every_log",

@@ -80,6 +80,9 @@ enum Command {
     /// The same for slabs beside the chain: precursors, fronts, drives, and the state of rest.
     #[command(name = "reproduce-slab")]
     ReproduceSlab(reproduce::ReproduceArguments),
+    /// The same for slow slip and slow fronts, on contacts of many junctions.
+    #[command(name = "reproduce-slow-slip")]
+    ReproduceSlowSlip(reproduce::ReproduceArguments),
     /// Reproduce all of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
@@ -114,6 +117,7 @@ fn main() -> ExitCode {
         Command::ReproduceFrontSpeed(arguments) => reproduce::command(&arguments, &[reproduce::FRONT_SPEED]),
         Command::ReproduceSlipPulses(arguments) => reproduce::command(&arguments, &[reproduce::SLIP_PULSES]),
         Command::ReproduceSlab(arguments) => reproduce::command(&arguments, &[reproduce::SLAB]),
+        Command::ReproduceSlowSlip(arguments) => reproduce::command(&arguments, &[reproduce::SLOW_SLIP]),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),

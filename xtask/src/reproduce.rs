@@ -17,10 +17,21 @@ const RESOLUTION: &str = "resolution";
 pub(crate) const FRONT_SPEED: &str = "front-speed";
 pub(crate) const SLIP_PULSES: &str = "slip-pulses";
 pub(crate) const SLAB: &str = "slab";
+pub(crate) const SLOW_SLIP: &str = "slow-slip";
 
 /// All of them, in the order of `reproduce-all`.
-pub(crate) const ALL: [&str; 9] =
-    [CHAPTER5, CHAPTER6, APPENDIX_A, GOALS, TOP_DRIVEN, RESOLUTION, FRONT_SPEED, SLIP_PULSES, SLAB];
+pub(crate) const ALL: [&str; 10] = [
+    CHAPTER5,
+    CHAPTER6,
+    APPENDIX_A,
+    GOALS,
+    TOP_DRIVEN,
+    RESOLUTION,
+    FRONT_SPEED,
+    SLIP_PULSES,
+    SLAB,
+    SLOW_SLIP,
+];
 
 /// Path of a pipeline, from the root of the workspace.
 pub(crate) fn pipeline(name: &str) -> String {

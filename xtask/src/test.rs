@@ -120,7 +120,7 @@ pub(crate) fn long(tests: &[&str]) -> Result<(), Failure> {
     run_all(Instant::now(), tests, &variables(), |add| {
         let mut all = root_tests()?;
         all.extend(of_packages(&["asperity-simulator"], &SOLVERS.map(|test| format!("--test={test}")))?);
-        all.extend(of_packages(&["asperity-figures"], &["--lib".to_owned()])?);
+        all.extend(of_packages(&["asperity-figures", "asperity-simulator"], &["--lib".to_owned()])?);
         let mut jobs = Vec::new();
         for test in tests {
             let found = test.split_once(' ').and_then(|(program, test)| {

@@ -22,6 +22,7 @@ mod front_stress;
 mod front_transient;
 mod full_page;
 mod initial_shear;
+mod junction_forces;
 mod kind;
 mod legend;
 mod lengths;
@@ -111,6 +112,9 @@ kinds! {
     "initial-shear" initial_shear: initial_shear::InitialShear,
     /// Lengths of precursors, and the load at which each begins.
     "lengths" lengths: Lengths,
+    /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
+    /// uniform distribution with their deviation, both over `p_n / N_s`.
+    "junction-forces" junction_forces: junction_forces::JunctionForces,
     /// Load against time.
     "load" load: load::Load,
     /// Normal load and driving force against time.
@@ -510,8 +514,20 @@ mod tests {
         // Counts are marks alone; of other numbers the marks are joined.
         let counts = single(study);
         assert_eq!((counts.series.len(), &counts.series[0].points[..]), (1, &[(3f64.log10(), 3.0)][..]));
-        let joined = single(&study.replace("precursor_event_count", "longest_precursor_event_ratio"));
+        let joined_text = study.replace("precursor_event_count", "longest_precursor_event_ratio");
+        let joined = single(&joined_text);
         assert!(matches!(joined.series[0].look, Look::Line(..)) && joined.series.len() == 2);
+        // Theory is the line, under its own name once, and the measured number has marks alone.
+        let beside = joined_text.replace("file", "measure_factor = 10\ntheory = \"coefficient_ratio\"\nfile");
+        let by_theory = single(&beside);
+        let [line, marks] = &by_theory.series[..] else { panic!("{by_theory:?}") };
+        assert!(matches!((line.look, marks.look), (Look::Line(..), Look::Marks(..))) && line.label == "A");
+        assert!(marks.points[0].1 == 10.0 && (line.points[0].1 - 7.0 / 0.45).abs() < 1e-12);
+        let named = beside.replace("file", "theory_label = \"theory\"\nfile");
+        let named =
+            single(&named.replace("runs = [\"a\"] }", "runs = [\"a\"] }, { label = \"B\", runs = [] }"));
+        let labels: Vec<&str> = named.series.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["theory", "A", "", "B"]);
         let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();
         assert_eq!(refused, "normal_load.tilt of run test is 0: no place on a logarithmic axis");
     }

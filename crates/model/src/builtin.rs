@@ -55,4 +55,7 @@ scenarios![
     "front",
     "slip-pulse",
     "slab",
+    "slab-junctions",
+    "chain-junctions",
+    "junction-slider",
 ];

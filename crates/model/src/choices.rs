@@ -63,6 +63,17 @@ pub enum Start {
     Loaded,
 }
 
+/// The forces of a contact's junctions at the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JunctionStart {
+    /// Evenly spread.
+    #[default]
+    Even,
+    /// Drawn from a uniform distribution.
+    Drawn,
+}
+
 /// Which records had the energies of the slider in older versions of the program.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -35,6 +35,7 @@ const RULES: &[Rule] = &[
     keys_of_slabs_are_for_slabs,
     keys_of_several_blocks_are_for_these,
     only_springs_let_stuck_blocks_move,
+    junctions_bear_load_and_fit,
     loaded_starts_leave_out_nothing,
     loaded_starts_know_the_stuck_chain,
     the_scheme_is_stable,
@@ -149,7 +150,7 @@ fn initial_velocity_is_a_mode_of_the_chain(scenario: &Scenario, refusals: &mut R
 }
 
 fn left_right_drives_need_the_two_way_rule(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let one_way = sticks_by_springs(scenario) && !scenario.friction.is_two_way();
+    let one_way = !scenario.friction.is_two_way();
     if scenario.drive.kind == DriveKind::LeftRight && one_way {
         refusals.refuse(
             "drive.kind",
@@ -324,6 +325,31 @@ fn only_springs_let_stuck_blocks_move(scenario: &Scenario, refusals: &mut Refusa
     }
 }
 
+/// Most junctions of all contacts, whose state takes 24 bytes each.
+const MOST_JUNCTIONS: u64 = 1_000_000;
+
+fn junctions_bear_load_and_fit(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (friction, slider, tilt) = (&scenario.friction, &scenario.slider, scenario.normal_load.tilt);
+    let Some(law) = friction.contact_law().junctions() else { return };
+    let all = law.count as u64 * u64::from(slider.blocks);
+    if all > MOST_JUNCTIONS {
+        refusals.refuse(
+            "friction.junction_count",
+            format!("{} of each of {} contacts are {all} junctions", law.count, slider.blocks),
+            format!("at most {MOST_JUNCTIONS} junctions"),
+        );
+    }
+    if tilt.abs() == 1.0 {
+        refusals.refuse(
+            "normal_load.tilt",
+            format!(
+                "{tilt} leaves a contact without load, and junctions that bear nothing have no stiffness"
+            ),
+            "a number above -1 and below 1",
+        );
+    }
+}
+
 /// Whether the ramp that a loaded start skips affects what follows.
 fn ramp_matters(scenario: &Scenario) -> bool {
     moves_at_the_start(scenario)
@@ -343,6 +369,7 @@ fn loaded_starts_leave_out_nothing(scenario: &Scenario, refusals: &mut Refusals<
 
 fn loaded_starts_know_the_stuck_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let known = sticks_by_springs(scenario)
+        && scenario.friction.contact_law().junctions().is_none()
         && scenario.drive.kind != DriveKind::LeftRight
         && scenario.normal_load.schedule_s.is_empty();
     if scenario.time.start == Start::Loaded && !ramp_matters(scenario) && !known {
@@ -544,6 +571,14 @@ mod tests {
             "normal_load.schedule_n: [400.0, 0.0] is not accepted",
         ),
         ("friction.dynamic_spread = 0.3", "friction.dynamic_spread: block"),
+        (
+            "friction.law = \"junctions\"\nslider.blocks = 200\nfriction.junction_count = 10000",
+            "friction.junction_count: 10000 of each of 200 contacts are 2000000 junctions (accepted: at most 1000000",
+        ),
+        (
+            "friction.law = \"junctions\"\nnormal_load.tilt = -1",
+            "normal_load.tilt: -1 leaves a contact without load, and junctions that bear nothing have no stiffness",
+        ),
         (
             "time.start = \"loaded\"\nfriction.law = \"rigid\"",
             "time.start: \"loaded\" needs interfacial springs",

@@ -3,7 +3,9 @@
 use crate::choices::{DriveKind, ScheduleFrom, Start};
 use crate::elastic::{Chain, Elastic, gaps};
 use crate::initial;
+use crate::junctions::Junctions;
 use crate::lattice::Lattice;
+use crate::laws::Law;
 use crate::load::{self, LoadCourse};
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 use crate::scenario::Scenario;
@@ -15,15 +17,10 @@ impl Plan {
     /// Derives the numbers of the physics from a resolved scenario.
     pub fn new(scenario: &Scenario) -> Plan {
         let springs = Springs::of(scenario);
-        let blocks = springs.elastic.contacts();
+        let (blocks, kt) = (springs.elastic.contacts(), springs.interfacial_stiffness_n_per_m);
         let pressed_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
-        let at_rest = springs.elastic.has_foundation().then(|| {
-            let (lattice, kt) = (springs.elastic.as_lattice(), springs.interfacial_stiffness_n_per_m);
-            let u = slab::displacements_at_rest_m(&lattice, kt, &pressed_n);
-            (slab::normal_load_n(&lattice, &u), u)
-        });
         // The load on top of a body with a foundation reaches its contacts through its elasticity.
-        let (normal_load_n, top_load_n, displacement_at_rest_m) = match at_rest {
+        let (normal_load_n, top_load_n, displacement_at_rest_m) = match springs.pressed(&pressed_n) {
             None => (pressed_n, Vec::new(), None),
             Some((normal_load_n, u)) => (normal_load_n, pressed_n, Some(u)),
         };
@@ -41,18 +38,21 @@ impl Plan {
         let load = &scenario.normal_load;
         let mut drive = drive(scenario, &springs.elastic, steps);
         let prestress_n = initial::prestress_n(scenario, &normal_load_n);
-        let initial = match displacement_at_rest_m {
+        let mut initial = match displacement_at_rest_m {
             Some(displacement_m) => slab::at_rest(displacement_m, blocks, &mut drive),
             None => initial::state(
                 scenario,
                 &springs.elastic,
                 springs.spacing_m,
-                springs.interfacial_stiffness_n_per_m,
+                kt,
                 &drive,
                 &normal_load_n,
                 &prestress_n,
             ),
         };
+        let law = friction.contact_law();
+        let contact_stiffness_n_per_m = contact_stiffness_n_per_m(law, &normal_load_n);
+        initial::anchor_junctions(&mut initial, &contact_stiffness_n_per_m, kt);
         let mut plan = Plan {
             blocks,
             length_m: scenario.slider.length_m,
@@ -60,10 +60,11 @@ impl Plan {
             block_mass_kg: springs.block_mass_kg,
             elastic: springs.elastic.clone(),
             friction: Friction {
-                law: friction.contact_law(),
+                law,
                 static_coefficient: friction.static_coefficient,
                 dynamic_coefficient: friction.dynamic_coefficient,
-                interfacial_stiffness_n_per_m: springs.interfacial_stiffness_n_per_m,
+                interfacial_stiffness_n_per_m: kt,
+                contact_stiffness_n_per_m,
                 static_threshold_n: scaled(&mu_s),
                 dynamic_friction_n: scaled(&mu_d),
                 static_coefficients: mu_s,
@@ -243,29 +244,48 @@ impl Springs {
             block_mass_kg,
             elastic,
             modulus_n_per_m,
-            interfacial_stiffness_n_per_m: if scenario.friction.law.holds() {
-                0.0
-            } else {
-                scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m
+            interfacial_stiffness_n_per_m: match scenario.friction.contact_law() {
+                law if law.holds() => 0.0,
+                Law::Junctions(law) => {
+                    law.stiffness_n_per_m(scenario.normal_load.total_n / f64::from(slider.blocks))
+                }
+                _ => scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m,
             },
         }
     }
 
+    /// The normal load of each contact of a body on a foundation at rest, and the displacements of its freedoms.
+    fn pressed(&self, top_load_n: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+        self.elastic.has_foundation().then(|| {
+            let lattice = self.elastic.as_lattice();
+            let u = slab::displacements_at_rest_m(&lattice, self.interfacial_stiffness_n_per_m, top_load_n);
+            (slab::normal_load_n(&lattice, &u), u)
+        })
+    }
+
     fn scales(&self, scenario: &Scenario) -> Scales {
+        let block_time_s = (self.block_mass_kg / self.elastic.slowest_wave_n_per_m()).sqrt();
+        let given_ratio = scenario.detection.link_time_ratio;
+        // Switches of junctions neither stretch nor relax a friction spring, and a slow front may rest at a
+        // contact until junctions behind it are pinned.
+        let (link_time_ratio, kt) = match scenario.friction.contact_law() {
+            Law::Junctions(law) => (given_ratio.max(2.0 * law.healing_time_s / block_time_s), 0.0),
+            _ => (given_ratio, self.interfacial_stiffness_n_per_m),
+        };
         Scales {
             block_length_m: self.spacing_m,
-            block_time_s: (self.block_mass_kg / self.elastic.slowest_wave_n_per_m()).sqrt(),
-            link_time_ratio: scenario.detection.link_time_ratio,
+            block_time_s,
+            link_time_ratio,
             modulus_n_per_m: Some(self.modulus_n_per_m),
-            interfacial_stiffness_n_per_m: Some(self.interfacial_stiffness_n_per_m),
+            interfacial_stiffness_n_per_m: Some(kt),
         }
     }
 }
 
 impl Scenario {
-    /// How many junctions each contact has, `N_s`; 0 by laws without junctions, which all are.
+    /// How many junctions each contact has, `N_s`; 0 by laws without junctions.
     pub fn junction_count(&self) -> u32 {
-        0
+        self.friction.contact_law().junctions().map_or(0, |_| self.friction.junction_count)
     }
 
     /// The scales of the scenario's slider, without deriving the rest of its plan.
@@ -303,12 +323,26 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
         DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
         DriveKind::Side | DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
     };
+    let kt = springs.interfacial_stiffness_n_per_m;
+    let law = scenario.friction.contact_law();
+    let stiffest_contact = law.junctions().map_or(kt, |_| {
+        let load = &scenario.normal_load;
+        let pressed_n = load::tilted(load.total_n, load.tilt, springs.elastic.contacts());
+        let normal_load_n = springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
+        contact_stiffness_n_per_m(law, &normal_load_n).into_iter().fold(kt, f64::max)
+    });
     springs.elastic.longest_stable_step_s(
         springs.block_mass_kg,
-        springs.interfacial_stiffness_n_per_m,
+        stiffest_contact,
         stiffest_drive,
-        scenario.friction.contact_law().damping_kg_per_s(),
+        law.damping_kg_per_s(),
     )
+}
+
+/// `N_s k_n` of each contact, from its normal load at rest; empty by laws without junctions.
+fn contact_stiffness_n_per_m(law: Law, normal_load_n: &[f64]) -> Vec<f64> {
+    let of_all = |law: Junctions| normal_load_n.iter().map(|load_n| law.stiffness_n_per_m(*load_n)).collect();
+    law.junctions().map_or_else(Vec::new, of_all)
 }
 
 #[cfg(test)]

@@ -49,6 +49,19 @@ pub(crate) fn state(
     InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m }
 }
 
+/// Moves the mean anchors of junctions, found for friction springs of stiffness `kt`, to where contacts of these
+/// stiffnesses hold the same forces.
+pub(crate) fn anchor_junctions(
+    initial: &mut InitialState,
+    contact_stiffness_n_per_m: &[f64],
+    kt_n_per_m: f64,
+) {
+    let anchors = initial.stick_position_m.iter_mut().zip(&initial.displacement_m);
+    for ((anchor, u), stiffness) in anchors.zip(contact_stiffness_n_per_m) {
+        *anchor = u - kt_n_per_m / stiffness * (u - *anchor);
+    }
+}
+
 /// The requested initial shear of every block. The last block takes the negative of the sum of the
 /// others, so that the shear adds up to 0.
 pub(crate) fn shear_n(scenario: &Scenario, normal_load_n: &[f64], spacing_m: f64) -> Vec<f64> {

@@ -7,82 +7,11 @@ use asperity_record::MOST_BLOCKS;
 
 use crate::laws::{self, FrictionLaw};
 
-/// One key of a scenario.
-#[derive(Debug, Clone, Copy)]
-pub struct Key {
-    /// Dotted path, as in `slider.length_m`.
-    pub path: &'static str,
-    /// The symbol of the source thesis, or empty.
-    pub symbol: &'static str,
-    /// Its meaning, in a line or two.
-    pub doc: &'static str,
-    /// Type and accepted range.
-    pub kind: Kind,
-    /// The default value.
-    pub default: Default,
-}
+pub use crate::key::{Bound, Default, Key, Kind, Value};
+pub(crate) use crate::key::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 
-/// Type and accepted range of a key.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
-    /// A finite number within bounds.
-    Number(Bound, Bound),
-    /// A whole number from the first to the second, both included.
-    Count(u64, u64),
-    /// One of these words.
-    Word(&'static [&'static str]),
-    /// `true` or `false`.
-    Flag,
-    /// Any text on one line.
-    Text,
-    /// A list of finite numbers within bounds, empty or of a length defined elsewhere.
-    Numbers(Bound, Bound),
-}
-
-/// One end of a range of numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bound {
-    /// No bound on this side; the value must be finite all the same.
-    Open,
-    /// The bound itself is accepted.
-    Including(f64),
-    /// The bound itself is refused.
-    Excluding(f64),
-}
-
-/// The default of a key.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Default {
-    /// One value for both parameter sets.
-    Is(Value),
-    /// The values of the thesis' program, and those of its text.
-    BySet {
-        /// In the set `as-coded`.
-        as_coded: Value,
-        /// In the set `as-stated`.
-        as_stated: Value,
-    },
-    /// Must be written (only inside `[[recording.window]]`).
-    Required,
-}
-
-/// A default value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value {
-    /// Of a [`Kind::Number`].
-    Number(f64),
-    /// Of a [`Kind::Count`].
-    Count(u64),
-    /// Of a [`Kind::Word`] or [`Kind::Text`].
-    Text(&'static str),
-    /// Of a [`Kind::Flag`].
-    Flag(bool),
-    /// Of a [`Kind::Numbers`]: the empty list.
-    NoNumbers,
-}
-
-use self::Default::{BySet, Is};
 use Bound::{Excluding, Including, Open};
+use Default::{BySet, Is};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
 /// Default `k_f / k` of a slab.
@@ -91,17 +20,14 @@ pub(crate) const FOUNDATION_RATIO: f64 = 0.5;
 /// Most rows of a slab.
 const MOST_ROWS: u64 = 10_000;
 
+/// Most junctions of a contact.
+const MOST_JUNCTIONS: u64 = 10_000;
+
 pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
 pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
 
 /// No contact bears more than a few times its normal load; far beyond that forces overflow.
 pub(crate) const MOST_SHEAR_RATIO: f64 = 1e6;
-
-/// The least and the greatest magnitude of a number that is not 0. All that follows from the keys, as
-/// stiffnesses, displacements and energies, is a product of a few of them and of their squares. With
-/// these bounds it is finite, and far from the numbers below 2e-308 that have fewer digits.
-pub(crate) const LEAST_MAGNITUDE: f64 = 1e-30;
-pub(crate) const MOST_MAGNITUDE: f64 = 1e30;
 
 /// The word of `parameter_set` for the values of the thesis' program.
 pub const AS_CODED: &str = "as-coded";
@@ -248,6 +174,64 @@ pub const KEYS: &[Key] = &[
         doc: "Of velocity-weakening: damping -E v of a sliding block, as by waves that it radiates (2.4).",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "friction.junction_count",
+        symbol: "N_s",
+        doc: "Of junctions: how many each contact has.",
+        kind: Count(1, MOST_JUNCTIONS),
+        default: Is(Value::Count(100)),
+    },
+    Key {
+        path: "friction.junction_constant_n_per_m2",
+        symbol: "kappa",
+        doc: "Of junctions: one that bears the load f at rest is a spring of stiffness sqrt(kappa f).",
+        kind: POSITIVE,
+        default: Is(Value::Number(39.2e9)),
+    },
+    Key {
+        path: "friction.healing_time_s",
+        symbol: "t_R",
+        doc: "Of junctions: mean time for which a broken one slips before it is pinned again. Ruptures link \
+              detachments up to twice this time apart, or longer by detection.link_time_ratio.",
+        kind: POSITIVE,
+        default: Is(Value::Number(0.002)),
+    },
+    Key {
+        path: "friction.healing_deviation_s",
+        symbol: "",
+        doc: "Of junctions: standard deviation of that time, which is normally distributed and above 0.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0006)),
+    },
+    Key {
+        path: "friction.junction_width",
+        symbol: "w",
+        doc: "Of junctions: width of the uniform distribution of their forces at the start, over the load that each \
+              bears.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.05)),
+    },
+    Key {
+        path: "friction.junction_start",
+        symbol: "",
+        doc: "Of junctions: whether these forces are evenly spread or drawn.",
+        kind: Word(&["even", "drawn"]),
+        default: Is(Value::Text("even")),
+    },
+    Key {
+        path: "friction.junction_seed",
+        symbol: "",
+        doc: "Of junctions: seed of the slip times and of a drawn start (docs/junctions.md), the same on every machine.",
+        kind: Count(0, 4_294_967_295),
+        default: Is(Value::Count(1)),
+    },
+    Key {
+        path: "friction.sliding_share",
+        symbol: "",
+        doc: "Of junctions: a contact slides while at least this share of its junctions slips.",
+        kind: Number(Excluding(0.0), Including(1.0)),
+        default: Is(Value::Number(0.5)),
     },
     Key {
         path: "friction.ageing_coefficient",
@@ -595,91 +579,3 @@ pub const DRAWN_KEYS: &[Key] = &[
         default: Is(Value::NoNumbers),
     },
 ];
-
-impl Key {
-    /// The default in the given parameter set (`true` for as-coded), if any.
-    pub fn default_in(&self, as_coded_set: bool) -> Option<Value> {
-        match self.default {
-            Is(value) => Some(value),
-            BySet { as_coded, as_stated } => Some(if as_coded_set { as_coded } else { as_stated }),
-            Default::Required => None,
-        }
-    }
-}
-
-impl Value {
-    /// As a value of TOML.
-    pub(crate) fn to_toml(self) -> toml::Value {
-        match self {
-            Value::Number(value) => toml::Value::Float(value),
-            Value::Count(value) => toml::Value::Integer(value as i64),
-            Value::Text(text) => toml::Value::String(text.to_owned()),
-            Value::Flag(flag) => toml::Value::Boolean(flag),
-            Value::NoNumbers => toml::Value::Array(Vec::new()),
-        }
-    }
-}
-
-impl Kind {
-    /// Whether a finite number is in range; false for kinds that are not numeric.
-    pub fn accepts_number(&self, value: f64) -> bool {
-        match self {
-            Number(low, high) | Numbers(low, high) => {
-                value.is_finite()
-                    && match *low {
-                        Open => true,
-                        Including(bound) => value >= bound,
-                        Excluding(bound) => value > bound,
-                    }
-                    && match *high {
-                        Open => true,
-                        Including(bound) => value <= bound,
-                        Excluding(bound) => value < bound,
-                    }
-            }
-            _ => false,
-        }
-    }
-
-    /// Whether a number is large enough to calculate with, see [`LEAST_MAGNITUDE`]. Lists of increments,
-    /// block by block, may contain the rounding of a 0.
-    pub(crate) fn is_usable(&self, value: f64) -> bool {
-        let is_added = matches!(self, Numbers(low, _) if !matches!(low, Including(0.0) | Excluding(0.0)));
-        let least = if is_added { 0.0 } else { LEAST_MAGNITUDE };
-        value == 0.0 || (least..=MOST_MAGNITUDE).contains(&value.abs())
-    }
-}
-
-impl std::fmt::Display for Kind {
-    /// The accepted values in words, for errors and comments.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Number(low, high) => match (low, high) {
-                (Open, Open) => f.write_str("any finite number"),
-                (Excluding(low), Open) => write!(f, "a number above {low}"),
-                (Including(low), Open) => write!(f, "a number from {low}"),
-                _ => {
-                    f.write_str("a number")?;
-                    match low {
-                        Including(low) => write!(f, " from {low}")?,
-                        Excluding(low) => write!(f, " above {low}")?,
-                        Open => {}
-                    }
-                    match high {
-                        Including(high) => write!(f, " to {high}"),
-                        Excluding(high) => write!(f, " below {high}"),
-                        Open => Ok(()),
-                    }
-                }
-            },
-            Count(low, high) => write!(f, "a whole number from {low} to {high}"),
-            Word(words) => {
-                let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
-                f.write_str(&quoted.join(" or "))
-            }
-            Flag => f.write_str("true or false"),
-            Text => f.write_str("text on one line"),
-            Numbers(low, high) => write!(f, "a list, each {}", Number(*low, *high)),
-        }
-    }
-}

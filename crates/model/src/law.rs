@@ -16,6 +16,8 @@
 
 use std::hint::select_unpredictable;
 
+use crate::junctions::Junctions;
+
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Sliding<'a, const D: usize = 1> {
@@ -75,6 +77,8 @@ pub struct LawKeys {
     pub weakening_velocity_m_per_s: f64,
     /// `friction.radiation_kg_per_s`, `E`.
     pub radiation_kg_per_s: f64,
+    /// The numbers of junctions.
+    pub junctions: Junctions,
 }
 
 /// The law of one contact with `D` tangential freedoms.

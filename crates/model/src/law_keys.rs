@@ -57,7 +57,13 @@ pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Ve
         let (idle, written) = (key.idle(), entries.values.get(key.path));
         let found = text(table, key.path).expect("every key is there");
         if let Some(entry) = written.filter(|entry| *found != idle && entry.layer != LayerKind::Log) {
-            let does = key.elsewhere.map_or("", |_| ", which stops a block where its velocity changes sign");
+            let does = match key.elsewhere {
+                Some(_) if takes.is_some_and(|law| law.holds()) => {
+                    ", which stops a block where its velocity changes sign"
+                }
+                Some(_) => ", whose contacts stop whichever way they slid",
+                None => "",
+            };
             errors.push(ScenarioError {
                 place: Some(entry.place.clone()),
                 key: Some(key.path.to_owned()),
@@ -95,6 +101,14 @@ mod tests {
             "friction.radiation_kg_per_s" => "3.5",
             "friction.ageing_coefficient" => "0.01",
             "friction.ageing_time_s" => "2.5",
+            "friction.junction_count" => "50",
+            "friction.junction_constant_n_per_m2" => "2.5",
+            "friction.healing_time_s" => "0.001",
+            "friction.healing_deviation_s" => "0.001",
+            "friction.junction_width" => "0.1",
+            "friction.junction_start" => "\"drawn\"",
+            "friction.junction_seed" => "2",
+            "friction.sliding_share" => "0.25",
             _ => panic!("{path} needs a value here"),
         }
     }

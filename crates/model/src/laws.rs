@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::junctions::Junctions;
 use crate::law::{Affine, ContactLaw, LawKeys, WithLaw, memory_of};
 
 /// The laws' text in the key table: each word and its meaning.
@@ -135,6 +136,16 @@ macro_rules! laws {
     };
 }
 
+impl Law {
+    /// The numbers of the law whose contacts are junctions.
+    pub fn junctions(self) -> Option<Junctions> {
+        match self {
+            Law::Junctions(law) => Some(law),
+            _ => None,
+        }
+    }
+}
+
 impl Default for FrictionLaw {
     fn default() -> FrictionLaw {
         FrictionLaw::ALL[0]
@@ -146,4 +157,5 @@ laws! {
     InterfacialSprings in springs: "interfacial-springs", "Amontons-Coulomb with a spring that holds a stuck block (5.12-5.15)";
     Rigid in rigid: "rigid", "without it (2.7): a stuck block does not move";
     VelocityWeakening in velocity_weakening: "velocity-weakening", "rigid with sliding friction that falls with velocity (Burridge and Knopoff, 2.4)";
+    Junctions in junctions: "junctions", "many junctions that break one by one and heal after a random time (docs/junctions.md)";
 }

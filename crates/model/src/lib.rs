@@ -50,6 +50,7 @@
 //! - `as_coded`: describes the slider of a parameter set.
 //! - `show`: formats a scenario as commented TOML.
 //! - `implausible`: values that no solid has, and the unit that was probably mistaken.
+//! - [`junctions`]: the numbers of contacts of many junctions.
 //! - `warnings`: accepted values that may surprise.
 //! - [`analytic`]: predictions of the theory.
 //! - [`front`]: the theory of the speed of fronts.
@@ -71,6 +72,8 @@ pub mod elastic;
 pub mod front;
 mod implausible;
 pub mod initial;
+pub mod junctions;
+mod key;
 pub mod keys;
 pub mod lattice;
 pub mod law;
@@ -95,9 +98,10 @@ pub mod typed;
 mod warnings;
 mod window_keys;
 
-pub use choices::{DriveKind, Energies, ParameterSet, Reattach};
+pub use choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach};
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
+pub use junctions::Junctions;
 pub use lattice::Lattice;
 pub use laws::Law;
 pub use load::LoadCourse;

@@ -56,8 +56,11 @@ pub struct Friction {
     pub static_coefficient: f64,
     /// `mu_d` without offsets.
     pub dynamic_coefficient: f64,
-    /// Stiffness of a stuck block's friction spring, `k_t`; 0 by the laws that have none.
+    /// Stiffness of a stuck block's friction spring, `k_t`; 0 by the laws that have none. Of junctions, that
+    /// of a contact that bears the mean load.
     pub interfacial_stiffness_n_per_m: f64,
+    /// Of junctions, the stiffness `N_s k_n` of each contact; empty by other laws.
+    pub contact_stiffness_n_per_m: Vec<f64>,
     /// `mu_s` of each contact, offsets and spread included.
     pub static_coefficients: Vec<f64>,
     /// `mu_d` of each contact, likewise.

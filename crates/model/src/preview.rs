@@ -201,7 +201,7 @@ impl Stuck {
         }
         let at_start_n = slab::shear_at_start_n(plan);
         let threshold_n = &plan.friction.static_threshold_n;
-        let contacts: Vec<(Linear, Linear)> = match plan.elastic.as_chain() {
+        let mut contacts: Vec<(Linear, Linear)> = match plan.elastic.as_chain() {
             Some(chain) => {
                 let mut shear_n_per_m = pull_n_per_m;
                 if kt > 0.0 {
@@ -246,6 +246,19 @@ impl Stuck {
                     .collect()
             }
         };
+        // Junctions yield before the last of them has reached its strength.
+        let mu_s = plan.friction.static_coefficient;
+        let yields = plan
+            .friction
+            .law
+            .junctions()
+            .filter(|_| mu_s > 0.0)
+            .map_or(1.0, |law| law.peak_coefficient(mu_s, plan.friction.dynamic_coefficient) / mu_s);
+        for (_, strength) in &mut contacts {
+            strength.per_factor *= yields;
+            strength.fixed_n *= yields;
+            strength.per_m *= yields;
+        }
         // Sum of the forces on the contacts, less their initial values without a drive.
         let sum = |part: fn(&Linear) -> f64| contacts.iter().map(|(shear, _)| part(shear)).sum::<f64>();
         let per_factor = sum(|shear| shear.per_factor);

@@ -6,7 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{DriveKind, Energies, ParameterSet, Reattach, ScheduleFrom, Start};
+use crate::choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach, ScheduleFrom, Start};
+use crate::junctions::Junctions;
 use crate::keys::FOUNDATION_RATIO;
 use crate::law::LawKeys;
 use crate::laws::{FrictionLaw, Law};
@@ -64,6 +65,22 @@ pub struct Friction {
     pub weakening_velocity_m_per_s: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub radiation_kg_per_s: f64,
+    #[serde(skip_serializing_if = "is_first_junction_count")]
+    pub junction_count: u32,
+    #[serde(skip_serializing_if = "is_first_junction_constant")]
+    pub junction_constant_n_per_m2: f64,
+    #[serde(skip_serializing_if = "is_first_healing_time")]
+    pub healing_time_s: f64,
+    #[serde(skip_serializing_if = "is_first_healing_deviation")]
+    pub healing_deviation_s: f64,
+    #[serde(skip_serializing_if = "is_first_junction_width")]
+    pub junction_width: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub junction_start: JunctionStart,
+    #[serde(skip_serializing_if = "is_one_of_whole")]
+    pub junction_seed: u32,
+    #[serde(skip_serializing_if = "is_first_sliding_share")]
+    pub sliding_share: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub ageing_coefficient: f64,
     #[serde(skip_serializing_if = "is_one")]
@@ -87,24 +104,28 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
-fn is_one(value: &f64) -> bool {
-    *value == 1.0
+/// Declares functions that return whether a value is the first default of its key, to the bit.
+macro_rules! first_defaults {
+    ($($name:ident: $type:ty = $first:expr;)*) => {
+        $(
+            fn $name(value: &$type) -> bool {
+                value.to_ne_bytes() == <$type>::to_ne_bytes($first)
+            }
+        )*
+    };
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
-fn is_one_of_whole(value: &u32) -> bool {
-    *value == 1
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
-fn is_first_weakening_velocity(value: &f64) -> bool {
-    *value == 0.1
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
-fn is_first_foundation(value: &f64) -> bool {
-    value.to_bits() == FOUNDATION_RATIO.to_bits()
+first_defaults! {
+    is_one: f64 = 1.0;
+    is_one_of_whole: u32 = 1;
+    is_first_weakening_velocity: f64 = 0.1;
+    is_first_foundation: f64 = FOUNDATION_RATIO;
+    is_first_junction_count: u32 = 100;
+    is_first_junction_constant: f64 = 39.2e9;
+    is_first_healing_time: f64 = 0.002;
+    is_first_healing_deviation: f64 = 0.0006;
+    is_first_junction_width: f64 = 0.05;
+    is_first_sliding_share: f64 = 0.5;
 }
 
 /// `[drive]`
@@ -249,6 +270,16 @@ impl Friction {
             is_two_way: self.is_two_way(),
             weakening_velocity_m_per_s: self.weakening_velocity_m_per_s,
             radiation_kg_per_s: self.radiation_kg_per_s,
+            junctions: Junctions {
+                count: self.junction_count as usize,
+                constant_n_per_m2: self.junction_constant_n_per_m2,
+                healing_time_s: self.healing_time_s,
+                healing_deviation_s: self.healing_deviation_s,
+                width: self.junction_width,
+                are_drawn: self.junction_start == JunctionStart::Drawn,
+                seed: self.junction_seed,
+                sliding_share: self.sliding_share,
+            },
         };
         Law::of(self.law, &keys)
     }

@@ -30,7 +30,7 @@ pub struct Warning {
 type Check = fn(&Scenario, &Plan) -> Option<String>;
 
 /// All checks, each with the kind of its warnings.
-const CHECKS: [(&str, Check); 10] = [
+const CHECKS: [(&str, Check); 12] = [
     ("time-step", step),
     ("without-effect", without_effect),
     ("front-speed", fronts),
@@ -39,6 +39,8 @@ const CHECKS: [(&str, Check); 10] = [
     ("remainder", remainder),
     ("beyond-at-start", beyond_at_start),
     ("without-threshold", without_threshold),
+    ("no-weakening", no_weakening),
+    ("broken-at-start", broken_at_start),
     ("no-solid", |scenario, _| implausible::no_solid(scenario)),
     ("no-slip", |scenario, plan| implausible::no_slip(scenario, &Preview::of(scenario, plan))),
 ];
@@ -109,7 +111,8 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
 
 /// Warns of a re-attachment rule that makes the contacts of a slab chatter.
 fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
-    (scenario.friction.is_two_way() && plan.elastic.freedoms_per_node() > 1).then(|| {
+    let has_springs = plan.friction.law.junctions().is_none();
+    (has_springs && scenario.friction.is_two_way() && plan.elastic.freedoms_per_node() > 1).then(|| {
         "friction.reattach = \"two-way\": with it the contacts of a slab chatter, thousands of times where \
          \"one-way\" gives a dozen events"
             .to_owned()
@@ -158,6 +161,9 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let force_n = slab::shear_at_start_n(plan);
     let threshold_n = &plan.friction.static_threshold_n;
     let ratio = |n: usize| force_n[n].abs() / threshold_n[n];
+    if plan.friction.law.junctions().is_some() {
+        return None;
+    }
     let beyond: Vec<usize> = (0..plan.blocks).filter(|&n| threshold_n[n] > 0.0 && ratio(n) >= 1.0).collect();
     let most = *beyond.iter().max_by(|a, b| ratio(**a).total_cmp(&ratio(**b)))?;
     let re_attaches = scenario.friction.is_two_way() && plan.friction.interfacial_stiffness_n_per_m > 0.0;
@@ -192,6 +198,38 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
         "initial_shear and prestress exceed"
     };
     Some(format!("{what} static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
+}
+
+/// Warns of junctions whose friction does not fall with velocity: in steady sliding it goes from `mu_s / 2`, at
+/// rest, to `mu_d`.
+fn no_weakening(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    plan.friction.law.junctions()?;
+    let (mu_s, mu_d) = (scenario.friction.static_coefficient, scenario.friction.dynamic_coefficient);
+    (mu_s <= 2.0 * mu_d).then(|| {
+        format!(
+            "friction.dynamic_coefficient = {mu_d} is not below half of friction.static_coefficient = {mu_s}: the \
+             friction of junctions then does not fall with velocity, from mu_s / 2 to mu_d, so contacts do not \
+             stick and slip (docs/junctions.md)"
+        )
+    })
+}
+
+/// Warns of junctions that break in the first step.
+fn broken_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let law = plan.friction.law.junctions()?;
+    let force_n = slab::shear_at_start_n(plan);
+    let most = |n: usize| force_n[n].abs() / plan.normal_load_n[n] + 0.5 * law.width;
+    let beyond: Vec<usize> =
+        (0..plan.blocks).filter(|&n| most(n) >= plan.friction.static_coefficients[n]).collect();
+    let first = *beyond.first()?;
+    Some(format!(
+        "friction.junction_width = {}: with half of it, the shear at rest reaches static friction on {}, {:.4} of the \
+         normal load on block {}: some junctions there break in step 1",
+        scenario.friction.junction_width,
+        blocks(&beyond),
+        most(first),
+        first + 1
+    ))
 }
 
 /// Warns of blocks without a static threshold.
@@ -272,6 +310,28 @@ mod tests {
             Scenario::resolve(&ScenarioSource::new(name, builtin::find(name).unwrap())).unwrap().warnings()
         };
         assert!(builtin::all().filter(|(name, _)| of(name).is_empty()).count() > 25);
+    }
+
+    #[test]
+    fn junctions_that_do_not_weaken_or_break_at_once_are_warned_of() {
+        let of = |name: &str, set: &str| {
+            let text = builtin::find(name).unwrap();
+            let source = ScenarioSource::new(name, text).with_override(set);
+            Scenario::resolve(&source).unwrap().warnings().into_iter().map(|w| w.text).collect::<Vec<_>>()
+        };
+        for name in ["slab-junctions", "chain-junctions", "junction-slider"] {
+            assert_eq!(of(name, "time.start=at-rest"), Vec::<String>::new(), "{name}");
+        }
+        let flat = of("chain-junctions", "friction.dynamic_coefficient=0.2");
+        assert!(flat.len() == 1 && flat[0].contains("does not fall with velocity"), "{flat:?}");
+        let wide = |width: &str| of("slab-junctions", &format!("friction.junction_width={width}"));
+        assert_eq!(wide("0.37"), Vec::<String>::new());
+        let broken = wide("0.38");
+        assert!(
+            broken.len() == 1 && broken[0].contains("some junctions there break in step 1"),
+            "{broken:?}"
+        );
+        assert_eq!(of("chain-junctions", "friction.junction_width=0.79"), Vec::<String>::new());
     }
 
     #[test]

@@ -192,7 +192,12 @@ impl ClaimSpec {
         } else {
             (relative, "2 %")
         };
-        (stated - tolerance..=stated + tolerance, format!("within {tolerance:.4}, {rule}"))
+        let shown = if tolerance > 0.0 && tolerance < 5e-5 {
+            format!("{tolerance:.1e}")
+        } else {
+            format!("{tolerance:.4}")
+        };
+        (stated - tolerance..=stated + tolerance, format!("within {shown}, {rule}"))
     }
 
     /// Puts the runs over axes that it is `at` in their places.

@@ -68,6 +68,7 @@ pub mod fronts;
 pub mod goodness;
 mod growth;
 mod hold_phase;
+mod junctions;
 mod key;
 mod list;
 #[cfg(test)]

@@ -16,6 +16,7 @@ use crate::fronts;
 use crate::hold_phase::{
     Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold, sag,
 };
+use crate::junctions;
 use crate::of::numbers;
 use crate::partial_ruptures;
 use crate::plane_waves::speeds_along_rows_m_per_s;
@@ -366,12 +367,26 @@ numbers! {
         slow_front_ratio: f64 = Arrivals |run, arrivals| {
             fronts::slow_ratio(&fronts::speeds(run, arrivals, fronts::FROM_BLOCKS, fronts::ACROSS)?)
         };
-        /// Slow slip behind the first rupture of five blocks or more: the median over its blocks of the
-        /// displacement from 0.5 ms after the arrival to the last record before the next rupture there, or
+        /// Slow slip behind the first rupture of five blocks or more, or of any length in a slider of fewer
+        /// blocks: the median over its blocks of the displacement from 0.5 ms after the arrival to the last record before the next rupture there, or
         /// of the run. Includes elastic displacement while the load grows.
         slow_slip_m: f64 = Motion |run, motion, _| slow_slip::median_m(run, motion, f64::INFINITY);
         /// This displacement, but no later than `near` s after the arrival.
         slow_slip_until_m: f64 = Motion |run, motion, near| slow_slip::median_m(run, motion, near?);
+    }
+    "Junctions" {
+        /// Mean of `F_T / F_N` over time in the second half of the run.
+        steady_ft_fn: f64 [unit = "1"] = Loads |_, loads, _| junctions::steady_ft_fn(loads);
+        /// Friction over normal load of junctions that slide steadily at the velocity of the drive, in theory:
+        /// at the mean load of a contact, by (a) of the page on junctions.
+        steady_friction_theory_ratio: f64 = Events |run, _| junctions::steady_ratio(run);
+        /// Largest friction over normal load of a contact that is pulled from its start in a time that is
+        /// short against `t_R`, in theory, by (b). Measured it is `largest_ft_fn`.
+        peak_friction_theory_ratio: f64 = Events |run, _| junctions::peak_ratio(run);
+        /// Slow slip of block 1 of a chain whose other blocks stick, in theory, by (c), with its load and the
+        /// stiffness that holds it: from rest, with all of its junctions slipping forwards, until all are
+        /// pinned, if none of them breaks again.
+        slow_slip_theory_m: f64 = Events |run, _| junctions::slow_slip_m(run);
     }
 }
 

@@ -13,15 +13,16 @@ const AFTER_S: f64 = 5e-4;
 /// Longest time, s, between the two records from which the displacement at that instant is interpolated.
 const APART_S: f64 = AFTER_S;
 
-/// The median, over the blocks of the first rupture of [`FROM_BLOCKS`] or more, of the displacement from
-/// [`AFTER_S`] after the arrival to the last record before the next rupture there, but no later than
-/// `until_s` after the arrival. Blocks without records at that time are left out.
+/// The median, over the blocks of the first rupture of [`FROM_BLOCKS`] or more, or of any in a slider of fewer
+/// blocks, of the displacement from [`AFTER_S`] after the arrival to the last record before the next rupture
+/// there, but no later than `until_s` after the arrival. Blocks without records at that time are left out.
 pub(crate) fn median_m(
     run: &RunEvents,
     (arrivals, states, windows): OfMotion<'_>,
     until_s: f64,
 ) -> Option<f64> {
-    let first = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reach().count() >= FROM_BLOCKS)?;
+    let from_blocks = if run.header.blocks < FROM_BLOCKS { 1 } else { FROM_BLOCKS };
+    let first = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reach().count() >= from_blocks)?;
     let slow_slip_m = |arrival: &Arrival| {
         let is_later =
             |other: &&Arrival| other.block == arrival.block && other.arrival_step > arrival.arrival_step;
@@ -83,6 +84,7 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 6],
             detached: vec![0; 6],
+            ..FieldRecord::default()
         };
         let states: Vec<FieldRecord> = (0..=40_000).step_by(steps).map(state).collect();
         made_up::with_states(&mut run, &states);
@@ -105,6 +107,18 @@ mod tests {
         assert_eq!(number("slow_slip_until_m", &run, None), None);
         assert_eq!(number("slow_slip_m", &with_states_every(6000), None), None, "too few states");
         assert_eq!(number("slow_slip_m", &passed_twice(), None), None, "no states");
+    }
+
+    /// In a slider of fewer than five blocks the first rupture counts, at 1 us, of block 1 alone; the second
+    /// comes at 0.1 ms, too early.
+    #[test]
+    fn of_few_blocks_any_rupture_counts() {
+        let mut run = with_states_every(2000);
+        run.header.blocks = 4;
+        assert_eq!(number("slow_slip_m", &run, None), None);
+        run.arrivals.retain(|arrival| arrival.rupture != 1);
+        // From 0.501 ms to 3 ms.
+        is(number("slow_slip_m", &run, None), 2.499);
     }
 
     #[test]

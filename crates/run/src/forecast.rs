@@ -118,6 +118,9 @@ const OF_SLIP_EVENTS: [&str; 3] = [Onset::TOPIC, SlipEvent::TOPIC, GlobalSlip::T
 /// Bytes per block in a checkpoint: its numbers, times their length in JSON.
 const CHECKPOINT_BYTES_OF_A_BLOCK: u64 = 7 * 25;
 
+/// Bytes per junction: its anchor, its last step of slip and how often it has broken.
+const CHECKPOINT_BYTES_OF_A_JUNCTION: u64 = 25 + 12 + 8;
+
 /// Bytes of a checkpoint without the blocks.
 const CHECKPOINT_FRAME_BYTES: u64 = 8 << 10;
 
@@ -136,8 +139,10 @@ impl MostLogBytes {
         let fields = on_cadence(recording.fields_every_steps);
         let step = most.step(plan.drive.pulls_both_ways());
         let state = most.fields(plan.blocks, plan.elastic.has_foundation());
-        let checkpoint =
-            plan.elastic.freedoms() as u64 * CHECKPOINT_BYTES_OF_A_BLOCK + CHECKPOINT_FRAME_BYTES;
+        let junctions = plan.blocks as u64 * u64::from(scenario.junction_count());
+        let checkpoint = plan.elastic.freedoms() as u64 * CHECKPOINT_BYTES_OF_A_BLOCK
+            + junctions * CHECKPOINT_BYTES_OF_A_JUNCTION
+            + CHECKPOINT_FRAME_BYTES;
         let events = |of_slip_events: bool| -> u64 {
             let kinds = kinds.iter().filter(|kind| OF_SLIP_EVENTS.contains(&kind.topic) == of_slip_events);
             kinds.map(|kind| most.event(kind)).sum()

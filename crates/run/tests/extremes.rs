@@ -8,7 +8,7 @@ use asperity_run::{Begin, LogTo, RunError, Task, Verdict, check, run};
 use asperity_testkit::{Random, folder};
 
 /// Scenarios in which every key is used.
-const FAMILIES: [(&str, &[&str]); 6] = [
+const FAMILIES: [(&str, &[&str]); 8] = [
     ("default", &["slider.blocks=5", "parameter_set=as-coded"]),
     (
         "default",
@@ -18,6 +18,11 @@ const FAMILIES: [(&str, &[&str]); 6] = [
     ("default", &["slider.blocks=5", "parameter_set=as-coded", "friction.law=rigid", "prestress.ratio=0.1"]),
     ("default", &["slider.blocks=5", "parameter_set=as-coded", "friction.law=velocity-weakening"]),
     ("slab", &["slider.blocks=9", "slider.rows=3", "slider.height_m=0.035"]),
+    ("chain-junctions", &["slider.blocks=5"]),
+    (
+        "slab-junctions",
+        &["slider.blocks=9", "slider.rows=3", "slider.height_m=0.035", "friction.junction_count=7"],
+    ),
 ];
 
 /// Keys with numeric values, without those of time, which follow from the step here.
@@ -134,7 +139,7 @@ fn every_number_may_be_as_small_or_as_large_as_is_accepted() {
 fn so_may_several_at_once() {
     let (mut random, keys) = (Random::new(28), keys());
     let mut ran = 0;
-    for number in 0..200 {
+    for number in 0..240 {
         let (name, sets) = FAMILIES[number % FAMILIES.len()];
         let count = if number % 4 == 0 { 6 } else { 2 };
         let values: Vec<(&str, f64)> =

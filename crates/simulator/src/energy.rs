@@ -128,7 +128,10 @@ impl Accounts {
         let mut accounts = Accounts {
             chain,
             simd,
-            by_steps: keeping == Bookkeeping::EveryStep || plan.friction.law.holds() || orders > MOST_ORDERS,
+            by_steps: keeping == Bookkeeping::EveryStep
+                || plan.friction.law.holds()
+                || plan.friction.law.junctions().is_some()
+                || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
             orders,
             cost_steps: 0,
@@ -335,7 +338,7 @@ impl Accounts {
             v: &state.velocity_m_per_s,
             u_stick: &state.stick_position_m,
             slip: &state.slip,
-            kt: plan.friction.interfacial_stiffness_n_per_m,
+            kt: if state.junctions.is_some() { 0.0 } else { plan.friction.interfacial_stiffness_n_per_m },
         });
         let point_m = plan.drive_point_m(state.step, state.hold_step);
         let springs = plan.drive.springs.iter();
@@ -345,7 +348,12 @@ impl Accounts {
                 0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m
             })
             .sum();
-        (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + drive_j)
+        let junctions = state.junctions.iter();
+        let u = &state.displacement_m;
+        let held_j: f64 = junctions
+            .map(|junctions| (0..plan.blocks).map(|n| junctions.energy_j(plan, n, u[n])).sum::<f64>())
+            .sum();
+        (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + held_j + drive_j)
     }
 
     fn set_map(&mut self, plan: &Plan, state: &SliderState, from_step: u64) {

@@ -119,6 +119,9 @@ pub(crate) struct Fast<L: Leaps> {
 /// The solver's name in run headers and on the command line.
 pub(crate) const NAME: &str = "fast";
 
+/// Why a run with junctions has no leaps.
+const JUNCTIONS: &str = "single steps instead of leaps: junctions break or are pinned every few dozen steps";
+
 impl<L: Leaps> Fast<L> {
     /// A solver at the start of a plan, with kernels for a certain instruction set.
     pub(crate) fn new(plan: Arc<Plan>, elastic: &<L::Body as OfPlan>::Elastic, simd: Simd) -> Fast<L> {
@@ -240,6 +243,10 @@ impl<L: Leaps> Solver for Fast<L> {
                 continue;
             }
             // The first and the first-after step of an event are taken singly, and recorded.
+            if self.plan.friction.law.junctions().is_some() {
+                self.pace.take_singly(u64::MAX);
+                continue;
+            }
             let state = self.stepper.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
             if self.pace.single_steps == 0 && !edge_ahead {
@@ -276,7 +283,10 @@ impl<L: Leaps> Solver for Fast<L> {
     }
 
     fn fallbacks(&self) -> Vec<&'static str> {
-        self.leaps.fallbacks(&self.plan)
+        match self.plan.friction.law.junctions() {
+            Some(_) => vec![JUNCTIONS],
+            None => self.leaps.fallbacks(&self.plan),
+        }
     }
 
     fn snapshot(&self) -> Snapshot {

@@ -9,8 +9,8 @@
 //!
 //! In reading order: `elastic`, the pull between nodes; `step`, the equations of a step; `terms`,
 //! `coefficients`, `guards` and `linear`, for windows; `fourier`, for jumps of long chains; `energy`,
-//! sums for the energies. `lattice` moves the nodes of a slab, and `dense` serves its modes; all else is
-//! of chains. `simd` lists the instruction sets.
+//! sums for the energies. `lattice` moves the nodes of a slab, and `dense` serves its modes; `junctions`
+//! is for the contacts of any body, and all else is of chains. `simd` lists the instruction sets.
 
 mod coefficients;
 mod dense;
@@ -18,6 +18,7 @@ mod elastic;
 mod energy;
 mod fourier;
 mod guards;
+mod junctions;
 mod lattice;
 mod linear;
 mod simd;
@@ -28,6 +29,7 @@ pub(crate) use coefficients::{Coefficients, FOLLOWED};
 pub(crate) use energy::{Changing, Forms, Moved, StepWork, Stored};
 pub(crate) use fourier::{NEAR, Near, Parts};
 pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
+pub(crate) use junctions::Bearing;
 pub(crate) use lattice::{Forces, MovedWork};
 pub(crate) use simd::Simd;
 pub(crate) use step::{After, Blocks};

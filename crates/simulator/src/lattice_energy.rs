@@ -16,7 +16,9 @@ pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (
     let (kt, kf) = (plan.friction.interfacial_stiffness_n_per_m, lattice.foundation_n_per_m);
     let (contacts, normal) = (plan.blocks, (lattice.axes() - 1) * nodes);
     for n in 0..contacts {
-        if state.slip[n] == 0.0 {
+        if let Some(junctions) = &state.junctions {
+            elastic_j += junctions.energy_j(plan, n, u[n]);
+        } else if state.slip[n] == 0.0 {
             for axis in 0..state.stick_position_m.len() / contacts {
                 let stretch_m = u[axis * nodes + n] - state.stick_position_m[axis * contacts + n];
                 elastic_j += 0.5 * kt * stretch_m * stretch_m;

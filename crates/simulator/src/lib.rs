@@ -41,6 +41,7 @@
 //! - `pace`: a [`Snapshot`], the slider with the accounts of its solver.
 //! - `stepper`: one step, equation by equation, for any `body` (the chain, the lattice) and contact
 //!   law (`law`); `kernels` below it has the loops over all blocks.
+//! - `junctions`: the step of contacts that consist of many junctions.
 //! - `energy` and `ledger`: the balance of the work of the drive.
 //! - `instability_stop`: ends a run whose time step itself adds too much energy.
 //! - `recorder`: what is recorded and when, for all solvers; `counters`: the statistics of a run.
@@ -71,6 +72,7 @@ mod exact;
 mod fast;
 mod instability_stop;
 mod jump;
+mod junctions;
 mod kernels;
 mod kind;
 mod lattice_energy;
@@ -97,6 +99,7 @@ mod window;
 pub use counters::Counters;
 pub use exact::Exact;
 pub use instability_stop::MOST_SCHEME_SHARE;
+pub use junctions::JunctionState;
 pub use kind::SolverKind;
 pub use ledger::{Ledger, Span, Sum};
 pub use pace::{Pace, Snapshot};

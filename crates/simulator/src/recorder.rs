@@ -142,7 +142,7 @@ fn load(
         driving_force_n: driving.total_n,
         end_forces_n: driving.ends_n,
         energy: Some(energy),
-        junctions: None,
+        junctions: state.junctions.as_ref().map(|junctions| junctions.totals_before()),
         normal_load_n: Load::in_step(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
         sliding: state.sliding,
         switches,
@@ -214,12 +214,13 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
         tangential_force_n: state.tangential_force_n[n],
         stick_position_m: state.stick_position_m[n],
         threshold_n: threshold_n(plan, state, n),
-        junctions_slipping: None,
+        junctions_slipping: state.junctions.as_ref().map(|junctions| junctions.slipping(n)),
     }
 }
 
 /// The state of all blocks; for a slab, of its contacts.
 pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
+    let (junctions_slipping, pinned_mean_ratio, pinned_width_ratio) = junctions(plan, state);
     FieldRecord {
         step: state.step,
         time_s: plan.grid.time_s(state.step),
@@ -229,10 +230,25 @@ pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
         normal_load_n: state.normal_load_n.clone(),
         stick_position_m: state.stick_position_m.clone(),
         detached: state.slip.iter().map(|&slip| u8::from(slip != 0.0)).collect(),
-        junctions_slipping: Vec::new(),
-        pinned_mean_ratio: Vec::new(),
-        pinned_width_ratio: Vec::new(),
+        junctions_slipping,
+        pinned_mean_ratio,
+        pinned_width_ratio,
     }
+}
+
+/// How many junctions of each contact slip, and mean and width of the forces of the pinned ones, over the load
+/// that each bears.
+fn junctions(plan: &Plan, state: &SliderState) -> (Vec<u32>, Vec<f64>, Vec<f64>) {
+    let Some(junctions) = &state.junctions else { return Default::default() };
+    let load = Load::in_step(plan, state.step, state.hold_step);
+    let of = |n: usize| {
+        let normal_load_n = state.normal_load_n.get(n).copied();
+        let normal_load_n = normal_load_n.unwrap_or_else(|| load.scaled_n(plan.normal_load_n[n]));
+        let [mean, width] = junctions.pinned_ratios(plan, n, state.displacement_m[n], normal_load_n);
+        (junctions.slipping(n), (mean, width))
+    };
+    let (slipping, (mean, width)) = (0..plan.blocks).map(of).unzip();
+    (slipping, mean, width)
 }
 
 /// The blocks of a dense window, or of the states of ruptures, counted from 0.

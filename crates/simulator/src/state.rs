@@ -3,6 +3,7 @@
 use asperity_model::Plan;
 use serde::{Deserialize, Serialize};
 
+use crate::junctions::JunctionState;
 use crate::ledger::Ledger;
 
 /// Everything that the next step depends on, and the forces of the last step.
@@ -21,7 +22,8 @@ pub struct SliderState {
     pub displacement_m: Vec<f64>,
     /// Velocity `v_n` of each freedom.
     pub velocity_m_per_s: Vec<f64>,
-    /// Anchor `u_stick,n` of each contact's friction spring; stale while it slides.
+    /// Anchor `u_stick,n` of each contact's friction spring; stale while it slides. Of junctions, the mean of
+    /// their anchors.
     pub stick_position_m: Vec<f64>,
     /// 1 for a contact that enters the next step detached, 0 for a stuck one; numbers, so that loops
     /// select without branches.
@@ -52,6 +54,9 @@ pub struct SliderState {
     /// ([`ContactLaw::MEMORY`](asperity_model::law::ContactLaw::MEMORY)).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub memory: Vec<f64>,
+    /// The junctions of the contacts, by the law that has them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub junctions: Option<Box<JunctionState>>,
 }
 
 fn never() -> u64 {
@@ -101,6 +106,7 @@ impl SliderState {
                 Vec::new()
             },
             memory: vec![0.0; memory],
+            junctions: JunctionState::initial(plan),
         }
     }
 
@@ -138,6 +144,10 @@ impl SliderState {
             && self.stuck_since_step.iter().all(|&step| step <= self.step)
             && self.normal_load_n.len() == if is_given { 0 } else { plan.blocks }
             && self.normal_load_n.iter().all(|load_n| load_n.is_finite() && *load_n >= 0.0)
+            && match &self.junctions {
+                None => plan.friction.law.junctions().is_none(),
+                Some(junctions) => junctions.fits(plan),
+            }
             && are_finite(&self.memory, plan.friction.law.memory() * plan.blocks)
             && are_finite(&self.aged_threshold_n, if ages && is_given { plan.blocks } else { 0 })
     }

@@ -191,7 +191,11 @@ impl<B: Body> Stepper<B> {
             while mark != 0 {
                 let n = group * 64 + mark.trailing_zeros() as usize;
                 mark &= mark - 1;
-                if state.slip[n] != 0.0 {
+                if state.junctions.is_some() {
+                    let detaches = state.slip[n] == 0.0;
+                    state.slip[n] = if detaches { 1.0 } else { 0.0 };
+                    state.detached = if detaches { state.detached + 1 } else { state.detached - 1 };
+                } else if state.slip[n] != 0.0 {
                     re_attach(plan, state, body, n);
                     anchored_j += held_j(plan, state, n);
                 } else {

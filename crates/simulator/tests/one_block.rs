@@ -65,7 +65,8 @@ fn switches(mut solver: impl Solver) -> Vec<StepRecord> {
 
 #[test]
 fn every_law_sticks_and_slips_as_algebra_says() {
-    for &law in FrictionLaw::ALL {
+    // Junctions have closed forms of their own (`src/junctions/tests.rs`).
+    for &law in FrictionLaw::ALL.iter().filter(|law| **law != FrictionLaw::Junctions) {
         let (sets, loading_n_per_m, overshoot) = expected(law);
         let plan = plan(law, sets);
         let found = switches(Plain::new(plan.clone()));
@@ -106,7 +107,7 @@ fn the_fast_solver_does_what_the_plain_one_does() {
         &["drive.hold_from_s=0.3", "normal_load.schedule_s=[0.3,0.6]", "normal_load.schedule_n=[400,100]"],
         &["drive.until_load_ratio=0.5", "prestress.profile=[0.3]"],
         &["friction.static_spread=0.1", "slider.relative_damping=30"],
-        &["slider.mass_kg=1e-4", "time.step_s=1e-6", "time.duration_s=0.25"],
+        &["slider.mass_kg=1e-4", "time.step_s=2e-7", "time.duration_s=0.25"],
         &["drive.stiffness_n_per_m=0", "prestress.ratio=0.9", "time.duration_s=1e-4"],
     ];
     let springs: [&[&str]; 4] = [

@@ -22,6 +22,7 @@
 // Lets `made_up` refer to this crate by its name, in `numbers` as well, whose unit tests include it.
 extern crate self as asperity_testkit;
 
+mod direct_junctions;
 mod grey;
 mod logs;
 pub mod made_up;
@@ -29,6 +30,7 @@ mod plans;
 mod random;
 mod records;
 
+pub use direct_junctions::{DirectChain, DirectContact};
 pub use grey::Grey;
 pub use logs::{first_stray, read_log, read_until_problem, run_end};
 pub use plans::{SMALL_SLAB, plan, scenario};

@@ -8,6 +8,7 @@
 
 mod chains;
 mod diff;
+mod junctions;
 mod logs;
 mod pays;
 mod scalar;
@@ -30,7 +31,7 @@ const ROUNDS: usize = 5;
 const SCALAR_STEPS: u64 = 2_000_000;
 
 /// The available measurements, by name.
-const PARTS: [(&str, fn()); 11] = [
+const PARTS: [(&str, fn()); 12] = [
     ("loop", against_c),
     ("runs", default_runs),
     ("chains", long_chains),
@@ -38,6 +39,7 @@ const PARTS: [(&str, fn()); 11] = [
     ("resolution", chains::resolution),
     ("pays", pays::pays),
     ("slab", slabs::slabs),
+    ("junctions", junctions::junctions),
     ("studies", studies::studies),
     ("logs", logs::logs),
     ("diff", diff::tables),

@@ -40,9 +40,13 @@ fn with_records(mut run: RunData) -> RunData {
         normal_load_n: loads_n,
         stick_position_m: rest(),
         detached: vec![0; blocks],
-        junctions_slipping: Vec::new(),
-        pinned_mean_ratio: Vec::new(),
-        pinned_width_ratio: Vec::new(),
+        junctions_slipping: if run.plan.friction.law.junctions().is_some() {
+            vec![0; blocks]
+        } else {
+            Vec::new()
+        },
+        pinned_mean_ratio: rest(),
+        pinned_width_ratio: rest(),
     };
     made_up::with_states(&mut run, &[state]);
     let record = WindowRecord {
@@ -76,6 +80,7 @@ pub(super) fn runs() -> Vec<RunData> {
     }
     runs.extend([1, 2, 12].map(|reached| made_up::pulse(reached, "prestress.ratio = 0.6")));
     runs.push(made_up::pulse(1, ""));
+    runs.push(made_up::run("friction.law = \"junctions\"\nfriction.dynamic_coefficient = 0.2", &EVENTS));
     let with_ruptures = |mut run: RunData, ruptures: &[&[made_up::Passed]]| {
         made_up::with_ruptures(&mut run, ruptures);
         run

@@ -169,6 +169,7 @@ impl About {
             "stress" => {
                 json!({ "at_s": [0.0, duration_s / 3.0, 2.0 * duration_s / 3.0, duration_s] })
             }
+            "junction-forces" => json!({ "at_s": [0.0, duration_s], "after_slips": true }),
             "displacement" => {
                 let mut shown = vec![1, blocks.div_ceil(2), *blocks];
                 shown.dedup();

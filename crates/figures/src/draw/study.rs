@@ -24,6 +24,13 @@ keys! {
     /// Factor of the parameter on the axis, such as 1000 for millimetres.
     #[serde(default = "one")]
     parameter_factor: f64,
+    /// Factor of the number on its axis, such as 1e6 for micrometres.
+    #[serde(default = "one")]
+    measure_factor: f64,
+    /// A number of the same runs to draw beside it, as lines; those of the measured number are left out.
+    theory: Option<Number>,
+    /// What the legend calls these lines; by default they share the labels of the marks.
+    theory_label: Option<String>,
     /// Runs that belong together.
     series: Vec<Group>,
 }
@@ -33,10 +40,11 @@ fn one() -> f64 {
 }
 
 impl Figure for StudyFigure {
-    of_runs_in!(series, (f64, Option<f64>));
+    of_runs_in!(series, (f64, [Option<f64>; 2]));
 
     fn required_data(&self) -> RequiredData {
-        self.measure.required_data()
+        let of_theory = self.theory.map_or(RequiredData::NOTHING, Number::required_data);
+        self.measure.required_data() | of_theory
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
@@ -47,22 +55,29 @@ impl Figure for StudyFigure {
                 self.parameter, run.name
             ));
         }
-        Ok((at, self.measure.of(run, None)))
+        let of = |number: Number| Some(number.of(run, None)? * self.measure_factor);
+        Ok((at, [of(self.measure), self.theory.and_then(of)]))
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut drawn = Vec::new();
         for (index, series) in self.series.iter().enumerate() {
             let pen = Pen::nth(index, &series.label);
-            let mut points = Vec::new();
+            let (mut points, mut theory) = (Vec::new(), Vec::new());
             for name in &series.runs {
-                let (at, measured) = *find(&parts, name)?;
+                let (at, [measured, by_theory]) = *find(&parts, name)?;
                 let at = if self.logarithmic { at.log10() } else { at };
                 // A run without such a number leaves a gap.
                 points.extend(measured.map(|value| (at, value)));
+                theory.extend(by_theory.map(|value| (at, value)));
             }
-            // Between whole numbers there is nothing that a line could show.
-            if !self.measure.is_count() {
+            if self.theory.is_some() {
+                theory.sort_by(|a, b| a.0.total_cmp(&b.0));
+                // A name for the lines of all series stands in the legend once.
+                let of_first = self.theory_label.as_deref().map(|label| if index == 0 { label } else { "" });
+                drawn.push(Pen::nth(index, of_first.unwrap_or(&series.label)).line(theory));
+            } else if !self.measure.is_count() {
+                // Between whole numbers there is nothing that a line could show.
                 drawn.push(pen.line(points.clone()));
             }
             drawn.push(pen.marks(points));

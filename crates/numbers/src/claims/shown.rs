@@ -50,7 +50,12 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
         (Some(value), None) => number(value),
         (Some(value), Some(error)) => format!("{} ± {}", number(value), number(error)),
     };
-    let signed = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:+.4}"));
+    // As precise as the number itself.
+    let signed = |claim: &Claim| match (claim.deviation, claim.own.ours) {
+        (None, _) => "-".to_owned(),
+        (Some(value), Some(ours)) if ours != 0.0 && ours.abs() < 1e-3 => format!("{value:+.1e}"),
+        (Some(value), _) => format!("{value:+.4}"),
+    };
     let mut speaker = None;
     let all = specs.iter().zip(claims);
     let in_order = [Speaker::Source, Speaker::Project]
@@ -88,7 +93,7 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
             claim.measure,
             spec.stated.as_deref().unwrap_or("-"),
             number(&claim.own),
-            signed(claim.deviation),
+            signed(claim),
             claim.own.rule,
             claim.own.verdict,
             claim.kind

@@ -11,6 +11,7 @@ use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
 use crate::energy::{Accounts, Bookkeeping};
+use crate::junctions::{JunctionLoops, Loaded};
 use crate::kernels::{After, Blocks, Moved, Simd, Steps};
 use crate::law::{ChainLoops, loops};
 use crate::state::SliderState;
@@ -22,6 +23,7 @@ pub(crate) struct ChainBody {
     chain: Chain,
     simd: Simd,
     law: Arc<dyn ChainLoops>,
+    junctions: Option<FreeChain>,
     /// Displacements, velocities and tangential forces before the step.
     former_displacement_m: Vec<f64>,
     former_velocity_m_per_s: Vec<f64>,
@@ -36,6 +38,14 @@ pub(crate) struct ChainBody {
     accounts: Accounts,
     /// Whether the current step is added by itself, outside any span.
     adds_alone: bool,
+}
+
+/// Contacts of junctions, which pull at the blocks from outside: for all other loops the blocks are free.
+#[derive(Debug, Clone)]
+struct FreeChain {
+    contacts: JunctionLoops,
+    /// 1 for every block.
+    free: Vec<f64>,
 }
 
 impl ChainBody {
@@ -75,6 +85,8 @@ impl OfPlan for ChainBody {
         let zeros = || vec![0.0; chain.nodes];
         ChainBody {
             law: loops(plan.friction.law),
+            junctions: JunctionLoops::of(plan, simd)
+                .map(|contacts| FreeChain { contacts, free: vec![1.0; chain.nodes] }),
             former_displacement_m: zeros(),
             former_velocity_m_per_s: zeros(),
             former_tangential_force_n: zeros(),
@@ -84,7 +96,8 @@ impl OfPlan for ChainBody {
             is_pulled_inside: chain.nodes == 1
                 || plan.drive.pulls_inside(chain.nodes)
                 || !plan.prestress_n.is_empty()
-                || plan.friction.law.holds(),
+                || plan.friction.law.holds()
+                || plan.friction.law.junctions().is_some(),
             strength: Strength::new(plan),
             accounts: Accounts::new(plan, chain, state, simd, keeping),
             adds_alone: true,
@@ -109,6 +122,12 @@ impl Body for ChainBody {
         if self.strength.changes() {
             self.strength.follow(plan, state, load);
         }
+        if self.junctions.is_some() {
+            match self.prestress_n.as_slice() {
+                [] => self.outer_force_n.fill(0.0),
+                prestress_n => self.outer_force_n.copy_from_slice(prestress_n),
+            }
+        }
     }
 
     #[inline]
@@ -128,6 +147,13 @@ impl Body for ChainBody {
     #[inline]
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
         let dt = plan.grid.step_s();
+        let (step, strength) = (state.step, &self.strength);
+        if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
+            let loaded =
+                Loaded::new(step, &state.displacement_m, &strength.threshold_n, &strength.sliding_friction_n);
+            let (outer_n, anchor_m) = (&mut self.outer_force_n, &mut state.stick_position_m);
+            junctions.contacts.pull(pinned, anchor_m, outer_n, &loaded);
+        }
         std::mem::swap(&mut state.tangential_force_n, &mut self.former_tangential_force_n);
         let old = Blocks {
             chain: &self.chain,
@@ -136,7 +162,7 @@ impl Body for ChainBody {
             outer_force: &self.outer_force_n,
             is_pulled_inside: self.is_pulled_inside,
             u_stick: &state.stick_position_m,
-            slip: &state.slip,
+            slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
             threshold: &self.strength.threshold_n,
             sliding_friction: &self.strength.sliding_friction_n,
             memory: &state.memory,
@@ -149,10 +175,23 @@ impl Body for ChainBody {
         // The arrays just written become the new state; the old one is kept for the energies.
         std::mem::swap(&mut state.displacement_m, &mut self.former_displacement_m);
         std::mem::swap(&mut state.velocity_m_per_s, &mut self.former_velocity_m_per_s);
-        may_switch
+        let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) else {
+            return may_switch;
+        };
+        let contacts = &mut junctions.contacts;
+        // The tangential force is that without friction.
+        for (tau_n, friction_n) in state.tangential_force_n.iter_mut().zip(&contacts.friction_n) {
+            *tau_n += friction_n;
+        }
+        let loaded =
+            Loaded::new(step, &state.displacement_m, &strength.threshold_n, &strength.sliding_friction_n);
+        contacts.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded)
     }
 
     fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
+        if let (Some(junctions), Some(pinned)) = (&self.junctions, &state.junctions) {
+            return junctions.contacts.mark_switches(pinned, &state.slip, marks);
+        }
         let after = After {
             slip: &state.slip,
             v: [&self.former_velocity_m_per_s],
@@ -182,14 +221,19 @@ impl Body for ChainBody {
             v: &self.former_velocity_m_per_s,
             v_new: &state.velocity_m_per_s,
             tau: &state.tangential_force_n,
-            slip: &state.slip,
+            slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
             sliding_friction: &self.strength.sliding_friction_n,
             memory: &state.memory,
             kt: plan.friction.interfacial_stiffness_n_per_m,
             dt: plan.grid.step_s(),
             mass: plan.block_mass_kg,
         };
-        let work = self.law.step_work(self.simd, &moved);
+        let mut work = self.law.step_work(self.simd, &moved);
+        if let Some(junctions) = &self.junctions {
+            let [heat_j, scheme_j] = junctions.contacts.heat_and_scheme_j(&state.velocity_m_per_s);
+            state.energy.friction_heat_j.add(heat_j);
+            work.scheme_j += scheme_j;
+        }
         self.accounts.add_step(plan, &mut state.energy, &work, &state.velocity_m_per_s);
     }
 

@@ -23,6 +23,7 @@ use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
 use crate::energy::Bookkeeping;
+use crate::junctions::{JunctionLoops, Loaded};
 use crate::kernels::{After, Forces, MovedWork, Simd};
 use crate::lattice_energy::stored_j;
 use crate::law::{ContactLoops, Rubbed, loops};
@@ -35,6 +36,7 @@ pub(crate) struct LatticeBody<const D: usize = 1> {
     lattice: Lattice,
     simd: Simd,
     law: Arc<dyn ContactLoops<D>>,
+    junctions: Option<JunctionLoops>,
     /// Pull of the springs and of the dashpots between nodes, and forces from outside, on all
     /// freedoms in the last step.
     springs_n: Vec<f64>,
@@ -54,7 +56,8 @@ impl OfPlan for LatticeBody {
     type Elastic = Lattice;
 
     fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, simd: Simd, _: Bookkeeping) -> LatticeBody {
-        LatticeBody::new(*lattice, simd, loops(plan.friction.law))
+        let junctions = JunctionLoops::of(plan, simd);
+        LatticeBody { junctions, ..LatticeBody::new(*lattice, simd, loops(plan.friction.law)) }
     }
 }
 
@@ -76,6 +79,7 @@ impl<const D: usize> LatticeBody<D> {
             lattice,
             simd,
             law,
+            junctions: None,
         }
     }
 
@@ -130,31 +134,49 @@ impl<const D: usize> Body for LatticeBody<D> {
         }
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
-        let mut friction_n = self.friction_n.chunks_exact_mut(contacts);
-        self.law.rub(&mut Rubbed {
-            u: along(u, nodes, contacts),
-            v: along(v, nodes, contacts),
-            anchor: along(&state.stick_position_m, contacts, contacts),
-            tau: along(&state.tangential_force_n, contacts, contacts),
-            slip: &state.slip,
-            sliding_friction: &self.sliding_friction_n,
-            memory: &state.memory,
-            kt: friction.interfacial_stiffness_n_per_m,
-            dt_over_m,
-            friction: array::from_fn(|_| friction_n.next().expect("one for each axis")),
-        });
-        for (axis, friction_n) in self.friction_n.chunks_exact(contacts).enumerate() {
-            for (outer_n, friction_n) in outer_n[axis * nodes..][..contacts].iter_mut().zip(friction_n) {
-                *outer_n -= friction_n;
+        match (&mut self.junctions, &mut state.junctions) {
+            (Some(junctions), Some(pinned)) => {
+                let loaded = Loaded::new(state.step, u, &self.threshold_n, &self.sliding_friction_n);
+                junctions.pull(pinned, &mut state.stick_position_m, outer_n, &loaded);
+            }
+            _ => {
+                let mut friction_n = self.friction_n.chunks_exact_mut(contacts);
+                self.law.rub(&mut Rubbed {
+                    u: along(u, nodes, contacts),
+                    v: along(v, nodes, contacts),
+                    anchor: along(&state.stick_position_m, contacts, contacts),
+                    tau: along(&state.tangential_force_n, contacts, contacts),
+                    slip: &state.slip,
+                    sliding_friction: &self.sliding_friction_n,
+                    memory: &state.memory,
+                    kt: friction.interfacial_stiffness_n_per_m,
+                    dt_over_m,
+                    friction: array::from_fn(|_| friction_n.next().expect("one for each axis")),
+                });
+                for (axis, friction_n) in self.friction_n.chunks_exact(contacts).enumerate() {
+                    for (outer_n, friction_n) in
+                        outer_n[axis * nodes..][..contacts].iter_mut().zip(friction_n)
+                    {
+                        *outer_n -= friction_n;
+                    }
+                }
             }
         }
         let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
         self.work = simd.lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
+        if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
+            let loaded =
+                Loaded::new(state.step, &state.displacement_m, &self.threshold_n, &self.sliding_friction_n);
+            return junctions.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded);
+        }
         // Contacts are few: asking each costs no more than a hint.
         true
     }
 
     fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
+        if let (Some(junctions), Some(pinned)) = (&self.junctions, &state.junctions) {
+            return junctions.mark_switches(pinned, &state.slip, marks);
+        }
         let (nodes, contacts) = (self.lattice.nodes(), state.slip.len());
         let after = After {
             slip: &state.slip,
@@ -198,6 +220,9 @@ impl<const D: usize> Body for LatticeBody<D> {
         for n in 0..contacts {
             for axis in 0..D {
                 let way_m = dt * v[axis * nodes + n];
+                if self.junctions.is_some() {
+                    continue;
+                }
                 if state.slip[n] == 0.0 {
                     bent_j += 0.5 * kt * way_m * way_m;
                 } else {
@@ -205,6 +230,10 @@ impl<const D: usize> Body for LatticeBody<D> {
                 }
             }
             bent_j += foundation_scheme_j(lattice, former_z_m[n], u[normal + n]);
+        }
+        if let Some(junctions) = &self.junctions {
+            let [of_junctions_j, scheme_j] = junctions.heat_and_scheme_j(&v[..contacts]);
+            (heat_j, bent_j) = (of_junctions_j, bent_j + scheme_j);
         }
         let parts = lattice.top_row().zip(&plan.top_load_n);
         let pressed_w: f64 = parts.map(|(node, load_n)| -load.scaled_n(*load_n) * v[normal + node]).sum();

@@ -1,0 +1,70 @@
+//! Contacts of junctions: single steps of a chain beside the law applied to every junction, and of chain and slab beside
+//! Amontons-Coulomb contacts.
+
+use asperity_model::{Plan, resolve};
+use asperity_simulator::Plain;
+use asperity_testkit::DirectChain;
+
+use crate::{ROUNDS, median, seconds};
+
+/// Steps in one measurement, up to the first slip of the whole chain, and behind the first precursor of the slab.
+const CHAIN_STEPS: u64 = 3_000_000;
+const SLAB_STEPS: u64 = 1_000_000;
+
+/// Steps with every junction in each, which take as long whatever the junctions do.
+const DIRECT_STEPS: u64 = 50_000;
+
+fn plan(scenario: &str, sets: &[&str]) -> Plan {
+    Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// Nanoseconds of a step, on average over the next `steps`.
+fn ns(steps: u64, mut step: impl FnMut()) -> f64 {
+    seconds(|| (0..steps).for_each(|_| step())) * 1e9 / steps as f64
+}
+
+/// Medians of the rounds of several measurements, one after the other in each round.
+fn medians<const N: usize>(measure: impl Fn() -> [f64; N]) -> [f64; N] {
+    let rounds: Vec<[f64; N]> = (0..ROUNDS).map(|_| measure()).collect();
+    std::array::from_fn(|n| median(rounds.iter().map(|round| round[n]).collect()))
+}
+
+pub(crate) fn junctions() {
+    println!("## Contacts of 100 junctions: a step\n");
+    println!(
+        "| | time of a step, ns | over Amontons-Coulomb | every junction in every step |\n|---|---|---|---|"
+    );
+    let sets = ["recording.sample_s=0"];
+    let chain = plan("chain-junctions", &sets);
+    let simple = plan("chain-junctions", &[&sets[..], &["friction.law=interfacial-springs"]].concat());
+    let [ours, beside, direct] = medians(|| {
+        let (mut ours, mut beside) = (Plain::new(chain.clone()), Plain::new(simple.clone()));
+        let mut direct = DirectChain::of(chain.clone());
+        [
+            ns(CHAIN_STEPS, || {
+                ours.take_step();
+            }),
+            ns(CHAIN_STEPS, || {
+                beside.take_step();
+            }),
+            ns(DIRECT_STEPS, || direct.step(|_, _| {})),
+        ]
+    });
+    println!("| chain of 50 | {ours:.0} | {:.2} | {:.2} |", ours / beside, direct / ours);
+    let slab = plan("slab-junctions", &sets);
+    let simple = [&sets[..], &["friction.law=interfacial-springs"]].concat();
+    let simple =
+        plan("slab-junctions", &[&simple[..], &["friction.interfacial_stiffness_ratio=0.8512"]].concat());
+    let [ours, beside] = medians(|| {
+        let (mut ours, mut beside) = (Plain::new(slab.clone()), Plain::new(simple.clone()));
+        [
+            ns(SLAB_STEPS, || {
+                ours.take_step();
+            }),
+            ns(SLAB_STEPS, || {
+                beside.take_step();
+            }),
+        ]
+    });
+    println!("| slab of 57 x 31 | {ours:.0} | {:.2} | - |\n", ours / beside);
+}

@@ -1,0 +1,33 @@
+//! Many junctions per contact ([`crate::junctions`]), as loops over contacts see them.
+
+pub(super) use crate::junctions::Junctions;
+use crate::law::{ContactLaw, LawKeys, Sliding, Turn};
+
+/// In the loops over contacts, a contact of this law is free: its junctions pull at it from outside, and decide
+/// whether it slides.
+impl ContactLaw for Junctions {
+    const KEYS: &'static [&'static str] = &[
+        "friction.junction_count",
+        "friction.junction_constant_n_per_m2",
+        "friction.healing_time_s",
+        "friction.healing_deviation_s",
+        "friction.junction_width",
+        "friction.junction_start",
+        "friction.junction_seed",
+        "friction.sliding_share",
+    ];
+
+    fn of(keys: &LawKeys) -> Junctions {
+        keys.junctions
+    }
+
+    #[inline(always)]
+    fn drag_n(&self, _: &Sliding<'_>) -> [f64; 1] {
+        [0.0]
+    }
+
+    #[inline(always)]
+    fn re_attaches(&self, _: &Turn) -> bool {
+        false
+    }
+}

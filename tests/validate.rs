@@ -49,6 +49,11 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
         ),
         "{noted}"
     );
+    let (_, noted) = said(&["scenario", "validate", "junction-slider"]);
+    assert!(
+        noted.contains("the default solver takes as long, since contacts of junctions have no leaps"),
+        "{noted}"
+    );
 
     let folder = asperity_testkit::folder();
     let (file, log) = (folder.path().join("mine.toml"), folder.path().join("mine.mcap"));

@@ -31,9 +31,13 @@ pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board
         ForecastFormat::Text => {
             say(scenario, &forecast)?;
             if let Some(time_s) = forecast.plain_solver_s {
+                let default = match scenario.junction_count() {
+                    0 => "takes far less wherever few blocks switch",
+                    _ => "takes as long, since contacts of junctions have no leaps",
+                };
                 board.line(&format!(
                     "{}: --solver plain, which computes every step, would take about {} here, as its first {} s \
-                     show; the default solver takes far less wherever few blocks switch",
+                     show; the default solver {default}",
                     forecast.scenario,
                     duration(time_s),
                     TRIAL.as_secs_f64()

@@ -147,12 +147,12 @@ fn every_flipped_bit_of_a_whole_log_is_seen() {
 
 #[test]
 fn every_flipped_bit_of_a_slabs_log_is_seen() {
-    flip_the_log_of_a_slab(FLIPS / 4);
+    flip_the_log_of_a_slab(FLIPS / 8);
 }
 
 #[test]
 fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for() {
-    flip_an_unfinished_log(FLIPS / 2);
+    flip_an_unfinished_log(FLIPS / 4);
 }
 
 #[test]

@@ -214,7 +214,7 @@ fn own_log(more: &[&str]) -> Vec<laws::parts::Part> {
 /// The files in the repository are those that the code here generates.
 #[test]
 fn committed_forgeries_are_those_that_are_made() {
-    hold_committed(12);
+    hold_committed(40);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Runs with junctions beside the rows of an independent program, `fixtures/reference/junctions`: slip events
 //! with counts of breaks and re-pins, and switches. They are never re-blessed.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use asperity_record::{Direction, Record};
@@ -95,6 +96,59 @@ fn compare(table: &str, scenario: &[&str]) {
     assert!(number == switches.rows.len() && different <= 5, "{table}: {different} of {number} velocities");
 }
 
+/// The table of `reduce`, computed from the exported states and arrivals.
+#[test]
+fn slow_slip_of_every_rupture_is_that_of_the_recorded_states() {
+    let folder = asperity_testkit::folder();
+    let (log, out, all) =
+        (folder.path().join("run.mcap"), folder.path().join("out"), folder.path().join("all"));
+    run(&["chain-junctions", "--set", "time.duration_s=0.1", "--set", "recording.fields_s=1e-4"], &log);
+    succeed(&["reduce", text(&log), "-o", text(&out), "--quiet"]);
+    succeed(&["export", text(&log), "--to", "csv", "-o", text(&all), "--quiet"]);
+    let read = |path: std::path::PathBuf| Table::of(&std::fs::read_to_string(path).expect("it is there"));
+    let (found, states) = (read(out.join("slow-slip.csv")), read(all.join("run.fields.csv")));
+    let arrivals = read(all.join("run.events.arrival.csv"));
+
+    let mut course: Vec<Vec<[f64; 2]>> = vec![Vec::new(); 50];
+    for row in 0..states.rows.len() {
+        let block: usize = states.cell(row, "block").parse().unwrap();
+        course[block - 1].push([states.number(row, "time_s"), states.number(row, "displacement_m")]);
+    }
+    let mut expected: BTreeMap<u64, [Vec<f64>; 2]> = BTreeMap::new();
+    for row in 0..arrivals.rows.len() {
+        let (block, arrival_s) = (arrivals.cell(row, "block"), arrivals.number(row, "arrival_s"));
+        let others = (0..arrivals.rows.len()).filter(|other| arrivals.cell(*other, "block") == block);
+        let later = others.map(|other| arrivals.number(other, "arrival_s")).filter(|at_s| *at_s > arrival_s);
+        let next_s = later.fold(f64::INFINITY, f64::min);
+        let course = &course[block.parse::<usize>().unwrap() - 1];
+        let from_s = arrival_s + 5e-4;
+        let after = course.iter().position(|[at_s, _]| *at_s > from_s);
+        let Some(after) = after.filter(|after| course[*after][0] <= next_s) else { continue };
+        let ([t0, u0], [t1, u1]) = (course[after - 1], course[after]);
+        let from_m = u0 + (u1 - u0) * (from_s - t0) / (t1 - t0);
+        // The link time is twice the mean healing time, 4 ms.
+        for (slot, until_s) in [next_s, next_s.min(arrival_s + 4e-3)].into_iter().enumerate() {
+            let last = course.iter().rev().find(|[at_s, _]| *at_s <= until_s).expect("there is one");
+            let moved = expected.entry(arrivals.cell(row, "rupture").parse().unwrap()).or_default();
+            moved[slot].push(last[1] - from_m);
+        }
+    }
+    let median = |of: &mut Vec<f64>| {
+        of.sort_by(f64::total_cmp);
+        (of[(of.len() - 1) / 2] + of[of.len() / 2]) / 2.0
+    };
+    assert!(expected.len() > 5 && expected.len() == found.rows.len(), "{}", expected.len());
+    for (row, (rupture, mut moved)) in expected.into_iter().enumerate() {
+        assert_eq!(found.cell(row, "rupture"), rupture.to_string());
+        assert_eq!(found.cell(row, "contacts"), moved[0].len().to_string());
+        for (slot, column) in ["slow_slip_m", "slow_slip_until_link_time_m"].into_iter().enumerate() {
+            let (found, expected) = (found.number(row, column), median(&mut moved[slot]));
+            assert!((found - expected).abs() < 1e-15, "rupture {rupture}, {column}: {found} {expected}");
+        }
+        assert_eq!(found.number(row, "largest_slow_slip_m"), *moved[0].last().unwrap(), "rupture {rupture}");
+    }
+}
+
 /// A table of text.
 struct Table {
     columns: Vec<String>,
@@ -121,6 +175,7 @@ impl Table {
 /// contact 1, which keeps it still while the bond's dashpot brings block 1 to rest.
 const CLOSED_FORMS: &str = r#"
 title = "Closed forms"
+slow_slip = ["held"]
 
 [[run]]
 name = "held"
@@ -182,4 +237,8 @@ fn one_contact_does_what_the_closed_forms_say() {
         let numbers: Vec<f64> = row.split(',').rev().take(2).map(|cell| cell.parse().expect(row)).collect();
         assert!((numbers[1] / numbers[0] - 1.0).abs() < within, "{name}: {table}");
     }
+    let table = std::fs::read_to_string(out.join("tables/held.slow-slip.csv")).expect("the table is there");
+    let study = std::fs::read_to_string(out.join("tables/study-held.csv")).expect("the table is there");
+    let measured = study.lines().nth(1).and_then(|row| row.split(',').nth(4)).expect(&study);
+    assert!(table.contains(&format!(",{measured},")), "{table}{study}");
 }

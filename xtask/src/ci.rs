@@ -116,7 +116,7 @@ fn python() -> Result<(), Failure> {
 
 /// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of each property.
 /// Program and test, the longest first, so that no core runs one alone at the end.
-const LONG_TESTS: [&str; 31] = [
+const LONG_TESTS: [&str; 33] = [
     "root reference::the_plain_solver_gives_the_table_as_coded",
     "root reference::the_plain_solver_gives_the_table_as_stated",
     "root reference::the_plain_solver_gives_the_other_tables",
@@ -148,6 +148,8 @@ const LONG_TESTS: [&str; 31] = [
     "root staging::wherever_a_run_breaks_off_it_goes_on_and_gives_what_an_unbroken_one_gives",
     "root not_files::with_any_little_memory_commands_fail_without_a_panic",
     "root salvage::whichever_of_two_hundred_chunks_is_lost_the_rest_is_salvaged_with_gaps",
+    "root ruptures::the_program_of_the_definition_sees_what_differs",
+    "root end_to_end::a_killed_pipeline_goes_on_with_its_run",
 ];
 
 fn long_tests() -> Result<(), Failure> {

@@ -6,6 +6,7 @@ use asperity_figures::draw as figures;
 use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
+use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
 use asperity_record::{Observer, Record, RunHeader};
 use asperity_run::study::Job;
@@ -45,7 +46,10 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let files = FileSet::new(Existing::Refuse, Inputs::of([run]));
     files.folder(out).map_err(Failure::failed)?;
     let begin = |header: &RunHeader, toml: &str| {
-        let required = figures::OVERVIEW_DATA | rules.required_data();
+        let mut required = figures::OVERVIEW_DATA | rules.required_data();
+        if header.junction_count > 0 {
+            required |= RequiredData::motion();
+        }
         let collector = Collector::of_log(&name, header, toml, required)?;
         let loads = Loads(LoadTable::begin(&files, out, "load", collector.both_ways()));
         Ok((collector, loads))
@@ -57,6 +61,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let data = collector.finish(ruptures_from, checked.seen.end.as_ref());
     let summary = &data.summary;
     let law = LengthLaw::natural(&data.scenario);
+    let has_slow_slip = data.header.junction_count > 0;
     if !verdict.holds_all() {
         let note = format!(
             "These tables and figures show only what the log of a run contains. The log is not whole.\n{}: \
@@ -70,6 +75,9 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             let write = |name, mut table| table_file::write(&files, out, name, &mut table);
             write(tables::RUPTURES, tables::ruptures(&data)?)?;
             write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &[(law, rules)])?)?;
+            if has_slow_slip {
+                write(tables::SLOW_SLIP, tables::slow_slip(&data)?)?;
+            }
         }
         table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
         table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
@@ -78,7 +86,8 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         summaries::write_table(&files, &out.join(summaries::TABLE), [summary])?;
         summaries::write_json(&files, &out.join(summaries::JSON), summary)?;
         let of_ruptures = [tables::RUPTURES, tables::PRECURSOR_RUPTURES];
-        let tables = of_ruptures.into_iter().filter(|_| data.ruptures.is_some());
+        let of_ruptures = of_ruptures.into_iter().chain(has_slow_slip.then_some(tables::SLOW_SLIP));
+        let tables = of_ruptures.filter(|_| data.ruptures.is_some());
         let tables = tables
             .chain(["events", "load", "precursors", "residuals"])
             .flat_map(|name| table_file::paths(out, name));

@@ -83,7 +83,7 @@ mod raw;
 pub mod required_data;
 pub mod run_data;
 mod rupture_numbers;
-mod slow_slip;
+pub mod slow_slip;
 pub mod states;
 mod statistics;
 mod summarizer;

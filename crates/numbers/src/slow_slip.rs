@@ -1,9 +1,11 @@
-//! Slow slip: how far the blocks that a front has passed still move.
+//! Slow slip: how far the contacts that a front has passed still move.
 
-use asperity_record::Arrival;
+use std::collections::BTreeMap;
+
+use asperity_record::{Arrival, Rupture};
 
 use crate::fronts::FROM_BLOCKS;
-use crate::run_data::{OfMotion, RunEvents};
+use crate::run_data::{NotKept, OfMotion, RunData, RunEvents};
 use crate::statistics::median;
 
 /// Time after a front's arrival from which displacement is slow slip, s: the fast slip behind a front of
@@ -13,30 +15,76 @@ const AFTER_S: f64 = 5e-4;
 /// Longest time, s, between the two records from which the displacement at that instant is interpolated.
 const APART_S: f64 = AFTER_S;
 
-/// The median, over the blocks of the first rupture of [`FROM_BLOCKS`] or more, or of any in a slider of fewer
-/// blocks, of the displacement from [`AFTER_S`] after the arrival to the last record before the next rupture
-/// there, but no later than `until_s` after the arrival. Blocks without records at that time are left out.
-pub(crate) fn median_m(
-    run: &RunEvents,
-    (arrivals, states, windows): OfMotion<'_>,
-    until_s: f64,
-) -> Option<f64> {
-    let from_blocks = if run.header.blocks < FROM_BLOCKS { 1 } else { FROM_BLOCKS };
-    let first = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reach().count() >= from_blocks)?;
-    let slow_slip_m = |arrival: &Arrival| {
-        let is_later =
-            |other: &&Arrival| other.block == arrival.block && other.arrival_step > arrival.arrival_step;
-        let next_s = arrivals.iter().filter(is_later).map(|other| other.arrival_s).reduce(f64::min);
-        let to_s = next_s.unwrap_or(f64::INFINITY).min(arrival.arrival_s + until_s);
-        let mut course = states.displacement_of(arrival.block).to_vec();
+/// The slow slip behind one rupture.
+#[derive(Debug, Clone, Copy)]
+pub struct SlowSlip<'a> {
+    /// The rupture.
+    pub rupture: &'a Rupture,
+    /// How many contacts have records 0.5 ms after its arrival; the displacements are of these, m.
+    pub contacts: u32,
+    /// The median of the displacements up to the last record before the next rupture there, or of the run.
+    pub median_m: Option<f64>,
+    /// The largest of them.
+    pub largest_m: Option<f64>,
+    /// The median of the displacements up to `t_link` after the arrival.
+    pub until_link_time_m: Option<f64>,
+}
+
+/// The slow slip behind each rupture with a contact that has records then, in the order of the log.
+///
+/// # Errors
+/// If the motion of the run, [`RequiredData::motion`](crate::required_data::RequiredData::motion), was not
+/// kept.
+pub fn slow_slips(run: &RunData) -> Result<Vec<SlowSlip<'_>>, NotKept> {
+    let motion = (run.arrivals()?, run.states()?, run.windows()?);
+    let link_s = run.header.scales.map_or(0.0, |scales| scales.link_s());
+    let (whole, linked) = (by_rupture(motion, f64::INFINITY), by_rupture(motion, link_s));
+    let mut slips = Vec::new();
+    for rupture in run.ruptures.iter().flatten() {
+        let Some(moved_m) = whole.get(&rupture.rupture) else { continue };
+        let median_of = |moved_m: &Vec<f64>| median(moved_m.iter().copied());
+        slips.push(SlowSlip {
+            rupture,
+            contacts: moved_m.len() as u32,
+            median_m: median_of(moved_m),
+            largest_m: moved_m.iter().copied().reduce(f64::max),
+            until_link_time_m: linked.get(&rupture.rupture).and_then(median_of),
+        });
+    }
+    Ok(slips)
+}
+
+/// The displacements of the contacts of each rupture, by its number: from [`AFTER_S`] after the arrival to the
+/// last record before the next rupture there, but no later than `until_s` after the arrival.
+fn by_rupture((arrivals, states, windows): OfMotion<'_>, until_s: f64) -> BTreeMap<u64, Vec<f64>> {
+    let mut of_block: BTreeMap<u32, Vec<&Arrival>> = BTreeMap::new();
+    arrivals.iter().for_each(|arrival| of_block.entry(arrival.block).or_default().push(arrival));
+    let mut by_rupture: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    for (block, mut arrivals) in of_block {
+        arrivals.sort_by_key(|arrival| arrival.arrival_step);
+        let mut course = states.displacement_of(block).to_vec();
         course.extend(windows.iter().filter_map(|record| {
-            let place = arrival.block.checked_sub(record.first_block)? as usize;
+            let place = block.checked_sub(record.first_block)? as usize;
             Some((record.time_s, *record.displacement_m.get(place)?))
         }));
         course.sort_by(|a, b| a.0.total_cmp(&b.0));
-        moved_m(&course, arrival.arrival_s + AFTER_S, to_s)
-    };
-    median(arrivals.iter().filter(|arrival| arrival.rupture == first.rupture).filter_map(slow_slip_m))
+        for (place, arrival) in arrivals.iter().enumerate() {
+            let next_s = arrivals.get(place + 1).map_or(f64::INFINITY, |next| next.arrival_s);
+            let to_s = next_s.min(arrival.arrival_s + until_s);
+            if let Some(moved_m) = moved_m(&course, arrival.arrival_s + AFTER_S, to_s) {
+                by_rupture.entry(arrival.rupture).or_default().push(moved_m);
+            }
+        }
+    }
+    by_rupture
+}
+
+/// The median of the slow slip behind the first rupture of [`FROM_BLOCKS`] or more, or of any in a slider of
+/// fewer blocks.
+pub(crate) fn median_m(run: &RunEvents, motion: OfMotion<'_>, until_s: f64) -> Option<f64> {
+    let from_blocks = if run.header.blocks < FROM_BLOCKS { 1 } else { FROM_BLOCKS };
+    let first = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reach().count() >= from_blocks)?;
+    by_rupture(motion, until_s).remove(&first.rupture).and_then(median)
 }
 
 /// The displacement from a time to the last record up to another, given times and displacements.
@@ -107,6 +155,21 @@ mod tests {
         assert_eq!(number("slow_slip_until_m", &run, None), None);
         assert_eq!(number("slow_slip_m", &with_states_every(6000), None), None, "too few states");
         assert_eq!(number("slow_slip_m", &passed_twice(), None), None, "no states");
+    }
+
+    /// The second rupture has slow slip up to the end of the run, 4 ms; the first, of block 1 alone at 1 us, has
+    /// too little time before the next.
+    #[test]
+    fn every_rupture_has_its_own_slow_slip() {
+        let mut run = with_states_every(2000);
+        run.kept = crate::required_data::RequiredData::all();
+        let found = super::slow_slips(&run).unwrap();
+        let of = |slip: &super::SlowSlip<'_>| (slip.rupture.rupture, slip.contacts);
+        assert_eq!(found.iter().map(of).collect::<Vec<_>>(), [(1, 6), (2, 6)]);
+        for (slip, ms) in found.iter().zip([2.4, 0.4]) {
+            is(slip.median_m, 3.5 * ms);
+            is(slip.largest_m, 6.0 * ms);
+        }
     }
 
     /// In a slider of fewer than five blocks the first rupture counts, at 1 us, of block 1 alone; the second

@@ -84,6 +84,10 @@ pub(crate) struct File {
     #[cfg(feature = "analysis")]
     #[serde(default)]
     pub(crate) first_global_slips: Vec<String>,
+    /// Runs of which a table gives the slow slip behind each rupture.
+    #[cfg(feature = "analysis")]
+    #[serde(default)]
+    pub(crate) slow_slip: Vec<String>,
     /// The precursor tables, one per run and length law.
     #[cfg(feature = "analysis")]
     #[serde(default)]
@@ -169,7 +173,7 @@ impl File {
             let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
                 .chain(self.study.iter_mut().map(|study| &mut study.runs))
                 .chain(self.figure.lists_mut())
-                .chain([&mut self.first_global_slips]);
+                .chain([&mut self.first_global_slips, &mut self.slow_slip]);
             lists.try_for_each(|names| spell_out.replace_in(names))?;
         }
         Ok(())

@@ -25,6 +25,8 @@ pub struct Pipeline {
     pub runs: Vec<String>,
     /// Runs whose first global slips are compared in a table.
     pub first_global_slips: Vec<String>,
+    /// Runs of which a table gives the slow slip behind each rupture.
+    pub slow_slip: Vec<String>,
     /// The precursor tables, one per run and length law.
     pub precursors: Vec<PrecursorSpec>,
     /// The tables of numbers against a parameter.
@@ -87,9 +89,9 @@ impl Pipeline {
     pub(crate) fn of(file: File, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
         let of_tables = file.figure.of_tables();
         let runs = file.run.iter().map(|run| run.name.clone()).collect();
-        let File { title, first_global_slips, precursors, study, figure, claim, notes, .. } = file;
+        let File { title, first_global_slips, slow_slip, precursors, study, figure, claim, notes, .. } = file;
         let mut pipeline =
-            Pipeline { title, runs, first_global_slips, precursors, study, figure, claim, notes };
+            Pipeline { title, runs, first_global_slips, slow_slip, precursors, study, figure, claim, notes };
         pipeline.check(numbered, &of_tables)?;
         for claim in pipeline.claim.iter_mut().filter(|claim| !claim.at.is_empty()) {
             let runs = if numbered == 0 { Err("at: nothing varies".to_owned()) } else { at(&claim.at) };
@@ -107,7 +109,7 @@ impl Pipeline {
             .precursors
             .iter()
             .map(|spec| spec.run.as_str())
-            .chain(self.first_global_slips.iter().map(String::as_str))
+            .chain(self.first_global_slips.iter().chain(&self.slow_slip).map(String::as_str))
             .chain(claimed)
             .chain(self.study.iter().flat_map(|study| study.runs.iter().map(String::as_str)))
             .chain(self.figure.runs());
@@ -177,7 +179,8 @@ impl Pipeline {
     fn tables(&self) -> Vec<String> {
         let of_runs = self.runs.iter().flat_map(|run| {
             let precursors = self.laws_of(run).next().map(|_| tables::PRECURSOR_RUPTURES);
-            let names = [Some(tables::RUPTURES), precursors, Some("events"), Some("load")];
+            let slow_slip = self.slow_slip.contains(run).then_some(tables::SLOW_SLIP);
+            let names = [Some(tables::RUPTURES), precursors, slow_slip, Some("events"), Some("load")];
             names.into_iter().flatten().map(|what| table_of(run, what))
         });
         let singles = [
@@ -227,6 +230,9 @@ impl Pipeline {
         }
         if self.first_global_slips.iter().any(|name| name == run) {
             required |= FirstGlobalSlip::REQUIRED_DATA;
+        }
+        if self.slow_slip.iter().any(|name| name == run) {
+            required |= RequiredData::motion();
         }
         for study in self.study.iter().filter(|study| study.runs.iter().any(|name| name == run)) {
             required |= study.required_data();

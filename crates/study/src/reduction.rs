@@ -218,6 +218,9 @@ impl<'a> Reduction<'a> {
         if !laws.is_empty() {
             write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, &laws)?)?;
         }
+        if self.pipeline.slow_slip.contains(&run.name) {
+            write(tables::SLOW_SLIP, tables::slow_slip(&run)?)?;
+        }
         write("events", tables::events(&run)?)?;
         for spec in compared() {
             let mut table = tables::precursors(&run, spec.law, &spec.rules)?;

@@ -6,6 +6,7 @@ use asperity_numbers::curves::{PrecursorPoint, Residuals, precursor_points, resi
 use asperity_numbers::precursors::{self, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
+use asperity_numbers::slow_slip::slow_slips;
 use asperity_record::{Cell, ColumnKind, EventKind, EventPayload, Rupture, SlipEvent};
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
@@ -17,6 +18,8 @@ use crate::parquet_tables;
 pub const RUPTURES: &str = "ruptures";
 /// Of those among them that are precursors.
 pub const PRECURSOR_RUPTURES: &str = "precursor-ruptures";
+/// Slow slip behind each rupture.
+pub const SLOW_SLIP: &str = "slow-slip";
 
 /// A table of these columns, in order.
 ///
@@ -115,6 +118,25 @@ pub fn precursor_ruptures(
         column("creeps", vec![summary.creeps; rows.len()]),
         column("raw_events_mislead", vec![summary.raw_events_mislead; rows.len()]),
         counts("min_blocks", rows.iter().map(|(.., min_blocks)| *min_blocks)),
+    ])
+}
+
+/// The slow slip behind each rupture, a row for each of [`slow_slips`].
+///
+/// # Errors
+/// If polars refuses, or the motion of the run was not kept.
+pub fn slow_slip(run: &RunData) -> Result<DataFrame, TableFileError> {
+    let slips = slow_slips(run)?;
+    let ruptures = || slips.iter().map(|slip| slip.rupture);
+    frame(vec![
+        steps("rupture", ruptures().map(|rupture| rupture.rupture)),
+        numbers("onset_s", ruptures().map(|rupture| rupture.onset_s)),
+        counts("first_block", ruptures().map(|rupture| rupture.first_block)),
+        counts("last_block", ruptures().map(|rupture| rupture.last_block)),
+        counts("contacts", slips.iter().map(|slip| slip.contacts)),
+        gaps("slow_slip_m", slips.iter().map(|slip| slip.median_m)),
+        gaps("largest_slow_slip_m", slips.iter().map(|slip| slip.largest_m)),
+        gaps("slow_slip_until_link_time_m", slips.iter().map(|slip| slip.until_link_time_m)),
     ])
 }
 

@@ -137,14 +137,14 @@ fn wrong_words_are_refused_at_once() {
             "--out map.jpg: figures are not written in this format (accepted: a name that ends in",
         ),
         (&["--kind", "study"], "--kind study is no kind of figure"),
-        (&["--set", "title=A"], "--set title=A: 5 kinds are drawn"),
+        (&["--set", "title=A"], "--set title=A: several kinds are drawn"),
         (&["--kind", "load,stress", "--set", "title=A"], "accepted: --set with one --kind"),
         (
             &["--kind", "stress", "--set", "at=1"],
             "--set at: figures of the kind stress have no such key (accepted: at_s)",
         ),
         (&["--kind", "stress", "--set", "at_s=soon"], "--set at_s=soon: invalid type"),
-        (&["-o", "one.png"], "--out one.png is one file, and 5 kinds are drawn"),
+        (&["-o", "one.png"], "--out one.png is one file, and several kinds are drawn"),
     ];
     for (words, says) in refused {
         let (code, _, err) = draw(&[&[text(&log)], words].concat());

@@ -10,7 +10,7 @@ use crate::support::binary;
 use crate::support::binary::{asperity, text};
 use crate::support::small;
 use asperity_runlog::{LogItem, LogProblem};
-use asperity_testkit::{Random, read_until_problem};
+use asperity_testkit::{Random, SMALL_SHEET, read_until_problem};
 use mcap::records::op;
 
 /// How many bits are flipped in a log, each in a copy of its own; by `cargo xtask ci` four times as many.
@@ -151,6 +151,11 @@ fn every_flipped_bit_of_a_slabs_log_is_seen() {
 }
 
 #[test]
+fn every_flipped_bit_of_a_sheets_log_is_seen() {
+    flip_the_log_of_a_sheet(FLIPS / 8);
+}
+
+#[test]
 fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for() {
     flip_an_unfinished_log(FLIPS / 4);
 }
@@ -160,6 +165,7 @@ fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for(
 fn two_thousand_flipped_bits_are_seen() {
     flip_a_whole_log(4 * FLIPS);
     flip_the_log_of_a_slab(FLIPS);
+    flip_the_log_of_a_sheet(FLIPS);
     flip_an_unfinished_log(2 * FLIPS);
 }
 
@@ -174,14 +180,23 @@ fn flip_a_whole_log(flips: u64) {
 
 /// Checkpoints of a slab contain data that no record has, and states have an extra column.
 fn flip_the_log_of_a_slab(flips: u64) {
+    let sets = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.25"];
+    flip_the_log_of("slab", &sets, flips);
+}
+
+/// Switches, states and events of a sheet have components across the sliding direction, or rows.
+fn flip_the_log_of_a_sheet(flips: u64) {
+    flip_the_log_of("sheet-coarse", &SMALL_SHEET, flips);
+}
+
+fn flip_the_log_of(scenario: &str, sets: &[&str], flips: u64) {
     let folder = asperity_testkit::folder();
-    let sets = "slider.blocks=29 slider.rows=16 time.step_s=4e-7 time.duration_s=0.25";
-    let sets = sets.split(' ').flat_map(|set| ["--set", set]);
+    let sets = sets.iter().flat_map(|set| ["--set", set]);
     // The plain solver is slow enough, see `sound`.
-    let often = ["slab", "--solver", "plain", "--checkpoint-s", "0.05"];
-    let scenario: Vec<&str> = often.into_iter().chain(sets).collect();
-    let bytes = sound_of(folder.path(), &scenario);
-    flip("slab", &bytes, flips, |_, (_, problem)| match problem {
+    let often = [scenario, "--solver", "plain", "--checkpoint-s", "0.05"];
+    let arguments: Vec<&str> = often.into_iter().chain(sets).collect();
+    let bytes = sound_of(folder.path(), &arguments);
+    flip(scenario, &bytes, flips, |_, (_, problem)| match problem {
         None => Some("called whole".to_owned()),
         Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
     });

@@ -54,7 +54,7 @@ fn records(header: &RunHeader) -> Vec<Record> {
     vec![
         step(2, 0, 0, 0, &[(1, Direction::Detach, 5)]),
         step(3, 1, 5, 0, &[]),
-        Record::Fields(state),
+        Record::Fields(Box::new(state)),
         step(4, 1, 7, 1, &[(1, Direction::Attach, 4)]),
         step(5, 0, 8, 4, &[(2, Direction::Detach, 5)]),
         step(6, 1, 13, 4, &[]),

@@ -153,9 +153,10 @@ fn a_legend_says_a_thing_once(drawing: &Drawing) -> Vec<String> {
     again.map(|(_, word)| format!("the legend says {word:?} twice")).collect()
 }
 
-/// Curves have one width and ends of bars another, whichever way they go.
+/// Curves have one width and ends of bars another, whichever way they go; on maps, lines and arrows have a third,
+/// and a light edge of a fourth.
 fn strokes_have_one_width(drawing: &Drawing) -> Vec<String> {
-    let odd = |item: &&Item| item.stroke_width.is_some_and(|width| width != 4.0 && width != 2.0);
+    let odd = |item: &&Item| item.stroke_width.is_some_and(|width| ![4.0, 2.0, 3.0, 8.0].contains(&width));
     drawing.of("data").filter(odd).map(|item| format!("a stroke is {:?} wide", item.stroke_width)).collect()
 }
 
@@ -266,9 +267,16 @@ const RULES: [(&str, Rule); 11] = [
     ("words", words_are_those_of_the_field),
 ];
 
-/// Axes whose ends are given by the example, and figures of a single run.
-const EMPTY_BY_REQUEST: [&str; 5] =
-    ["with/front-speed", "with/front-transient", "with/spread", "with/study", "with/slipped"];
+/// Axes whose ends are given by the example, figures of a single run, and maps of the whole area.
+const EMPTY_BY_REQUEST: [&str; 7] = [
+    "with/front-speed",
+    "with/front-transient",
+    "with/spread",
+    "with/study",
+    "with/slipped",
+    "with/arrival-map",
+    "with/outlines",
+];
 
 /// One test, so that figures are drawn once, even if tests run one after the other.
 #[test]

@@ -7,6 +7,10 @@
 
 #[cfg(feature = "analysis")]
 mod answers;
+#[cfg(feature = "analysis")]
+mod area_pictures;
+#[cfg(feature = "analysis")]
+mod area_records;
 mod bounds;
 mod claims;
 mod cli;

@@ -14,7 +14,7 @@ use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in the parts of a solver's state.
-const SCENARIOS: [&[&str]; 8] = [
+const SCENARIOS: [&[&str]; 9] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     &["default", "--set", "time.duration_s=2"],
     &["default", "--set", "time.duration_s=1.2", "--set", "parameter_set=as-stated"],
@@ -75,6 +75,22 @@ const SCENARIOS: [&[&str]; 8] = [
         "recording.sample_s=1e-4",
         "--set",
         "friction.junction_start=drawn",
+    ],
+    // Anchors and forces with two components.
+    &[
+        "sheet-coarse",
+        "--set",
+        "slider.blocks=13",
+        "--set",
+        "slider.length_m=0.048",
+        "--set",
+        "normal_load.total_n=60",
+        "--set",
+        "drive.across=2",
+        "--set",
+        "time.duration_s=0.5",
+        "--set",
+        "recording.sample_s=4e-4",
     ],
 ];
 

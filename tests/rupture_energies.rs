@@ -1,5 +1,5 @@
 //! Energies of ruptures: together with those between them they add up to the energies of the run, for
-//! chains and slabs, with either solver and every friction law. And moments, which are slip times area
+//! chains, slabs, sheets and bodies, with either solver and every friction law. And moments, which are slip times area
 //! times modulus.
 //!
 //! The bug: a rupture's energies began after its first detachment, so the anchor change omitted the loss of
@@ -10,7 +10,7 @@ use std::path::Path;
 
 use asperity_record::{Direction, Energy, Record, RunEnd, Rupture, StepRecord};
 use asperity_runlog::LogItem;
-use asperity_testkit::{SMALL_SLAB, read_log, scenario};
+use asperity_testkit::{SMALL_BODY, SMALL_SHEET, SMALL_SLAB, read_log, scenario};
 
 use crate::support::binary;
 
@@ -187,7 +187,7 @@ fn all_add_up(solver: &str) -> (usize, usize) {
     ];
     let both = ["time.step_s=1e-7", "time.duration_s=1.5"];
     let front = ["slider.blocks=60", "time.step_s=1e-9", "time.duration_s=5e-5"];
-    let cases: [(&str, &[&str], &[&str]); 10] = [
+    let cases: [(&str, &[&str], &[&str]); 12] = [
         ("ten-blocks", &ten, &[]),
         ("ten-blocks", &ten, &["parameter_set=as-stated"]),
         ("ten-blocks", &ten, &["friction.ageing_coefficient=0.02"]),
@@ -198,6 +198,8 @@ fn all_add_up(solver: &str) -> (usize, usize) {
         ("left-right-driven", &both, &[]),
         ("front", &front, &["friction.law=interfacial-springs", "slider.relative_damping=0.1"]),
         ("slab", &SMALL_SLAB, &[]),
+        ("sheet-coarse", &SMALL_SHEET, &[]),
+        ("body-coarse", &SMALL_BODY, &[]),
     ];
     let (mut ruptures, mut overlapping) = (0, 0);
     for (name, sets, more) in cases {
@@ -232,19 +234,22 @@ fn the_anchor_change_counts_the_detachment_that_nucleates() {
     );
 }
 
-/// `E L_y` times the sum of slip times block length, by hand; of a slab `3 E / 8` for `E`.
+/// `E L_y` times the sum of slip times block length, by hand; of a slab and a sheet `3 E / 8` for `E`, of a body
+/// `2 E / 5`, and over an area the spacing for the width.
 #[test]
 fn moments_are_modulus_times_area_times_slip() {
     for (name, sets, modulus_pa, width_m) in [
         ("ten-blocks", &["time.step_s=1e-7", "time.duration_s=1.2"][..], 2.5e9, 0.005),
         ("slab", &SMALL_SLAB[..], 0.375 * 3e9, 0.006),
+        ("sheet-coarse", &SMALL_SHEET[..], 0.375 * 2.5e9, 0.004),
+        ("body-coarse", &SMALL_BODY[..], 0.4 * 3e9, 0.01),
     ] {
         let run = run(name, sets, "fast");
         let (_, plan) = scenario(name, sets);
         let mut compared = 0;
         for rupture in &run.ruptures {
             let Some(mean_slip_m) = rupture.mean_slip_m else { continue };
-            let area_m2 = f64::from(rupture.last_block - rupture.first_block + 1) * plan.spacing_m * width_m;
+            let area_m2 = f64::from(rupture.slipped()) * plan.spacing_m * width_m;
             let moment_n_m = rupture.moment_n_m.expect("it has stopped");
             let expected_n_m = modulus_pa * area_m2 * mean_slip_m;
             assert!((moment_n_m / expected_n_m - 1.0).abs() < 1e-12, "{moment_n_m} {expected_n_m}");

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use asperity_testkit::{SMALL_BODY, SMALL_SHEET};
 use serde_json::Value;
 
 use crate::support::binary::{self, asperity, succeed, text};
@@ -78,6 +79,18 @@ fn ruptures_are_those_of_the_definition() {
     let top = ["drive.kind=top", "slider.blocks=50", "time.duration_s=3.6"];
     let top = run("top", &["scattered-friction"], &top);
     assert!(count(&top, "global") > 0 && count(&top, "down") > 0, "{top}");
+
+    // Over an area: oblique fronts, and ruptures that do not fill their boxes.
+    for (name, scenario, sets, least) in [
+        ("sheet", "sheet-coarse", &SMALL_SHEET[..], [20, 200]),
+        ("body", "body-coarse", &SMALL_BODY[..], [5, 10]),
+    ] {
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let found = run_and_hold(folder.path(), name, &[&[scenario], &sets[..]].concat());
+        let [boxes, speeds] = least;
+        assert!(count(&found, "in_part_of_their_box") >= boxes && count(&found, "global") > 0, "{found}");
+        assert!(count(&found, "with_local_speeds") >= speeds && count(&found, "overlapping") > 0, "{found}");
+    }
 
     let stated = run_and_hold(
         folder.path(),

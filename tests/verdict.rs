@@ -239,7 +239,8 @@ fn damaged_beginnings_are_judged_alike() {
             let (code, said) = outcome(&arguments);
             let of_verdict: i32 = table[&verdict]["check"].parse().expect("it is a code");
             let cell = table[&verdict][command].split([',', ' ']).next().and_then(|code| code.parse().ok());
-            let promised = cell == Some(code) || (command == "salvage" && code == of_verdict);
+            // What is left of a log can also be salvaged if its first bytes alone are damaged.
+            let promised = cell == Some(code) || (command == "salvage" && [0, of_verdict].contains(&code));
             assert!(promised, "case {number}, {verdict}: asperity {}: {code}\n{said}", arguments.join(" "));
         }
     }

@@ -366,6 +366,7 @@ fn the_columns_of_every_table_are_those_of_the_code() {
         energies: true,
         contact_loads: true,
         junctions: true,
+        area: true,
     };
     let layouts = asperity_tables::layout::record_layouts(all);
     let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);
@@ -376,7 +377,7 @@ fn the_columns_of_every_table_are_those_of_the_code() {
         let table = asperity_record::markdown(columns);
         assert!(page.contains(&table), "docs/outputs.md lacks the columns of {topic}, which are\n{table}");
     }
-    let nodes = asperity_record::markdown(&asperity_tables::layout::nodes_layout().columns);
+    let nodes = asperity_record::markdown(&asperity_tables::layout::nodes_layout(&[0, 1, 2]).columns);
     assert!(page.contains(&nodes), "docs/outputs.md lacks the columns of nodes, which are\n{nodes}");
 }
 
@@ -589,6 +590,7 @@ pages_that_run! {
     run_logs_run: "docs/run-logs.md",
     ruptures_run: "docs/ruptures.md",
     slab_runs: "docs/slab.md",
+    area_runs: "docs/area.md",
     scenarios_run: "docs/scenarios.md",
     sweeps_run: "docs/sweeps.md",
     tutorial_runs: "docs/tutorial.md",

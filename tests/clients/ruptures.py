@@ -11,13 +11,15 @@ are; exits with a traceback at the first that differs. Needs no packages.
 
 import collections
 import csv
+import fractions
 import json
 import math
 import pathlib
 import statistics
 import sys
 
-MOST_BLOCKS_OF_A_FRONT = 256
+MOST_BLOCKS_OF_A_ROW = 256
+MOST_PAIRS = 16 * MOST_BLOCKS_OF_A_ROW**2
 # For what is summed or divided in an order that the page leaves open; for sums that may cancel.
 TOLERANCE = 1e-12
 TOLERANCE_OF_SPRINGS = 1e-9
@@ -66,7 +68,7 @@ def find_slides(switches):
     return slides
 
 
-def components(slides, step_s, link_s):
+def components(slides, step_s, link_s, neighbours):
     """The connected components of the graph of links, as lists of slides."""
     root = list(range(len(slides)))
 
@@ -80,7 +82,7 @@ def components(slides, step_s, link_s):
     for i, slide in enumerate(slides):
         of_block[slide.block].append(i)
     for block, own in of_block.items():
-        for other in (block, block + 1):
+        for other in neighbours(block):
             theirs, first = of_block.get(other, []), 0
             for i in own:
                 step = slides[i].step
@@ -96,15 +98,36 @@ def components(slides, step_s, link_s):
     return list(found.values())
 
 
-def front_speed(times, spacing):
-    """The method of Theil and Sen over the blocks of one side, that of nucleation first."""
-    if len(times) < 4:
+def front_speed(passed, spacing):
+    """The method of Theil and Sen over the blocks of one side: (row, distance from nucleation, time)."""
+    of_row = collections.defaultdict(list)
+    for row, distance, time in sorted(passed):
+        of_row[row].append((distance, time))
+    longest = max(map(len, of_row.values()))
+    if longest < 4:
         return None
-    each = math.ceil(len(times) / MOST_BLOCKS_OF_A_FRONT)
-    times = times[::each]
-    slowness = [(times[j] - times[i]) / ((j - i) * each) for i in range(len(times)) for j in range(i + 1, len(times))]
+    most = next(n for n in range(MOST_BLOCKS_OF_A_ROW, 3, -1) if len(of_row) * n**2 <= MOST_PAIRS or n == 4)
+    each = math.ceil(longest / most)
+    slowness = []
+    for times in of_row.values():
+        times = [(distance, time) for distance, time in times if distance % each == 0]
+        slowness += [(t - s) / (b - a) for i, (a, s) in enumerate(times) for b, t in times[i + 1:]]
     median = statistics.median(slowness)
     return spacing / median if median > 0 else None
+
+
+def local_speed(around, step_s, spacing):
+    """1 over the gradient of the plane of least squares, through column, row and step of the arrivals."""
+    if len(around) < 6:
+        return None
+    mean = [fractions.Fraction(sum(values), len(around)) for values in zip(*around)]
+    around = [[value - mean[axis] for axis, value in enumerate(arrival)] for arrival in around]
+    xx, xy, yy, xt, yt = (
+        sum(arrival[a] * arrival[b] for arrival in around) for a, b in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2))
+    )
+    gradient = ((xt * yy - yt * xy) / (xx * yy - xy * xy), (yt * xx - xt * xy) / (xx * yy - xy * xy))
+    steps = math.hypot(*map(float, gradient))
+    return spacing / (steps * step_s) if steps > 0 else None
 
 
 class Run:
@@ -112,6 +135,8 @@ class Run:
         (manifest,) = tables.glob("*.export.json")
         run = json.loads(manifest.read_text())["run"]
         self.blocks, self.step_s, scales = run["blocks"], run["time_step_s"], run["scales"]
+        self.is_area = run.get("rows", 1) > 1
+        self.columns = self.blocks // run.get("rows", 1)
         self.spacing_m = scales["block_length_m"]
         self.modulus_n_per_m = scales["modulus_n_per_m"]
         self.interfacial_stiffness_n_per_m = scales["interfacial_stiffness_n_per_m"]
@@ -125,6 +150,34 @@ class Run:
         rate = round(1 / self.step_s)
         return step / rate if abs(1 / self.step_s / rate - 1) < 1e-14 else step * self.step_s
 
+    def place(self, block):
+        """Column and row."""
+        return (block - 1) % self.columns + 1, (block - 1) // self.columns + 1
+
+    def around(self, block):
+        """Itself and its neighbours."""
+        column, row = self.place(block)
+        near = ((column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1))
+        rows = self.blocks // self.columns
+        return [(j - 1) * self.columns + i for i, j in near if 1 <= i <= self.columns and 1 <= j <= rows]
+
+    def later_around(self, block):
+        """Itself and the neighbours of higher numbers, so that each pair is met once."""
+        return [near for near in self.around(block) if near >= block]
+
+    def force_n(self, switch):
+        """The tangential force; over an area its size."""
+        along_n = float(switch["tangential_force_n"])
+        if not self.is_area:
+            return along_n
+        # Not by powers, which may be rounded otherwise.
+        across_n = float(switch["tangential_force_across_n"])
+        return math.sqrt(along_n * along_n + across_n * across_n)
+
+    def slip_m(self, first, last, part=""):
+        name = f"displacement{part}_m"
+        return float(last.attachment[name]) - float(first.detachment[name])
+
     def ft_fn(self, step):
         return float(self.steps[step]["ft_fn"])
 
@@ -136,7 +189,7 @@ class Run:
         while beyond > 1 and (beyond - 1) * self.step_s > self.link_s:
             beyond -= 1
         ruptures = []
-        for slides in components(self.slides, self.step_s, self.link_s):
+        for slides in components(self.slides, self.step_s, self.link_s, self.later_around):
             nucleation = min((slide.step, slide.block) for slide in slides)
             stops = [slide.stop_step() for slide in slides]
             end_step = None if None in stops else max(stops)
@@ -155,7 +208,10 @@ class Run:
     def anchor_change_j(self, slides):
         """What friction springs hold as they take hold, less what they lose as they let go."""
         def stretch_m2(switch):
-            return (float(switch["displacement_m"]) - float(switch["stick_position_m"])) ** 2
+            parts = ("", "_across") if self.is_area else ("",)
+            return sum(
+                (float(switch[f"displacement{part}_m"]) - float(switch[f"stick_position{part}_m"])) ** 2 for part in parts
+            )
 
         held_m2 = sum(stretch_m2(slide.attachment) for slide in slides if slide.attachment is not None)
         lost_m2 = sum(stretch_m2(slide.detachment) for slide in slides)
@@ -166,7 +222,8 @@ class Run:
         for slide in slides:
             of_block[slide.block].append(slide)
         blocks = sorted(of_block)
-        assert blocks == list(range(blocks[0], blocks[-1] + 1)), "a rupture has no holes"
+        assert self.is_area or blocks == list(range(blocks[0], blocks[-1] + 1)), "a rupture has no holes"
+        columns, across = ([self.place(block)[axis] for block in blocks] for axis in (0, 1))
         first = {block: min(of_block[block], key=lambda slide: slide.step) for block in blocks}
         last = {block: max(of_block[block], key=lambda slide: slide.step) for block in blocks}
         arrival_s = {block: self.time_s(first[block].step + 1) for block in blocks}
@@ -174,17 +231,27 @@ class Run:
         slips, drops = {}, {}
         for block in blocks:
             if (stop := last[block].attachment) is not None:
-                slips[block] = float(stop["displacement_m"]) - float(first[block].detachment["displacement_m"])
-                drops[block] = float(first[block].detachment["tangential_force_n"]) - float(stop["tangential_force_n"])
-        before = [slide.block for slide in self.slides if slide.step < nucleation[0]]
+                slips[block] = self.slip_m(first[block], last[block])
+                if self.is_area:
+                    across_m = self.slip_m(first[block], last[block], "_across")
+                    slips[block] = math.sqrt(slips[block] * slips[block] + across_m * across_m)
+                drops[block] = self.force_n(first[block].detachment) - self.force_n(stop)
+        before = [self.place(slide.block)[0] for slide in self.slides if slide.step < nucleation[0]]
         arrived = max(slide.step for slide in first.values())
         origin = nucleation[1]
+        start = self.place(origin)[0]
+
+        def passed(is_there):
+            of_side = (block for block in blocks if is_there(self.place(block)[0]))
+            return [(self.place(b)[1], abs(self.place(b)[0] - start), arrival_s[b]) for b in of_side]
+
+        potency_m2 = sum(slips.values()) * self.spacing_m if has_stopped else None
         rupture = {
             "rupture": number,
             "onset_s": self.time_s(nucleation[0] + 1),
             "end_s": self.time_s(end_step) if has_stopped else None,
-            "first_block": blocks[0],
-            "last_block": blocks[-1],
+            "first_block": min(columns),
+            "last_block": max(columns),
             "nucleation_block": origin,
             "reached_every_block": len(blocks) == self.blocks,
             "ft_fn_onset": self.ft_fn(nucleation[0]),
@@ -194,12 +261,12 @@ class Run:
             "arrival_s": self.time_s(arrived + 1),
             "end_step": end_step,
             "detachments": len(slides),
-            "front_speed_up_m_per_s": front_speed([arrival_s[b] for b in blocks if b >= origin], self.spacing_m),
-            "front_speed_down_m_per_s": front_speed([arrival_s[b] for b in reversed(blocks) if b <= origin], self.spacing_m),
+            "front_speed_up_m_per_s": front_speed(passed(lambda column: column >= start), self.spacing_m),
+            "front_speed_down_m_per_s": front_speed(passed(lambda column: column <= start), self.spacing_m),
             "mean_slip_m": sum(slips.values()) / len(blocks) if has_stopped else None,
             "largest_slip_m": max(slips.values()) if has_stopped else None,
-            "potency_m2": sum(slips.values()) * self.spacing_m if has_stopped else None,
-            "moment_n_m": sum(slips.values()) * self.spacing_m * self.modulus_n_per_m if has_stopped else None,
+            "potency_m2": None if self.is_area else potency_m2,
+            "moment_n_m": potency_m2 * self.modulus_n_per_m if has_stopped else None,
             "mean_force_drop_n": sum(drops.values()) / len(blocks) if has_stopped else None,
             "farthest_block_before": max(before, default=None),
             "overlapping": overlapping,
@@ -218,12 +285,19 @@ class Run:
                 # What springs gain in the steps, and what the switches change of them.
                 in_steps_j = (after["elastic_j"] - after["anchor_change_j"]) - (before["elastic_j"] - before["anchor_change_j"])
                 rupture["elastic_change_j"] = in_steps_j + rupture["anchor_change_j"]
+        if self.is_area:
+            rupture |= {
+                "first_across": min(across),
+                "last_across": max(across),
+                "contacts": len(blocks),
+                "potency_m3": potency_m2 * self.spacing_m if has_stopped else None,
+            }
         arrivals = []
         for block in blocks:
             stop_step = last[block].stop_step()
             towards = block + (block < origin) - (block > origin)
-            took_s = arrival_s[block] - arrival_s[towards]
-            arrivals.append(
+            took_s = None if self.is_area else arrival_s[block] - arrival_s[towards]
+            arrival = (
                 {
                     "rupture": number,
                     "block": block,
@@ -232,12 +306,23 @@ class Run:
                     "arrival_step": first[block].step + 1,
                     "stop_step": stop_step,
                     "detachments": len(of_block[block]),
-                    "slip_m": slips.get(block),
-                    "force_detach_n": float(first[block].detachment["tangential_force_n"]),
-                    "force_attach_n": float(last[block].attachment["tangential_force_n"]) if stop_step else None,
+                    "slip_m": self.slip_m(first[block], last[block]) if stop_step else None,
+                    "force_detach_n": self.force_n(first[block].detachment),
+                    "force_attach_n": self.force_n(last[block].attachment) if stop_step else None,
                     "front_speed_m_per_s": self.spacing_m / took_s if took_s else None,
                 }
             )
+            if self.is_area:
+                around = [near for near in self.around(block) if near in first]
+                arrival |= {
+                    "column": self.place(block)[0],
+                    "across": self.place(block)[1],
+                    "slip_across_m": self.slip_m(first[block], last[block], "_across") if stop_step else None,
+                    "local_speed_m_per_s": local_speed(
+                        [(*self.place(near), first[near].step) for near in around], self.step_s, self.spacing_m
+                    ),
+                }
+            arrivals.append(arrival)
         return rupture, arrivals
 
 
@@ -246,6 +331,8 @@ ROUNDED = {
     "front_speed_up_m_per_s",
     "front_speed_down_m_per_s",
     "front_speed_m_per_s",
+    "local_speed_m_per_s",
+    "potency_m3",
     "mean_slip_m",
     "potency_m2",
     "moment_n_m",
@@ -291,8 +378,14 @@ def main(tables):
         "growing": growing,
         "global": sum(r["reached_every_block"] for r in ruptures),
         "overlapping": sum(r["overlapping"] for r in ruptures),
-        "again": sum(r["detachments"] > r["last_block"] + 1 - r["first_block"] for r in ruptures),
+        "again": sum(r["detachments"] > r.get("contacts", r["last_block"] + 1 - r["first_block"]) for r in ruptures),
         "down": sum(r["nucleation_block"] > r["first_block"] for r in ruptures),
+        "with_local_speeds": sum(a.get("local_speed_m_per_s") is not None for a in arrivals),
+        "in_part_of_their_box": sum(
+            r.get("contacts", 0)
+            < (r["last_block"] + 1 - r["first_block"]) * (r.get("last_across", 0) + 1 - r.get("first_across", 1))
+            for r in ruptures
+        ),
         "open": sum(r["open"] for r in ruptures),
         "with_energies": sum(r["drive_work_j"] is not None for r in ruptures),
     }

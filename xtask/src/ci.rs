@@ -116,11 +116,13 @@ fn python() -> Result<(), Failure> {
 
 /// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of each property.
 /// Program and test, the longest first, so that no core runs one alone at the end.
-const LONG_TESTS: [&str; 33] = [
+const LONG_TESTS: [&str; 36] = [
     "root reference::the_plain_solver_gives_the_table_as_coded",
     "root reference::the_plain_solver_gives_the_table_as_stated",
     "root reference::the_plain_solver_gives_the_other_tables",
     "root junctions::the_default_slab_gives_the_rows_of_an_independent_program",
+    "area_tables the_plain_solver_gives_the_tables",
+    "area_tables the_fast_solver_gives_the_table_of_a_fine_body",
     "asperity_simulator junctions::tests::contacts_do_so_for_long",
     "root new_detector::the_guide_gives_a_detector_and_a_law_that_runs_and_logs_have",
     "root resume::killed_two_hundred_times_a_run_ends_as_if_never_killed",
@@ -150,6 +152,7 @@ const LONG_TESTS: [&str; 33] = [
     "root salvage::whichever_of_two_hundred_chunks_is_lost_the_rest_is_salvaged_with_gaps",
     "root ruptures::the_program_of_the_definition_sees_what_differs",
     "root end_to_end::a_killed_pipeline_goes_on_with_its_run",
+    "area_fast more_random_sheets_and_bodies_give_the_same_switches",
 ];
 
 fn long_tests() -> Result<(), Failure> {

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::FigureError;
-use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target, USUAL};
+use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target, USUAL, USUAL_OVER_AREA};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::among;
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{Collector, NodeField};
+use asperity_numbers::run_data::Collector;
 use asperity_record::RunHeader;
-use asperity_run::{Checked, NodeState, Nodes};
+use asperity_run::{Checked, Nodes};
 
 use crate::args::DrawArguments;
 use crate::exit::Failure;
@@ -27,13 +27,12 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
     let Some(run) = run else {
         return Err(Failure::BadInput("there is no run (accepted: a run log)".to_owned()));
     };
-    let kinds = kinds(named)?;
+    let mut kinds = kinds(named)?;
     match (&kinds[..], set.first()) {
         ([kind], _) => kind.check(set).map_err(|error| Failure::BadInput(format!("--set {error}")))?,
         (_, Some(set)) => {
             return Err(Failure::BadInput(format!(
-                "--set {set}: {} kinds are drawn, each with keys of its own (accepted: --set with one --kind)",
-                kinds.len()
+                "--set {set}: several kinds are drawn, each with keys of its own (accepted: --set with one --kind)"
             )));
         }
         _ => {}
@@ -45,7 +44,7 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
     if let Target::Folder(folder) = &target {
         files.folder(folder).map_err(not_written)?;
     }
-    let paths = kinds.iter().flat_map(|kind| target.files(*kind));
+    let paths: Vec<PathBuf> = kinds.iter().flat_map(|kind| target.files(*kind)).collect();
     files.reserve(paths).map_err(not_written)?;
 
     let name = run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
@@ -54,6 +53,9 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
         let nothing = RequiredData::NOTHING;
         let scenario =
             reading::scenario(run, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
+        if named.is_empty() && !header.parts().area {
+            kinds.retain(|kind| !USUAL_OVER_AREA.contains(&kind.name));
+        }
         figures = kinds
             .iter()
             .map(|kind| kind.of_run(&name, header, &scenario, set))
@@ -99,7 +101,7 @@ fn kinds(named: &[String]) -> Result<Vec<Kind>, Failure> {
         }
     }
     if kinds.is_empty() {
-        kinds = USUAL.iter().filter_map(|name| Kind::find(name)).collect();
+        kinds = USUAL.iter().chain(&USUAL_OVER_AREA).filter_map(|name| Kind::find(name)).collect();
     }
     Ok(kinds)
 }
@@ -110,9 +112,8 @@ fn target(run: &Path, out: Option<&Path>, kinds: &[Kind]) -> Result<Target, Fail
     let target = Target::of(out);
     match &target {
         Target::File(_) if kinds.len() > 1 => Err(Failure::BadInput(format!(
-            "--out {} is one file, and {} kinds are drawn (accepted: a folder, or one --kind)",
-            out.display(),
-            kinds.len()
+            "--out {} is one file, and several kinds are drawn (accepted: a folder, or one --kind)",
+            out.display()
         ))),
         Target::Folder(folder) if !folder.is_dir() && format_of(folder).is_some() => {
             Err(Failure::BadInput(format!(
@@ -125,15 +126,16 @@ fn target(run: &Path, out: Option<&Path>, kinds: &[Kind]) -> Result<Target, Fail
     }
 }
 
-/// Adds all nodes of a slab at the times that figures show: no log has them, and they are computed again.
+/// Adds all nodes of a lattice at the times that figures show: no log has them, and they are computed again.
 fn add_nodes(run: &Path, checked: &Checked, collector: &mut Collector) -> Result<(), Failure> {
-    if collector.nodes_at_s().is_empty() {
+    let at_s = collector.nodes_at_s();
+    if at_s.is_empty() {
         return Ok(());
     }
     let failed = |error| Failure::failed(format!("{}: {error}", run.display()));
-    let mut nodes = Nodes::of_log(run, checked.seen.last_step, collector.nodes_at_s()).map_err(failed)?;
-    while let Some(NodeState { step, time_s, displacement_m, .. }) = nodes.next_state().map_err(failed)? {
-        collector.nodes(NodeField { step, time_s, displacement_m });
+    let mut nodes = Nodes::of_log(run, checked.seen.last_step, &at_s).map_err(failed)?;
+    while let Some(state) = nodes.next_state().map_err(failed)? {
+        collector.nodes(state);
     }
     Ok(())
 }

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, Inputs};
+use asperity_files::{Existing, FileSet, Inputs};
 use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, StatesError, Unchecked, Verdict};
 use asperity_tables::format::{Format, State};
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
+use asperity_tables::vtk::{Array, Image, pvd};
 use asperity_tables::{Csv, Export, ExportError, Ndjson, NodeRows, Ran, Report, Request, name_of};
 
 use crate::args::{ExportArguments, ExportFormat};
@@ -49,6 +50,9 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
                     .to_owned(),
             ));
         }
+        if arguments.to == ExportFormat::Vtk {
+            whole_states(arguments)?;
+        }
         let request = Request {
             chosen: Chosen {
                 topics: arguments.topic.clone(),
@@ -66,17 +70,35 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
     Ok(requests)
 }
 
+/// Refuses what has no meaning for states of all nodes.
+fn whole_states(arguments: &ExportArguments) -> Result<(), Failure> {
+    let ExportArguments { topic, from_s, to_s, nodes_at_s, .. } = arguments;
+    let refuse = |problem: &str| {
+        let accepted = "accepted: --nodes-at-s SECONDS, once or more";
+        Err(Failure::BadInput(format!("--to vtk: {problem} ({accepted})")))
+    };
+    if nodes_at_s.is_empty() {
+        return refuse("no time is given");
+    }
+    let rows = [("--topic", !topic.is_empty()), ("--from-s", from_s.is_some()), ("--to-s", to_s.is_some())];
+    match rows.into_iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => refuse(&format!("{option} chooses rows of tables, and it writes none")),
+        None => Ok(()),
+    }
+}
+
 fn export_one(
     run: &Path,
     request: &Request,
     arguments: &ExportArguments,
     board: &Board,
 ) -> Result<(), Failure> {
-    let format: &dyn Format = match arguments.to {
+    let format: Option<&dyn Format> = match arguments.to {
         #[cfg(feature = "analysis")]
-        ExportFormat::Parquet => &asperity_tables::parquet_tables::Parquet,
-        ExportFormat::Csv => &Csv,
-        ExportFormat::Ndjson => &Ndjson,
+        ExportFormat::Parquet => Some(&asperity_tables::parquet_tables::Parquet),
+        ExportFormat::Csv => Some(&Csv),
+        ExportFormat::Ndjson => Some(&Ndjson),
+        ExportFormat::Vtk => None,
     };
     let log = Unchecked::open(run).map_err(|checked| match checked.verdict {
         verdict if verdict == Verdict::NoRunLog || arguments.nodes_at_s.is_empty() => {
@@ -87,6 +109,7 @@ fn export_one(
             format!("--nodes-at-s: {}: no state can be read; the log is {checked}", run.display()),
         ),
     })?;
+    let Some(format) = format else { return vtk(log, run, request, arguments, board) };
     let (header, scenario_toml, schemas) = (log.header(), log.scenario_toml(), log.event_schemas());
     let export =
         Export::begin(header, scenario_toml, &schemas, request.clone(), &event_kinds(header.parts()), format)
@@ -108,9 +131,16 @@ fn export_one(
     while let Some(state) =
         nodes.as_mut().map(Nodes::next_state).transpose().map_err(without_nodes(run, &checked))?.flatten()
     {
-        let NodeState { step, time_s, columns, displacement_m, velocity_m_per_s } = &state;
-        let rows =
-            NodeRows { step: *step, time_s: *time_s, columns: *columns, displacement_m, velocity_m_per_s };
+        let NodeState { step, time_s, lattice, displacement_m, velocity_m_per_s, .. } = &state;
+        let counts = [lattice.columns, lattice.lanes, lattice.rows];
+        let rows = NodeRows {
+            step: *step,
+            time_s: *time_s,
+            counts,
+            axes: lattice.table.axes,
+            displacement_m,
+            velocity_m_per_s,
+        };
         export.nodes(&rows).map_err(failure)?;
     }
     let problem = checked.problem.as_ref().map(ToString::to_string);
@@ -154,6 +184,83 @@ fn export_one(
         }
         Ran { problem: None, .. } => verdict_exit::finish(run, &checked, board),
     }
+}
+
+/// Writes an image of all nodes and one of all contacts for each time, and their collections.
+fn vtk(
+    log: Unchecked,
+    run: &Path,
+    request: &Request,
+    arguments: &ExportArguments,
+    board: &Board,
+) -> Result<(), Failure> {
+    let header = log.header();
+    let mut progress = board.steps(&request.name, header.steps, header.time_grid().time_s(header.steps));
+    let checked = log.check(&mut progress);
+    progress.clear();
+    if checked.verdict == Verdict::NoRunLog {
+        return Err(verdict_exit::failure(run, &checked));
+    }
+    let nodes = Nodes::of_log(run, checked.seen.last_step, &arguments.nodes_at_s);
+    let mut nodes = nodes.map_err(without_nodes(run, &checked))?;
+    let parts = ["nodes", "contacts"];
+    let name = |part: &str, rest: &str| format!("{}.{part}.{rest}", request.name);
+    let files = FileSet::new(request.existing, request.inputs.clone());
+    let refuse = |error| refused("--out", &error, true);
+    let steps = nodes.steps();
+    let of_steps = parts.iter().flat_map(|part| steps.iter().map(|step| name(part, &format!("{step}.vti"))));
+    let collections = parts.iter().map(|part| name(part, "pvd"));
+    let all: Vec<PathBuf> = of_steps.chain(collections).map(|file| request.out.join(file)).collect();
+    files.reserve(&all).map_err(refuse)?;
+    let write = |file: &str, text: String| files.write(&request.out.join(file), text).map_err(refuse);
+    let mut listed: [Vec<(f64, String)>; 2] = Default::default();
+    while let Some(state) = nodes.next_state().map_err(without_nodes(run, &checked))? {
+        for ((part, image), listed) in parts.iter().zip(images(&state)).zip(&mut listed) {
+            let file = name(part, &format!("{}.vti", state.step));
+            write(&file, image)?;
+            listed.push((state.time_s, file));
+        }
+    }
+    for (part, listed) in parts.iter().zip(&listed) {
+        write(&name(part, "pvd"), pvd(listed.iter().map(|(time_s, file)| (*time_s, file.as_str()))))?;
+    }
+    files.publish().map_err(refuse)?;
+    for file in all {
+        terminal::say(file.display())?;
+    }
+    verdict_exit::finish(run, &checked, board)
+}
+
+/// The images of all nodes, and of all contacts.
+fn images(state: &NodeState) -> [String; 2] {
+    let NodeState { time_s, lattice, spacing_m, displacement_m, velocity_m_per_s, .. } = state;
+    let (axes, nodes, contacts) = (lattice.table.axes, lattice.nodes(), lattice.contacts());
+    let counts = [lattice.columns, lattice.lanes, lattice.rows];
+    let image = |counts, arrays| Image { counts, spacing_m: *spacing_m, time_s: *time_s, arrays }.vti();
+    let of_nodes = image(
+        counts,
+        vec![
+            Array::vectors("displacement_m", axes, displacement_m),
+            Array::vectors("velocity_m_per_s", axes, velocity_m_per_s),
+        ],
+    );
+    // The first nodes are the contacts.
+    let bottom = |values: &[f64]| -> Vec<f64> {
+        values.chunks(nodes).flat_map(|along| &along[..contacts]).copied().collect()
+    };
+    let (displacement_m, velocity_m_per_s) = (bottom(displacement_m), bottom(velocity_m_per_s));
+    let tangential = &axes[..state.tangential_force_n.len() / contacts];
+    let of_contacts = image(
+        [counts[0], counts[1], 1],
+        vec![
+            Array::vectors("displacement_m", axes, &displacement_m),
+            Array::vectors("velocity_m_per_s", axes, &velocity_m_per_s),
+            Array::vectors("tangential_force_n", tangential, &state.tangential_force_n),
+            Array::of("normal_load_n", &state.normal_load_n),
+            Array::of("slides", &state.slides),
+        ],
+    );
+    [of_nodes, of_contacts]
 }
 
 /// Converts an error about nodes; adds the verdict if the log is not complete.

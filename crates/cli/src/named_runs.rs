@@ -7,10 +7,9 @@ use std::thread;
 
 use asperity_files::{FolderLock, Inputs};
 use asperity_numbers::Summary;
-use asperity_numbers::run_data::NodeField;
 use asperity_record::{RunEnd, counted};
 use asperity_run::study::{Job, Stored};
-use asperity_run::{NodeState, Nodes, SolverKind, Threads, at_once};
+use asperity_run::{Nodes, SolverKind, Threads, at_once};
 use asperity_study::pipeline::Pipeline;
 use asperity_study::reduction::{Beside, Passing, Progress, Reduction};
 use asperity_study::runs::{FOLDER, Named};
@@ -217,14 +216,12 @@ impl Reducing<'_> {
     }
 
     fn passed(&self, job: &Job, mut passing: Passing, end: &RunEnd) -> Result<(), Failure> {
-        if !passing.nodes_at_s().is_empty() {
+        let at_s = passing.nodes_at_s();
+        if !at_s.is_empty() {
             let told = |error| Failure::failed(format!("run {}: {error}", job.name));
-            let mut nodes =
-                Nodes::of_log(&job.log(self.runs_folder), u64::MAX, passing.nodes_at_s()).map_err(told)?;
-            while let Some(NodeState { step, time_s, displacement_m, .. }) =
-                nodes.next_state().map_err(told)?
-            {
-                passing.nodes(NodeField { step, time_s, displacement_m });
+            let mut nodes = Nodes::of_log(&job.log(self.runs_folder), u64::MAX, &at_s).map_err(told)?;
+            while let Some(state) = nodes.next_state().map_err(told)? {
+                passing.nodes(state);
             }
         }
         self.reduction.passed(passing, end).map_err(not_written)

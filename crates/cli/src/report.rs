@@ -157,7 +157,7 @@ fn run(
             reading::scenario(log, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
         let summarizer = Summarizer::new(name, header, Slider::of(&scenario));
         shown = Some((header.clone(), scenario));
-        Ok((summarizer, PageCollector::new(header.steps, header.blocks, limits)))
+        Ok((summarizer, PageCollector::new(header.steps, header.contacts(), limits)))
     };
     let Reading { checked, observer: (summarizer, page), ruptures_from } = reading::once(log, begin, accept)?;
     let (header, scenario) = shown.expect("what is observed has begun");

@@ -20,7 +20,7 @@
 //! ```
 
 use asperity_detect::{Change, Detector, Slip};
-use asperity_record::{Event, EventKind, Parts, Reach, SlipEvent};
+use asperity_record::{BoundingBox, Event, EventKind, Parts, Reach, SlipEvent};
 
 /// Emits a [`SlipEvent`] at the end of every slip event.
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,13 +36,15 @@ impl Detector for ExtentDetector {
 
     fn slip(&mut self, change: &Change, emit: &mut dyn FnMut(Event)) {
         if let Change::Ended(slip) = change {
-            emit(Event::new(event(slip)));
+            emit(Event::new(event(slip, self.parts)));
         }
     }
 }
 
-fn event(slip: &Slip) -> SlipEvent {
-    let Reach { first, last } = slip.extent.columns().expect("a slip event has a block that slid");
+fn event(slip: &Slip, parts: Parts) -> SlipEvent {
+    let BoundingBox { columns: Reach { first, last }, rows } =
+        slip.extent.bounding_box().expect("a slip event has a block that slid");
+    let rows = parts.area.then_some(rows);
     let (onset, end) = (slip.onset.junctions, slip.end.and_then(|end| end.junctions));
     SlipEvent {
         onset_s: slip.onset.time_s,
@@ -64,5 +66,7 @@ fn event(slip: &Slip) -> SlipEvent {
         breaks_end: end.map(|totals| totals.breaks),
         repins_onset: onset.map(|totals| totals.repins),
         repins_end: end.map(|totals| totals.repins),
+        first_across: rows.map(|rows| rows.first),
+        last_across: rows.map(|rows| rows.last),
     }
 }

@@ -60,6 +60,8 @@ fn an_event_runs_from_the_first_sliding_step_to_the_first_still_one() {
             breaks_end: None,
             repins_onset: None,
             repins_end: None,
+            first_across: None,
+            last_across: None,
         }]
     );
 }

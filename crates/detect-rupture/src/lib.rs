@@ -46,7 +46,10 @@
 mod front;
 
 use asperity_detect::{Detector, Passage, RuptureTracker, Slipped};
-use asperity_record::{Arrival, Contacts, Energy, Event, EventKind, Reach, Rupture, TimeGrid};
+use asperity_record::{
+    Arrival, BoundingBox, Contacts, Energy, Event, EventKind, EventPayload, Parts, Reach, Rupture, TimeGrid,
+    magnitude,
+};
 
 /// The link time, and the scales that convert blocks and steps to lengths and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +60,8 @@ pub struct Links {
     pub time_grid: TimeGrid,
     /// Length of a block, m.
     pub spacing_m: f64,
-    /// Elastic modulus times width, N/m, for the moment of a rupture; `None` if unknown.
+    /// Elastic modulus times width, N/m, for the moment of a rupture; `None` if unknown. Over an area the
+    /// width is that of a contact.
     pub modulus_n_per_m: Option<f64>,
     /// Stiffness of a friction spring, N/m, for the energy of its stretch; `None` if unknown.
     pub interfacial_stiffness_n_per_m: Option<f64>,
@@ -86,7 +90,7 @@ impl RuptureDetector {
 
 impl Detector for RuptureDetector {
     fn emits(&self) -> EventKind {
-        EventKind::of::<Rupture>()
+        kind::<Rupture>(self.contacts)
     }
 
     fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
@@ -110,7 +114,7 @@ impl ArrivalDetector {
 
 impl Detector for ArrivalDetector {
     fn emits(&self) -> EventKind {
-        EventKind::of::<Arrival>()
+        kind::<Arrival>(self.contacts)
     }
 
     fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
@@ -118,30 +122,66 @@ impl Detector for ArrivalDetector {
     }
 }
 
+/// Whether contacts lie in several rows, so that they cover an area.
+fn is_area(contacts: Contacts) -> bool {
+    contacts.rows() > 1
+}
+
+fn kind<P: EventPayload>(contacts: Contacts) -> EventKind {
+    EventKind::of::<P>().with(Parts { area: is_area(contacts), ..Parts::default() })
+}
+
+/// How far a contact slid, m: along a single row, or the size of a vector.
+fn slip_m(passage: &Passage, contacts: Contacts) -> Option<f64> {
+    let slip_m = passage.slip_m()?;
+    Some(if is_area(contacts) { magnitude(slip_m) } else { slip_m[0] })
+}
+
+/// The contacts of a rupture in the column of nucleation and on one side of it, row by row.
+fn rows_on_side(
+    slipped: &Slipped,
+    contacts: Contacts,
+    is_on_side: impl Fn(u32, u32) -> bool,
+    time_s: impl Fn(&Passage) -> f64,
+) -> Vec<Vec<front::Passed>> {
+    let nucleation = contacts.column(slipped.nucleation_block);
+    let mut rows: Vec<Vec<front::Passed>> = Vec::new();
+    let mut last_row = 0;
+    for (&contact, passage) in &slipped.blocks {
+        let (column, row) = (contacts.column(contact), contacts.row(contact));
+        if !is_on_side(column, nucleation) {
+            continue;
+        }
+        if row != last_row {
+            rows.push(Vec::new());
+            last_row = row;
+        }
+        let row = rows.last_mut().expect("it has just begun");
+        row.push((column.abs_diff(nucleation), time_s(passage)));
+    }
+    // Away from the nucleation.
+    rows.iter_mut().for_each(|row| row.sort_by_key(|(distance, _)| *distance));
+    rows
+}
+
 fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let Links { time_grid, spacing_m, modulus_n_per_m, interfacial_stiffness_n_per_m, .. } = *links;
     let passages = &slipped.blocks;
     let extent = slipped.extent(contacts);
-    let Reach { first, last } = extent.columns().expect("a rupture has a block");
+    let BoundingBox { columns: Reach { first, last }, rows } =
+        extent.bounding_box().expect("a rupture has a block");
+    let rows = is_area(contacts).then_some(rows);
     let last_to_slide =
         passages.values().max_by_key(|passage| passage.arrival_step).expect("a rupture has a block");
     let arrival_s = |passage: &Passage| time_grid.time_s(passage.arrival_step);
-    let nucleation_block = slipped.nucleation_block;
-    let up: Vec<f64> = passages.range(nucleation_block..).map(|(_, passage)| arrival_s(passage)).collect();
-    let down: Vec<f64> =
-        passages.range(..=nucleation_block).rev().map(|(_, passage)| arrival_s(passage)).collect();
-    // Block numbers are positions along a front only in a single row.
-    let speed_m_per_s = |arrivals_s: &[f64]| match contacts.rows() {
-        1 => front::speed_m_per_s(arrivals_s, spacing_m),
-        _ => None,
+    let speed_m_per_s = |is_on_side: fn(u32, u32) -> bool| {
+        front::speed_m_per_s(&rows_on_side(slipped, contacts, is_on_side, arrival_s), spacing_m)
     };
-    let slips: Option<Vec<f64>> = passages.values().map(Passage::slip_m).collect();
-    let drops: Option<Vec<f64>> = passages
-        .values()
-        .map(|passage| passage.stop.map(|stop| passage.force_detach_n - stop.force_n))
-        .collect();
+    let slips: Option<Vec<f64>> = passages.values().map(|passage| slip_m(passage, contacts)).collect();
+    let drops: Option<Vec<f64>> = passages.values().map(Passage::force_drop_n).collect();
     let sum = |values: &Vec<f64>| values.iter().sum::<f64>();
     let count = passages.len() as f64;
+    // Over the width of the slider, or of a contact.
     let potency_m2 = slips.as_ref().map(|slips| sum(slips) * spacing_m);
     let change = |of: fn(&Energy) -> f64| slipped.energies.map(|[before, after]| of(&after) - of(&before));
     // Adds 0 to avoid -0 for laws without friction springs.
@@ -158,7 +198,7 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         end_s: slipped.end.map(|(step, _)| time_grid.time_s(step)),
         first_block: first,
         last_block: last,
-        nucleation_block,
+        nucleation_block: slipped.nucleation_block,
         reached_every_block: extent.is_whole(),
         ft_fn_onset: slipped.ft_fn_onset,
         ft_fn_arrival: last_to_slide.ft_fn_arrival,
@@ -167,11 +207,11 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         arrival_s: arrival_s(last_to_slide),
         end_step: slipped.end.map(|(step, _)| step),
         detachments: slipped.detachments,
-        front_speed_up_m_per_s: speed_m_per_s(&up),
-        front_speed_down_m_per_s: speed_m_per_s(&down),
+        front_speed_up_m_per_s: speed_m_per_s(|column, nucleation| column >= nucleation),
+        front_speed_down_m_per_s: speed_m_per_s(|column, nucleation| column <= nucleation),
         mean_slip_m: slips.as_ref().map(|slips| sum(slips) / count),
         largest_slip_m: slips.as_ref().map(|slips| slips.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
-        potency_m2,
+        potency_m2: potency_m2.filter(|_| rows.is_none()),
         moment_n_m: potency_m2.zip(modulus_n_per_m).map(|(potency, modulus)| potency * modulus),
         mean_force_drop_n: drops.as_ref().map(|drops| sum(drops) / count),
         farthest_block_before: slipped.farthest_before,
@@ -185,11 +225,28 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         kinetic_change_j: change(|energy| energy.kinetic_j),
         elastic_change_j: in_steps_j.zip(anchor_change_j).map(|(in_steps_j, anchor_j)| in_steps_j + anchor_j),
         scheme_work_j: change(|energy| energy.scheme_work_j),
+        first_across: rows.map(|rows| rows.first),
+        last_across: rows.map(|rows| rows.last),
+        contacts: rows.map(|_| extent.count()),
+        potency_m3: rows.and(potency_m2).map(|potency_m2| potency_m2 * spacing_m),
     }
+}
+
+/// Speed of the front at a contact, by the arrivals of the rupture around it.
+fn local_speed_m_per_s(slipped: &Slipped, links: &Links, contacts: Contacts, contact: u32) -> Option<f64> {
+    let arrival = |near: u32| {
+        let passage = slipped.blocks.get(&near)?;
+        Some((contacts.column(near), contacts.row(near), passage.arrival_step))
+    };
+    let around: Vec<_> = contacts.around(contact).filter_map(arrival).collect();
+    let steps_per_spacing = magnitude(front::gradient(&around)?);
+    let spacing_s = steps_per_spacing * links.time_grid.step_s();
+    (spacing_s > 0.0).then(|| links.spacing_m / spacing_s)
 }
 
 fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn FnMut(Event)) {
     let Links { time_grid, spacing_m, .. } = *links;
+    let is_area = is_area(contacts);
     for (&block, passage) in &slipped.blocks {
         let towards = match block.cmp(&slipped.nucleation_block) {
             std::cmp::Ordering::Less => Some(block + 1),
@@ -197,9 +254,10 @@ fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn
             std::cmp::Ordering::Greater => Some(block - 1),
         };
         let arrival_s = time_grid.time_s(passage.arrival_step);
-        // As for a whole front, only in a single row.
+        let slip_m = passage.slip_m();
+        // Block numbers are positions along a front only in a single row.
         let took_s = towards
-            .filter(|_| contacts.rows() == 1)
+            .filter(|_| !is_area)
             .map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));
         emit(Event::new(Arrival {
             rupture: slipped.rupture,
@@ -209,10 +267,16 @@ fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn
             arrival_step: passage.arrival_step,
             stop_step: passage.stop.map(|stop| stop.step),
             detachments: passage.detachments,
-            slip_m: passage.slip_m(),
+            slip_m: slip_m.map(|[along_m, _]| along_m),
             force_detach_n: passage.force_detach_n,
             force_attach_n: passage.stop.map(|stop| stop.force_n),
             front_speed_m_per_s: took_s.filter(|took_s| *took_s != 0.0).map(|took_s| spacing_m / took_s),
+            column: is_area.then(|| contacts.column(block)),
+            across: is_area.then(|| contacts.row(block)),
+            slip_across_m: slip_m.filter(|_| is_area).map(|[_, across_m]| across_m),
+            local_speed_m_per_s: is_area
+                .then(|| local_speed_m_per_s(slipped, links, contacts, block))
+                .flatten(),
         }));
     }
 }

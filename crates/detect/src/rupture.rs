@@ -107,9 +107,10 @@ pub struct Passage {
     pub arrival_step: u64,
     /// `F_T / F_N` in the step before.
     pub ft_fn_arrival: f64,
-    /// Displacement at the first detachment, m.
-    pub displacement_detach_m: f64,
-    /// Tangential force without friction there, N.
+    /// Displacement at the first detachment, along the sliding direction and across it, m.
+    pub displacement_detach_m: [f64; 2],
+    /// Tangential force without friction there, N: in a single row along the sliding direction, over an area
+    /// its magnitude.
     pub force_detach_n: f64,
     /// Number of detachments.
     pub detachments: u32,
@@ -122,16 +123,30 @@ pub struct Passage {
 pub struct Stop {
     /// First step in which the block does not slide.
     pub step: u64,
-    /// Displacement, m.
-    pub displacement_m: f64,
-    /// Tangential force without friction, N.
+    /// Displacement, along the sliding direction and across it, m.
+    pub displacement_m: [f64; 2],
+    /// Tangential force without friction, N, as at the detachment.
     pub force_n: f64,
+}
+
+/// Displacement at a switch, along the sliding direction and across it, m.
+fn displacement_m(switch: &Switch) -> [f64; 2] {
+    [switch.displacement_m, switch.across.map_or(0.0, |across| across.displacement_m)]
+}
+
+/// The force whose fall is a force drop, N: over an area a magnitude.
+fn force_n(switch: &Switch) -> f64 {
+    if switch.across.is_some() { switch.force_magnitude_n() } else { switch.tangential_force_n }
 }
 
 /// Squared stretch of a friction spring at detachment or re-attachment, m2.
 fn stretch_m2(switch: &Switch) -> f64 {
-    let stretch_m = switch.displacement_m - switch.stick_position_m;
-    stretch_m * stretch_m
+    let squared = |stretch_m: f64| stretch_m * stretch_m;
+    let along_m2 = squared(switch.displacement_m - switch.stick_position_m);
+    match switch.across {
+        None => along_m2,
+        Some(across) => along_m2 + squared(across.displacement_m - across.stick_position_m),
+    }
 }
 
 impl Slipped {
@@ -142,9 +157,15 @@ impl Slipped {
 }
 
 impl Passage {
-    /// How far the block slid, m.
-    pub fn slip_m(&self) -> Option<f64> {
-        self.stop.map(|stop| stop.displacement_m - self.displacement_detach_m)
+    /// How far the block slid, along the sliding direction and across it, m.
+    pub fn slip_m(&self) -> Option<[f64; 2]> {
+        let part_m = |stop: &Stop, axis: usize| stop.displacement_m[axis] - self.displacement_detach_m[axis];
+        self.stop.map(|stop| [part_m(&stop, 0), part_m(&stop, 1)])
+    }
+
+    /// The fall of the tangential force, N.
+    pub fn force_drop_n(&self) -> Option<f64> {
+        self.stop.map(|stop| self.force_detach_n - stop.force_n)
     }
 
     /// Merges the passages of a block in two ruptures that are united.
@@ -252,8 +273,8 @@ impl RuptureTracker {
         let passage = Passage {
             arrival_step: record.step + 1,
             ft_fn_arrival: record.load_ratio(),
-            displacement_detach_m: switch.displacement_m,
-            force_detach_n: switch.tangential_force_n,
+            displacement_detach_m: displacement_m(switch),
+            force_detach_n: force_n(switch),
             detachments: 1,
             stop: None,
         };
@@ -299,8 +320,8 @@ impl RuptureTracker {
         let passage = slipping.blocks.get_mut(&switch.block)?;
         passage.stop = Some(Stop {
             step: record.step + 1,
-            displacement_m: switch.displacement_m,
-            force_n: switch.tangential_force_n,
+            displacement_m: displacement_m(switch),
+            force_n: force_n(switch),
         });
         slipping.last_attachment = Attachment::at(record);
         slipping.sliding -= 1;

@@ -10,7 +10,7 @@
 //! | split, merged | one old event matches several new ones, or the reverse |
 //! | missing, extra | no counterpart |
 
-use asperity_record::Reach;
+use asperity_record::{BoundingBox, Reach};
 
 use crate::column::{Column, Columns, Kind};
 use crate::matching::Group;
@@ -156,7 +156,7 @@ impl Rules<'_> {
         let last_s = group.onset_s().abs() + old_duration_s + new_duration_s;
         let rounding_s = (group.old.len() + group.new.len()) as f64 * f64::EPSILON * last_s;
         let (old_blocks, new_blocks) = (covered_blocks(&group.old), covered_blocks(&group.new));
-        let count = |ranges: &[Reach]| ranges.iter().map(|reach| reach.count()).sum();
+        let count = |boxes: &[BoundingBox]| boxes.iter().map(|one| one.count()).sum();
         Conservation {
             old_duration_s,
             new_duration_s,
@@ -215,9 +215,33 @@ fn covered_s(events: &[impl Row]) -> f64 {
     covered_s
 }
 
-/// Blocks covered by events, as ranges that do not touch.
-fn covered_blocks<R: Row>(events: &[R]) -> Vec<Reach> {
-    let mut ranges: Vec<Reach> = events.iter().map(R::reach).collect();
+/// Blocks covered by events, as boxes that do not overlap: each of the most rows with the same columns.
+fn covered_blocks<R: Row>(events: &[R]) -> Vec<BoundingBox> {
+    let boxes: Vec<BoundingBox> = events.iter().map(R::bounding_box).collect();
+    // Rows at which a box begins, or the first after one: between them the columns are the same.
+    let mut edges: Vec<u32> = boxes.iter().flat_map(|one| [one.rows.first, one.rows.last + 1]).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    let mut covered: Vec<(Reach, Vec<Reach>)> = Vec::new();
+    for edge in edges.windows(2) {
+        let rows = Reach { first: edge[0], last: edge[1] - 1 };
+        let of_rows = boxes.iter().filter(|one| one.rows.contains(rows.first)).map(|one| one.columns);
+        let columns = without_overlap(of_rows.collect());
+        match covered.last_mut() {
+            Some((before, same)) if before.last + 1 == rows.first && *same == columns => {
+                before.last = rows.last
+            }
+            _ => covered.push((rows, columns)),
+        }
+    }
+    let boxes = covered
+        .into_iter()
+        .flat_map(|(rows, columns)| columns.into_iter().map(move |columns| BoundingBox { columns, rows }));
+    boxes.collect()
+}
+
+/// These blocks as ranges that do not touch.
+fn without_overlap(mut ranges: Vec<Reach>) -> Vec<Reach> {
     ranges.sort_unstable();
     let mut covered: Vec<Reach> = Vec::new();
     for next in ranges {
@@ -227,4 +251,54 @@ fn covered_blocks<R: Row>(events: &[R]) -> Vec<Reach> {
         }
     }
     covered
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use asperity_record::SlipEvent;
+    use asperity_testkit::{Random, slip_event};
+
+    use super::covered_blocks;
+
+    /// Against a set of single contacts; the same set gives the same boxes, whichever events cover it.
+    #[test]
+    fn covered_blocks_are_those_of_a_set() {
+        let mut random = Random::new(5);
+        for _ in 0..300 {
+            let events: Vec<SlipEvent> = (0..=random.below(4))
+                .map(|_| {
+                    let mut below = |bound: u64| random.below(bound) as u32;
+                    let (first, row) = (1 + below(6), 1 + below(5));
+                    SlipEvent {
+                        first_across: Some(row),
+                        last_across: Some(row + below(3)),
+                        ..slip_event(1, 2, first..=first + below(3))
+                    }
+                })
+                .collect();
+            let contacts = |events: &[SlipEvent]| -> BTreeSet<(u32, u32)> {
+                let all = events.iter().map(|event| event.bounding_box());
+                let all =
+                    all.flat_map(|one| (one.rows.first..=one.rows.last).map(move |row| (one.columns, row)));
+                all.flat_map(|(columns, row)| (columns.first..=columns.last).map(move |column| (column, row)))
+                    .collect()
+            };
+            let set = contacts(&events);
+            let found = covered_blocks(&events);
+            assert_eq!(found.iter().map(|one| one.count()).sum::<u64>(), set.len() as u64);
+            // As single contacts, in any order.
+            let single: Vec<SlipEvent> = set
+                .iter()
+                .rev()
+                .map(|&(column, row)| SlipEvent {
+                    first_across: Some(row),
+                    last_across: Some(row),
+                    ..slip_event(1, 2, column..=column)
+                })
+                .collect();
+            assert_eq!(covered_blocks(&single), found);
+        }
+    }
 }

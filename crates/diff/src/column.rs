@@ -64,6 +64,8 @@ columns! {
     BreaksEnd breaks_end Total,
     RepinsOnset repins_onset Total,
     RepinsEnd repins_end Total,
+    FirstAcross first_across Extent,
+    LastAcross last_across Extent,
 }
 
 /// The aspect of an event that a column describes.

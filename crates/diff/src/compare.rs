@@ -74,7 +74,13 @@ pub fn compare(
     files.add_inputs(old.files().chain(new.files()))?;
     let Paired { pairs, unpaired } = sides::pair(&old, &new, settings.pair_by);
     let mut draft = Draft::default();
-    let mut matches = Matches::create(files, settings.matches_file.as_deref())?;
+    let matches_file = settings.matches_file.as_deref();
+    // Tables are opened for their columns only if a file depends on these.
+    let mut is_over_area = false;
+    for run in pairs.iter().flat_map(|(old, new)| [old, new]).filter(|_| matches_file.is_some()) {
+        is_over_area |= open(run)?.columns.has(Column::FirstAcross);
+    }
+    let mut matches = Matches::create(files, matches_file, is_over_area)?;
     let mut runs = Vec::new();
     for (old, new) in &pairs {
         runs.push(compare_runs(old, new, settings, &mut draft, &mut matches)?);
@@ -150,9 +156,11 @@ fn compare_runs(
     if let Some((of_old, of_new)) = logs {
         set_differently = provenance::settings(&of_old.provenance, &of_new.provenance).map_err(scenario)?;
         let other_motion = set_differently.iter().any(|setting| setting.shapes_motion);
+        let columns =
+            [of_old, of_new].map(|log| Rupture::COLUMNS.and(Columns::of(log.provenance.header.parts())));
         let compared = compare_ruptures(
             [(old, of_old), (new, of_new)],
-            comparison([Rupture::COLUMNS; 2], RunLog::spread_of_ruptures),
+            comparison(columns, RunLog::spread_of_ruptures),
             other_motion && policy.window_s.is_none(),
         );
         ruptures = Some(compared.map(|(ruptures, found)| {
@@ -222,7 +230,7 @@ fn compare_ruptures(
         ruptures = RuptureDiff { matches_in_time, ..ruptures::compare(comparison, &sorted)? };
     }
     ruptures.found_anew = sides.iter().any(|(_, log)| log.ruptures_from == RupturesFrom::Steps);
-    let blocks = sides.map(|(run, _)| run.header().map_or(1, |header| header.blocks));
+    let blocks = sides.map(|(run, _)| run.header().map_or(1, |header| header.contacts().columns()));
     // Where the drive pulls both ways, F_T is a difference, and the ratio is meaningless.
     let has_ratio = |log: &RunLog| !log.summary.contains(&("largest_ft_fn".to_owned(), Value::Null));
     if sides.iter().all(|(_, log)| has_ratio(log)) {

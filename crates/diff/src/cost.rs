@@ -11,7 +11,7 @@
 //! | split, merge | [`GROUP`] + (1 - share of the whole's duration that its parts cover) + for each part ½ (share of its duration outside of the whole) + ½ (share of its blocks outside) |
 //!
 //! J_t and J_b are the Jaccard indices, common over covered, of the two events' times and of their ranges
-//! of blocks. So two events are paired if that costs less than leaving both over, 1.5: two events that
+//! of blocks, over an area of their boxes of columns and rows. So two events are paired if that costs less than leaving both over, 1.5: two events that
 //! start together may differ in everything else, two that share their blocks may follow each other in time,
 //! but an event with a tenth of the other's time and blocks, away from its onset, is not its counterpart.
 //! Events of a group must share blocks.
@@ -29,7 +29,7 @@
 
 use std::ops::Add;
 
-use asperity_record::Reach;
+use asperity_record::BoundingBox;
 
 use crate::progress::Progress;
 use crate::row::Row;
@@ -82,9 +82,9 @@ pub(crate) struct Span {
     pub(crate) onset_s: f64,
     /// Its end; infinite if the run ended before.
     end_s: f64,
-    blocks: Reach,
+    blocks: BoundingBox,
     /// How many blocks these are.
-    block_count: u32,
+    block_count: u64,
     /// The latest onset that it is compared with, s.
     pub(crate) reach_s: f64,
     /// Number of different onsets before its own, on both sides.
@@ -95,13 +95,18 @@ pub(crate) struct Span {
 impl Span {
     /// From an event, whose times the run's clock converts to places. Paired by cycles, it has no duration.
     pub(crate) fn new(event: &impl Row, progress: &Progress, rank: u64, window_s: f64) -> Span {
-        let (onset_s, blocks) = (progress.place(event.onset_s()), event.reach());
+        let (onset_s, blocks) = (progress.place(event.onset_s()), event.bounding_box());
         let end_s = if progress.is_time() { event.end_s() } else { Some(onset_s) };
         let mut checksum = onset_s.to_bits();
         let end = end_s.map_or(0, f64::to_bits);
         // Includes its number, which distinguishes two equal rows.
-        for word in [end, blocks.first.into(), blocks.last.into(), event.number()] {
+        let columns = blocks.columns;
+        for word in [end, columns.first.into(), columns.last.into(), event.number()] {
             checksum = mixed(checksum ^ word);
+        }
+        if !blocks.is_in_first_row() {
+            checksum = mixed(checksum ^ u64::from(blocks.rows.first));
+            checksum = mixed(checksum ^ u64::from(blocks.rows.last));
         }
         Span {
             onset_s,
@@ -132,14 +137,13 @@ pub(crate) struct Overlap {
     /// Time, s.
     pub(crate) common_s: f64,
     /// Blocks, at least one.
-    blocks: u32,
+    blocks: u64,
 }
 
 impl Overlap {
     #[inline]
     pub(crate) fn of(a: &Span, b: &Span) -> Option<Overlap> {
-        let (first, last) = (a.blocks.first.max(b.blocks.first), a.blocks.last.min(b.blocks.last));
-        let blocks = (last + 1).saturating_sub(first);
+        let blocks = a.blocks.common(b.blocks);
         (blocks > 0).then(|| Overlap { common_s: a.common_s(b), blocks })
     }
 }
@@ -184,7 +188,7 @@ pub(crate) fn pair(a: &Span, b: &Span, overlap: Overlap, window_s: f64) -> Optio
             _ => 0.0,
         }
     };
-    let blocks = f64::from(blocks) / f64::from(a.block_count + b.block_count - blocks);
+    let blocks = blocks as f64 / (a.block_count + b.block_count - blocks) as f64;
     let offset = if apart_s == 0.0 { 0.0 } else { (apart_s / window_s).min(1.0) };
     let primary = units(0.5 * (1.0 - time)) + units(0.5 * offset) + units(1.0 - blocks);
     (primary < 2 * ALONE).then(|| tied(primary, a, b))
@@ -200,7 +204,7 @@ pub(crate) fn part(whole: &Span, part: &Span, overlap: Overlap) -> Option<Cost> 
         return None;
     }
     let inside_time = if part.is_open() { 1.0 } else { common_s / (part.end_s - part.onset_s) };
-    let inside_blocks = f64::from(blocks) / f64::from(part.block_count);
+    let inside_blocks = blocks as f64 / part.block_count as f64;
     let primary = units(0.5 * (1.0 - inside_time)) + units(0.5 * (1.0 - inside_blocks))
         - units(common_s / (whole.end_s - whole.onset_s));
     Some(tied(primary, whole, part))

@@ -52,6 +52,8 @@
 //!     # breaks_end: None,
 //!     # repins_onset: None,
 //!     # repins_end: None,
+//!     # first_across: None,
+//!     # last_across: None,
 //! };
 //! let old = [event(0, 0.1, 1, 5), event(1, 0.2, 1, 9), event(2, 0.3, 1, 17)];
 //! // Without the second event the third has another number, and is the same event.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use asperity_files::FileSet;
-use asperity_record::{Reach, SlipEvent};
+use asperity_record::{BoundingBox, SlipEvent};
 use asperity_tables::event_file::{MatchFile, MatchRow, MatchSide};
 
 use crate::error::CompareError;
@@ -13,8 +13,13 @@ use crate::tally::Matched;
 pub(crate) struct Matches(Option<MatchFile>);
 
 impl Matches {
-    pub(crate) fn create(files: &FileSet, path: Option<&Path>) -> Result<Matches, CompareError> {
-        let file = path.map(|path| MatchFile::create(files, path));
+    /// Creates the file, with columns of rows if some events are over an area.
+    pub(crate) fn create(
+        files: &FileSet,
+        path: Option<&Path>,
+        is_over_area: bool,
+    ) -> Result<Matches, CompareError> {
+        let file = path.map(|path| MatchFile::create(files, path, is_over_area));
         file.transpose().map(Matches).map_err(CompareError::NoMatchesFile)
     }
 
@@ -22,15 +27,19 @@ impl Matches {
         let Some(file) = &mut self.0 else { return Ok(()) };
         let side = |events: &[SlipEvent]| {
             let (first, last) = (events.first()?, events.last()?);
-            let reach = Reach::over(events.iter().map(SlipEvent::reach))?;
+            let BoundingBox { columns, rows } =
+                BoundingBox::over(events.iter().map(SlipEvent::bounding_box))?;
+            let is_over_area = first.first_across.is_some();
             Some(MatchSide {
                 events: events.len() as u32,
                 event: first.event,
                 last_event: last.event,
                 onset_s: first.onset_s,
                 end_s: last.end_s,
-                first_block: reach.first,
-                last_block: reach.last,
+                first_block: columns.first,
+                last_block: columns.last,
+                first_across: is_over_area.then_some(rows.first),
+                last_across: is_over_area.then_some(rows.last),
                 ft_fn_onset: first.ft_fn_onset,
             })
         };

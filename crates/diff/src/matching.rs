@@ -17,7 +17,7 @@
 
 use std::collections::VecDeque;
 
-use asperity_record::Reach;
+use asperity_record::BoundingBox;
 
 use crate::column::{Column, Columns, Kind};
 use crate::cost::Cost;
@@ -403,7 +403,7 @@ where
         let key = |group: &Group<R>| {
             let all = || group.old.iter().chain(&group.new);
             let end_s = all().map(|event| event.end_s().unwrap_or(event.onset_s())).fold(0.0, f64::max);
-            (end_s, Reach::over(all().map(R::reach)))
+            (end_s, BoundingBox::over(all().map(R::bounding_box)))
         };
         if self.held.len() > 1 {
             self.held.sort_by(|a, b| {

@@ -220,7 +220,9 @@ mod tests {
     };
 
     fn extent(event: u64, onset_s: f64, end_s: f64, blocks: [u32; 2]) -> Extent {
-        Extent { event, onset_s, end_s: Some(end_s), first_block: blocks[0], last_block: blocks[1] }
+        let [first_block, last_block] = blocks;
+        let end_s = Some(end_s);
+        Extent { event, onset_s, end_s, first_block, last_block, first_across: None, last_across: None }
     }
 
     /// A run of a few events: one splits, one moves, one is missing.
@@ -282,6 +284,7 @@ mod tests {
             events,
             duration_s: Some(1.0),
             blocks: Some(20),
+            rows: None,
             scenario_hash: None,
         };
         let run = RunDiff {

@@ -16,7 +16,8 @@ pub(crate) struct Precursors(Option<[Table; 2]>);
 
 /// The precursor table of a run.
 struct Table {
-    blocks: u32,
+    /// Number of columns, the blocks of a single row.
+    columns: u32,
     growth: EventGrowth,
     rows: Vec<Row>,
 }
@@ -24,7 +25,7 @@ struct Table {
 /// One precursor.
 #[derive(Debug, Clone, Copy)]
 struct Row {
-    /// Farthest block reached.
+    /// Farthest block, or column, reached.
     last_block: u32,
     /// `F_T / F_N` at its onset.
     ft_fn: f64,
@@ -34,8 +35,9 @@ struct Row {
 
 impl Table {
     fn of(run: &Run) -> Option<Table> {
-        let blocks = run.header()?.blocks;
-        Some(Table { blocks, growth: EventGrowth::new(blocks), rows: Vec::new() })
+        let header = run.header()?;
+        let columns = header.contacts().columns();
+        Some(Table { columns, growth: EventGrowth::new(header.blocks), rows: Vec::new() })
     }
 
     fn watch(&mut self, events: &[SlipEvent]) {
@@ -82,7 +84,7 @@ impl Precursors {
                 continue;
             }
             changes.rows.push(PrecursorChange {
-                lp_l: f64::from(*length) / f64::from(old.blocks),
+                lp_l: f64::from(*length) / f64::from(old.columns),
                 old_ft_fn: old_row.map(|row| row.ft_fn),
                 new_ft_fn: new_row.map(|row| row.ft_fn),
                 old_event: old_row.map(|row| row.event),

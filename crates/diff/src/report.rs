@@ -5,7 +5,7 @@ use std::array;
 use std::iter::Sum;
 use std::ops::{Index, IndexMut};
 
-use asperity_record::Reach;
+use asperity_record::{BoundingBox, Reach};
 use serde::{Serialize, Serializer};
 
 use crate::column::{Column, Value};
@@ -374,6 +374,9 @@ pub struct RunSide {
     pub duration_s: Option<f64>,
     /// Number of blocks; null if the file lacks it.
     pub blocks: Option<u32>,
+    /// In how many rows they lie; over an area only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows: Option<u32>,
     /// Hash of the resolved scenario; null if the file lacks it.
     pub scenario_hash: Option<String>,
 }
@@ -435,16 +438,36 @@ pub struct Extent {
     pub onset_s: f64,
     /// Its end, s; null if the run ended before.
     pub end_s: Option<f64>,
-    /// Lowest-numbered block.
+    /// Lowest-numbered block; over an area the first column.
     pub first_block: u32,
-    /// Highest-numbered block.
+    /// Highest-numbered block; over an area the last column.
     pub last_block: u32,
+    /// First row; over an area only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_across: Option<u32>,
+    /// Last row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub last_across: Option<u32>,
 }
 
 impl Extent {
-    /// First and last block.
-    pub fn reach(&self) -> Reach {
-        Reach { first: self.first_block, last: self.last_block }
+    /// First and last block, and row.
+    pub fn bounding_box(&self) -> BoundingBox {
+        let columns = Reach { first: self.first_block, last: self.last_block };
+        BoundingBox::new(columns, self.first_across, self.last_across)
+    }
+
+    /// What the box of events of one kind includes, in words, with a word between the ends of a range:
+    /// `blocks 3-7`, over an area `columns 3-7, rows 1-4`.
+    pub(crate) fn words(of: BoundingBox, is_over_area: bool, to: &str) -> String {
+        let range = |thing: &str, Reach { first, last }: Reach| match first == last {
+            true => format!("{thing} {first}"),
+            false => format!("{thing}s {first}{to}{last}"),
+        };
+        match is_over_area {
+            false => range("block", of.columns),
+            true => format!("{}, {}", range("column", of.columns), range("row", of.rows)),
+        }
     }
 }
 
@@ -485,8 +508,8 @@ pub struct Finding {
 
 impl Finding {
     /// How many blocks the largest of its events spans.
-    pub fn most_blocks(&self) -> u32 {
-        self.old.iter().chain(&self.new).map(|event| event.reach().count()).max().unwrap_or(0)
+    pub fn most_blocks(&self) -> u64 {
+        self.old.iter().chain(&self.new).map(|event| event.bounding_box().count()).max().unwrap_or(0)
     }
 }
 
@@ -516,9 +539,9 @@ pub struct Conservation {
     /// Whether these agree within the tolerances of `onset_s` and `end_s`.
     pub duration_conserved: bool,
     /// Blocks covered by the old events.
-    pub old_blocks: u32,
+    pub old_blocks: u64,
     /// Blocks covered by the new events.
-    pub new_blocks: u32,
+    pub new_blocks: u64,
     /// Whether these are the same blocks.
     pub blocks_conserved: bool,
 }

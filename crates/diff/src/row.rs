@@ -1,7 +1,7 @@
 //! Interface of the rows that a diff matches: slip events and ruptures. Both have times, blocks, and
 //! columns of the event table.
 
-use asperity_record::{Reach, Rupture, SlipEvent};
+use asperity_record::{BoundingBox, Reach, Rupture, SlipEvent};
 
 use crate::column::{Column, Columns, Value, slip_event_cell};
 
@@ -19,8 +19,13 @@ pub trait Row: Clone {
     /// Its end, s; `None` if the run ended before.
     fn end_s(&self) -> Option<f64>;
 
-    /// First and last block.
-    fn reach(&self) -> Reach;
+    /// First and last block, and row.
+    fn bounding_box(&self) -> BoundingBox;
+
+    /// First and last block, or column.
+    fn reach(&self) -> Reach {
+        self.bounding_box().columns
+    }
 
     /// How many blocks slid.
     fn blocks_slipped(&self) -> u32;
@@ -52,8 +57,8 @@ impl Row for SlipEvent {
         self.end_s
     }
 
-    fn reach(&self) -> Reach {
-        self.reach()
+    fn bounding_box(&self) -> BoundingBox {
+        self.bounding_box()
     }
 
     fn blocks_slipped(&self) -> u32 {
@@ -92,13 +97,12 @@ impl Row for Rupture {
         self.end_s
     }
 
-    fn reach(&self) -> Reach {
-        self.reach()
+    fn bounding_box(&self) -> BoundingBox {
+        self.bounding_box()
     }
 
-    /// All from the first to the last: detachments of a rupture are linked to their neighbours.
     fn blocks_slipped(&self) -> u32 {
-        self.reach().count()
+        self.slipped()
     }
 
     fn is_open(&self) -> bool {
@@ -119,6 +123,8 @@ impl Row for Rupture {
             Column::BlocksSlipped => self.blocks_slipped().into(),
             Column::NucleationBlock => self.nucleation_block.into(),
             Column::Open => self.open.into(),
+            Column::FirstAcross => self.first_across.into(),
+            Column::LastAcross => self.last_across.into(),
             Column::MaxSliding
             | Column::FtFnMin
             | Column::FtFnMax

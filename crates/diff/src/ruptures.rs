@@ -18,7 +18,7 @@ pub(crate) struct Sorted(pub(crate) Vec<Rupture>);
 impl Sorted {
     pub(crate) fn new(ruptures: &[Rupture]) -> Sorted {
         let mut ruptures = ruptures.to_vec();
-        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.first_block));
+        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.first_block, rupture.nucleation_block));
         Sorted(ruptures)
     }
 }
@@ -36,7 +36,7 @@ pub(crate) fn compare(comparison: Comparison<'_>, sides: &[Sorted; 2]) -> Result
         let (old, new) = (&matched.group.old, &matched.group.new);
         matches += u64::from(!old.is_empty() && !new.is_empty());
         if let ([old], [new]) = (&old[..], &new[..]) {
-            same_blocks += u64::from(old.reach() == new.reach());
+            same_blocks += u64::from(old.bounding_box() == new.bounding_box());
             lengths.push(f64::from(new.reach().count()) - f64::from(old.reach().count()));
             loads.push(new.ft_fn_onset - old.ft_fn_onset);
         }

@@ -88,6 +88,7 @@ impl Run {
             events: 0,
             duration_s: self.log.as_ref().map(|log| log.provenance.duration_s()),
             blocks: self.header().map(|header| header.blocks),
+            rows: self.header().map(|header| header.rows).filter(|rows| *rows > 1),
             scenario_hash: self.hash().map(str::to_owned),
         }
     }

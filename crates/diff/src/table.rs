@@ -178,6 +178,8 @@ impl Places {
             breaks_end: None,
             repins_onset: None,
             repins_end: None,
+            first_across: None,
+            last_across: None,
         };
         for &(column, place) in &self.places {
             let refused = |value: String, accepted: &'static str| TableError::Cell {
@@ -262,6 +264,13 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
         Column::BreaksEnd => event.breaks_end = total()?,
         Column::RepinsOnset => event.repins_onset = total()?,
         Column::RepinsEnd => event.repins_end = total()?,
+        Column::FirstAcross if is_empty => event.first_across = None,
+        Column::FirstAcross => event.first_across = Some(block()?),
+        Column::LastAcross if is_empty && event.first_across.is_none() => event.last_across = None,
+        Column::LastAcross => match (event.first_across, block()?) {
+            (Some(first), last) if last >= first => event.last_across = Some(last),
+            _ => return Err("a row from first_across"),
+        },
         Column::Open => match value {
             Value::Flag(open) => event.open = open,
             _ => return Err(kind_accepted(column)),

@@ -1,10 +1,10 @@
 //! Two tables, of slip events or of ruptures, from their rows to their part of the report. Memory
 //! does not grow with the tables: all is counted, and a limited number of findings and matches kept.
 
-use asperity_record::{Parts, Reach};
+use asperity_record::{BoundingBox, Parts};
 
 use crate::classify::{Outcome, Rules, shift_s};
-use crate::column::{Column, Columns, Kind};
+use crate::column::{Column, Columns, Kind, Value};
 use crate::matching::{self, Group, MatchError};
 use crate::policy::{Allowed, Policy, Tolerance};
 use crate::progress::Cycles;
@@ -278,13 +278,16 @@ impl<'a> Tally<'a> {
 }
 
 fn extent(event: &impl Row) -> Extent {
-    let Reach { first, last } = event.reach();
+    let BoundingBox { columns, rows } = event.bounding_box();
+    let is_over_area = event.cell(Column::FirstAcross) != Value::Empty;
     Extent {
         event: event.number(),
         onset_s: event.onset_s(),
         end_s: event.end_s(),
-        first_block: first,
-        last_block: last,
+        first_block: columns.first,
+        last_block: columns.last,
+        first_across: is_over_area.then_some(rows.first),
+        last_across: is_over_area.then_some(rows.last),
     }
 }
 

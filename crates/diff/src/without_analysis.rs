@@ -14,7 +14,11 @@ use crate::tally::Matched;
 pub(crate) struct Matches;
 
 impl Matches {
-    pub(crate) fn create(_files: &FileSet, path: Option<&Path>) -> Result<Matches, CompareError> {
+    pub(crate) fn create(
+        _files: &FileSet,
+        path: Option<&Path>,
+        _is_over_area: bool,
+    ) -> Result<Matches, CompareError> {
         match path {
             None => Ok(Matches),
             Some(path) => Err(CompareError::NoParquet { path: path.to_owned() }),

@@ -4,13 +4,17 @@
 //! it, the part that it takes of a run, and a way to draw it from its parts. To add one: a module,
 //! and a line in `kinds!`.
 
+mod area;
+mod area_field;
 mod arrest;
+mod arrival_map;
 mod axes;
 mod compose;
 mod damping;
 mod dispersion;
 mod displacement;
 mod error;
+mod film_strip;
 #[cfg(test)]
 mod first_day;
 mod forces;
@@ -33,6 +37,7 @@ mod loads;
 pub mod of_one_run;
 pub mod of_study;
 mod onset;
+mod outlines;
 mod overview;
 mod plot;
 mod print;
@@ -161,11 +166,24 @@ kinds! {
     /// Frequency against wave number of plane waves in the lattice of a slab, from the pull of its bonds
     /// and in theory, with the straight lines of long waves.
     "dispersion" dispersion: dispersion::Dispersion,
-    /// Stress or displacement all over a slab at chosen times; its nodes are computed by repeating the
-    /// run's steps.
+    /// Stress or displacement all over a slab, or over a slice of a body, at chosen times; its nodes are computed
+    /// by repeating the run's steps.
     "slab-field" slab_field: slab_field::SlabField,
     /// `tau_n / p_n` along the slider before and after each precursor.
     "stress-sequence" stress_sequence: stress_sequence::StressSequence,
+    /// One rupture over the area of contact, of a sheet or a body: when its front came to each contact, with
+    /// isochrones, or how far each slid.
+    "arrival-map" arrival_map: arrival_map::ArrivalMap,
+    /// Stress, slip, velocity or normal load over the area of contact at chosen times, with the vector as
+    /// arrows and outlines of the contacts that slide; states between records are computed by repeating the
+    /// run's steps.
+    "area-field" area_field: area_field::AreaField,
+    /// One rupture over the area of contact in panels at even times, with outlines of the contacts that slide;
+    /// its states are computed by repeating the run's steps.
+    "film-strip" film_strip: film_strip::FilmStrip,
+    /// Extents of the precursors over the area of contact as growing outlines, in the colours of the load at
+    /// which each began.
+    "outlines" outlines: outlines::Outlines,
     /// The load curve with its ruptures: precursors and global slips are numbered as in the table of
     /// ruptures.
     "load-ruptures" load_ruptures: load_ruptures::LoadRuptures,
@@ -439,9 +457,7 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 3],
             detached: vec![0; 3],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
+            ..FieldRecord::default()
         };
         run.kept |= required;
         made_up::with_states(&mut run, &[state]);
@@ -604,6 +620,7 @@ mod tests {
                 displacement_m: vec![1e-6 * n as f64],
                 velocity_m_per_s: vec![0.5],
                 tangential_force_n: vec![0.0],
+                ..WindowRecord::default()
             })
             .collect();
         let panels = stacked(pulse, run).unwrap();

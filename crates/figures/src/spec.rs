@@ -9,4 +9,4 @@ mod written;
 
 pub use axes::{Axis, Key, Place};
 pub use figure::{Figure, Kind, Quantity, Theory};
-pub use written::{Family, Figures, Labelled, Lengths, PhaseMap, Scale, Statistic, quantile};
+pub use written::{Family, Figures, Labelled, Lengths, PhaseMap, Scale, Statistic};

@@ -93,4 +93,6 @@ pub enum Reattach {
     OneWay,
     /// The velocity changes sign or vanishes: `v_new v_old <= 0`.
     TwoWay,
+    /// Over an area, the new velocity has turned by a right angle or more from the direction of the slip.
+    Turn,
 }

@@ -5,11 +5,11 @@ use asperity_record::{TimeGrid, counted, rounded, short};
 use crate::choices::{DriveKind, ScheduleFrom, Start};
 use crate::derive::{coefficients, longest_stable_step_s};
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
+use crate::lattice_keys;
 use crate::one_block;
 use crate::plan::Plan;
 use crate::scenario::{Friction, Scenario};
 use crate::slab;
-use crate::slab_keys;
 use crate::source::{Entries, ScenarioError};
 use crate::window_keys::WINDOW;
 
@@ -31,8 +31,7 @@ const RULES: &[Rule] = &[
     schedules_from_the_hold_need_one,
     lists_have_a_number_for_each_block,
     every_block_has_ordered_coefficients,
-    slabs_have_what_they_can,
-    keys_of_slabs_are_for_slabs,
+    bodies_have_what_they_can,
     keys_of_several_blocks_are_for_these,
     only_springs_let_stuck_blocks_move,
     junctions_bear_load_and_fit,
@@ -47,6 +46,10 @@ const RULES: &[Rule] = &[
 /// Checks a scenario, each of whose keys is in range, against the rules.
 pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
     let mut refusals = Refusals { entries, errors };
+    // The rules may allocate memory for every contact.
+    if let Some((key, problem, accepted)) = lattice_keys::too_large(scenario) {
+        return refusals.refuse(key, problem, accepted);
+    }
     for rule in RULES {
         rule(scenario, &mut refusals);
     }
@@ -72,7 +75,7 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
             Refusals { entries, errors }.refuse(
                 "slider.rows",
                 problem,
-                "a slab that its load presses onto all of its contacts",
+                format!("a {} that its load presses onto all of its contacts", scenario.elastic().name()),
             );
         }
         return;
@@ -246,7 +249,7 @@ fn schedules_from_the_hold_need_one(scenario: &Scenario, refusals: &mut Refusals
 }
 
 fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let blocks = scenario.slider.blocks as usize;
+    let blocks = scenario.slider.contacts() as usize;
     for (key, values) in [
         ("friction.static_offsets", &scenario.friction.static_offsets),
         ("friction.dynamic_offsets", &scenario.friction.dynamic_offsets),
@@ -264,7 +267,7 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
 }
 
 fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let blocks = scenario.slider.blocks as usize;
+    let blocks = scenario.slider.contacts() as usize;
     let Friction { static_offsets, dynamic_offsets, static_spread, dynamic_spread, .. } = &scenario.friction;
     // Uniform coefficients and lists of the wrong length have rules of their own.
     let even =
@@ -293,14 +296,9 @@ fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refu
     }
 }
 
-fn slabs_have_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    for (key, problem, accepted) in slab_keys::of_a_slab(scenario) {
-        refusals.refuse(key, problem, accepted);
-    }
-}
-
-fn keys_of_slabs_are_for_slabs(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    for (key, problem, accepted) in slab_keys::of_a_chain(scenario) {
+fn bodies_have_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let refused = lattice_keys::of_a_lattice(scenario).into_iter().chain(lattice_keys::of_others(scenario));
+    for (key, problem, accepted) in refused {
         refusals.refuse(key, problem, accepted);
     }
 }
@@ -331,11 +329,11 @@ const MOST_JUNCTIONS: u64 = 1_000_000;
 fn junctions_bear_load_and_fit(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let (friction, slider, tilt) = (&scenario.friction, &scenario.slider, scenario.normal_load.tilt);
     let Some(law) = friction.contact_law().junctions() else { return };
-    let all = law.count as u64 * u64::from(slider.blocks);
+    let all = law.count as u64 * u64::from(slider.contacts());
     if all > MOST_JUNCTIONS {
         refusals.refuse(
             "friction.junction_count",
-            format!("{} of each of {} contacts are {all} junctions", law.count, slider.blocks),
+            format!("{} of each of {} contacts are {all} junctions", law.count, slider.contacts()),
             format!("at most {MOST_JUNCTIONS} junctions"),
         );
     }
@@ -453,7 +451,7 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
 }
 
 fn windows_are_inside_run_and_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let (duration_s, blocks) = (scenario.time.duration_s, scenario.slider.blocks);
+    let (duration_s, blocks) = (scenario.time.duration_s, scenario.slider.contacts());
     let run_has_an_end = TimeGrid::new(scenario.time.step_s).whole_steps(duration_s).is_some();
     for (index, window) in scenario.recording.window.iter().enumerate() {
         if window.to_s < window.from_s || (run_has_an_end && window.to_s > duration_s) {
@@ -478,7 +476,7 @@ fn windows_are_inside_run_and_chain(scenario: &Scenario, refusals: &mut Refusals
 fn rupture_fields_have_a_cadence_and_a_size(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let (from_blocks, every_s) =
         (scenario.recording.rupture_fields_from_blocks, scenario.recording.rupture_fields_s);
-    let blocks = scenario.slider.blocks;
+    let blocks = scenario.slider.contacts();
     if from_blocks > blocks {
         refusals.refuse(
             "recording.rupture_fields_from_blocks",

@@ -4,7 +4,7 @@ use crate::choices::{DriveKind, ScheduleFrom, Start};
 use crate::elastic::{Chain, Elastic, gaps};
 use crate::initial;
 use crate::junctions::Junctions;
-use crate::lattice::Lattice;
+use crate::lattice::{self, Lattice};
 use crate::laws::Law;
 use crate::load::{self, LoadCourse};
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
@@ -18,7 +18,7 @@ impl Plan {
     pub fn new(scenario: &Scenario) -> Plan {
         let springs = Springs::of(scenario);
         let (blocks, kt) = (springs.elastic.contacts(), springs.interfacial_stiffness_n_per_m);
-        let pressed_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
+        let pressed_n = pressed_n(scenario);
         // The load on top of a body with a foundation reaches its contacts through its elasticity.
         let (normal_load_n, top_load_n, displacement_at_rest_m) = match springs.pressed(&pressed_n) {
             None => (pressed_n, Vec::new(), None),
@@ -39,7 +39,10 @@ impl Plan {
         let mut drive = drive(scenario, &springs.elastic, steps);
         let prestress_n = initial::prestress_n(scenario, &normal_load_n);
         let mut initial = match displacement_at_rest_m {
-            Some(displacement_m) => slab::at_rest(displacement_m, blocks, &mut drive),
+            Some(displacement_m) => {
+                let anchors = springs.elastic.tangential_axes() * blocks;
+                slab::at_rest(displacement_m, anchors, &mut drive)
+            }
             None => initial::state(
                 scenario,
                 &springs.elastic,
@@ -127,10 +130,15 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
         rest_m: 0.0,
         direction,
     };
-    let (lattice, row) = (elastic.as_lattice(), drive_row(scenario));
+    let lattice = elastic.as_lattice();
     let top_row = lattice.top_row().start;
     let springs = match drive.kind {
-        DriveKind::Side => vec![spring(lattice.row(row).start, stiffness, 1.0)],
+        DriveKind::Side => {
+            let across = lattice.first_column(drive_row(scenario)).enumerate();
+            let is_driven = |lane: usize| drive.across == 0 || lane + 1 == drive.across as usize;
+            let driven = across.filter(|(lane, _)| is_driven(*lane));
+            driven.map(|(_, node)| spring(node, side_stiffness_n_per_m(scenario), 1.0)).collect()
+        }
         DriveKind::LeftRight => vec![spring(0, stiffness, -1.0), spring(blocks - 1, stiffness, 1.0)],
         DriveKind::Top => top_stiffness_n_per_m(scenario)
             .into_iter()
@@ -147,33 +155,44 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
     }
 }
 
-/// The row that a side drive pulls at, counted from 0 at the bottom: the one nearest to its height.
-pub(crate) fn drive_row(scenario: &Scenario) -> usize {
-    let slider = &scenario.slider;
-    let spacing_m = slider.length_m / gaps(slider.blocks as usize) as f64;
-    // The cast saturates.
-    (scenario.drive.height_m / spacing_m).round() as usize
+/// The normal load of each contact, or of each node at the top of a body on a foundation.
+fn pressed_n(scenario: &Scenario) -> Vec<f64> {
+    let (load, slider) = (&scenario.normal_load, &scenario.slider);
+    load::tilted(load.total_n, load.tilt, slider.blocks as usize, slider.across as usize)
 }
 
-/// `K_n` of a top drive: the total `K`, spread evenly, with a tilt like that of the normal load
-/// (5.18), or decaying exponentially from the end at which a side drive would push.
+/// The row that a side drive pulls at, counted from 0 at the bottom: the one nearest to its height.
+pub(crate) fn drive_row(scenario: &Scenario) -> usize {
+    // The cast saturates.
+    (scenario.drive.height_m / scenario.slider.spacing_m()).round() as usize
+}
+
+/// `K_n` of a side drive: all of `K` at one node, or an equal part at each across.
+fn side_stiffness_n_per_m(scenario: &Scenario) -> f64 {
+    let driven = if scenario.drive.across == 0 { scenario.slider.across } else { 1 };
+    scenario.drive.stiffness_n_per_m / f64::from(driven)
+}
+
+/// `K_n` of a top drive, row by row across: the total `K`, spread evenly, with a tilt along the slider like that
+/// of the normal load (5.18), or decaying exponentially from the end at which a side drive would push.
 fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
     let drive = &scenario.drive;
-    let blocks = scenario.slider.blocks as usize;
+    let (columns, across) = (scenario.slider.blocks as usize, scenario.slider.across as usize);
     if drive.decay_length_m == 0.0 {
-        return load::tilted(drive.stiffness_n_per_m, drive.tilt, blocks);
+        return load::tilted(drive.stiffness_n_per_m, drive.tilt, columns, across);
     }
-    let spacing_m = scenario.slider.length_m / gaps(blocks) as f64;
+    let spacing_m = scenario.slider.spacing_m();
     let shares: Vec<f64> =
-        (0..blocks).map(|n| libm::exp(-(n as f64 * spacing_m) / drive.decay_length_m)).collect();
-    let all: f64 = shares.iter().sum();
-    shares.iter().map(|share| drive.stiffness_n_per_m * (share / all)).collect()
+        (0..columns).map(|n| libm::exp(-(n as f64 * spacing_m) / drive.decay_length_m)).collect();
+    let all = shares.iter().sum::<f64>() * across as f64;
+    let of_row = shares.iter().map(|share| drive.stiffness_n_per_m * (share / all));
+    of_row.collect::<Vec<f64>>().repeat(across)
 }
 
 /// `mu_s` and `mu_d` of every block, including offsets and random spread.
 pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     let friction = &scenario.friction;
-    let blocks = scenario.slider.blocks as usize;
+    let blocks = scenario.slider.contacts() as usize;
     let [drawn_s, drawn_d] = drawn_offsets(scenario);
     let of = |mean: f64, offsets: &[f64], drawn: &[f64]| {
         let at = |values: &[f64], n: usize| values.get(n).copied().unwrap_or(0.0);
@@ -189,7 +208,7 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
 pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {
     let friction = &scenario.friction;
     [(friction.static_spread, 0), (friction.dynamic_spread, 1)].map(|(spread, stream)| {
-        let blocks = if spread == 0.0 { 0 } else { u64::from(scenario.slider.blocks) };
+        let blocks = if spread == 0.0 { 0 } else { u64::from(scenario.slider.contacts()) };
         (0..blocks).map(|n| spread * evenly(u64::from(friction.spread_seed), stream, n)).collect()
     })
 }
@@ -205,7 +224,7 @@ struct Springs {
     spacing_m: f64,
     block_mass_kg: f64,
     elastic: Elastic,
-    /// Elastic modulus times the width of the slider.
+    /// Elastic modulus times the width of the slider; over an area, times the spacing.
     modulus_n_per_m: f64,
     interfacial_stiffness_n_per_m: f64,
 }
@@ -213,41 +232,58 @@ struct Springs {
 impl Springs {
     fn of(scenario: &Scenario) -> Springs {
         let slider = &scenario.slider;
-        let gaps = gaps(slider.blocks as usize) as f64;
-        let nodes = f64::from(slider.blocks) * f64::from(slider.rows);
+        let (modulus_pa, spacing_m) = (slider.youngs_modulus_pa, slider.spacing_m());
+        let counts @ [columns, across, rows] =
+            [slider.blocks, slider.across, slider.rows].map(|count| count as usize);
+        let nodes = counts.map(|count| count as f64).into_iter().product::<f64>();
         let block_mass_kg = slider.mass_kg / nodes;
         let damping =
             |stiffness_n_per_m: f64| slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt();
-        let (elastic, modulus_n_per_m) = if slider.is_slab() {
-            let stiffness_n_per_m = 0.75 * slider.width_m * slider.youngs_modulus_pa;
-            let lattice = Lattice {
-                stiffness_n_per_m,
-                damping_kg_per_s: damping(stiffness_n_per_m),
-                foundation_n_per_m: scenario.normal_load.foundation_stiffness_ratio * stiffness_n_per_m,
-                ..Lattice::slab(slider.blocks as usize, slider.rows as usize)
-            };
-            // The shear modulus of the sheet, `rho c_S^2 = k / (2 L_y) = 3 E / 8`.
-            (Elastic::Lattice(lattice), 0.5 * stiffness_n_per_m)
-        } else {
-            let stiffness_n_per_m =
-                slider.youngs_modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m;
-            let chain = Chain {
-                nodes: slider.blocks as usize,
-                stiffness_n_per_m,
-                damping_kg_per_s: damping(stiffness_n_per_m),
-            };
-            (Elastic::Chain(chain), slider.youngs_modulus_pa * slider.width_m)
+        // The shear modulus of planes, `rho c_S^2 = k / (2 L_y) = 3 E / 8`, and of bodies, `k / a`.
+        let (kind, stiffness_n_per_m, modulus_n_per_m) = match (across > 1, rows > 1) {
+            (false, false) => {
+                let gaps = gaps(columns) as f64;
+                let k = modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m;
+                (None, k, modulus_pa * slider.width_m)
+            }
+            (false, true) => {
+                let k = 0.75 * slider.width_m * modulus_pa;
+                (Some(&lattice::SLAB), k, 0.5 * k)
+            }
+            (true, false) => {
+                let k = 0.75 * slider.height_m * modulus_pa;
+                (Some(&lattice::SHEET), k, 0.375 * modulus_pa * spacing_m)
+            }
+            (true, true) => {
+                let k = 0.4 * modulus_pa * spacing_m;
+                (Some(&lattice::BLOCK), k, k)
+            }
         };
-        let stiffness_n_per_m = elastic.stiffness_n_per_m();
+        let damping_kg_per_s = damping(stiffness_n_per_m);
+        let elastic = match kind {
+            None => Elastic::Chain(Chain { nodes: columns, stiffness_n_per_m, damping_kg_per_s }),
+            Some(table) => {
+                let foundation_ratio = match table.upward() {
+                    Some(_) => scenario.normal_load.foundation_stiffness_ratio,
+                    None => 0.0,
+                };
+                Elastic::Lattice(Lattice {
+                    stiffness_n_per_m,
+                    damping_kg_per_s,
+                    foundation_n_per_m: foundation_ratio * stiffness_n_per_m,
+                    ..Lattice::of(table, counts)
+                })
+            }
+        };
         Springs {
-            spacing_m: slider.length_m / gaps,
+            spacing_m,
             block_mass_kg,
             elastic,
             modulus_n_per_m,
             interfacial_stiffness_n_per_m: match scenario.friction.contact_law() {
                 law if law.holds() => 0.0,
                 Law::Junctions(law) => {
-                    law.stiffness_n_per_m(scenario.normal_load.total_n / f64::from(slider.blocks))
+                    law.stiffness_n_per_m(scenario.normal_load.total_n / f64::from(slider.contacts()))
                 }
                 _ => scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m,
             },
@@ -321,13 +357,13 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
     let springs = Springs::of(scenario);
     let stiffest_drive = match scenario.drive.kind {
         DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
-        DriveKind::Side | DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
+        DriveKind::Side => side_stiffness_n_per_m(scenario),
+        DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
     };
     let kt = springs.interfacial_stiffness_n_per_m;
     let law = scenario.friction.contact_law();
     let stiffest_contact = law.junctions().map_or(kt, |_| {
-        let load = &scenario.normal_load;
-        let pressed_n = load::tilted(load.total_n, load.tilt, springs.elastic.contacts());
+        let pressed_n = pressed_n(scenario);
         let normal_load_n = springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
         contact_stiffness_n_per_m(law, &normal_load_n).into_iter().fold(kt, f64::max)
     });

@@ -1,9 +1,9 @@
 //! Bodies: springs and dashpots between *nodes*.
 //!
-//! Nodes move, *contacts* rub. Contacts are numbered along the sliding direction. In a chain every node
-//! is a contact; in a slab, whose body is a [`Lattice`], only the nodes of its bottom row are. A
-//! *freedom* is one direction in which one node moves: a chain has one per node, a slab two. Code that
-//! works with any body uses [`Elastic`] or its lattice.
+//! Nodes move, *contacts* rub. Contacts are numbered along the sliding direction, row by row. In a chain and
+//! in a sheet every node is a contact; in a slab and in a body only the nodes at the bottom are. All but the
+//! chain are a [`Lattice`]. A *freedom* is one direction in which one node moves: a chain has one per node, a
+//! slab and a sheet two, a body three. Code that works with any of them uses [`Elastic`] or its lattice.
 //!
 //! This module has everything that follows from the bonds between nodes: the pull on a node, the
 //! diagonal of the stiffness, the bounds for stability and for the certificates of windows, and the
@@ -21,7 +21,7 @@ use crate::lattice::{self, Lattice, Number};
 pub enum Elastic {
     /// A chain of blocks.
     Chain(Chain),
-    /// A lattice of nodes, whose bottom row rubs: the body of a slab.
+    /// A lattice of nodes, whose bottom row rubs: a slab, a sheet, a body.
     Lattice(Lattice),
 }
 
@@ -127,9 +127,15 @@ impl Elastic {
         }
     }
 
-    /// The arrangement of its contacts: one row, in a chain as in a slab.
+    /// The arrangement of its contacts: one row in a chain and in a slab, several over an area.
     pub fn layout(&self) -> Contacts {
-        Contacts::from(self.contacts() as u32)
+        let lattice = self.as_lattice();
+        Contacts::in_rows(lattice.contacts() as u32, lattice.lanes as u32).expect("rows of equal length")
+    }
+
+    /// Number of axes along which a contact slips: two over an area.
+    pub fn tangential_axes(&self) -> usize {
+        self.as_lattice().tangential_axes()
     }
 
     /// Stiffness `k` of the spring between neighbours.
@@ -164,17 +170,18 @@ impl Elastic {
         }
     }
 
-    /// The pull of springs on each contact along the sliding direction: in a chain
-    /// [`Elastic::spring_force_n`], in a lattice [`Lattice::pull`], which rounds differently.
+    /// The pull of springs on each contact along the surface, axis by axis, so along the sliding direction
+    /// first: in a chain [`Elastic::spring_force_n`], in a lattice [`Lattice::pull`], which rounds differently.
     pub fn tangential_force_n(&self, displacement_m: &[f64]) -> Vec<f64> {
         if self.as_chain().is_some() {
             return (0..self.contacts()).map(|n| self.spring_force_n(displacement_m, n)).collect();
         }
         let still = vec![0.0; self.freedoms()];
         let (mut force_n, mut dashpots_n) = (still.clone(), still.clone());
-        self.as_lattice().pull(&mut force_n, &mut dashpots_n, displacement_m, &still);
-        force_n.truncate(self.contacts());
-        force_n
+        let lattice = self.as_lattice();
+        lattice.pull(&mut force_n, &mut dashpots_n, displacement_m, &still);
+        let axes = force_n.chunks_exact(lattice.nodes()).take(lattice.tangential_axes());
+        axes.flat_map(|of_nodes| &of_nodes[..lattice.contacts()]).copied().collect()
     }
 
     /// The diagonal of the stiffness at a freedom.

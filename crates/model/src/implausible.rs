@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 
 use crate::choices::ParameterSet;
 use crate::keys::{KEYS, Value};
+use crate::laws::FrictionLaw;
 use crate::preview::Preview;
 use crate::scenario::Scenario;
 use crate::text::short;
@@ -63,12 +64,16 @@ pub(crate) fn no_slip(scenario: &Scenario, preview: &Preview) -> Option<String> 
         return None;
     }
     let drive = &scenario.drive;
+    // Contacts of junctions yield below their static friction.
+    let has_junctions = scenario.friction.law == FrictionLaw::Junctions;
+    let (limit, reaches) = match has_junctions {
+        true => ("its contacts' strength", "yields"),
+        false => ("static friction", "reaches its static friction"),
+    };
     let when = match (preview.first_slip_s, preview.first_slip_block) {
-        (Some(time_s), Some(block)) => {
-            format!("block {block} reaches its static friction at {} s", short(time_s))
-        }
-        (Some(time_s), None) => format!("static friction is reached at {} s", short(time_s)),
-        (None, _) => "static friction is never reached".to_owned(),
+        (Some(time_s), Some(block)) => format!("block {block} {reaches} at {} s", short(time_s)),
+        (Some(time_s), None) => format!("{limit} is reached at {} s", short(time_s)),
+        (None, _) => format!("{limit} is never reached"),
     };
     let to_blame = match preview.first_slip_s {
         Some(_) => ("time.duration_s", scenario.time.duration_s),

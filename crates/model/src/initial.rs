@@ -15,7 +15,7 @@ pub(crate) fn state(
     normal_load_n: &[f64],
     prestress_n: &[f64],
 ) -> InitialState {
-    let (nodes, freedoms, contacts) = (elastic.nodes(), elastic.freedoms(), elastic.contacts());
+    let (nodes, freedoms) = (elastic.nodes(), elastic.freedoms());
     // Displacements whose spring forces equal the profile, from u_1 = 0; in other bodies there is none.
     let u = elastic.as_chain().map_or_else(
         || vec![0.0; freedoms],
@@ -32,8 +32,9 @@ pub(crate) fn state(
     for (pull, prestress) in pull.iter_mut().zip(prestress_n) {
         *pull += prestress;
     }
+    // Without a foundation all nodes are contacts, and all their freedoms tangential.
     let anchor = |n: usize| if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] };
-    let stick_position_m = (0..contacts).map(anchor).collect();
+    let stick_position_m = (0..freedoms).map(anchor).collect();
 
     let amplitude = scenario.initial_velocity.amplitude_m_per_s;
     let mode = f64::from(scenario.initial_velocity.mode);

@@ -17,7 +17,7 @@ pub struct Junctions {
     pub count: usize,
     /// `kappa`, of `k_n = sqrt(kappa f)` at the load of rest.
     pub constant_n_per_m2: f64,
-    /// Mean of the normal distribution of slip times.
+    /// Mean of the normal distribution of slip times, before times of 0 or below are drawn again.
     pub healing_time_s: f64,
     /// Its deviation; times of 0 or below are drawn again.
     pub healing_deviation_s: f64,
@@ -58,6 +58,40 @@ impl Junctions {
             (pinned * (mu_s - self.width * (pinned - 1.0) / (2.0 * count)) + broken * mu_d) / count
         };
         (0..self.count).map(borne).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The largest friction, over its normal load, that contact `n`, counted from 0, bears on its way from its start
+    /// until it slides, pulled either way before any junction is pinned again; 0 if it slides from the start.
+    /// `shear` is its friction at rest, `mu_s` and `mu_d` are its coefficients.
+    pub fn yield_coefficient(&self, n: usize, shear: f64, [mu_s, mu_d]: [f64; 2]) -> f64 {
+        let (mut offsets, count) = (self.offsets(n), self.count as f64);
+        let broken = offsets.iter().filter(|q| (shear + self.width * **q).abs() >= mu_s).count();
+        if self.slides(broken as u32) {
+            return 0.0;
+        }
+        // The last junction before those that must break for the contact to slide.
+        let least = (0..self.count).find(|broken| self.slides(*broken as u32 + 1)).unwrap_or(self.count - 1);
+        let mut most = |way: f64| {
+            offsets.sort_by(|a, b| (way * b).total_cmp(&(way * a)));
+            let mut pinned: f64 = offsets.iter().sum();
+            let mut most = f64::NEG_INFINITY;
+            for (broken, q) in offsets.iter().enumerate().take(least + 1) {
+                // The next to break has the largest of the pinned forces.
+                let left = count - broken as f64;
+                let borne = left * mu_s - self.width * (left * way * q - way * pinned) + broken as f64 * mu_d;
+                most = most.max(borne / count);
+                pinned -= q;
+            }
+            most
+        };
+        most(1.0).min(most(-1.0)).max(0.0)
+    }
+
+    /// Whether a contact slides with this many slipping junctions: from the given share on. The quotient of two
+    /// whole numbers is the double nearest to the share, so decimals are met exactly.
+    #[inline]
+    pub fn slides(&self, slipping: u32) -> bool {
+        f64::from(slipping) / self.count as f64 >= self.sliding_share
     }
 
     /// Friction, over the normal load, of steady sliding at a velocity, for any distribution of slip times:
@@ -151,6 +185,34 @@ mod tests {
         assert!((deviation - 3e-4).abs() < 7e-6, "{deviation}");
         let wide = self::law(&["friction.healing_deviation_s=0.01"]);
         assert!((1..1000).all(|count| wide.slip_time_s(0, 0, count) > 0.0), "a time is above 0");
+    }
+
+    #[test]
+    fn a_contact_yields_when_enough_junctions_have_broken() {
+        let mu = [0.4, 0.17];
+        for sets in [&["friction.junction_width=0.3"][..], &["friction.junction_width=0.1"]] {
+            let law = law(&[sets, &["friction.sliding_share=1"]].concat());
+            // By the closed form, whose largest comes before all junctions slip.
+            let (found, form) = (law.yield_coefficient(3, 0.1, mu), law.peak_coefficient(mu[0], mu[1]));
+            assert!((found - form).abs() < 1e-12, "{found} {form}");
+        }
+        // The first junction suffices, which bears half a width more than the mean.
+        let first = law(&["friction.junction_width=0.5", "friction.sliding_share=0.001"]);
+        assert!((first.yield_coefficient(0, 0.0, mu) - (0.4 - 0.25 * 0.99)).abs() < 1e-12);
+        let wide = law(&["friction.junction_width=2"]);
+        assert_eq!(wide.yield_coefficient(0, 0.0, mu), 0.0, "six of ten are beyond their strength at rest");
+        let drawn = law(&["friction.junction_start=drawn", "friction.junction_width=0.3"]);
+        let [a, b] = [0, 1].map(|n| drawn.yield_coefficient(n, 0.0, mu));
+        assert!(a != b && (a - b).abs() < 0.05, "{a} {b}");
+    }
+
+    /// `0.55 * 100` is a little above 55.
+    #[test]
+    fn decimal_shares_are_met_exactly() {
+        for percent in 1..=100 {
+            let law = law(&[&format!("friction.sliding_share={}", f64::from(percent) / 100.0)]);
+            assert!(law.slides(percent) && !law.slides(percent - 1), "{percent}");
+        }
     }
 
     #[test]

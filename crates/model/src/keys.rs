@@ -14,10 +14,10 @@ use Bound::{Excluding, Including, Open};
 use Default::{BySet, Is};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
-/// Default `k_f / k` of a slab.
+/// Default `k_f / k` of a slab and a body.
 pub(crate) const FOUNDATION_RATIO: f64 = 0.5;
 
-/// Most rows of a slab.
+/// Most nodes upwards, and most across the sliding direction.
 const MOST_ROWS: u64 = 10_000;
 
 /// Most junctions of a contact.
@@ -66,16 +66,25 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "slider.blocks",
         symbol: "N",
-        doc: "Number of blocks in the chain, 1 for a block on its driving spring; of a slab, number of nodes in a row, \
-              and so of contacts, from 2.",
+        doc: "Number of blocks in the chain, 1 for a block on its driving spring; of a slab, a sheet and a body, \
+              number of nodes along the sliding direction, and so of contacts in a row, from 2.",
         kind: Count(1, MOST_BLOCKS),
         default: Is(Value::Count(100)),
     },
     Key {
+        path: "slider.across",
+        symbol: "N_y",
+        doc: "Rows of contacts across the sliding direction: 1 is a chain or a slab; more make contacts over an area, \
+              N x N_y of them, numbered row by row, under a sheet, all of whose nodes rub, or with slider.rows above \
+              1 under a body (docs/area.md).",
+        kind: Count(1, MOST_ROWS),
+        default: Is(Value::Count(1)),
+    },
+    Key {
         path: "slider.rows",
         symbol: "N_z",
-        doc: "Rows of nodes: 1 is the chain of the thesis; more make a slab, a plane lattice of N x N_z nodes, whose \
-              bottom row rubs (docs/slab.md).",
+        doc: "Rows of nodes, one above the other: 1 is the chain of the thesis, or a sheet; more make a slab, a plane \
+              lattice of N x N_z nodes, whose bottom row rubs (docs/slab.md), or a body of N x N_y x N_z nodes.",
         kind: Count(1, MOST_ROWS),
         default: Is(Value::Count(1)),
     },
@@ -89,21 +98,23 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "slider.width_m",
         symbol: "L_y",
-        doc: "Width of the slider.",
+        doc: "Width of the slider; over an area, L_y / (N_y - 1) must be the spacing a.",
         kind: POSITIVE,
         default: Is(Value::Number(0.005)),
     },
     Key {
         path: "slider.height_m",
         symbol: "L_z",
-        doc: "Height of the slider; of a slab, L_z / (N_z - 1) must be the spacing a.",
+        doc: "Height of the slider; of a slab and of a body, L_z / (N_z - 1) must be the spacing a; of a sheet, its \
+              thickness.",
         kind: POSITIVE,
         default: Is(Value::Number(0.02)),
     },
     Key {
         path: "slider.mass_kg",
         symbol: "M",
-        doc: "Mass of the whole slider; each block has m = M / N, each node of a slab m = M / (N N_z).",
+        doc: "Mass of the whole slider; each block has m = M / N, each node of a slab m = M / (N N_z), of a sheet \
+              m = M / (N N_y), of a body m = M / (N N_y N_z).",
         kind: POSITIVE,
         default: BySet { as_coded: Value::Number(12.0), as_stated: Value::Number(0.012) },
     },
@@ -111,8 +122,8 @@ pub const KEYS: &[Key] = &[
         path: "slider.youngs_modulus_pa",
         symbol: "E",
         doc: "Young's modulus; the springs between blocks have k = E (N - 1) L_y L_z / L_x (5.5), those of a slab \
-              k = 3 E L_y / 4, and k / 2 along diagonals. A single block has no such spring; of its \
-              k = E L_y L_z / L_x there follow k_t and the wave speed.",
+              k = 3 E L_y / 4, of a sheet k = 3 E L_z / 4, both k / 2 along diagonals, those of a body k = 0.4 E a. A \
+              single block has no such spring; of its k = E L_y L_z / L_x there follow k_t and the wave speed.",
         kind: POSITIVE,
         default: Is(Value::Number(2.5e9)),
     },
@@ -133,14 +144,14 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.static_coefficient",
         symbol: "mu_s",
-        doc: "A stuck block detaches at |tau_n| >= mu_s p_n.",
+        doc: "A stuck block detaches at |tau_n| >= mu_s p_n; a junction breaks at mu_s of its load.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.7)),
     },
     Key {
         path: "friction.dynamic_coefficient",
         symbol: "mu_d",
-        doc: "A sliding block feels -mu_d p_n sign(v_n); not above static_coefficient.",
+        doc: "A sliding block feels -mu_d p_n sign(v_n), a slipping junction mu_d of its load; not above static_coefficient.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.45)),
     },
@@ -156,9 +167,10 @@ pub const KEYS: &[Key] = &[
         symbol: "",
         doc: "When a sliding block re-attaches: one-way, at a new velocity <= 0 (the thesis' program); \
               two-way, where the velocity changes sign or vanishes, and so after one step if it has never \
-              moved. The laws rigid and velocity-weakening are two-way: there a block stops where its \
-              velocity changes sign, and goes on from exactly 0.",
-        kind: Word(&["one-way", "two-way"]),
+              moved; turn, over an area and only there, where the velocity has turned by a right angle or more from \
+              the direction of the slip. The laws rigid and velocity-weakening are two-way: there a block stops \
+              where its velocity changes sign, and goes on from exactly 0.",
+        kind: Word(&["one-way", "two-way", "turn"]),
         default: Is(Value::Text("one-way")),
     },
     Key {
@@ -288,10 +300,11 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "drive.kind",
         symbol: "",
-        doc: "Where the drive pulls: side, block 1 (5.8); top, every block, or every node of a slab's top row, with \
-              K / N each (5.53); left-right, block 1 backwards and block N forwards, with K each. Its springs are \
-              measured from the grid of the undeformed slider, so with initial shear F_T is not quite 0 at the \
-              start; in a slab they are relaxed where it rests under its load.",
+        doc: "Where the drive pulls: side, block 1 (5.8), over an area all rows across with K / N_y each; top, every \
+              block, or every node at the top of a slab or a body, with K over their number each (5.53); left-right, \
+              block 1 backwards and block N forwards, with K each. Its springs are measured from the grid of the \
+              undeformed slider, so with initial shear F_T is not quite 0 at the start; in a slab and a body they are \
+              relaxed where it rests under its load.",
         kind: Word(&["side", "top", "left-right"]),
         default: Is(Value::Text("side")),
     },
@@ -327,10 +340,18 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::Number(0.0)),
     },
     Key {
+        path: "drive.across",
+        symbol: "",
+        doc: "Of a side drive over an area: the row across, from 1, whose first node alone it pulls with all of K; 0 \
+              for all rows alike.",
+        kind: Count(0, MOST_ROWS),
+        default: Is(Value::Count(0)),
+    },
+    Key {
         path: "drive.height_m",
         symbol: "h",
-        doc: "Of a side drive of a slab: the height above the bottom at which it pulls the first node of the nearest \
-              row; 0 is block 1.",
+        doc: "Of a side drive of a slab or a body: the height above the bottom at which it pulls the first nodes of \
+              the nearest row or layer; 0 is block 1.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },
@@ -358,16 +379,16 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "normal_load.tilt",
         symbol: "theta",
-        doc: "Tilt of the load, p_n = F_N / N (1 - theta (2n - N - 1) / (N - 1)) (5.18), on a slab that of the nodes \
-              of its top row: positive puts more load on the driven end. At -1 and 1 an end block bears nothing, \
-              switches in nearly every step, and the run takes long.",
+        doc: "Tilt of the load along the slider, p_n = F_N / N (1 - theta (2n - N - 1) / (N - 1)) (5.18), on a slab and \
+              a body that of the nodes at the top: positive puts more load on the driven end. At -1 and 1 an end \
+              block bears nothing, switches in nearly every step, and the run takes long.",
         kind: Number(Including(-1.0), Including(1.0)),
         default: Is(Value::Number(0.0)),
     },
     Key {
         path: "normal_load.foundation_stiffness_ratio",
         symbol: "k_f / k",
-        doc: "Of a slab: stiffness of the foundation that bears each contact, p_n = -k_f u_z, over that between nodes; \
+        doc: "Of a slab or a body: stiffness of the foundation that bears each contact, p_n = -k_f u_z, over that between nodes; \
               a contact that has lifted off bears nothing.",
         kind: POSITIVE,
         default: Is(Value::Number(FOUNDATION_RATIO)),
@@ -508,7 +529,8 @@ pub const KEYS: &[Key] = &[
         path: "detection.link_time_ratio",
         symbol: "lambda",
         doc: "Detachments of the same or neighbouring blocks are one rupture if no more than lambda sqrt(m/k) lies \
-              between them: a front may be this much slower than elastic waves. Never changes the run, only what \
+              between them, by junctions also if no more than twice their healing time: a front may be this much \
+              slower than elastic waves. Never changes the run, only what \
               is told of it.",
         kind: POSITIVE,
         default: Is(Value::Number(100.0)),

@@ -9,7 +9,7 @@
 //! Bonds at the edges have the stiffness of those inside. If nodes move upwards, a foundation supports
 //! each node of the bottom row, with the stiffness `k_f`; it pushes upwards and never pulls.
 
-mod by_table;
+mod cube;
 mod plane;
 mod table;
 #[cfg(test)]
@@ -17,8 +17,9 @@ mod tests;
 
 use std::ops::{Add, Mul, Range, Sub};
 
-use by_table::ByTable;
+use cube::Cube;
 use plane::Plane;
+use table::Loops;
 pub use table::{BLOCK, BondKind, CHAIN, LongWaves, Offset, RowOf, SHEET, SLAB, Table};
 
 /// The types of displacements and velocities: doubles, pairs of them, complex numbers. The default is
@@ -86,6 +87,11 @@ impl Lattice {
         self.table.axes.len()
     }
 
+    /// Number of freedoms of a node along the surface.
+    pub fn tangential_axes(&self) -> usize {
+        self.axes() - usize::from(self.table.upward().is_some())
+    }
+
     /// Number of freedoms.
     pub fn freedoms(&self) -> usize {
         self.axes() * self.nodes()
@@ -96,9 +102,21 @@ impl Lattice {
         self.columns * self.lanes
     }
 
+    /// The first nodes of the lines along the sliding direction in a row, counted from 0 at the bottom.
+    pub fn first_column(&self, row: usize) -> impl Iterator<Item = usize> + use<> {
+        self.row(row).step_by(self.columns)
+    }
+
     /// The nodes of a row, counted from 0 at the bottom.
     pub fn row(&self, row: usize) -> Range<usize> {
         row * self.contacts()..(row + 1) * self.contacts()
+    }
+
+    /// Index among all freedoms of a tangential freedom of a contact, counted contact by contact, axis by axis.
+    #[inline]
+    pub fn tangential_freedom(&self, of_contact: usize) -> usize {
+        let contacts = self.contacts();
+        of_contact / contacts * self.nodes() + of_contact % contacts
     }
 
     /// The nodes of the top row.
@@ -148,25 +166,30 @@ impl Lattice {
     /// Always inlined, so that it is compiled for the instruction set of its caller.
     #[inline(always)]
     pub fn pull(&self, springs_n: &mut [f64], dashpots_n: &mut [f64], u: &[f64], v: &[f64]) {
-        match self.plane() {
-            Some(plane) => plane.pull(springs_n, dashpots_n, u, v),
-            None => self.by_table().pull(springs_n, dashpots_n, u, v),
+        match (self.table.loops, self.plane()) {
+            (Loops::Plane, Some(plane)) => plane.pull(springs_n, dashpots_n, u, v),
+            (Loops::Cube, _) => self.cube().pull(springs_n, dashpots_n, u, v),
+            _ => {
+                for freedom in 0..self.freedoms() {
+                    springs_n[freedom] = self.spring_force_n(u, freedom);
+                    dashpots_n[freedom] = self.damping_force_n(v, freedom);
+                }
+            }
         }
     }
 
-    /// The plane for the specialised code of `plane.rs`; `None` for any other lattice.
+    /// The plane for the loops of `plane.rs`; `None` for a single line.
     #[inline(always)]
     fn plane(&self) -> Option<Plane> {
         let &Lattice { columns, stiffness_n_per_m, damping_kg_per_s, .. } = self;
         // Planes have several nodes along only one of the axes across and upwards.
         let rows = if self.table.upward().is_some() { self.rows } else { self.lanes };
-        let is_plane = self.table.is_plane && rows >= 2 && rows == self.rows * self.lanes;
+        let is_plane = columns >= 2 && rows >= 2 && rows == self.rows * self.lanes;
         is_plane.then_some(Plane { columns, rows, stiffness_n_per_m, damping_kg_per_s })
     }
 
-    fn by_table(&self) -> ByTable {
-        ByTable {
-            table: self.table,
+    fn cube(&self) -> Cube {
+        Cube {
             counts: [self.columns, self.lanes, self.rows],
             stiffness_n_per_m: self.stiffness_n_per_m,
             damping_kg_per_s: self.damping_kg_per_s,

@@ -36,8 +36,9 @@ pub struct Sliding<'a, const D: usize = 1> {
 /// A sliding contact in a step that changes its velocity.
 #[derive(Debug, Clone, Copy)]
 pub struct Turn<const D: usize = 1> {
-    /// Its velocity before the step.
-    pub velocity_m_per_s: [f64; D],
+    /// The direction in which it slips: its velocity before the step. Over an area, in the first step of a
+    /// slip, instead of it the tangential force at which it detached, since it may still move another way.
+    pub direction: [f64; D],
     /// Its velocity after the step.
     pub new_velocity_m_per_s: [f64; D],
 }
@@ -167,11 +168,7 @@ pub fn amontons_coulomb_n(sliding: &Sliding<'_>) -> f64 {
     select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))
 }
 
-/// The magnitude of a vector: of one number its absolute value, to the bit.
-#[inline(always)]
-pub fn magnitude<const D: usize>(vector: [f64; D]) -> f64 {
-    if D == 1 { vector[0].abs() } else { vector.iter().map(|x| x * x).sum::<f64>().sqrt() }
-}
+pub use asperity_record::magnitude;
 
 /// Code to compile for each law.
 pub trait WithLaw {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::junctions::Junctions;
 use crate::law::{Affine, ContactLaw, LawKeys, WithLaw, memory_of};
+pub use springs::SpringsOverArea;
 
 /// The laws' text in the key table: each word and its meaning.
 macro_rules! text {
@@ -136,7 +137,19 @@ macro_rules! laws {
     };
 }
 
+impl FrictionLaw {
+    /// Whether the law is known for contacts that slip along a vector.
+    pub(crate) fn is_known_over_an_area(self) -> bool {
+        matches!(self, FrictionLaw::InterfacialSprings)
+    }
+}
+
 impl Law {
+    /// The law of a contact that slips along a vector; `None` by laws that have no such form.
+    pub fn over_area(self) -> Option<SpringsOverArea> {
+        self.word().is_known_over_an_area().then_some(SpringsOverArea)
+    }
+
     /// The numbers of the law whose contacts are junctions.
     pub fn junctions(self) -> Option<Junctions> {
         match self {

@@ -35,6 +35,7 @@
 //! - `choices`: enumerations of the words that keys accept.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
 //! - [`lattice`]: bodies given by a table of bonds, such as the slab.
+//! - `node_state`: all nodes at one time.
 //! - [`elastic`]: the elastic body, chain or lattice.
 //! - [`law`]: how a contact sticks and slides; [`laws`]: the laws, a file for each.
 //! - [`load`]: normal load per block, and its course in time.
@@ -55,7 +56,7 @@
 //! - [`analytic`]: predictions of the theory.
 //! - [`front`]: the theory of the speed of fronts.
 //! - `contradictions`: rules between keys.
-//! - `slab_keys`: keys that only slabs or only chains can have.
+//! - `lattice_keys`: keys that only chains can have, or only slabs, sheets and bodies.
 //! - `profile`: initial shear and prestress from CSV files.
 //! - [`builtin`]: the built-in scenarios.
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
@@ -76,10 +77,12 @@ pub mod junctions;
 mod key;
 pub mod keys;
 pub mod lattice;
+mod lattice_keys;
 pub mod law;
 mod law_keys;
 pub mod laws;
 pub mod load;
+mod node_state;
 mod one_block;
 pub mod plan;
 pub mod preview;
@@ -89,7 +92,7 @@ mod resolve;
 pub mod scenario;
 mod show;
 pub mod slab;
-mod slab_keys;
+
 pub mod source;
 mod splitmix;
 mod suggest;
@@ -105,6 +108,7 @@ pub use junctions::Junctions;
 pub use lattice::Lattice;
 pub use laws::Law;
 pub use load::LoadCourse;
+pub use node_state::NodeState;
 pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };

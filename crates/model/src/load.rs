@@ -6,11 +6,13 @@ use crate::elastic::gaps;
 ///
 /// The sign is that of (5.18) and of the thesis' program: a positive `theta`
 /// loads the driven end more. (5.10) and (2.8) have the other sign.
-pub fn tilted(total_n: f64, theta: f64, blocks: usize) -> Vec<f64> {
-    let count = blocks as f64;
-    (1..=blocks)
-        .map(|n| total_n / count * (1.0 - (2.0 * n as f64 - count - 1.0) / gaps(blocks) as f64 * theta))
-        .collect()
+///
+/// Over an area all rows across are alike, one after the other: `n` is the column, and `F_N` is divided by the
+/// number of contacts.
+pub fn tilted(total_n: f64, theta: f64, columns: usize, rows: usize) -> Vec<f64> {
+    let (count, mean_n) = (columns as f64, total_n / (columns * rows) as f64);
+    let at = |n: usize| mean_n * (1.0 - (2.0 * n as f64 - count - 1.0) / gaps(columns) as f64 * theta);
+    (0..rows).flat_map(|_| (1..=columns).map(at)).collect()
 }
 
 /// A piecewise-linear course of the normal load (6.1-6.3), as a factor on its value at the start;
@@ -117,10 +119,10 @@ mod tests {
 
     #[test]
     fn tilt_shifts_load_to_the_driven_end_and_keeps_the_total() {
-        assert_eq!(tilted(400.0, 0.0, 4), [100.0; 4]);
-        let p = tilted(400.0, 0.5, 5);
+        assert_eq!(tilted(400.0, 0.0, 4, 1), [100.0; 4]);
+        let p = tilted(400.0, 0.5, 5, 1);
         assert_eq!((p[0], p[2], p[4]), (120.0, 80.0, 40.0));
         assert!((p.iter().sum::<f64>() - 400.0).abs() < 1e-12);
-        assert_eq!(tilted(400.0, 0.0, 1), [400.0]);
+        assert_eq!(tilted(400.0, 0.0, 1, 1), [400.0]);
     }
 }

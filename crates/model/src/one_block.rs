@@ -2,12 +2,12 @@
 //! between blocks, or need a second block to balance the first.
 
 use crate::choices::DriveKind;
+use crate::lattice_keys::Refusal;
 use crate::scenario::Scenario;
-use crate::slab_keys::Refusal;
 
 /// Checks the rules for a single block. Keys at their defaults are accepted.
 pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
-    if scenario.slider.blocks > 1 || scenario.slider.is_slab() {
+    if scenario.slider.blocks > 1 || scenario.slider.is_lattice() {
         return Vec::new();
     }
     let (drive, shear, prestress) = (&scenario.drive, &scenario.initial_shear, &scenario.prestress);

@@ -8,7 +8,7 @@ use asperity_record::{Scales, TimeGrid};
 /// All inputs of a solver, in SI units; per-block arrays have length [`Plan::blocks`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Number of blocks `N`.
+    /// Number of blocks `N`; over an area, of contacts.
     pub blocks: usize,
     /// Length of the slider `L`.
     pub length_m: f64,
@@ -22,9 +22,9 @@ pub struct Plan {
     pub friction: Friction,
     /// Total normal load `F_N` at the start.
     pub total_normal_load_n: f64,
-    /// Normal load per contact `p_n` at the start: (5.18); for a slab, that of its rest state.
+    /// Normal load per contact `p_n` at the start: (5.18); of a body on a foundation, that of its rest state.
     pub normal_load_n: Vec<f64>,
-    /// Vertical load on each node of a slab's top row at the start; empty in a chain.
+    /// Vertical load on each node at the top of a body on a foundation at the start; empty for others.
     pub top_load_n: Vec<f64>,
     /// Course of the load over time, for all blocks alike.
     pub load_course: LoadCourse,
@@ -101,7 +101,7 @@ pub struct Drive {
 /// A driving spring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveSpring {
-    /// The block, counted from 0; of a slab, the node, row by row from the bottom.
+    /// The block, counted from 0; of a lattice, the node, in the order of [`crate::lattice`].
     pub block: usize,
     /// `K_n`.
     pub stiffness_n_per_m: f64,
@@ -160,7 +160,7 @@ impl Drive {
 }
 
 /// Displacements from the grid, velocities and friction springs before the first step;
-/// all contacts are stuck. One value per freedom (`u`, `v`) or contact.
+/// all contacts are stuck. One value per freedom (`u`, `v`) or tangential freedom of a contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialState {
     /// The step after which the run begins: 0, or a later one for a loaded start.
@@ -169,7 +169,7 @@ pub struct InitialState {
     pub displacement_m: Vec<f64>,
     /// `v_n`.
     pub velocity_m_per_s: Vec<f64>,
-    /// `u_stick,n`.
+    /// `u_stick,n`, along each axis of the surface.
     pub stick_position_m: Vec<f64>,
 }
 
@@ -225,6 +225,16 @@ pub struct WindowPlan {
 }
 
 impl Plan {
+    /// The first and the last row across, from 1, in which the drive pulls the nodes of the first column; none
+    /// where it pulls others as well, or nothing.
+    pub fn driven_rows(&self) -> Option<[u32; 2]> {
+        let lattice = self.elastic.as_lattice();
+        let places = || self.drive.springs.iter().map(|spring| lattice.place(spring.block));
+        let rows = || places().map(|[_, lane, _]| lane as u32 + 1);
+        let ends = rows().min().zip(rows().max()).map(|(first, last)| [first, last]);
+        ends.filter(|_| places().all(|[column, ..]| column == 0))
+    }
+
     /// Displacement of the drive point at a step, if it stopped in `hold_step` (`u64::MAX` if it has
     /// not).
     #[inline]

@@ -15,8 +15,9 @@
 //!
 //! Between the knots of the load's course, and up to the stop of the drive, `X` and the normal load are
 //! linear in time, so every time below is the root of a linear equation. In a slab the shear and the normal
-//! load of each contact are also linear in both. Neglected are inertia, viscosity, and ageing, which only
-//! delays slip.
+//! load of each contact are also linear in both. Over an area the shear is a vector, whose magnitude reaches
+//! static friction at the root of a quadratic equation. Neglected are inertia, viscosity, and ageing, which
+//! only delays slip.
 
 use serde::Serialize;
 
@@ -35,9 +36,9 @@ const TOGETHER: f64 = 1e-9;
 pub struct Preview {
     /// Density of the slider, `rho = M / (L_x L_y L_z)`.
     pub density_kg_per_m3: f64,
-    /// Speed `c` of long waves along the slider; of a slab, that of shear waves.
+    /// Speed `c` of long waves along the slider; where there are shear waves, that of these.
     pub wave_speed_m_per_s: f64,
-    /// Length over which a stuck chain screens a force on its end, `l_0`; `None` for slabs, and for laws
+    /// Length over which a stuck chain screens a force on its end, `l_0`; `None` for others, and for laws
     /// without friction springs.
     pub decay_length_m: Option<f64>,
     /// The time step over the longest stable one.
@@ -184,12 +185,60 @@ fn first_step(stretches: &[Stretch], force: Linear, limit: Linear) -> Option<f64
     step.filter(|step| step.is_finite())
 }
 
+/// When the magnitude of a force, given by its components, first reaches a limit, in steps.
+fn first_step_of_size(stretches: &[Stretch], force: [Linear; 2], limit: Linear) -> Option<f64> {
+    let step = stretches.iter().find_map(|stretch| {
+        let start = force.map(|force| stretch.value_n(force, 0.0));
+        let change = force.map(|force| stretch.change_n_per_step(force));
+        let (limit_n, limit_change_n) = (stretch.value_n(limit, 0.0), stretch.change_n_per_step(limit));
+        let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        // By how much the square of the magnitude is short: `gap - 2 half_rate s - curve s^2` after `s` steps.
+        let gap = limit_n * limit_n - product(start, start);
+        let half_rate = product(start, change) - limit_n * limit_change_n;
+        let curve = product(change, change) - limit_change_n * limit_change_n;
+        if gap <= 0.0 {
+            return Some(stretch.from_step);
+        }
+        // The first positive root, in the form without cancellation. Without any, the magnitude stays below.
+        let square = half_rate * half_rate + curve * gap;
+        let steps = gap / (half_rate + square.max(0.0).sqrt());
+        (square >= 0.0 && steps > 0.0 && steps <= stretch.steps).then_some(stretch.from_step + steps)
+    });
+    step.filter(|step| step.is_finite())
+}
+
 /// The slider while all contacts stick.
 struct Stuck {
     /// `F_T`.
     driving_n: Linear,
-    /// Of every contact, its shear and its static friction.
-    contacts: Vec<(Linear, Linear)>,
+    /// The contacts.
+    contacts: Vec<StuckContact>,
+}
+
+/// A stuck contact.
+struct StuckContact {
+    /// Its shear along the sliding direction.
+    along: Linear,
+    /// Its shear across, over an area.
+    across: Option<Linear>,
+    /// Its static friction.
+    strength: Linear,
+}
+
+impl StuckContact {
+    /// The first step in which it reaches its static friction; infinite if there is none.
+    fn first_slip(&self, stretches: &[Stretch]) -> f64 {
+        let step = match self.across {
+            Some(across) => first_step_of_size(stretches, [self.along, across], self.strength),
+            None => {
+                let either_way = [self.along, -self.along];
+                let steps =
+                    either_way.into_iter().filter_map(|along| first_step(stretches, along, self.strength));
+                steps.reduce(f64::min)
+            }
+        };
+        step.unwrap_or(f64::INFINITY)
+    }
 }
 
 impl Stuck {
@@ -201,7 +250,7 @@ impl Stuck {
         }
         let at_start_n = slab::shear_at_start_n(plan);
         let threshold_n = &plan.friction.static_threshold_n;
-        let mut contacts: Vec<(Linear, Linear)> = match plan.elastic.as_chain() {
+        let mut contacts: Vec<StuckContact> = match plan.elastic.as_chain() {
             Some(chain) => {
                 let mut shear_n_per_m = pull_n_per_m;
                 if kt > 0.0 {
@@ -210,9 +259,10 @@ impl Stuck {
                 }
                 (0..plan.blocks)
                     .map(|n| {
-                        let shear =
+                        let along =
                             Linear { fixed_n: at_start_n[n], per_factor: 0.0, per_m: shear_n_per_m[n] };
-                        (shear, Linear { per_factor: threshold_n[n], ..Linear::default() })
+                        let strength = Linear { per_factor: threshold_n[n], ..Linear::default() };
+                        StuckContact { along, across: None, strength }
                     })
                     .collect()
             }
@@ -227,40 +277,48 @@ impl Stuck {
                     slab::stuck_m(&lattice, kt, &plan.drive.springs, pressed_n)
                 };
                 let mu_s = &plan.friction.static_coefficients;
-                let rises = |u: &[f64], n: usize| {
-                    lattice.table.upward().map_or(0.0, |upward| u[upward * lattice.nodes() + n])
+                let linear = |at_start_n: f64, loaded_n: f64, driven_n: f64| Linear {
+                    fixed_n: at_start_n - loaded_n,
+                    per_factor: loaded_n,
+                    per_m: driven_n,
                 };
-                let borne_n = |u: &[f64], n: usize| -lattice.foundation_n_per_m * mu_s[n] * rises(u, n);
-                (0..plan.blocks)
-                    .map(|n| {
-                        let linear = |at_start_n: f64, loaded_n: f64, driven_n: f64| Linear {
-                            fixed_n: at_start_n - loaded_n,
-                            per_factor: loaded_n,
-                            per_m: driven_n,
-                        };
-                        (
-                            linear(at_start_n[n], kt * loaded[n], kt * driven[n]),
-                            linear(threshold_n[n], borne_n(&loaded, n), borne_n(&driven, n)),
-                        )
-                    })
-                    .collect()
+                let shear = |of_contact: usize| {
+                    let freedom = lattice.tangential_freedom(of_contact);
+                    linear(at_start_n[of_contact], kt * loaded[freedom], kt * driven[freedom])
+                };
+                let strength = |n: usize| match lattice.table.upward() {
+                    None => Linear { per_factor: threshold_n[n], ..Linear::default() },
+                    Some(upward) => {
+                        let rise = upward * lattice.nodes() + n;
+                        let borne_n = |u: &[f64]| -lattice.foundation_n_per_m * mu_s[n] * u[rise];
+                        linear(threshold_n[n], borne_n(&loaded), borne_n(&driven))
+                    }
+                };
+                let is_over_area = lattice.tangential_axes() > 1;
+                let contact = |n: usize| StuckContact {
+                    along: shear(n),
+                    across: is_over_area.then(|| shear(plan.blocks + n)),
+                    strength: strength(n),
+                };
+                (0..plan.blocks).map(contact).collect()
             }
         };
         // Junctions yield before the last of them has reached its strength.
-        let mu_s = plan.friction.static_coefficient;
-        let yields = plan
-            .friction
-            .law
-            .junctions()
-            .filter(|_| mu_s > 0.0)
-            .map_or(1.0, |law| law.peak_coefficient(mu_s, plan.friction.dynamic_coefficient) / mu_s);
-        for (_, strength) in &mut contacts {
-            strength.per_factor *= yields;
-            strength.fixed_n *= yields;
-            strength.per_m *= yields;
+        if let Some(law) = plan.friction.law.junctions() {
+            let friction = &plan.friction;
+            for (n, StuckContact { strength, .. }) in contacts.iter_mut().enumerate() {
+                let (mu_s, mu_d) = (friction.static_coefficients[n], friction.dynamic_coefficients[n]);
+                let shear = at_start_n[n] / plan.normal_load_n[n];
+                let yields = law.yield_coefficient(n, shear, [mu_s, mu_d]) / mu_s;
+                if yields.is_finite() {
+                    strength.per_factor *= yields;
+                    strength.fixed_n *= yields;
+                    strength.per_m *= yields;
+                }
+            }
         }
         // Sum of the forces on the contacts, less their initial values without a drive.
-        let sum = |part: fn(&Linear) -> f64| contacts.iter().map(|(shear, _)| part(shear)).sum::<f64>();
+        let sum = |part: fn(&Linear) -> f64| contacts.iter().map(|contact| part(&contact.along)).sum::<f64>();
         let per_factor = sum(|shear| shear.per_factor);
         let driving_n = Linear {
             fixed_n: plan.drive.total_force_n(0.0, &plan.initial.displacement_m) - per_factor,
@@ -287,14 +345,12 @@ impl Stuck {
     /// one.
     fn first_slip(&self, stretches: &[Stretch]) -> (Option<f64>, Option<u32>) {
         let mut first = (f64::INFINITY, None);
-        for (block, (shear, strength)) in (1..).zip(&self.contacts) {
-            for shear in [*shear, -*shear] {
-                let step = first_step(stretches, shear, *strength).unwrap_or(f64::INFINITY);
-                if step < first.0 * (1.0 - TOGETHER) {
-                    first = (step, Some(block));
-                } else if step <= first.0 * (1.0 + TOGETHER) && first.1 != Some(block) {
-                    first = (first.0.min(step), None);
-                }
+        for (block, contact) in (1..).zip(&self.contacts) {
+            let step = contact.first_slip(stretches);
+            if step < first.0 * (1.0 - TOGETHER) {
+                first = (step, Some(block));
+            } else if step <= first.0 * (1.0 + TOGETHER) {
+                first = (first.0.min(step), None);
             }
         }
         (Some(first.0).filter(|step| step.is_finite()), first.1.filter(|_| first.0.is_finite()))
@@ -388,6 +444,26 @@ mod tests {
         let found = preview(&["friction.law=rigid"]);
         is(found.dynamic_load_s, 0.45 * 400.0 / 80.0, 1e-12);
         is(found.first_slip_s, 0.7 * 4.0 / 80.0, 1e-12);
+    }
+
+    /// Steps and contacts of the first slips of sheets by an independent program (fixtures/reference/area).
+    #[test]
+    fn over_an_area_the_magnitude_of_the_shear_decides() {
+        let sheet = |sets: &[&str]| resolve("sheet-coarse", sets).unwrap().preview();
+        let side = sheet(&[]);
+        is(side.first_slip_s, 578_993.0 * 4e-7, 1e-4);
+        assert_eq!(side.first_slip_block, None, "the ends of the driven edge");
+        let corner = sheet(&["drive.across=1"]);
+        is(corner.first_slip_s, 107_633.0 * 4e-7, 1e-4);
+        assert_eq!(corner.first_slip_block, Some(1));
+        // As long as nothing slips, forces are those of the plan at any load.
+        let half = ["normal_load.total_n=200", "drive.velocity_m_per_s=5e-5"];
+        is(sheet(&half).first_slip_s, side.first_slip_s.unwrap(), 1e-9);
+        // Unloaded while it is pulled, a sheet slips earlier.
+        let falls = ["normal_load.schedule_s=[0,0.4]", "normal_load.schedule_n=[400,200]"];
+        let earlier_s = sheet(&falls).first_slip_s.unwrap();
+        // 400 N (1 - t / 0.8 s) = F(t), with F = 400 N at the first slip under a constant load.
+        is(Some(earlier_s), 1.0 / (1.0 / side.first_slip_s.unwrap() + 1.0 / 0.8), 1e-9);
     }
 
     #[test]

@@ -7,9 +7,9 @@ use crate::scenario::Scenario;
 use crate::source::{Entries, LayerKind, ScenarioError, Written};
 
 /// The keys that determine each list.
-const FOLLOWS_FROM: [[&str; 3]; 2] = [
-    ["slider.blocks", "friction.spread_seed", "friction.static_spread"],
-    ["slider.blocks", "friction.spread_seed", "friction.dynamic_spread"],
+const FOLLOWS_FROM: [[&str; 4]; 2] = [
+    ["slider.blocks", "slider.across", "friction.spread_seed", "friction.static_spread"],
+    ["slider.blocks", "slider.across", "friction.spread_seed", "friction.dynamic_spread"],
 ];
 
 /// Refuses lists that differ from the drawn offsets, unless an override changes what is drawn.
@@ -25,7 +25,7 @@ pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<Sce
         }
         let Written::Numbers(written) = &entry.value else { continue };
         let problem = if written.len() != drawn.len() {
-            format!("{} numbers, where {} = {} draws {}", written.len(), from[2], spreads[index], drawn.len())
+            format!("{} numbers, where {} = {} draws {}", written.len(), from[3], spreads[index], drawn.len())
         } else {
             match written.iter().zip(drawn).position(|(written, drawn)| written != drawn) {
                 None => continue,

@@ -265,7 +265,7 @@ mod tests {
             (
                 "friction.reattach = \"sometimes\"",
                 "test.toml:1:21: friction.reattach: \"sometimes\" is not accepted \
-                 (accepted: \"one-way\" or \"two-way\")",
+                 (accepted: \"one-way\" or \"two-way\" or \"turn\")",
             ),
             (
                 "[friction]\nmu_s = 0.8",

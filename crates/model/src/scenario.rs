@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach, ScheduleFrom, Start};
+use crate::elastic::gaps;
 use crate::junctions::Junctions;
 use crate::keys::FOUNDATION_RATIO;
 use crate::law::LawKeys;
@@ -40,6 +41,8 @@ pub struct Scenario {
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
 pub struct Slider {
     pub blocks: u32,
+    #[serde(skip_serializing_if = "is_one_of_whole")]
+    pub across: u32,
     #[serde(skip_serializing_if = "is_one_of_whole")]
     pub rows: u32,
     pub length_m: f64,
@@ -141,6 +144,8 @@ pub struct Drive {
     pub tilt: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub decay_length_m: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub across: u32,
     #[serde(skip_serializing_if = "is_default")]
     pub height_m: f64,
     #[serde(skip_serializing_if = "is_default")]
@@ -257,9 +262,24 @@ pub struct Window {
 }
 
 impl Slider {
-    /// Whether the slider is a slab (a lattice of several rows) rather than a chain.
-    pub fn is_slab(&self) -> bool {
-        self.rows > 1
+    /// Whether the slider is a lattice (a slab, a sheet or a body) rather than a chain.
+    pub fn is_lattice(&self) -> bool {
+        self.rows > 1 || self.is_over_area()
+    }
+
+    /// Whether its contacts cover an area: those of a sheet or a body do.
+    pub fn is_over_area(&self) -> bool {
+        self.across > 1
+    }
+
+    /// Number of contacts.
+    pub fn contacts(&self) -> u32 {
+        self.blocks.saturating_mul(self.across)
+    }
+
+    /// The spacing of nodes, `a`.
+    pub(crate) fn spacing_m(&self) -> f64 {
+        self.length_m / gaps(self.blocks as usize) as f64
     }
 }
 

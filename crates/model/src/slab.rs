@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
 use crate::lattice::Lattice;
+use crate::law::magnitude;
 use crate::plan::{Drive, DriveSpring, InitialState, Plan};
 
 /// Relative residual, over the load, at rounding level.
@@ -142,15 +143,16 @@ pub fn normal_load_n(lattice: &Lattice, displacement_m: &[f64]) -> Vec<f64> {
     lattice.row(0).map(|n| lattice.normal_load_n(rise_m[n])).collect()
 }
 
-/// The state at the start; also sets the relaxed positions of the drive's springs to it.
-pub(crate) fn at_rest(displacement_m: Vec<f64>, contacts: usize, drive: &mut Drive) -> InitialState {
+/// The state at the start, with that many coordinates of anchors; also sets the relaxed positions of the
+/// drive's springs to it.
+pub(crate) fn at_rest(displacement_m: Vec<f64>, anchors: usize, drive: &mut Drive) -> InitialState {
     for spring in &mut drive.springs {
         spring.rest_m = displacement_m[spring.block];
     }
     InitialState {
         step: 0,
         velocity_m_per_s: vec![0.0; displacement_m.len()],
-        stick_position_m: vec![0.0; contacts],
+        stick_position_m: vec![0.0; anchors],
         displacement_m,
     }
 }
@@ -168,31 +170,42 @@ pub(crate) fn problem_at_rest(plan: &Plan) -> Option<String> {
     }
     let tangential_n = tangential_force_n(plan);
     let kt = plan.friction.interfacial_stiffness_n_per_m;
-    let held = (0..plan.blocks).all(|n| (tangential_n[n] - kt * u[n]).abs() <= UNBALANCED * mean_n);
+    let lattice = plan.elastic.as_lattice();
+    let is_held = |(n, pull_n): (usize, &f64)| {
+        (pull_n - kt * u[lattice.tangential_freedom(n)]).abs() <= UNBALANCED * mean_n
+    };
+    let held = tangential_n.iter().enumerate().all(is_held);
     let borne_n: f64 = plan.normal_load_n.iter().sum();
     let is_borne = (borne_n - plan.total_normal_load_n).abs() <= UNBALANCED * plan.total_normal_load_n;
-    (!(held && is_borne)).then(|| "the forces of the pressed slab do not balance".to_owned())
+    (!(held && is_borne)).then(|| format!("the forces of the pressed {} do not balance", lattice.table.name))
 }
 
-/// The pull of springs on each contact along the sliding direction at the start, without friction and
-/// drive.
+/// The pull of springs on each contact at the start, without friction and drive
+/// ([`Elastic::tangential_force_n`](crate::Elastic::tangential_force_n)).
 pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
     plan.elastic.tangential_force_n(&plan.initial.displacement_m)
 }
 
-/// The shear of each contact at the start: the pull of springs, drive and prestress.
+/// The shear of each contact at the start, axis by axis: the pull of springs, drive and prestress.
 pub(crate) fn shear_at_start_n(plan: &Plan) -> Vec<f64> {
     let mut shear_n = tangential_force_n(plan);
-    for spring in &plan.drive.springs {
-        // Driving springs of nodes without contacts are relaxed at the start.
-        if let Some(shear_n) = shear_n.get_mut(spring.block) {
-            *shear_n += spring.force_n(0.0, plan.initial.displacement_m[spring.block]);
-        }
+    // Driving springs of nodes without contacts are relaxed at the start.
+    for spring in plan.drive.springs.iter().filter(|spring| spring.block < plan.blocks) {
+        shear_n[spring.block] += spring.force_n(0.0, plan.initial.displacement_m[spring.block]);
     }
     for (shear, prestress) in shear_n.iter_mut().zip(&plan.prestress_n) {
         *shear += prestress;
     }
     shear_n
+}
+
+/// The magnitude of the shear of each contact at the start.
+pub(crate) fn shear_sizes_at_start_n(plan: &Plan) -> Vec<f64> {
+    let shear_n = shear_at_start_n(plan);
+    match shear_n.split_at(plan.blocks) {
+        (along_n, []) => along_n.iter().map(|along_n| magnitude([*along_n])).collect(),
+        (along_n, across_n) => along_n.iter().zip(across_n).map(|(x, y)| magnitude([*x, *y])).collect(),
+    }
 }
 
 #[cfg(test)]
@@ -296,35 +309,113 @@ mod tests {
         assert!((plan.normal_load_n.iter().sum::<f64>() - 1920.0).abs() < 1e-9);
     }
 
-    /// Results of two other programs for a block of 140 mm x 20 mm x 75 mm, by conjugate gradients and
-    /// by elimination.
+    /// Results of two other programs, by conjugate gradients and by elimination, equal to all these digits.
     #[test]
-    fn a_block_rests_where_other_programs_have_it() {
-        let k = 0.4 * 3e9 * 0.14 / 28.0;
-        let block = Lattice {
-            stiffness_n_per_m: k,
-            foundation_n_per_m: 15.0 / 16.0 * k,
-            ..Lattice::block(29, 5, 16)
+    fn bodies_rest_where_other_programs_have_them() {
+        for (name, largest, tau_over_p, first_m, bears, middles) in [
+            (
+                "body-coarse",
+                0.266642197200,
+                [-0.218990596502, -0.152122253373],
+                [-9.961786088299e-07, -6.919974517521e-07],
+                1.159450723577,
+                [-0.195317399541, -0.127863602648],
+            ),
+            (
+                "body",
+                0.288518983163,
+                [-0.223308237409, -0.182692733164],
+                [-6.463277507221e-07, -5.287730746946e-07],
+                1.304992384992,
+                [-0.205767453832, -0.167006812779],
+            ),
+        ] {
+            let plan = Plan::new(&resolve(name, &[""; 0]).unwrap());
+            let (lattice, p) = (plan.elastic.as_lattice(), &plan.normal_load_n);
+            let (tau, u) = (super::tangential_force_n(&plan), &plan.initial.displacement_m);
+            let (along, across) = tau.split_at(plan.blocks);
+            let is = |found: f64, expected: f64| {
+                assert!((found / expected - 1.0).abs() < 1e-9, "{name}: {found}, not {expected}");
+            };
+            let sizes = super::shear_sizes_at_start_n(&plan);
+            is(sizes.iter().zip(p).map(|(size, p)| size / p).fold(0.0, f64::max), largest);
+            is(along[0] / p[0], tau_over_p[0]);
+            is(across[0] / p[0], tau_over_p[1]);
+            is(u[0], first_m[0]);
+            is(u[lattice.nodes()], first_m[1]);
+            is(p[0] / (6400.0 / plan.blocks as f64), bears);
+            let edge = lattice.lanes / 2 * lattice.columns;
+            is(along[edge] / p[edge], middles[0]);
+            let side = lattice.columns / 2;
+            is(across[side] / p[side], middles[1]);
+            is(p.iter().sum(), 6400.0);
+            assert_eq!(plan.initial.stick_position_m, vec![0.0; 2 * plan.blocks]);
+        }
+    }
+
+    /// The rest state is its own mirror image in both directions along the surface, and a sheet is relaxed.
+    #[test]
+    fn a_body_at_rest_is_symmetric_and_a_sheet_at_rest_is_not_strained() {
+        let plan = Plan::new(&resolve("body-coarse", &[""; 0]).unwrap());
+        let lattice = plan.elastic.as_lattice();
+        let (nodes, u) = (lattice.nodes(), &plan.initial.displacement_m);
+        let largest = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        for n in 0..nodes {
+            let [column, lane, row] = lattice.place(n);
+            let at = |column: usize, lane: usize| (row * lattice.lanes + lane) * lattice.columns + column;
+            let turned = at(lattice.columns - 1 - column, lane);
+            let mirrored = at(column, lattice.lanes - 1 - lane);
+            for (axis, in_x, in_y) in [(0, -1.0, 1.0), (1, 1.0, -1.0), (2, 1.0, 1.0)] {
+                let of = |node: usize| u[axis * nodes + node];
+                assert!((of(n) - in_x * of(turned)).abs() < 1e-13 * largest, "axis {axis} of node {n}");
+                assert!((of(n) - in_y * of(mirrored)).abs() < 1e-13 * largest, "axis {axis} of node {n}");
+            }
+        }
+        let sheet = Plan::new(&resolve("sheet-coarse", &["normal_load.tilt=0.5"]).unwrap());
+        assert_eq!(sheet.initial.displacement_m, vec![0.0; 2 * 156]);
+        assert_eq!(sheet.initial.stick_position_m, vec![0.0; 2 * 156]);
+        let p = &sheet.normal_load_n;
+        assert!((p.iter().sum::<f64>() - 400.0).abs() < 1e-10);
+        assert!((p[0] / p[25] - 3.0).abs() < 1e-12 && p[..26] == p[26..52], "tilted along, even across");
+    }
+
+    /// Stability limits and speeds of long waves, from another program.
+    #[test]
+    fn sheets_and_bodies_have_the_steps_and_waves_of_another_program() {
+        for (name, step_s, c_l, c_s) in [
+            ("sheet", 9.115e-7, 1621.6, 936.3),
+            ("sheet-coarse", 1.728e-6, 1710.3, 987.4),
+            ("body", 5.019e-7, 1884.1, 1087.8),
+            ("body-coarse", 9.296e-7, 2035.4, 1175.1),
+        ] {
+            let plan = Plan::new(&resolve(name, &[""; 0]).unwrap());
+            let found_s = plan.longest_stable_step_s;
+            assert!((found_s / step_s - 1.0).abs() < 1e-4, "{name}: {found_s}");
+            let slow = plan.scales.wave_speed_m_per_s();
+            let fast = slow * plan.elastic.longitudinal_over_shear().unwrap();
+            assert!((slow - c_s).abs() < 0.06 && (fast - c_l).abs() < 0.06, "{name}: {slow} {fast}");
+        }
+    }
+
+    #[test]
+    fn a_side_drive_over_an_area_pulls_all_rows_or_one() {
+        let springs = |sets: &[&str]| {
+            let plan = Plan::new(&resolve("body-coarse", sets).unwrap_or_else(|error| panic!("{error}")));
+            let springs = plan.drive.springs.iter();
+            springs.map(|spring| (spring.block, spring.stiffness_n_per_m)).collect::<Vec<_>>()
         };
-        let (kt, contacts) = (15.0 / 8.0 * k, block.contacts());
-        let mean_n = 6400.0 / contacts as f64;
-        let u = super::displacements_at_rest_m(&block, kt, &vec![mean_n; contacts]);
-        let p = super::normal_load_n(&block, &u);
-        let held = |axis: usize, contact: usize| -kt * u[axis * block.nodes() + contact];
-        // On a stuck contact the friction spring balances the pull.
-        let ratio = |axis: usize, contact: usize| -held(axis, contact) / p[contact];
-        let size = |contact: usize| ratio(0, contact).hypot(ratio(1, contact));
-        let is =
-            |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
-        is((0..contacts).map(size).fold(0.0, f64::max), 0.266642197200);
-        is(ratio(0, 0), -0.218990596502);
-        is(ratio(1, 0), -0.152122253373);
-        is(u[0], -9.961786088299e-07);
-        is(u[block.nodes()], -6.919974517521e-07);
-        is(p[0] / mean_n, 1.159450723577);
-        is(ratio(0, 2 * 29), -0.195317399541);
-        is(ratio(1, 14), -0.127863602648);
-        is(p.iter().sum(), 6400.0);
+        let k = 13333333.333333334;
+        // 5 mm are the second layer.
+        let layer = 29 * 5;
+        let all: Vec<_> = (0..5).map(|row| (layer + 29 * row, k / 5.0)).collect();
+        assert_eq!(springs(&[]), all);
+        assert_eq!(springs(&["drive.across=4"]), [(layer + 29 * 3, k)]);
+        let top = springs(&["drive.kind=top", "drive.height_m=0"]);
+        let even: Vec<_> = (15 * layer..16 * layer).map(|node| (node, k / 145.0)).collect();
+        assert_eq!(top, even);
+        let falling = springs(&["drive.kind=top", "drive.height_m=0", "drive.decay_length_m=0.05"]);
+        let sum = falling.iter().map(|(_, stiffness)| stiffness).sum::<f64>();
+        assert!((sum / k - 1.0).abs() < 1e-12 && falling[0].1 == falling[29].1, "{sum}");
     }
 
     #[test]

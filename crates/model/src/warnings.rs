@@ -30,7 +30,7 @@ pub struct Warning {
 type Check = fn(&Scenario, &Plan) -> Option<String>;
 
 /// All checks, each with the kind of its warnings.
-const CHECKS: [(&str, Check); 12] = [
+const CHECKS: [(&str, Check); 13] = [
     ("time-step", step),
     ("without-effect", without_effect),
     ("front-speed", fronts),
@@ -41,6 +41,7 @@ const CHECKS: [(&str, Check); 12] = [
     ("without-threshold", without_threshold),
     ("no-weakening", no_weakening),
     ("broken-at-start", broken_at_start),
+    ("healing-times", healing_times),
     ("no-solid", |scenario, _| implausible::no_solid(scenario)),
     ("no-slip", |scenario, plan| implausible::no_slip(scenario, &Preview::of(scenario, plan))),
 ];
@@ -138,9 +139,8 @@ fn load_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
 
 /// Warns of an initial shear profile whose sum is not 0.
 fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
-    if plan.elastic.has_foundation() {
-        return None;
-    }
+    // Others have no initial shear that is given.
+    plan.elastic.as_chain()?;
     let given_n = initial::shear_n(scenario, &plan.normal_load_n, plan.spacing_m);
     let last = plan.blocks - 1;
     let taken_n = plan.elastic.spring_force_n(&plan.initial.displacement_m, last);
@@ -158,9 +158,9 @@ fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
 
 /// Warns of blocks that slip at once.
 fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
-    let force_n = slab::shear_at_start_n(plan);
+    let force_n = slab::shear_sizes_at_start_n(plan);
     let threshold_n = &plan.friction.static_threshold_n;
-    let ratio = |n: usize| force_n[n].abs() / threshold_n[n];
+    let ratio = |n: usize| force_n[n] / threshold_n[n];
     if plan.friction.law.junctions().is_some() {
         return None;
     }
@@ -193,9 +193,9 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
         ""
     };
     let what = if plan.elastic.has_foundation() {
-        "slider.rows: the shear of the slab at rest exceeds"
+        format!("slider.rows: the shear of the {} at rest exceeds", plan.elastic.name())
     } else {
-        "initial_shear and prestress exceed"
+        "initial_shear and prestress exceed".to_owned()
     };
     Some(format!("{what} static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
 }
@@ -217,18 +217,44 @@ fn no_weakening(scenario: &Scenario, plan: &Plan) -> Option<String> {
 /// Warns of junctions that break in the first step.
 fn broken_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let law = plan.friction.law.junctions()?;
-    let force_n = slab::shear_at_start_n(plan);
-    let most = |n: usize| force_n[n].abs() / plan.normal_load_n[n] + 0.5 * law.width;
+    let shear_n = slab::shear_at_start_n(plan);
+    let most = |n: usize| {
+        let force = |q: &f64| (shear_n[n] / plan.normal_load_n[n] + law.width * q).abs();
+        law.offsets(n).iter().map(force).fold(0.0, f64::max)
+    };
     let beyond: Vec<usize> =
         (0..plan.blocks).filter(|&n| most(n) >= plan.friction.static_coefficients[n]).collect();
     let first = *beyond.first()?;
     Some(format!(
-        "friction.junction_width = {}: with half of it, the shear at rest reaches static friction on {}, {:.4} of the \
-         normal load on block {}: some junctions there break in step 1",
+        "friction.junction_width = {}: the most strained junctions at rest bear more than static friction on {}, \
+         {:.4} of their load on block {}: they break in step 1",
         scenario.friction.junction_width,
         blocks(&beyond),
         most(first),
         first + 1
+    ))
+}
+
+/// Warns of slip times whose mean is not that of the key: those of 0 or below are drawn again, and all last for at
+/// least a step.
+fn healing_times(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let law = plan.friction.law.junctions()?;
+    let (mean_s, deviation_s) = (law.healing_time_s, law.healing_deviation_s);
+    let why = if mean_s < 2.0 * scenario.time.step_s {
+        format!(
+            "slip lasts for whole steps of {:e} s, at least one, so the mean is not",
+            scenario.time.step_s
+        )
+    } else if 3.0 * deviation_s > mean_s {
+        format!(
+            "a deviation of {deviation_s} s draws times of 0 or below, which are drawn again, so the mean is above"
+        )
+    } else {
+        return None;
+    };
+    Some(format!(
+        "friction.healing_time_s = {mean_s}: {why} this number, which closed forms and the link time use \
+         (docs/junctions.md)"
     ))
 }
 
@@ -325,13 +351,18 @@ mod tests {
         let flat = of("chain-junctions", "friction.dynamic_coefficient=0.2");
         assert!(flat.len() == 1 && flat[0].contains("does not fall with velocity"), "{flat:?}");
         let wide = |width: &str| of("slab-junctions", &format!("friction.junction_width={width}"));
-        assert_eq!(wide("0.37"), Vec::<String>::new());
+        assert_eq!(wide("0.377"), Vec::<String>::new());
         let broken = wide("0.38");
-        assert!(
-            broken.len() == 1 && broken[0].contains("some junctions there break in step 1"),
-            "{broken:?}"
-        );
-        assert_eq!(of("chain-junctions", "friction.junction_width=0.79"), Vec::<String>::new());
+        assert!(broken.len() == 1 && broken[0].contains("they break in step 1"), "{broken:?}");
+        // The outermost of 100 are 0.495 of the width from the mean.
+        assert_eq!(of("chain-junctions", "friction.junction_width=0.808"), Vec::<String>::new());
+        assert_eq!(of("chain-junctions", "friction.junction_width=0.809").len(), 1);
+        for (key, says) in
+            [("healing_deviation_s=0.001", "drawn again"), ("healing_time_s=1e-9", "at least one")]
+        {
+            let said = of("chain-junctions", &format!("friction.{key}"));
+            assert!(said.iter().any(|text| text.contains(says)), "{key}: {said:?}");
+        }
     }
 
     #[test]

@@ -39,22 +39,25 @@ pub(crate) fn asymmetry(run: &RunEvents, states: &States) -> Option<f64> {
 }
 
 /// The `beta` of a shear `beta p (2 x / L - 1)` (5.50), with the mean `p`, that has the same first
-/// moment; `None` of a single block, whose place is both ends.
+/// moment, over an area in all rows; `None` of a single block, whose place is both ends.
 pub(crate) fn shear_beta(run: &RunEvents, states: &States) -> Option<f64> {
     let (tau_n, p_n) = forces_n(run, states)?;
     let mean_n = p_n.iter().sum::<f64>() / p_n.len() as f64;
     let (mut moment, mut of_one) = (0.0, 0.0);
-    for (n, tau) in tau_n.iter().enumerate() {
-        let place = 2.0 * n as f64 / (tau_n.len() - 1) as f64 - 1.0;
+    let contacts = run.header.contacts();
+    for (tau, contact) in tau_n.iter().zip(1..) {
+        let column = f64::from(contacts.column(contact) - 1);
+        let place = 2.0 * column / f64::from(contacts.columns() - 1) - 1.0;
         moment += place * tau;
         of_one += place * place * mean_n;
     }
     (tau_n.len() > 1).then(|| moment / of_one)
 }
 
-/// Poisson's ratio, from the shear and from how much longer the slab has become; `None` of a chain.
+/// Poisson's ratio, from the shear and from how much longer the slab has become; `None` of others: over an
+/// area the shear across enters as well.
 pub(crate) fn poisson_ratio(run: &RunEvents, states: &States) -> Option<f64> {
-    if !run.plan.elastic.has_inside() {
+    if !run.plan.elastic.has_inside() || run.of_one_row().is_none() {
         return None;
     }
     let lattice = run.plan.elastic.as_lattice();

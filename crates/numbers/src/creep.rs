@@ -1,28 +1,43 @@
 //! The progress of the creep front.
 
-/// The creep front over time: the farthest block such that it and all blocks before it have slid.
+use asperity_record::Contacts;
+
+/// The creep front over time: the farthest block such that it and all blocks before it have slid; over an
+/// area the farthest column of which this is true of all contacts.
 #[derive(Debug, Clone)]
 pub(crate) struct CreepFront {
+    contacts: Contacts,
     slid: Vec<bool>,
-    /// The first step in which the front had reached a block, for each block that it reached; at most as
-    /// many entries as blocks.
+    /// How many contacts of each column have not slid.
+    left: Vec<u32>,
+    /// The first step in which the front had reached a column, for each column that it reached; at most as
+    /// many entries as columns.
     came: Vec<(u64, u32)>,
 }
 
 impl CreepFront {
-    pub(crate) fn new(blocks: u32) -> CreepFront {
-        CreepFront { slid: vec![false; blocks as usize], came: Vec::new() }
+    pub(crate) fn new(contacts: Contacts) -> CreepFront {
+        CreepFront {
+            contacts,
+            slid: vec![false; contacts.count() as usize],
+            left: vec![contacts.rows(); contacts.columns() as usize],
+            came: Vec::new(),
+        }
     }
 
     /// Records that a block begins to slide in a step.
     pub(crate) fn slides(&mut self, block: u32, step: u64) {
-        let index = block as usize - 1;
-        if std::mem::replace(&mut self.slid[index], true) {
+        if std::mem::replace(&mut self.slid[block as usize - 1], true) {
             return;
         }
-        let front = self.came.last().map_or(0, |(_, block)| *block as usize);
-        if index == front {
-            let more = self.slid[front..].iter().take_while(|slid| **slid).count();
+        let column = self.contacts.column(block) as usize - 1;
+        self.left[column] -= 1;
+        let front = self.came.last().map_or(0, |(_, column)| *column as usize);
+        if column == front {
+            let more = self.left[front..].iter().take_while(|left| **left == 0).count();
+            if more == 0 {
+                return;
+            }
             self.came.push((step, (front + more) as u32));
         }
     }
@@ -30,17 +45,19 @@ impl CreepFront {
     /// The front before a step, or the present one for None.
     pub(crate) fn before(&self, step: Option<u64>) -> Option<u32> {
         let until = step.map_or(self.came.len(), |step| self.came.partition_point(|(came, _)| *came < step));
-        self.came[..until].last().map(|(_, block)| *block)
+        self.came[..until].last().map(|(_, column)| *column)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use asperity_record::Contacts;
+
     use super::CreepFront;
 
     #[test]
     fn it_is_as_far_as_there_is_no_gap() {
-        let mut front = CreepFront::new(10);
+        let mut front = CreepFront::new(Contacts::from(10));
         assert_eq!(front.before(None), None);
         for (block, step) in [(3, 5), (1, 10), (1, 11), (4, 20), (10, 21), (2, 30), (5, 40)] {
             front.slides(block, step);
@@ -50,5 +67,17 @@ mod tests {
         assert_eq!(front.before(Some(30)), Some(1));
         assert_eq!(front.before(Some(31)), Some(4));
         assert_eq!(front.before(None), Some(5));
+    }
+
+    /// Three columns of two rows, numbered 1 to 3 and 4 to 6.
+    #[test]
+    fn over_an_area_all_contacts_of_a_column_have_slid() {
+        let mut front = CreepFront::new(Contacts::in_rows(6, 2).unwrap());
+        let seen = [(1, 5), (2, 6), (5, 7), (6, 8), (4, 9), (3, 10)].map(|(contact, step)| {
+            front.slides(contact, step);
+            front.before(None)
+        });
+        assert_eq!(seen, [None, None, None, None, Some(2), Some(3)]);
+        assert_eq!((front.before(Some(9)), front.before(Some(10))), (None, Some(2)));
     }
 }

@@ -7,6 +7,7 @@ use crate::estimate::{Estimate, line};
 use crate::precursors::{self, Precursor, PrecursorRules};
 use crate::run_data::{Load, NotKept, RunData, RunEvents, load_at};
 use crate::states::States;
+use crate::statistics::mean;
 
 /// One precursor beside the theory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +30,7 @@ pub fn precursor_points(
     precursors
         .iter()
         .map(|precursor| {
-            let lp_l = precursor.length_ratio(run.header.blocks);
+            let lp_l = precursor.length_ratio(run.columns());
             let predicted = law.load_ratio(&parameters, lp_l);
             PrecursorPoint { lp_l, ft_fn: precursor.start.ft_fn_onset, predicted }
         })
@@ -44,7 +45,7 @@ pub fn rupture_points<'a>(
 ) -> Vec<(&'a Rupture, PrecursorPoint)> {
     let parameters = LengthLawParameters::of(&run.scenario);
     let point = |rupture: &Rupture| {
-        let lp_l = rupture.reach().length_ratio(run.header.blocks);
+        let lp_l = rupture.reach().length_ratio(run.columns());
         PrecursorPoint { lp_l, ft_fn: rupture.ft_fn_onset, predicted: law.load_ratio(&parameters, lp_l) }
     };
     let found = precursors::among_ruptures(run, rules);
@@ -116,11 +117,13 @@ pub fn front_profile<'a>(
     Some((precursor, profile))
 }
 
-/// Its mean over the blocks that the front passed.
+/// Its mean over the blocks that the front passed: over an area all contacts up to its farthest column.
 pub fn mean_behind_front(run: &RunEvents, loads: &[Load], states: &States, blocks: f64) -> Option<f64> {
     let (precursor, profile) = front_profile(run, loads, states, blocks)?;
-    let length = precursor.last_block as usize;
-    Some(profile[..length].iter().sum::<f64>() / length as f64)
+    let contacts = run.header.contacts();
+    let is_behind = |contact: &u32| contacts.column(*contact) <= precursor.last_block;
+    let behind = (1..).zip(profile).filter(|(contact, _)| is_behind(contact));
+    mean(behind.map(|(_, ratio)| ratio))
 }
 
 /// The slip event that begins within the first dense window and whose length is nearest to
@@ -134,10 +137,11 @@ pub fn event_in_window(run: &RunEvents, blocks: f64) -> Option<&SlipEvent> {
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// Duration of a slip event over the time in which sound crosses its blocks.
+/// Duration of a slip event over the time in which sound crosses its blocks, over an area along its columns.
 pub fn over_crossing(run: &RunEvents, event: &SlipEvent) -> Option<f64> {
     let per_block_s = run.plan.scales.block_time_s;
-    Some((event.end_s? - event.onset_s) / (f64::from(event.blocks_slipped) * per_block_s))
+    let crossed = run.of_one_row().map_or(event.reach().count(), |_| event.blocks_slipped);
+    Some((event.end_s? - event.onset_s) / (f64::from(crossed) * per_block_s))
 }
 
 /// Fewest blocks of an event that counts for the median: shorter ones are mostly chatter.
@@ -218,9 +222,7 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 3],
             detached: vec![0; 3],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
+            ..FieldRecord::default()
         };
         made_up::with_states(&mut run, &[state]);
         let (_, profile) = front_profile(&run, &run.loads, &run.states, 2.0).unwrap();

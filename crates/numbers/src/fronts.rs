@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use asperity_model::front::{Front, relative_prestress};
-use asperity_record::{Arrival, Direction};
+use asperity_record::{Arrival, Direction, magnitude};
 
 use crate::precursors::{PrecursorRules, among_ruptures};
 use crate::run_data::{OfFronts, RunEvents};
+use crate::statistics::quantile;
 
 /// The passage of a front at a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,14 +115,45 @@ fn speeds_of_rupture(arrivals: &[Arrival], across: u32, crossing_s: f64) -> Vec<
     at.iter().filter_map(speed).collect()
 }
 
+/// Local speeds of the fronts of a rupture over an area, over the wave speed, each after its contact.
+fn speeds_over_area<'a>(
+    run: &RunEvents,
+    arrivals: &'a [Arrival],
+) -> impl Iterator<Item = (&'a Arrival, f64)> {
+    let wave_m_per_s = run.plan.scales.wave_speed_m_per_s();
+    let speed = move |arrival: &Arrival| Some(arrival.local_speed_m_per_s? / wave_m_per_s);
+    arrivals.iter().filter_map(move |arrival| Some((arrival, speed(arrival)?)))
+}
+
 /// Local speeds of the fronts of all ruptures of `from_blocks` or more, over the wave speed; `None` where
-/// the log has no ruptures.
+/// the log has no ruptures. Over an area they are those of the arrivals, by the contacts around each, whatever
+/// `across` is.
 pub fn speeds(run: &RunEvents, arrivals: &[Arrival], from_blocks: u32, across: u32) -> Option<Vec<f64>> {
     run.ruptures.as_ref()?;
     let ruptures = arrivals.chunk_by(|a, b| a.rupture == b.rupture);
     let counted = ruptures.filter(|passed| passed.len() >= from_blocks as usize);
-    let speeds = counted.flat_map(|passed| speeds_of_rupture(passed, across, crossing_s(run)));
-    Some(speeds.map(|(_, speed)| speed).collect())
+    Some(counted.flat_map(|passed| local_speeds_of(run, passed, across)).collect())
+}
+
+/// Local speeds of the fronts of one rupture, over the wave speed.
+fn local_speeds_of(run: &RunEvents, passed: &[Arrival], across: u32) -> Vec<f64> {
+    match run.of_one_row() {
+        Some(run) => {
+            speeds_of_rupture(passed, across, crossing_s(run)).into_iter().map(|(_, speed)| speed).collect()
+        }
+        None => speeds_over_area(run, passed).map(|(_, speed)| speed).collect(),
+    }
+}
+
+/// The number below which a share of the local speeds of the first rupture that reached every block lies, over
+/// the wave speed.
+pub(crate) fn global_quantile(run: &RunEvents, arrivals: &[Arrival], share: f64) -> Option<f64> {
+    let global = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reached_every_block)?;
+    let passed: Vec<Arrival> =
+        arrivals.iter().filter(|arrival| arrival.rupture == global.rupture).cloned().collect();
+    let mut speeds = local_speeds_of(run, &passed, ACROSS);
+    speeds.sort_by(f64::total_cmp);
+    quantile(&speeds, share)
 }
 
 /// Share of the slow ones among local speeds; `None` without any.
@@ -133,7 +165,8 @@ pub fn slow_ratio(speeds: &[f64]) -> Option<f64> {
 /// Local speeds of the fronts of precursors and of the first global slip towards higher-numbered blocks,
 /// over the wave speed, each preceded by the stress ahead of the front: the mean of `tau_n / p_n` over the
 /// blocks between which the speed is measured, in the state at the onset of the slip event in which the
-/// rupture began. (When a front reaches a block, the block is at its threshold, by the definition of
+/// rupture began. Over an area the speed and the stress, by the size of the tangential force, are those of a
+/// contact that bears load, in the column of nucleation or beyond. (When a front reaches a block, the block is at its threshold, by the definition of
 /// detachment.)
 pub fn over_stress(
     run: &RunEvents,
@@ -151,12 +184,24 @@ pub fn over_stress(
         };
         let of = |arrival: &&Arrival| arrival.rupture == rupture.rupture;
         let of: Vec<Arrival> = arrivals.iter().filter(of).cloned().collect();
+        let found = &mut all[usize::from(rupture.reached_every_block)];
+        if run.of_one_row().is_none() {
+            let nucleation = run.header.contacts().column(rupture.nucleation_block);
+            for (arrival, speed) in speeds_over_area(run, &of) {
+                let n = arrival.block as usize - 1;
+                let (along_n, across_n) = (state.tangential_force_n[n], state.tangential_force_across_n[n]);
+                if p_n[n] > 0.0 && arrival.column.is_some_and(|column| column >= nucleation) {
+                    found.push((magnitude([along_n, across_n]) / p_n[n], speed));
+                }
+            }
+            continue;
+        }
         let speeds = speeds_of_rupture(&of, across, crossing_s(run)).into_iter();
         for (block, speed) in speeds.filter(|(block, _)| *block >= rupture.nucleation_block) {
             let passed = block as usize - 1..(block + across) as usize;
             let ratios = state.tangential_force_n[passed.clone()].iter().zip(&p_n[passed]);
             let stress = ratios.map(|(tau_n, p_n)| tau_n / p_n).sum::<f64>() / f64::from(across + 1);
-            all[usize::from(rupture.reached_every_block)].push((stress, speed));
+            found.push((stress, speed));
         }
     }
     all
@@ -305,9 +350,7 @@ mod tests {
             normal_load_n: vec![10.0; 12],
             stick_position_m: vec![0.0; 12],
             detached: vec![0; 12],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
+            ..FieldRecord::default()
         };
         run.kept |= RequiredData::fronts();
         made_up::with_states(&mut run, &[state]);

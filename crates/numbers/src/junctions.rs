@@ -22,12 +22,11 @@ pub(crate) fn steady_ratio(run: &RunEvents) -> Option<f64> {
     (velocity_m_per_s > 0.0).then(|| law.steady_coefficient(mu, load_n, velocity_m_per_s))
 }
 
-/// The largest friction over normal load of a contact that is pulled from its start.
+/// The largest friction over normal load of a contact that is pulled from its even start.
 pub(crate) fn peak_ratio(run: &RunEvents) -> Option<f64> {
     let friction = &run.plan.friction;
-    Some(
-        friction.law.junctions()?.peak_coefficient(friction.static_coefficient, friction.dynamic_coefficient),
-    )
+    let law = friction.law.junctions().filter(|law| !law.are_drawn)?;
+    Some(law.peak_coefficient(friction.static_coefficient, friction.dynamic_coefficient))
 }
 
 /// Slow slip of block 1 of a chain whose other blocks stick, m.

@@ -46,7 +46,7 @@
 //! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
 //! let run = RunData::read("complete", path.as_ref())?;
 //! for precursor in precursors::one_by_one(&run) {
-//!     let (length, load) = (precursor.length_ratio(run.header.blocks), precursor.start.ft_fn_onset);
+//!     let (length, load) = (precursor.length_ratio(run.columns()), precursor.start.ft_fn_onset);
 //!     println!("L_p/L = {length:.2} at F_T/F_N = {load:.3}");
 //! }
 //! assert_eq!(Number::find("coefficient_ratio")?.of(&run, None), Some(0.7 / 0.45));
@@ -83,6 +83,7 @@ mod raw;
 pub mod required_data;
 pub mod run_data;
 mod rupture_numbers;
+pub mod rupture_selector;
 pub mod slow_slip;
 pub mod states;
 mod statistics;
@@ -97,7 +98,7 @@ pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
 pub use number::Number;
 pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s};
-pub use statistics::median;
+pub use statistics::{median, quantile};
 pub use summarizer::{Slider, Summarizer};
 pub use summary::Summary;
 pub use theory_residuals::AFFECTED_THRESHOLD;

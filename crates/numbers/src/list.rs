@@ -20,9 +20,10 @@ use crate::junctions;
 use crate::of::numbers;
 use crate::partial_ruptures;
 use crate::plane_waves::speeds_along_rows_m_per_s;
-use crate::precursors;
+use crate::precursors::{self, Precursor, PrecursorRules};
 use crate::run_data::{Load, RunEvents};
 use crate::slow_slip;
+use crate::statistics::median;
 use crate::theory_residuals::{
     AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
     decaying_drive_onset_error, initial_shear_error, intercept_error, intercept_error_of, largest,
@@ -74,8 +75,8 @@ numbers! {
             [was = "decaying-drive-onset-error", words = "decaying drive onset error"] =
             Events |run, _| decaying_drive_onset_error(run.of_chain()?);
         /// Number of blocks, block 1 included, that carry more than 0.49 % of the force on block 1 when
-        /// the first precursor starts.
-        affected_blocks: u32 [was = "affected-blocks"] = States |_, states, _| affected_blocks(states);
+        /// the first precursor starts; none over an area.
+        affected_blocks: u32 [was = "affected-blocks"] = States |run, states, _| run.of_one_row().and(affected_blocks(states));
         /// Number of affected blocks in the theory of the discrete chain.
         affected_blocks_theory: u32 [was = "affected-blocks-theory"] = Events |run, _| {
             let ratio = run.of_chain()?.scenario.friction.interfacial_stiffness_ratio;
@@ -103,12 +104,14 @@ numbers! {
         /// `L_p / L` of the longest of these precursors; 0 without any.
         longest_precursor_event_ratio: f64 [was = "longest-precursor"] = Events |run, _| {
             let precursors = precursors::alone(run);
-            Some(precursors.iter().map(|found| found.length_ratio(run.header.blocks)).fold(0.0, f64::max))
+            Some(precursors.iter().map(|found| found.length_ratio(run.columns())).fold(0.0, f64::max))
         };
         /// `L_p / L` of the longest precursor, or global slip event, that began at or below a given load
         /// `F_T / F_N`.
         event_length_at_load_ratio: f64 [was = "length-at-load"] =
-            Loads |run, loads, near| length_at_load(run, loads, near?);
+            Loads |run, loads, near| {
+                largest_at_load(run, loads, near?, |precursor| precursor.length_ratio(run.columns()))
+            };
         /// Number of blocks of the precursor whose length is nearest to the claimed one.
         nearest_precursor_event_blocks: u32 [was = "precursor-nearest"] =
             Events |run, near| Some(f64::from(nearest_precursor(run, near?)?.last_block));
@@ -319,7 +322,7 @@ numbers! {
         /// least-squares line through its arrivals at blocks `N / 2` to `11 N / 12`; none if it did not
         /// reach them all.
         first_front_speed_over_wave_speed_ratio: f64 [was = "front-speed-over-c"] =
-            Events |run, _| fronts::speed_over_c(run);
+            Events |run, _| fronts::speed_over_c(run.of_one_row()?);
         /// Deviation of that speed from the theory of a steady front on rigid contacts, over the theory;
         /// none where there is no theory.
         first_front_speed_error_ratio: f64 [was = "front-speed-error"] =
@@ -327,13 +330,13 @@ numbers! {
         /// Length of a slip pulse, in blocks: its speed times the mean time for which a block of the
         /// same span slides.
         pulse_length_blocks: f64 [unit = "1"] [was = "pulse-length-blocks"] =
-            Events |run, _| fronts::pulse_length_blocks(run);
+            Events |run, _| fronts::pulse_length_blocks(run.of_one_row()?);
         /// Mean slip behind a pulse, over the `2 tau / gamma` of the theory without damping.
-        pulse_slip_ratio: f64 [was = "pulse-slip-ratio"] = Events |run, _| fronts::pulse_slip_ratio(run);
+        pulse_slip_ratio: f64 [was = "pulse-slip-ratio"] = Events |run, _| fronts::pulse_slip_ratio(run.of_one_row()?);
         /// Number of blocks that a front from block 1 has passed: all before the first one that never
         /// slid.
         first_front_reach_blocks: u32 [was = "front-reach-blocks"] =
-            Events |run, _| Some(fronts::passages(run).len() as f64);
+            Events |run, _| Some(fronts::passages(run.of_one_row()?).len() as f64);
         /// `tau` of the last block that the front from block 1 reached; none if it reached all, or still
         /// runs.
         first_front_arrest_prestress_ratio: f64 [was = "arrest-prestress"] =
@@ -355,11 +358,12 @@ numbers! {
         first_global_rupture_front_speed_over_wave_speed_ratio: f64 [was = "global-front-over-c"] =
             Events |run, _| partial_ruptures::global_front_over_c(run);
         /// Whether the fronts of precursors and of the first global rupture run faster under higher
-        /// stress: Spearman's rank correlation of speed and `tau_n / p_n`, -1 to 1.
+        /// stress: Spearman's rank correlation of speed and `tau_n / p_n`, over an area of the local speed and
+        /// the size of the tangential force over `p_n` at each contact, -1 to 1.
         front_stress_correlation: f64 [unit = "1"] [was = "front-stress-correlation"] =
             Fronts |run, passed| fronts::speed_stress_correlation(run, passed);
         /// Number of local front speeds: over any four spacings on one side of the nucleation block, in all
-        /// ruptures of five blocks or more.
+        /// ruptures of five blocks or more; over an area at each contact by the contacts around it.
         local_front_speed_count: u64 = Arrivals |run, arrivals| {
             Some(fronts::speeds(run, arrivals, fronts::FROM_BLOCKS, fronts::ACROSS)?.len() as f64)
         };
@@ -374,6 +378,39 @@ numbers! {
         /// This displacement, but no later than `near` s after the arrival.
         slow_slip_until_m: f64 = Motion |run, motion, near| slow_slip::median_m(run, motion, near?);
     }
+    "Areas" {
+        /// `A_p`, the share of all contacts that slid, of the longest precursor among ruptures.
+        longest_precursor_area_ratio: f64 = Events |run, _| {
+            let precursors = precursors::among_ruptures(run, &PrecursorRules::default());
+            let longest = precursors.iter().rfind(|rupture| !rupture.reached_every_block)?;
+            Some(f64::from(longest.slipped()) / f64::from(run.header.blocks))
+        };
+        /// `A_p` of the largest of the precursors before the first global slip event; 0 without any.
+        largest_precursor_event_area_ratio: f64 = Events |run, _| {
+            let precursors = precursors::alone(run);
+            Some(precursors.iter().map(|found| found.area_ratio(run.header.blocks)).fold(0.0, f64::max))
+        };
+        /// `A_p` of the largest precursor, or global slip event, that began at or below a given load
+        /// `F_T / F_N`.
+        event_area_at_load_ratio: f64 = Loads |run, loads, near| {
+            largest_at_load(run, loads, near?, |precursor| precursor.area_ratio(run.header.blocks))
+        };
+        /// Contacts that slid over those in the box of columns and rows of the slip event: the median of all
+        /// slip events of five contacts or more.
+        median_event_box_ratio: f64 = Events |run, _| {
+            let large = run.slips.iter().filter(|slip| slip.blocks_slipped >= fronts::FROM_BLOCKS);
+            median(large.map(|slip| f64::from(slip.blocks_slipped) / slip.bounding_box().count() as f64))
+        };
+        /// Median of the local front speeds of the first rupture that reached every block, over the wave speed.
+        first_global_local_front_speed_median_ratio: f64 =
+            Arrivals |run, arrivals| fronts::global_quantile(run, arrivals, 0.5);
+        /// Their lower quartile.
+        first_global_local_front_speed_lower_quartile_ratio: f64 =
+            Arrivals |run, arrivals| fronts::global_quantile(run, arrivals, 0.25);
+        /// Their upper quartile.
+        first_global_local_front_speed_upper_quartile_ratio: f64 =
+            Arrivals |run, arrivals| fronts::global_quantile(run, arrivals, 0.75);
+    }
     "Junctions" {
         /// Mean of `F_T / F_N` over time in the second half of the run.
         steady_ft_fn: f64 [unit = "1"] = Loads |_, loads, _| junctions::steady_ft_fn(loads);
@@ -381,7 +418,7 @@ numbers! {
         /// at the mean load of a contact, by (a) of the page on junctions.
         steady_friction_theory_ratio: f64 = Events |run, _| junctions::steady_ratio(run);
         /// Largest friction over normal load of a contact that is pulled from its start in a time that is
-        /// short against `t_R`, in theory, by (b). Measured it is `largest_ft_fn`.
+        /// short against `t_R`, in theory, by (b); none for a drawn start. Measured it is `largest_ft_fn`.
         peak_friction_theory_ratio: f64 = Events |run, _| junctions::peak_ratio(run);
         /// Slow slip of block 1 of a chain whose other blocks stick, in theory, by (c), with its load and the
         /// stiffness that holds it: from rest, with all of its junctions slipping forwards, until all are
@@ -430,10 +467,92 @@ fn rising_share(loads: &[Load]) -> Option<f64> {
     (last.time_s > first.time_s).then(|| rising_s / (last.time_s - first.time_s))
 }
 
-fn length_at_load(run: &RunEvents, loads: &[Load], load_ratio: f64) -> Option<f64> {
+/// The largest measure of the precursors, and of the global slip event after them, that began at or below a
+/// load.
+fn largest_at_load(
+    run: &RunEvents,
+    loads: &[Load],
+    load_ratio: f64,
+    measure: impl Fn(&Precursor<'_>) -> f64,
+) -> Option<f64> {
     let precursors = precursors::one_by_one(run);
     let reached = precursors.iter().take_while(|precursor| precursor.start.ft_fn_onset <= load_ratio);
     // A run that ends below the load says nothing about it.
     time_to_reach(loads, load_ratio)?;
-    Some(reached.map(|precursor| precursor.length_ratio(run.header.blocks)).fold(0.0, f64::max))
+    Some(reached.map(measure).fold(0.0, f64::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::made_up;
+    use crate::number::number;
+
+    /// Three columns of two rows: contacts 1 to 3 and 4 to 6. Slip events of one, three and all contacts, and
+    /// ruptures likewise.
+    #[test]
+    fn over_an_area_numbers_are_of_columns_and_contacts() {
+        let mut run = made_up::run("", &[(100, 101, &[1]), (200, 210, &[1, 2]), (400, 410, &[1, 2, 3])]);
+        let ruptures: [&[made_up::Passed]; 3] = [
+            &[(1, 100, Some(101))],
+            &[(2, 200, Some(210)), (1, 201, Some(210)), (4, 203, Some(210))],
+            &[
+                (5, 400, Some(410)),
+                (4, 401, Some(410)),
+                (6, 402, Some(410)),
+                (1, 403, Some(410)),
+                (2, 404, Some(410)),
+                (3, 405, Some(410)),
+            ],
+        ];
+        made_up::with_ruptures(&mut run, &ruptures);
+        (run.header.blocks, run.header.rows) = (6, 2);
+        let boxes = [(1, 1, 1), (2, 2, 3), (3, 2, 6)];
+        for (slip, (_, last_across, contacts)) in run.run.slips.iter_mut().zip(boxes) {
+            (slip.first_across, slip.last_across) = (Some(1), Some(last_across));
+            slip.blocks_slipped = contacts;
+        }
+        for (rupture, (last, last_across, contacts)) in run.run.ruptures.iter_mut().flatten().zip(boxes) {
+            (rupture.first_block, rupture.last_block) = (1, last);
+            (rupture.first_across, rupture.last_across) = (Some(1), Some(last_across));
+            (rupture.contacts, rupture.reached_every_block) = (Some(contacts), contacts == 6);
+        }
+        let wave_m_per_s = run.plan.scales.wave_speed_m_per_s();
+        for (arrival, share) in
+            run.arrivals.iter_mut().filter(|one| one.rupture == 2).zip([0.05, 0.5, 1.0, 0.25])
+        {
+            arrival.local_speed_m_per_s = Some(share * wave_m_per_s);
+        }
+        let of = |name: &str| number(name, &run, None);
+        let near = |name: &str, expected: f64| {
+            let found = of(name).unwrap_or_else(|| panic!("no {name}"));
+            assert!((found - expected).abs() < 1e-12, "{name}: {found}, not {expected}");
+        };
+        near("first_event_block_ratio", 1.0 / 6.0);
+        near("longest_precursor_event_ratio", 2.0 / 3.0);
+        near("largest_precursor_event_area_ratio", 0.5);
+        near("longest_precursor_area_ratio", 0.5);
+        assert_eq!(number("nearest_precursor_event_blocks", &run, Some(3.0)), Some(2.0));
+        // Of the event of all six contacts alone: the others have fewer than five.
+        near("median_event_box_ratio", 1.0);
+        // The second rupture has a tenth of the contacts or more, and so has the first.
+        near("partial_rupture_count", 2.0);
+        near("largest_partial_rupture_ratio", 0.5);
+        // From contact 1.
+        assert_eq!(of("first_nucleation_mm"), Some(0.0));
+        near("local_front_speed_count", 4.0);
+        near("slow_front_ratio", 0.25);
+        near("first_global_local_front_speed_median_ratio", 0.375);
+        near("first_global_local_front_speed_lower_quartile_ratio", 0.2);
+        near("first_global_local_front_speed_upper_quartile_ratio", 0.625);
+        for name in [
+            "affected_blocks",
+            "first_front_speed_over_wave_speed_ratio",
+            "first_front_reach_blocks",
+            "pulse_length_blocks",
+            "pulse_slip_ratio",
+            "rest_poisson_ratio",
+        ] {
+            assert_eq!(of(name), None, "{name}");
+        }
+    }
 }

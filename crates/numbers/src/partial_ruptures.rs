@@ -9,7 +9,7 @@ use crate::run_data::RunEvents;
 const FEWEST: f64 = 0.1;
 
 fn blocks(rupture: &Rupture) -> u32 {
-    rupture.reach().count()
+    rupture.slipped()
 }
 
 /// The ruptures that count, by their onsets; `None` where the log has none because it is too old.
@@ -39,7 +39,7 @@ pub(crate) fn largest_share(run: &RunEvents) -> Option<f64> {
 /// Distance from the driven end at which the first rupture that counts began, global or not, mm.
 pub(crate) fn nucleation_mm(run: &RunEvents) -> Option<f64> {
     let first = counted(run)?.next()?;
-    Some(f64::from(first.nucleation_block - 1) * run.plan.spacing_m * 1e3)
+    Some(f64::from(run.header.contacts().column(first.nucleation_block) - 1) * run.plan.spacing_m * 1e3)
 }
 
 /// Speed of the front of the first rupture that reached every block, towards higher-numbered blocks,

@@ -65,16 +65,21 @@ pub struct Precursor<'a> {
     pub end: &'a SlipEvent,
     /// Number of slip events that it consists of.
     pub merged: u32,
-    /// Farthest block reached.
+    /// Farthest block, or column, reached.
     pub last_block: u32,
     /// Distinct blocks that slid.
     pub blocks_slipped: u32,
 }
 
 impl Precursor<'_> {
-    /// `L_p / L` (5.17).
-    pub fn length_ratio(&self, blocks: u32) -> f64 {
-        f64::from(self.last_block) / f64::from(blocks)
+    /// `L_p / L` (5.17), for a slider of this many blocks, or columns.
+    pub fn length_ratio(&self, columns: u32) -> f64 {
+        f64::from(self.last_block) / f64::from(columns)
+    }
+
+    /// `A_p`, the share of all contacts that slid.
+    pub fn area_ratio(&self, contacts: u32) -> f64 {
+        f64::from(self.blocks_slipped) / f64::from(contacts)
     }
 }
 
@@ -140,12 +145,7 @@ pub fn among_ruptures<'a>(run: &'a RunEvents, rules: &PrecursorRules) -> Vec<&'a
     for rupture in run.ruptures.iter().flatten() {
         growth.take((rupture.onset_step, rupture.rupture), rupture.reach(), || rupture);
     }
-    // All blocks up to the last have slid.
-    growth
-        .iter()
-        .filter(|(last_block, _)| *last_block >= rules.min_blocks)
-        .map(|(_, rupture)| *rupture)
-        .collect()
+    growth.iter().map(|(_, rupture)| *rupture).filter(|one| one.slipped() >= rules.min_blocks).collect()
 }
 
 fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> bool {

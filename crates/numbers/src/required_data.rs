@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use std::ops::{BitOr, BitOrAssign};
 
 use asperity_runlog::Topics;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// Data of a run that tables, figures and numbers require besides its summary, slip events, ruptures and
 /// the history of each block, which are always kept.
@@ -27,11 +29,39 @@ pub struct RequiredData {
     pub detachments: bool,
     /// How each rupture passed its blocks.
     pub arrivals: bool,
-    /// Where all nodes of a slab were at these times, s. They are in no record, and there only while a
+    /// The states of all nodes of a lattice at these times, s. They are in no record, and there only while a
     /// pipeline is run.
     pub nodes_at_s: Vec<f64>,
+    /// Where all nodes were at times while ruptures ran.
+    pub films: Vec<Film>,
     /// The states at the onsets of precursors, beside those at their ends.
     pub precursor_onsets: bool,
+}
+
+/// Which rupture, where no number is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RuptureSelector {
+    /// The first that reaches every block.
+    FirstGlobalSlip,
+    /// The precursor that reaches farthest.
+    LongestPrecursor,
+    /// That of the most blocks, the first of several.
+    Widest,
+}
+
+/// A rupture at times that lie evenly between its onset and its end, for which the states of all nodes are
+/// wanted: they are known only once the run has passed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Film {
+    /// The number of the rupture.
+    pub rupture: Option<u64>,
+    /// The rupture, where there is no number.
+    pub which: RuptureSelector,
+    /// How many times.
+    pub count: u32,
+    /// The end of the last span, s after the onset; by default that of the rupture.
+    pub until_s: Option<f64>,
 }
 
 impl RequiredData {
@@ -58,6 +88,7 @@ impl RequiredData {
             arrivals: false,
             precursor_onsets: false,
             nodes_at_s: Vec::new(),
+            films: Vec::new(),
         }
     }
 
@@ -102,6 +133,7 @@ impl BitOrAssign for RequiredData {
         self.arrivals |= other.arrivals;
         self.precursor_onsets |= other.precursor_onsets;
         self.nodes_at_s.extend(other.nodes_at_s);
+        self.films.extend(other.films);
         self.states_near_s.extend(other.states_near_s);
         self.displacements_of.extend(other.displacements_of);
         self.displacements |= other.displacements;

@@ -6,14 +6,14 @@
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
-use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_model::{NodeState, Plan, Scenario, ScenarioSource};
 use asperity_record::{
     Arrival, Direction, Event, EventPayload, FieldRecord, Observer, Record, RunEnd, RunHeader, Rupture,
     RupturesFrom, SlipEvent, StepRecord, WindowRecord,
 };
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
-use crate::required_data::RequiredData;
+use crate::required_data::{Film, RequiredData};
 use crate::states::States;
 use crate::summarizer::{Slider, Summarizer};
 use crate::summary::Summary;
@@ -82,18 +82,6 @@ pub struct Switched {
     pub displacement_m: f64,
 }
 
-/// Where all nodes of a slab were after a step.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NodeField {
-    /// The step.
-    pub step: u64,
-    /// Its time, s.
-    pub time_s: f64,
-    /// Displacements from the grid, m: along the sliding direction those of all nodes, row by row from
-    /// the bottom, then upwards likewise.
-    pub displacement_m: Vec<f64>,
-}
-
 /// The data kept of every run.
 #[derive(Debug, Clone)]
 pub struct RunEvents {
@@ -135,8 +123,8 @@ pub struct RunData {
     pub detachments: Vec<(u64, u32)>,
     /// See [`RunData::arrivals()`].
     pub arrivals: Vec<Arrival>,
-    /// See [`RunData::nodes_at()`].
-    pub nodes: Vec<NodeField>,
+    /// See [`RunData::nodes_at()`] and [`RunData::film()`].
+    pub nodes: Vec<NodeState>,
 }
 
 impl Deref for RunData {
@@ -254,14 +242,28 @@ impl RunData {
         Ok((self.loads()?, self.states()?, self.arrivals()?))
     }
 
-    /// Where all nodes were nearest to one of the times that were asked for, s; `None` of a chain.
+    /// The state of all nodes nearest to one of the times that were asked for, s; `None` of a chain.
     ///
     /// # Errors
     /// If that time was not asked for.
-    pub fn nodes_at(&self, at_s: f64) -> Result<Option<&NodeField>, NotKept> {
-        let nodes = self.if_kept(self.kept.nodes_at_s.contains(&at_s), "nodes", &self.nodes)?;
-        let distance = |nodes: &&NodeField| (nodes.time_s - at_s).abs();
-        Ok(nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))))
+    pub fn nodes_at(&self, at_s: f64) -> Result<Option<&NodeState>, NotKept> {
+        self.if_kept(self.kept.nodes_at_s.contains(&at_s), "nodes", &self.nodes)?;
+        Ok(self.nearest_nodes(at_s))
+    }
+
+    /// The states of all nodes while a rupture runs, at the times of a film that was asked for; fewer of a
+    /// chain, which has none.
+    ///
+    /// # Errors
+    /// In words, if the film was not asked for, or the run has no such rupture.
+    pub fn film(&self, film: &Film) -> Result<Vec<&NodeState>, String> {
+        self.if_kept(self.kept.films.contains(film), "nodes", &self.nodes)?;
+        Ok(film.times_s(self)?.into_iter().filter_map(|at_s| self.nearest_nodes(at_s)).collect())
+    }
+
+    fn nearest_nodes(&self, at_s: f64) -> Option<&NodeState> {
+        let distance = |nodes: &&NodeState| (nodes.time_s - at_s).abs();
+        self.nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 }
 
@@ -315,6 +317,16 @@ impl RunEvents {
         Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
     }
 
+    /// Number of contacts along the sliding direction: of blocks, where they lie in a single row.
+    pub fn columns(&self) -> u32 {
+        self.header.contacts().columns()
+    }
+
+    /// The run, if its contacts lie in a single row, so that their numbers are places along the slider.
+    pub fn of_one_row(&self) -> Option<&RunEvents> {
+        (self.header.rows == 1).then_some(self)
+    }
+
     /// `mu_d`.
     pub(crate) fn mu_d(&self) -> f64 {
         self.plan.friction.dynamic_coefficient
@@ -334,7 +346,6 @@ impl RunEvents {
 /// Reads the records of a run, keeps the required data, and computes its summary.
 pub struct Collector {
     run: RunData,
-    ruptures: Vec<Rupture>,
     summarizer: Summarizer,
 }
 
@@ -352,7 +363,7 @@ impl Collector {
             plan,
             summary: Summary::default(),
             slips: Vec::new(),
-            ruptures: None,
+            ruptures: Some(Vec::new()),
         };
         let run = RunData {
             run,
@@ -365,7 +376,7 @@ impl Collector {
             arrivals: Vec::new(),
             nodes: Vec::new(),
         };
-        Collector { run, ruptures: Vec::new(), summarizer }
+        Collector { run, summarizer }
     }
 
     /// For a log that is about to be read, with this header and scenario.
@@ -430,22 +441,30 @@ impl Collector {
         }
     }
 
-    /// The times at which all nodes of a slab are wanted, s: no record has them, so the caller that makes
-    /// the run passes them to [`Collector::nodes`]. None for a chain.
-    pub fn nodes_at_s(&self) -> &[f64] {
-        if self.run.plan.elastic.has_inside() { &self.run.kept.nodes_at_s } else { &[] }
+    /// The times at which all nodes of a lattice are wanted, s: no record has them, so the caller, once the run
+    /// has passed, computes them and passes them to [`Collector::nodes`]. None for a chain.
+    pub fn nodes_at_s(&self) -> Vec<f64> {
+        let RunData { run, kept, .. } = &self.run;
+        if run.plan.elastic.as_chain().is_some() {
+            return Vec::new();
+        }
+        // Of a rupture that the run lacks the figure says so.
+        let of_films = kept.films.iter().filter_map(|film| film.times_s(run).ok()).flatten();
+        kept.nodes_at_s.iter().copied().chain(of_films).collect()
     }
 
     /// Takes the nodes at one of these times.
-    pub fn nodes(&mut self, nodes: NodeField) {
+    pub fn nodes(&mut self, nodes: NodeState) {
         self.run.nodes.push(nodes);
     }
 
     /// Returns the data kept, given the source of its ruptures, and its end if known.
     pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> RunData {
-        let Collector { mut run, ruptures, summarizer } = self;
+        let Collector { mut run, summarizer } = self;
         run.states.end();
-        run.ruptures = (ruptures_from != RupturesFrom::None).then_some(ruptures);
+        if ruptures_from == RupturesFrom::None {
+            run.ruptures = None;
+        }
         run.summary = summarizer.finish(ruptures_from, end);
         run
     }
@@ -473,7 +492,7 @@ impl Observer for Collector {
             self.run.states.slip(slip);
             self.run.slips.push(slip.clone());
         } else if let Some(rupture) = event.get::<Rupture>() {
-            self.ruptures.push(rupture.clone());
+            self.run.ruptures.get_or_insert_default().push(rupture.clone());
         } else if let Some(arrival) = event.get::<Arrival>().filter(|_| self.run.kept.arrivals) {
             self.run.arrivals.push(arrival.clone());
         }
@@ -518,6 +537,7 @@ mod tests {
                 displacement_m: Vec::new(),
                 velocity_m_per_s: Vec::new(),
                 tangential_force_n: Vec::new(),
+                ..WindowRecord::default()
             }));
         }
         let run = collector.finish(RupturesFrom::None, None);
@@ -535,9 +555,7 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 3],
             detached: vec![0; 3],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
+            ..FieldRecord::default()
         }
     }
 

@@ -12,8 +12,9 @@ use crate::statistics::median;
 /// the default slab takes 0.1 ms.
 const AFTER_S: f64 = 5e-4;
 
-/// Longest time, s, between the two records from which the displacement at that instant is interpolated.
-const APART_S: f64 = AFTER_S;
+/// Longest time, s, between the two records from which the displacement at that instant is interpolated: as long as
+/// that, and what their times are rounded by.
+const APART_S: f64 = AFTER_S * (1.0 + 1e-9);
 
 /// The slow slip behind one rupture.
 #[derive(Debug, Clone, Copy)]
@@ -38,28 +39,31 @@ pub struct SlowSlip<'a> {
 pub fn slow_slips(run: &RunData) -> Result<Vec<SlowSlip<'_>>, NotKept> {
     let motion = (run.arrivals()?, run.states()?, run.windows()?);
     let link_s = run.header.scales.map_or(0.0, |scales| scales.link_s());
-    let (whole, linked) = (by_rupture(motion, f64::INFINITY), by_rupture(motion, link_s));
+    let moved_m = by_rupture(motion, [f64::INFINITY, link_s]);
     let mut slips = Vec::new();
     for rupture in run.ruptures.iter().flatten() {
-        let Some(moved_m) = whole.get(&rupture.rupture) else { continue };
-        let median_of = |moved_m: &Vec<f64>| median(moved_m.iter().copied());
+        let Some([whole, linked]) = moved_m.get(&rupture.rupture) else { continue };
+        let median_of = |moved_m: &[f64]| median(moved_m.iter().copied());
         slips.push(SlowSlip {
             rupture,
-            contacts: moved_m.len() as u32,
-            median_m: median_of(moved_m),
-            largest_m: moved_m.iter().copied().reduce(f64::max),
-            until_link_time_m: linked.get(&rupture.rupture).and_then(median_of),
+            contacts: whole.len() as u32,
+            median_m: median_of(whole),
+            largest_m: whole.iter().copied().reduce(f64::max),
+            until_link_time_m: median_of(linked),
         });
     }
     Ok(slips)
 }
 
 /// The displacements of the contacts of each rupture, by its number: from [`AFTER_S`] after the arrival to the
-/// last record before the next rupture there, but no later than `until_s` after the arrival.
-fn by_rupture((arrivals, states, windows): OfMotion<'_>, until_s: f64) -> BTreeMap<u64, Vec<f64>> {
+/// last record before the next rupture there, but no later than each of `until_s` after the arrival.
+fn by_rupture<const N: usize>(
+    (arrivals, states, windows): OfMotion<'_>,
+    until_s: [f64; N],
+) -> BTreeMap<u64, [Vec<f64>; N]> {
     let mut of_block: BTreeMap<u32, Vec<&Arrival>> = BTreeMap::new();
     arrivals.iter().for_each(|arrival| of_block.entry(arrival.block).or_default().push(arrival));
-    let mut by_rupture: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    let mut by_rupture: BTreeMap<u64, [Vec<f64>; N]> = BTreeMap::new();
     for (block, mut arrivals) in of_block {
         arrivals.sort_by_key(|arrival| arrival.arrival_step);
         let mut course = states.displacement_of(block).to_vec();
@@ -70,9 +74,12 @@ fn by_rupture((arrivals, states, windows): OfMotion<'_>, until_s: f64) -> BTreeM
         course.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (place, arrival) in arrivals.iter().enumerate() {
             let next_s = arrivals.get(place + 1).map_or(f64::INFINITY, |next| next.arrival_s);
-            let to_s = next_s.min(arrival.arrival_s + until_s);
-            if let Some(moved_m) = moved_m(&course, arrival.arrival_s + AFTER_S, to_s) {
-                by_rupture.entry(arrival.rupture).or_default().push(moved_m);
+            for (slot, until_s) in until_s.iter().enumerate() {
+                let to_s = next_s.min(arrival.arrival_s + until_s);
+                if let Some(moved_m) = moved_m(&course, arrival.arrival_s + AFTER_S, to_s) {
+                    let none = || std::array::from_fn(|_| Vec::new());
+                    by_rupture.entry(arrival.rupture).or_insert_with(none)[slot].push(moved_m);
+                }
             }
         }
     }
@@ -83,8 +90,8 @@ fn by_rupture((arrivals, states, windows): OfMotion<'_>, until_s: f64) -> BTreeM
 /// fewer blocks.
 pub(crate) fn median_m(run: &RunEvents, motion: OfMotion<'_>, until_s: f64) -> Option<f64> {
     let from_blocks = if run.header.blocks < FROM_BLOCKS { 1 } else { FROM_BLOCKS };
-    let first = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reach().count() >= from_blocks)?;
-    by_rupture(motion, until_s).remove(&first.rupture).and_then(median)
+    let first = run.ruptures_by_onset().into_iter().find(|rupture| rupture.slipped() >= from_blocks)?;
+    by_rupture(motion, [until_s]).remove(&first.rupture).and_then(|[moved_m]| median(moved_m))
 }
 
 /// The displacement from a time to the last record up to another, given times and displacements.
@@ -153,6 +160,7 @@ mod tests {
         is(number("slow_slip_until_m", &run, Some(0.5)), 3.5 * 2.4);
         assert_eq!(number("slow_slip_until_m", &run, Some(4e-4)), None);
         assert_eq!(number("slow_slip_until_m", &run, None), None);
+        assert!(number("slow_slip_m", &with_states_every(5000), None).is_some(), "0.5 ms apart");
         assert_eq!(number("slow_slip_m", &with_states_every(6000), None), None, "too few states");
         assert_eq!(number("slow_slip_m", &passed_twice(), None), None, "no states");
     }
@@ -197,6 +205,7 @@ mod tests {
                 displacement_m: displacement_m(500 * n)[1..4].to_vec(),
                 velocity_m_per_s: vec![0.0; 3],
                 tangential_force_n: vec![0.0; 3],
+                ..WindowRecord::default()
             })
             .collect();
         // Blocks 2 to 4, up to 1.5 ms.

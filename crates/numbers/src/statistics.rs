@@ -15,6 +15,13 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     Some((lower + upper) / 2.0)
 }
 
+/// The number below which a share of them lies, between two numbers by a straight line.
+pub fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
+    let at = share * (ascending.len().checked_sub(1)? as f64);
+    let (low, high) = (ascending[at.floor() as usize], ascending[at.ceil() as usize]);
+    Some(low + (high - low) * at.fract())
+}
+
 /// A straight line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Line {

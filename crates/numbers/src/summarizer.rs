@@ -87,7 +87,7 @@ impl Summarizer {
             detachments: 0,
             largest_ft_fn: None,
             pulls_both_ways: false,
-            creep: CreepFront::new(header.blocks),
+            creep: CreepFront::new(header.contacts()),
             raw: RawEvents::new(header.blocks),
             unloaded: Unloaded::default(),
             growth: RuptureGrowth::default(),
@@ -148,7 +148,9 @@ impl Summarizer {
         let ratio = |value: Option<f64>| value.and_then(finite).filter(|_| pulls_one_way);
         let last_step = end.map_or(self.last_step, |end| end.last_step);
         let simulated_s = grid.time_s(last_step);
-        let length_ratio = |rupture: &Rupture| rupture.reach().length_ratio(header.blocks);
+        let contacts = header.contacts();
+        let length_ratio = |rupture: &Rupture| rupture.reach().length_ratio(contacts.columns());
+        let speed_m_per_s = |rupture: &Rupture| measures::front_speed_m_per_s(rupture, contacts);
 
         let farthest = || growth.iter().map(|(_, rupture)| rupture);
         let precursors: Vec<&Rupture> = farthest().filter(|rupture| !rupture.reached_every_block).collect();
@@ -171,15 +173,16 @@ impl Summarizer {
         let front = farthest().find(|rupture| measures::is_wide(rupture));
         let creep_front_block = self.creep.before(front.map(|front| front.onset_step));
         let creeps = creep_front_block.is_some_and(|block| {
-            block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(header.blocks)
+            block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(contacts.columns())
         });
         let scales = header.scales.or(slider.scales);
         // Before version 6 only the scenario has it.
         let modulus_n_per_m =
             [header.scales, slider.scales].into_iter().flatten().find_map(|scales| scales.modulus_n_per_m);
         let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
-        let wave_s = scales.map(|scales| f64::from(header.blocks.saturating_sub(1)) * scales.block_time_s);
-        let front_speed_m_per_s = front_speed(&growing);
+        let wave_s =
+            scales.map(|scales| f64::from(contacts.columns().saturating_sub(1)) * scales.block_time_s);
+        let front_speed_m_per_s = median_of(&growing, speed_m_per_s);
         let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
         let energy = self.energy.as_ref();
         let [unloaded_contact_count, unloaded_detachment_count, unloaded_event_count] = unloaded.counts();
@@ -203,7 +206,7 @@ impl Summarizer {
             first_global_rupture_end_s: first_global.and_then(|first| first.end_s),
             first_global_rupture_ft_fn: ratio(first_global.map(|first| first.ft_fn_onset)),
             first_global_rupture_nucleation_block: first_global.map(|first| first.nucleation_block),
-            first_global_rupture_front_speed_m_per_s: first_global.and_then(measures::front_speed_m_per_s),
+            first_global_rupture_front_speed_m_per_s: first_global.and_then(speed_m_per_s),
             first_global_event_onset_s: raw.first_global().map(|first| first.onset_s),
             first_global_event_ft_fn: ratio(raw.first_global().map(|first| first.ft_fn)),
             global_rupture_count: known(global.len() as u64),
@@ -225,8 +228,8 @@ impl Summarizer {
             global_rupture_duration_s: median_of(&global, measures::duration_s),
             global_rupture_crossing_s: median_of(&global, |rupture| Some(measures::crossing_s(rupture))),
             front_speed_m_per_s,
-            precursor_front_speed_m_per_s: front_speed(&precursors),
-            global_rupture_front_speed_m_per_s: front_speed(&global),
+            precursor_front_speed_m_per_s: median_of(&precursors, speed_m_per_s),
+            global_rupture_front_speed_m_per_s: median_of(&global, speed_m_per_s),
             wave_speed_m_per_s,
             front_speed_over_wave_speed_ratio: front_speed_m_per_s
                 .zip(wave_speed_m_per_s)
@@ -241,7 +244,9 @@ impl Summarizer {
             global_rupture_force_drop_n: mean_of(&global, |rupture| rupture.mean_force_drop_n),
             global_rupture_moment_n_m: mean_of(&global, |rupture| rupture.potency_m2)
                 .zip(modulus_n_per_m)
-                .map(|(potency_m2, modulus)| potency_m2 * modulus),
+                .map(|(potency_m2, modulus)| potency_m2 * modulus)
+                // Over an area, where the potency is another one.
+                .or_else(|| mean_of(&global, |rupture| rupture.moment_n_m)),
             drive_work_j: energy.map(|energy| energy.drive_work_j),
             prestress_work_j: energy.map(|energy| energy.prestress_work_j),
             friction_heat_j: energy.map(|energy| energy.friction_heat_j),
@@ -309,18 +314,12 @@ fn largest(known: Option<f64>, value: Option<f64>) -> Option<f64> {
     known.into_iter().chain(value).max_by(f64::total_cmp)
 }
 
-type Measure = fn(&Rupture) -> Option<f64>;
-
-fn mean_of(ruptures: &[&Rupture], measure: Measure) -> Option<f64> {
+fn mean_of(ruptures: &[&Rupture], measure: impl Fn(&Rupture) -> Option<f64>) -> Option<f64> {
     mean(ruptures.iter().filter_map(|rupture| measure(rupture).and_then(finite)))
 }
 
-fn median_of(ruptures: &[&Rupture], measure: Measure) -> Option<f64> {
+fn median_of(ruptures: &[&Rupture], measure: impl Fn(&Rupture) -> Option<f64>) -> Option<f64> {
     median(ruptures.iter().filter_map(|rupture| measure(rupture).and_then(finite)))
-}
-
-fn front_speed(ruptures: &[&Rupture]) -> Option<f64> {
-    median_of(ruptures, measures::front_speed_m_per_s)
 }
 
 fn intervals_s(global: &[&Rupture]) -> Vec<f64> {

@@ -174,9 +174,7 @@ mod tests {
                 normal_load_n: Vec::new(),
                 stick_position_m: vec![0.0; 3],
                 detached: vec![0; 3],
-                junctions_slipping: Vec::new(),
-                pinned_mean_ratio: Vec::new(),
-                pinned_width_ratio: Vec::new(),
+                ..FieldRecord::default()
             })
             .collect();
         made_up::with_states(&mut run, &states);

@@ -90,6 +90,10 @@ fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_
         kinetic_change_j: None,
         elastic_change_j: None,
         scheme_work_j: None,
+        first_across: None,
+        last_across: None,
+        contacts: None,
+        potency_m3: None,
     }
 }
 
@@ -114,6 +118,8 @@ fn slip(number: u64, onset: u64, end: Option<u64>, blocks: u32) -> SlipEvent {
         breaks_end: None,
         repins_onset: None,
         repins_end: None,
+        first_across: None,
+        last_across: None,
     }
 }
 
@@ -228,6 +234,46 @@ fn creep_comes_to_the_blocks_that_slid_before_a_front_did() {
     run.rupture(&rupture(0, 1000, 1080, 1200, 10, 0.4));
     let found = run.finish(RupturesFrom::Log, None);
     assert_eq!((found.creep_front_block, found.creeps), (Some(1), Some(false)));
+}
+
+/// Ten columns of two rows: contacts 1 to 10 and 11 to 20.
+#[test]
+fn over_an_area_lengths_are_columns_and_sizes_contacts() {
+    let header = RunHeader { blocks: 20, rows: 2, ..header() };
+    let mut run = Summarizer::new("area", &header, Slider::default());
+    // Column 1 as a whole, then up to column 4; contact 15 stays.
+    for (step, contacts) in [(99, vec![1, 11, 2]), (199, vec![12, 13, 3, 14, 4, 5])] {
+        run.step(&detach(step, &contacts));
+    }
+    let over_area = |contacts: u32, rupture: Rupture| Rupture {
+        first_across: Some(1),
+        last_across: Some(2),
+        contacts: Some(contacts),
+        potency_m2: None,
+        potency_m3: Some(1e-6),
+        moment_n_m: Some(3.0),
+        ..rupture
+    };
+    // Three contacts in two columns, four in three; two precursors, of which the second is wide.
+    let slow = rupture(0, 1000, 1010, 1020, 2, 0.1);
+    run.rupture(&over_area(3, Rupture { front_speed_up_m_per_s: None, ..slow }));
+    run.rupture(&over_area(4, rupture(1, 2000, 2010, 2020, 3, 0.2)));
+    // From column 8 of the second row, farther down than up.
+    let global = Rupture {
+        nucleation_block: 18,
+        front_speed_up_m_per_s: Some(2.0),
+        front_speed_down_m_per_s: Some(7.0),
+        ..rupture(2, 3000, 3010, 3020, 10, 0.3)
+    };
+    run.rupture(&over_area(20, global));
+    let found = run.finish(RupturesFrom::Log, None);
+    assert_eq!((found.blocks, found.precursor_count, found.global_rupture_count), (20, Some(2), Some(1)));
+    assert_near(found.longest_precursor_ratio, 0.3);
+    assert_eq!((found.rupture_count, found.wide_rupture_count), (Some(3), Some(2)));
+    // Before the first wide rupture, at step 2000.
+    assert_eq!((found.creep_front_block, found.creeps), (Some(4), Some(true)));
+    assert_near(found.global_rupture_front_speed_m_per_s, 7.0);
+    assert_near(found.global_rupture_moment_n_m, 3.0);
 }
 
 #[test]

@@ -29,7 +29,7 @@ pub(crate) fn begin(schemas: &BTreeMap<&str, &str>, parts: Parts) -> RunTables {
     for kind in &kinds {
         schemas.entry(kind.topic).or_insert("");
     }
-    let with = |topics| RunTables::new(&schemas, &kinds, Chosen { topics, ..Chosen::default() });
+    let with = |topics| RunTables::new(parts, &schemas, &kinds, Chosen { topics, ..Chosen::default() });
     let begin = || {
         let mut all = with(Vec::new())?;
         let topics = all.tables().iter().map(|table| table.layout.topic.to_string());

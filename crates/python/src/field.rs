@@ -17,10 +17,13 @@ const MOST_BYTES: u64 = 4 << 30;
 /// Samples of a range of time if the caller does not say how far they are apart.
 const USUAL_SAMPLES: u64 = 1000;
 
-const QUANTITIES: [(&str, &str, Quantity); 3] = [
+const QUANTITIES: [(&str, &str, Quantity); 6] = [
     ("displacement", "m", Quantity::Displacement),
     ("velocity", "m/s", Quantity::Velocity),
     ("tangential_force", "N", Quantity::TangentialForce),
+    ("displacement_across", "m", Quantity::DisplacementAcross),
+    ("velocity_across", "m/s", Quantity::VelocityAcross),
+    ("tangential_force_across", "N", Quantity::TangentialForceAcross),
 ];
 
 /// A field as it is asked for.
@@ -64,7 +67,7 @@ pub(crate) fn field(
             Source::Scenario { scenario, solver } => States::of_scenario(scenario, *solver, of, span, &stop),
         }
     })?;
-    let States { steps, time_s, position_m, values } = states.map_err(of_states)?;
+    let States { steps, time_s, position_m, position_across_m, values } = states.map_err(of_states)?;
     let buffer = Buffer::from_vec::<f64>;
     let shape = [steps.len(), position_m.len()];
     Ok(Field {
@@ -74,6 +77,7 @@ pub(crate) fn field(
         steps: Buffer::from_vec(steps),
         t: buffer(time_s),
         x: buffer(position_m),
+        y: buffer(position_across_m),
         values: buffer(values),
     })
 }
@@ -129,12 +133,13 @@ pub(crate) struct Field {
     steps: Buffer,
     t: Buffer,
     x: Buffer,
+    y: Buffer,
     values: Buffer,
 }
 
 #[pymethods]
 impl Field {
-    /// `displacement`, `velocity` or `tangential_force`.
+    /// `displacement`, `velocity` or `tangential_force`, or one of these with `_across`.
     #[getter]
     fn quantity(&self) -> &str {
         self.quantity
@@ -162,6 +167,12 @@ impl Field {
     #[getter]
     fn x<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Memory::array(py, self.x.clone(), "float64", &self.shape[1..])
+    }
+
+    /// Positions of the contacts across the sliding direction, m: shape (contacts,); 0 in a single row.
+    #[getter]
+    fn y<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Memory::array(py, self.y.clone(), "float64", &self.shape[1..])
     }
 
     /// Shape (times, contacts), in `unit`.
@@ -194,15 +205,18 @@ impl Field {
     }
 }
 
-/// Computes all nodes of a slab at a time.
+/// Computes all nodes of a slab, a sheet or a body at a time.
 pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> {
     let state = attend(py, &Callbacks::default(), |watch| {
         let stop = || watch.is_stopped();
         source.nodes(&[t])?.next_state_unless(&stop)
     })?;
     let state = state.map_err(of_states)?.ok_or_else(|| refused("no time"))?;
-    let NodeState { step, time_s, columns, displacement_m, velocity_m_per_s } = state;
-    let shape = [2, displacement_m.len() / 2 / columns.max(1), columns];
+    let NodeState { step, time_s, lattice, displacement_m, velocity_m_per_s, .. } = state;
+    let mut shape = vec![lattice.axes(), lattice.rows, lattice.lanes, lattice.columns];
+    if lattice.lanes == 1 {
+        shape.remove(2);
+    }
     let buffer = Buffer::from_vec::<f64>;
     Ok(Nodes {
         step,
@@ -213,12 +227,13 @@ pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> 
     })
 }
 
-/// All nodes of a slab at a time. Arrays have shape (2, rows, columns): along the sliding direction, upwards.
+/// All nodes at a time. Arrays of a slab have shape (2, rows, columns): along the sliding direction, upwards; those of
+/// a body (3, rows, rows across, columns): along, across, upwards; those of a sheet lack the last of these.
 #[pyclass(frozen, module = "asperity")]
 pub(crate) struct Nodes {
     step: u64,
     time_s: f64,
-    shape: [usize; 3],
+    shape: Vec<usize>,
     displacement: Buffer,
     velocity: Buffer,
 }
@@ -250,7 +265,9 @@ impl Nodes {
     }
 
     fn __repr__(&self) -> String {
-        let [_, rows, columns] = self.shape;
-        format!("Nodes(t = {} s: {rows} rows x {columns} columns)", self.time_s)
+        let across =
+            if self.shape.len() > 3 { format!("{} rows across x ", self.shape[2]) } else { String::new() };
+        let (rows, columns) = (self.shape[1], self.shape[self.shape.len() - 1]);
+        format!("Nodes(t = {} s: {rows} rows x {across}{columns} columns)", self.time_s)
     }
 }

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::{Scenario, among};
-use asperity_numbers::run_data::{Collector, NodeField, RunData};
+use asperity_numbers::run_data::{Collector, RunData};
 use asperity_record::RunHeader;
-use asperity_run::NodeState;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
@@ -55,7 +54,7 @@ impl Figure {
         let collector = Collector::new(name, header.clone(), scenario.clone(), required);
         let seen = source.observe(py, header, |_| collector)?;
         let mut collector = seen.observer;
-        let at_s = collector.nodes_at_s().to_vec();
+        let at_s = collector.nodes_at_s();
         if !at_s.is_empty() {
             let found = attend(py, &Callbacks::default(), |watch| {
                 let stop = || watch.is_stopped();
@@ -66,8 +65,8 @@ impl Figure {
                 }
                 Ok(found)
             })?;
-            for NodeState { step, time_s, displacement_m, .. } in found.map_err(of_states)? {
-                collector.nodes(NodeField { step, time_s, displacement_m });
+            for state in found.map_err(of_states)? {
+                collector.nodes(state);
             }
         }
         let data = collector.finish(seen.ruptures_from, seen.end.as_ref());

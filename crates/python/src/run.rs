@@ -327,7 +327,7 @@ impl Run {
             return Ok(table.clone());
         }
         let chosen = Chosen { topics: vec![topic.to_owned()], ..Chosen::default() };
-        let tables = RunTables::new(&BTreeMap::new(), &[], chosen).map_err(refused)?;
+        let tables = RunTables::new(self.header.parts(), &BTreeMap::new(), &[], chosen).map_err(refused)?;
         let bounded = |watch: &Arc<Watch>| Bounded { tables, watch: Arc::clone(watch) };
         let mut seen = self.source.observe(py, &self.header, bounded)?;
         let table = seen.observer.tables.tables().first().map(Table::of_run);

@@ -6,7 +6,7 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-use crate::Part;
+use crate::{Part, Parts};
 
 /// What the cells of a column hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +49,8 @@ pub struct Column {
     pub about: Cow<'static, str>,
     /// Tables of runs without this lack the column.
     pub only: Option<Part>,
+    /// Its meaning in runs with contacts over an area, where that is another one.
+    pub over_area: Option<&'static str>,
 }
 
 impl Column {
@@ -68,7 +70,17 @@ impl Column {
             }
             _ => None,
         };
-        Column { name: Cow::Borrowed(name), kind, unit, about: Cow::Borrowed(about.trim_ascii()), only: None }
+        Column::of(name, kind, unit, about)
+    }
+
+    const fn of(
+        name: &'static str,
+        kind: ColumnKind,
+        unit: Option<&'static str>,
+        about: &'static str,
+    ) -> Column {
+        let about = Cow::Borrowed(about.trim_ascii());
+        Column { name: Cow::Borrowed(name), kind, unit, about, only: None, over_area: None }
     }
 
     /// A column whose name does not end in its unit: a ratio, `1`.
@@ -78,13 +90,27 @@ impl Column {
         unit: &'static str,
         about: &'static str,
     ) -> Column {
-        let about = Cow::Borrowed(about.trim_ascii());
-        Column { name: Cow::Borrowed(name), kind, unit: Some(unit), about, only: None }
+        Column::of(name, kind, Some(unit), about)
     }
 
     /// The column, of runs with this part only.
     pub const fn only(mut self, part: Part) -> Column {
         self.only = Some(part);
+        self
+    }
+
+    /// The column as it is in a run with these parts, with its meaning there alone.
+    #[must_use]
+    pub fn in_run(mut self, parts: Parts) -> Column {
+        if let Some(over_area) = self.over_area.take().filter(|_| parts.area) {
+            self.about = Cow::Borrowed(over_area);
+        }
+        self
+    }
+
+    /// The column, with this meaning in runs with contacts over an area.
+    pub const fn over_area(mut self, about: &'static str) -> Column {
+        self.over_area = Some(about);
         self
     }
 }
@@ -254,11 +280,16 @@ impl<T: CellValue> CellValue for Option<T> {
 }
 
 /// Columns as a Markdown table, one row per column. The unit is a column there, and is removed from the
-/// meaning.
+/// meaning, which that over an area follows.
 pub fn markdown(columns: &[Column]) -> String {
     let mut table = String::from("| column | holds | unit | meaning |\n|---|---|---|---|\n");
-    for Column { name, kind, unit, about, .. } in columns {
+    for Column { name, kind, unit, about, over_area, .. } in columns {
         let unit = unit.unwrap_or_default();
+        let over_area = over_area.map(|over_area| {
+            let (first, rest) = over_area.split_at(1);
+            format!(" Over an area: {}{rest}", first.to_lowercase())
+        });
+        let about = format!("{about}{}", over_area.unwrap_or_default());
         let about = about.replace(&format!(", {unit};"), ";").replace(&format!(", {unit}."), ".");
         let about = about.replace('|', "\\|");
         table += &format!("| `{name}` | {} | {unit} | {about} |\n", kind.words());
@@ -303,12 +334,14 @@ mod tests {
         let columns = [
             Column::new("block", ColumnKind::Count, " The block."),
             Column::new("time_s", ColumnKind::Number, "When, |t|, s; null if never."),
+            Column::new("slip_m", ColumnKind::Number, "How far, m.").over_area("How far along x, m."),
         ];
         assert_eq!(
             markdown(&columns),
             "| column | holds | unit | meaning |\n|---|---|---|---|\n\
              | `block` | whole number, 32 bits |  | The block. |\n\
-             | `time_s` | double | s | When, \\|t\\|; null if never. |\n"
+             | `time_s` | double | s | When, \\|t\\|; null if never. |\n\
+             | `slip_m` | double | m | How far. Over an area: how far along x. |\n"
         );
     }
 }

@@ -119,6 +119,10 @@ impl EventKind {
                 |name: &str| self.all.iter().any(|column| column.name == name && !is_in(self.parts, column));
             if let Some(properties) = schema["properties"].as_object_mut() {
                 properties.retain(|name, _| !lacks(name));
+                let over_area = self.all.iter().filter_map(|column| Some((&column.name, column.over_area?)));
+                for (name, about) in over_area.filter(|_| self.parts.area) {
+                    properties[name.as_ref()]["description"] = about.into();
+                }
             }
             schema
         })

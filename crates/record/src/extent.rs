@@ -52,6 +52,57 @@ impl Reach {
     }
 }
 
+/// The smallest rectangle of columns and rows that includes all contacts of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct BoundingBox {
+    /// Its columns.
+    pub columns: Reach,
+    /// Its rows: row 1 where contacts lie in a single one.
+    pub rows: Reach,
+}
+
+impl BoundingBox {
+    /// The single row that a slider without an area of contact has.
+    const ONLY_ROW: Reach = Reach { first: 1, last: 1 };
+
+    /// The box of an event with these columns, and these first and last rows if it has rows.
+    pub fn new(columns: Reach, first_across: Option<u32>, last_across: Option<u32>) -> BoundingBox {
+        let rows = first_across.zip(last_across).map(|(first, last)| Reach { first, last });
+        BoundingBox { columns, rows: rows.unwrap_or(BoundingBox::ONLY_ROW) }
+    }
+
+    /// The smallest box that includes all of these; `None` for no boxes.
+    pub fn over(all: impl IntoIterator<Item = BoundingBox> + Clone) -> Option<BoundingBox> {
+        let columns = Reach::over(all.clone().into_iter().map(|one| one.columns))?;
+        Some(BoundingBox { columns, rows: Reach::over(all.into_iter().map(|one| one.rows))? })
+    }
+
+    /// Whether it lies in a single row, that of a slider without an area of contact or the first.
+    pub fn is_in_first_row(self) -> bool {
+        self.rows == BoundingBox::ONLY_ROW
+    }
+
+    /// Number of contacts in it.
+    pub fn count(self) -> u64 {
+        u64::from(self.columns.count()) * u64::from(self.rows.count())
+    }
+
+    /// Number of contacts in both of two boxes.
+    pub fn common(self, other: BoundingBox) -> u64 {
+        u64::from(self.columns.common(other.columns)) * u64::from(self.rows.common(other.rows))
+    }
+
+    /// Whether it lies among these contacts.
+    pub fn is_within(self, contacts: Contacts) -> bool {
+        self.columns.is_within(contacts.columns()) && self.rows.is_within(contacts.rows())
+    }
+
+    /// Whether it includes a contact.
+    pub fn contains(self, contact: u32, contacts: Contacts) -> bool {
+        self.columns.contains(contacts.column(contact)) && self.rows.contains(contacts.row(contact))
+    }
+}
+
 /// A set of contacts, one bit each, since many events include nearly all.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Extent {
@@ -133,6 +184,11 @@ impl Extent {
     pub fn rows(&self) -> Option<Reach> {
         let Reach { first, last } = self.between(1..=self.of.count())?;
         Some(Reach { first: self.of.row(first), last: self.of.row(last) })
+    }
+
+    /// The columns and rows together; `None` for an empty set.
+    pub fn bounding_box(&self) -> Option<BoundingBox> {
+        Some(BoundingBox { columns: self.columns()?, rows: self.rows()? })
     }
 
     /// The first and last contact of the set within a range of numbers.

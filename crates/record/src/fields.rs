@@ -42,10 +42,23 @@ pub struct FieldRecord {
     /// that, over the same load; 0 likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pinned_width_ratio: Vec<f64>,
+    /// Displacement across the sliding direction, from the initial grid, m; none where contacts lie in a
+    /// single row, as below.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub displacement_across_m: Vec<f64>,
+    /// Velocity across it, m/s.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocity_across_m_per_s: Vec<f64>,
+    /// Tangential force without friction across it that this step's update used, N.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tangential_force_across_n: Vec<f64>,
+    /// Anchor of the friction spring across it, m; without meaning while the contact slides.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stick_position_across_m: Vec<f64>,
 }
 
 /// The state of some neighbouring blocks after a step inside a dense window.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindowRecord {
     /// Which window of the scenario this belongs to, counted from 0.
@@ -64,4 +77,14 @@ pub struct WindowRecord {
     pub velocity_m_per_s: Vec<f64>,
     /// Tangential force without friction `tau_n` that this step's update used, N.
     pub tangential_force_n: Vec<f64>,
+    /// Displacement across the sliding direction, from the initial grid, m; none where contacts lie in a
+    /// single row, as below.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub displacement_across_m: Vec<f64>,
+    /// Velocity across it, m/s.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocity_across_m_per_s: Vec<f64>,
+    /// Tangential force without friction across it that this step's update used, N.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tangential_force_across_n: Vec<f64>,
 }

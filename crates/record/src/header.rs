@@ -8,7 +8,7 @@ use crate::{Contacts, Energy, Parts, Scales, TimeGrid};
 
 /// Version of the meaning and layout of records, events and header, raised with every change to them.
 /// Keys added to `run_end` do not raise it, since older readers ignore them, nor do [`Parts`] of runs
-/// that older readers refuse for their law.
+/// that older readers refuse for their scenario.
 pub const RECORD_SCHEMA_VERSION: u32 = 6;
 
 /// What a run is, known before it starts.
@@ -74,7 +74,7 @@ impl RunHeader {
 
     /// What this run has that others lack.
     pub fn parts(&self) -> Parts {
-        Parts { junctions: self.junction_count > 0 }
+        Parts { junctions: self.junction_count > 0, area: self.rows > 1 }
     }
 
     /// The grid of this run's time steps.

@@ -46,6 +46,7 @@ mod event;
 mod extent;
 mod fields;
 mod header;
+mod magnitude;
 mod observer;
 mod parts;
 mod payload;
@@ -62,9 +63,10 @@ pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
 pub use contacts::Contacts;
 pub use energy::Energy;
 pub use event::{Event, EventKind, EventPayload};
-pub use extent::{Extent, Reach};
+pub use extent::{BoundingBox, Extent, Reach};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
+pub use magnitude::magnitude;
 pub use observer::{Notice, Observer};
 pub use parts::{Part, Parts};
 #[doc(hidden)]
@@ -73,7 +75,7 @@ pub use printable::printable;
 pub use rupture::{Arrival, Rupture, RupturesFrom};
 pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
-pub use step::{Direction, JunctionTotals, StepRecord, Switch};
+pub use step::{Direction, JunctionTotals, StepRecord, Switch, SwitchAcross};
 pub use time::TimeGrid;
 pub use wording::{counted, rounded, short, short_time};
 
@@ -88,8 +90,8 @@ pub const MOST_BLOCKS: u64 = 100_000;
 pub enum Record {
     /// The step record, the input of detectors.
     Step(StepRecord),
-    /// The state of all blocks.
-    Fields(FieldRecord),
+    /// The state of all blocks; large, and rare beside steps.
+    Fields(Box<FieldRecord>),
     /// The state of chosen blocks inside a dense window.
     Window(WindowRecord),
 }

@@ -5,6 +5,8 @@
 pub enum Part {
     /// Counts of the junctions of contacts, by laws that have junctions.
     Junctions,
+    /// Components across the sliding direction, and extents of rows, where contacts lie in several rows.
+    Area,
 }
 
 /// What one run has; nothing by default.
@@ -12,16 +14,19 @@ pub enum Part {
 pub struct Parts {
     /// [`Part::Junctions`].
     pub junctions: bool,
+    /// [`Part::Area`].
+    pub area: bool,
 }
 
 impl Parts {
     /// What any run may have.
-    pub const ALL: Parts = Parts { junctions: true };
+    pub const ALL: Parts = Parts { junctions: true, area: true };
 
     /// Whether the run has this.
     pub fn has(self, part: Part) -> bool {
         match part {
             Part::Junctions => self.junctions,
+            Part::Area => self.area,
         }
     }
 }

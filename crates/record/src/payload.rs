@@ -8,6 +8,9 @@
 /// comment is the meaning of the column on every page. The name of an `f64` ends in its unit
 /// ([`unit_of`](crate::unit_of)); a number without one has `[unit = "1"]` after its type.
 ///
+/// Where a field means something else in runs with contacts over an area, `[area = "..."]` behind its type,
+/// and behind its unit, is its meaning there.
+///
 /// Fields that only runs with a [`Part`](crate::Part) have stand in a block `only PART { ... }` behind
 /// the others. They are `Option`s, absent from JSON while they are `None`; tables and schemas of other
 /// runs ([`EventKind::with`](crate::EventKind::with)) lack them.
@@ -61,7 +64,7 @@ macro_rules! payload {
         $vis:vis struct $name:ident {
             $(
                 $(#[doc = $doc:tt])*
-                $field_vis:vis $field:ident: $type:ty $([unit = $unit:literal])?
+                $field_vis:vis $field:ident: $type:ty $([unit = $unit:literal])? $([area = $area:literal])?
             ),+ $(,)?
         }
         $(only $part:ident {
@@ -100,7 +103,7 @@ macro_rules! payload {
             const COLUMNS: &'static [$crate::Column] = &[
                 $($crate::payload!(
                     @column stringify!($field), $type, concat!($($doc,)* "") $(, $unit)?
-                ),)+
+                )$(.over_area($area))?,)+
                 $($($crate::payload!(
                     @column stringify!($part_field), $part_type, concat!($($part_doc,)* "") $(, $part_unit)?
                 ).only($crate::Part::$part),)+)*

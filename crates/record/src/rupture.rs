@@ -1,7 +1,7 @@
 //! Ruptures, and how each passed the blocks. Defined here rather than beside the detectors that emit
 //! them, because the analysis does not link detectors.
 
-use crate::{Reach, payload};
+use crate::{BoundingBox, Reach, magnitude, payload};
 
 payload! {
     topic: "/events/rupture",
@@ -21,9 +21,9 @@ payload! {
         /// one still slid at the end of the run.
         pub end_s: Option<f64>,
         /// Lowest-numbered block.
-        pub first_block: u32,
+        pub first_block: u32 [area = "First column of its contacts."],
         /// Highest-numbered block. All between the two have slid.
-        pub last_block: u32,
+        pub last_block: u32 [area = "Last column of its contacts."],
         /// The block that slid first; of several, the lowest-numbered.
         pub nucleation_block: u32,
         /// Whether every block of the slider slid: a global slip.
@@ -45,26 +45,26 @@ payload! {
         pub detachments: u64,
         /// Speed of the front towards higher-numbered blocks, m/s; null where it passed fewer than
         /// four blocks, or had no one direction.
-        pub front_speed_up_m_per_s: Option<f64>,
+        pub front_speed_up_m_per_s: Option<f64> [area = "Speed of the front along x towards higher columns, from the column of nucleation on, by pairs of contacts of the same row, m/s; null where no row has four contacts there, or the front had no one direction."],
         /// Speed of the front towards lower-numbered blocks, m/s; null as for the other.
-        pub front_speed_down_m_per_s: Option<f64>,
+        pub front_speed_down_m_per_s: Option<f64> [area = "Speed of the front along x towards lower columns, m/s; null as for the other."],
         /// Mean slip of its blocks, m; null if one still slid at the end of the run.
-        pub mean_slip_m: Option<f64>,
+        pub mean_slip_m: Option<f64> [area = "Mean size of the slip of its contacts, a vector, m; null if one still slid at the end of the run."],
         /// Largest slip of a block, m; null if one still slid at the end of the run.
-        pub largest_slip_m: Option<f64>,
+        pub largest_slip_m: Option<f64> [area = "Largest size of the slip of a contact, m; null if one still slid at the end of the run."],
         /// Potency over the width of the slider: the sum of slip times block length, m2; null if a
         /// block still slid at the end of the run.
-        pub potency_m2: Option<f64>,
+        pub potency_m2: Option<f64> [area = "Null; see `potency_m3`."],
         /// Moment: slip times slipped area times elastic modulus, `E L_y a` times the sum of slip,
         /// N m; of a slab with its shear modulus, `3 E / 8`. Null as the potency, and in logs of
         /// versions before 6.
-        pub moment_n_m: Option<f64>,
+        pub moment_n_m: Option<f64> [area = "Shear modulus times the potency, N m; null as the potency."],
         /// Mean fall of the tangential force on its blocks, without friction, from detachment to
         /// re-attachment, N; null if one still slid at the end of the run.
-        pub mean_force_drop_n: Option<f64>,
+        pub mean_force_drop_n: Option<f64> [area = "Mean fall of the size of the tangential force on its contacts, without friction, from detachment to re-attachment, N; null if one still slid at the end of the run."],
         /// Highest-numbered block that had slid before, in the whole run; null if none had. In a
         /// slider that creeps from its first block this is the creep front.
-        pub farthest_block_before: Option<u32>,
+        pub farthest_block_before: Option<u32> [area = "Farthest column in which a contact had slid before, in the whole run; null if none had."],
         /// Whether another rupture slid at the same time.
         pub overlapping: bool,
         /// Whether the run ended before it was certain that no detachment belongs to it any more.
@@ -93,12 +93,33 @@ payload! {
         /// What the time step itself added, J.
         pub scheme_work_j: Option<f64>,
     }
+    only Area {
+        /// First row of its contacts.
+        pub first_across: Option<u32>,
+        /// Last row of its contacts.
+        pub last_across: Option<u32>,
+        /// How many contacts slid.
+        pub contacts: Option<u32>,
+        /// Potency: the sum of the sizes of slip times the area of a contact, `a^2`, m3; null if a contact
+        /// still slid at the end of the run.
+        pub potency_m3: Option<f64>,
+    }
 }
 
 impl Rupture {
-    /// The range of blocks of the rupture. In a single row all blocks of it have slid.
+    /// The range of blocks of the rupture, or of columns. In a single row all blocks of it have slid.
     pub fn reach(&self) -> Reach {
         Reach { first: self.first_block, last: self.last_block }
+    }
+
+    /// The box of columns and rows of the rupture.
+    pub fn bounding_box(&self) -> BoundingBox {
+        BoundingBox::new(self.reach(), self.first_across, self.last_across)
+    }
+
+    /// How many blocks or contacts have slid.
+    pub fn slipped(&self) -> u32 {
+        self.contacts.unwrap_or_else(|| self.reach().count())
     }
 }
 
@@ -125,15 +146,36 @@ payload! {
         pub detachments: u32,
         /// Slip, m, from the first detachment to the last re-attachment; null if it still slid at
         /// the end of the run.
-        pub slip_m: Option<f64>,
+        pub slip_m: Option<f64> [area = "Slip along the sliding direction, m, from the first detachment to the last re-attachment; null if it still slid at the end of the run."],
         /// Tangential force without friction when it first detached, N.
-        pub force_detach_n: f64,
+        pub force_detach_n: f64 [area = "Size of the tangential force without friction when it first detached, N."],
         /// The same when it last re-attached, N; null if it still slid at the end of the run.
         pub force_attach_n: Option<f64>,
         /// Speed of the front on its way to this block from the neighbour towards the nucleation,
         /// m/s; negative where it came from the other side. Null for the block of nucleation, and
         /// where both began to slide in the same step.
-        pub front_speed_m_per_s: Option<f64>,
+        pub front_speed_m_per_s: Option<f64> [area = "Null; see `local_speed_m_per_s`."],
+    }
+    only Area {
+        /// Column of the contact.
+        pub column: Option<u32>,
+        /// Row of the contact.
+        pub across: Option<u32>,
+        /// Slip across the sliding direction, m; null as the slip along it.
+        pub slip_across_m: Option<f64>,
+        /// Speed of the front here, m/s: 1 over the gradient of the least-squares plane through the arrivals
+        /// of the rupture among the 3 x 3 contacts around; null where fewer than six have one, and where all
+        /// came at once.
+        pub local_speed_m_per_s: Option<f64>,
+    }
+}
+
+impl Arrival {
+    /// How far the block slid, m; over an area the size of the vector. `None` if it still slid at the end of
+    /// the run.
+    pub fn slip_size_m(&self) -> Option<f64> {
+        let along_m = self.slip_m?;
+        Some(self.slip_across_m.map_or(along_m, |across_m| magnitude([along_m, across_m])))
     }
 }
 

@@ -16,8 +16,8 @@ pub struct Scales {
     pub link_time_ratio: f64,
     /// Elastic modulus times the width of the slider: of a chain `E L_y`, of a slab `G L_y` with its
     /// shear modulus `G = 3 E / 8`; the density times the square of the wave speed, times the width,
-    /// in both. It makes a moment of slip (docs/ruptures.md), N/m. None in logs of versions before
-    /// 6, whose scenario gives it.
+    /// in both. Over an area the shear modulus times the width of a contact, `G a`. It makes a moment of
+    /// slip (docs/ruptures.md), N/m. None in logs of versions before 6, whose scenario gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modulus_n_per_m: Option<f64>,
     /// Stiffness of a stuck block's friction spring, `k_t`, N/m; 0 by the laws that have none. None

@@ -1,7 +1,7 @@
 //! The events of slip, from which tables are made. Defined here rather than beside the detectors that
 //! emit them, because the analysis does not link detectors.
 
-use crate::{Reach, payload};
+use crate::{BoundingBox, Reach, payload};
 
 payload! {
     topic: "/events/onset",
@@ -19,11 +19,15 @@ payload! {
         /// How many blocks slide in that step.
         pub nucleation_blocks: u32,
         /// Tangential force on the nucleation block when it detached, N.
-        pub tangential_force_n: f64,
+        pub tangential_force_n: f64 [area = "Tangential force along the sliding direction on the contact of nucleation when it detached, N."],
         /// Static friction threshold of the nucleation block when it detached, N.
         pub threshold_n: f64,
         /// `F_T / F_N` used in the onset step.
         pub ft_fn_onset: f64,
+    }
+    only Area {
+        /// Tangential force across the sliding direction on the contact of nucleation when it detached, N.
+        pub tangential_force_across_n: Option<f64>,
     }
 }
 
@@ -40,9 +44,9 @@ payload! {
         /// ended before.
         pub end_s: Option<f64>,
         /// Lowest-numbered block that slid.
-        pub first_block: u32,
+        pub first_block: u32 [area = "First column in which a contact slid."],
         /// Highest-numbered block that slid.
-        pub last_block: u32,
+        pub last_block: u32 [area = "Last column in which a contact slid."],
         /// Most blocks sliding in one step.
         pub max_sliding: u32,
         /// `F_T / F_N` used in the onset step.
@@ -76,12 +80,23 @@ payload! {
         /// Junctions pinned again in all steps before the end step; none if the run ended before.
         pub repins_end: Option<u64>,
     }
+    only Area {
+        /// First row in which a contact slid.
+        pub first_across: Option<u32>,
+        /// Last row in which a contact slid.
+        pub last_across: Option<u32>,
+    }
 }
 
 impl SlipEvent {
-    /// The range of blocks of the event.
+    /// The range of blocks of the event; over an area that of columns.
     pub fn reach(&self) -> Reach {
         Reach { first: self.first_block, last: self.last_block }
+    }
+
+    /// The box of columns and rows of the event.
+    pub fn bounding_box(&self) -> BoundingBox {
+        BoundingBox::new(self.reach(), self.first_across, self.last_across)
     }
 
     /// Whether every block of the chain slid.
@@ -117,23 +132,35 @@ mod tests {
     use super::SlipEvent;
     use crate::{EventKind, Parts};
 
-    /// Tables, schemas and messages of runs without junctions are as if there were none.
+    /// Tables, schemas and messages of other runs are as if there were no such columns.
     #[test]
-    fn only_runs_with_junctions_have_their_columns() {
+    fn only_runs_with_a_part_have_its_columns() {
         let json = r#"{"onset_s":1.0,"end_s":null,"first_block":1,"last_block":2,"max_sliding":1,"ft_fn_onset":0.5,"ft_fn_end":null,"event":0,"onset_step":4,"end_step":null,"blocks_slipped":2,"nucleation_block":1,"ft_fn_min":0.25,"ft_fn_max":0.5,"open":true}"#;
-        let torn = json.replace("true}", r#"true,"breaks_onset":7,"repins_onset":3}"#);
-        let of = |parts| EventKind::of::<SlipEvent>().with(parts);
-        for (parts, columns, json) in [(Parts::default(), 15, json), (Parts::ALL, 19, &*torn)] {
-            let kind = of(parts);
-            let event = kind.read(json).unwrap();
+        let counts = r#","breaks_onset":7,"repins_onset":3"#;
+        let rows = r#","first_across":2,"last_across":4"#;
+        let of = |junctions, area| Parts { junctions, area };
+        for (parts, more, last) in [
+            (of(false, false), String::new(), "true"),
+            (of(true, false), counts.to_owned(), "true,7,,3,"),
+            (of(false, true), rows.to_owned(), "true,2,4"),
+            (of(true, true), format!("{counts}{rows}"), "true,7,,3,,2,4"),
+        ] {
+            let kind = EventKind::of::<SlipEvent>().with(parts);
+            let json = json.replace('}', &format!("{more}}}"));
+            let event = kind.read(&json).unwrap();
             assert_eq!(event.json(), json);
             let cells: Vec<String> = kind.cells(&event).unwrap().iter().map(ToString::to_string).collect();
+            let columns = 15 + 4 * usize::from(parts.junctions) + 2 * usize::from(parts.area);
             assert_eq!((cells.len(), kind.columns.len()), (columns, columns));
-            assert_eq!(cells[14..].join(","), ["true", "true,7,,3,"][usize::from(columns > 15)]);
+            assert_eq!(cells[14..].join(","), last);
             let properties = kind.schema()["properties"].as_object().unwrap();
             assert_eq!(properties.len(), columns);
             assert_eq!(properties.contains_key("breaks_end"), parts.junctions);
-            assert!(!kind.schema()["required"].to_string().contains("breaks"));
+            assert_eq!(properties.contains_key("last_across"), parts.area);
+            let about = properties["first_block"]["description"].as_str().unwrap();
+            assert_eq!(about.contains("column"), parts.area, "{about}");
+            let required = kind.schema()["required"].to_string();
+            assert!(!required.contains("breaks") && !required.contains("across"));
         }
     }
 }

@@ -8,8 +8,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Energy;
 use crate::column::{Cell, CellValue, ColumnKind};
+use crate::{Energy, magnitude};
 
 /// The chain at the end of one time step.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,7 +61,8 @@ pub struct Switch {
     pub block: u32,
     /// Whether it detached or re-attached.
     pub direction: Direction,
-    /// Displacement `u_n` after the step, from the initial grid.
+    /// Displacement `u_n` after the step, from the initial grid; this and the next three along the sliding
+    /// direction.
     pub displacement_m: f64,
     /// Velocity `v_n` after the step.
     pub velocity_m_per_s: f64,
@@ -74,6 +75,31 @@ pub struct Switch {
     pub threshold_n: f64,
     /// How many junctions of the contact slip at the end of the step; `None` by laws without junctions.
     pub junctions_slipping: Option<u32>,
+    /// The components across the sliding direction; `None` where contacts lie in a single row.
+    pub across: Option<SwitchAcross>,
+}
+
+impl Switch {
+    /// Magnitude of the tangential force without friction, which reaches the threshold at a detachment.
+    pub fn force_magnitude_n(&self) -> f64 {
+        match self.across {
+            None => magnitude([self.tangential_force_n]),
+            Some(across) => magnitude([self.tangential_force_n, across.tangential_force_n]),
+        }
+    }
+}
+
+/// The components of a [`Switch`] across the sliding direction, as those along it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SwitchAcross {
+    /// Displacement after the step, from the initial grid.
+    pub displacement_m: f64,
+    /// Velocity after the step.
+    pub velocity_m_per_s: f64,
+    /// Tangential force without friction of this step.
+    pub tangential_force_n: f64,
+    /// Anchor of the friction spring.
+    pub stick_position_m: f64,
 }
 
 /// Which way a block switched.

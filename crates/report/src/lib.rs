@@ -24,12 +24,14 @@
 //! - `page_collector`: the data kept of a run.
 //! - `study`: the parts of a page.
 //! - `symbols`: symbols and numbers as they are printed.
-//! - `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
+//! - `area_sketch`, `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
 //! - `parameter_table`: the parameters of scenarios; `derived`: quantities that follow from them.
+//! - `over_area`: the map over the area of contact of a rupture.
 //! - `verdict`, `claims`, `figures`, `result`, `runs`: parts of the page.
 //! - `contents`: the description of a page in its folder.
 //! - `page`: the page of a study; `sweep`: that of a parameter study; `index`: that of several.
 
+mod area_sketch;
 mod claims;
 mod contents;
 mod derived;
@@ -37,6 +39,7 @@ mod downsample;
 mod figures;
 pub mod html;
 mod index;
+mod over_area;
 mod page;
 mod page_collector;
 mod parameter_table;

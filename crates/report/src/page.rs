@@ -14,7 +14,7 @@ use crate::sketch::{kind, sketch};
 use crate::study::{Run, Study};
 use crate::symbols::number;
 use crate::verdict::verdict;
-use crate::{figures, runs};
+use crate::{figures, over_area, runs};
 
 /// Additions of reports to the look of all pages.
 pub(crate) const STYLE: Part =
@@ -64,7 +64,9 @@ impl Study {
                 [self.heading(""), result, sections_with_contents(&sections.collect::<Vec<_>>())].concat()
             }
         };
-        let parts = [STYLE, CURVES, MAP, LONG_TABLE, SCRIPT];
+        let mut parts = vec![STYLE, CURVES, MAP, LONG_TABLE];
+        parts.extend(over_area::is_needed(&self.runs).then_some(over_area::PART));
+        parts.push(SCRIPT);
         Document {
             title: self.title.clone(),
             main: main + &self.footer(),

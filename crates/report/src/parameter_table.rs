@@ -2,6 +2,7 @@
 
 use asperity_model::Scenario;
 use asperity_model::keys::{KEYS, Key};
+use asperity_model::laws::FrictionLaw;
 use asperity_record::unit_of;
 use toml::{Table, Value};
 
@@ -36,9 +37,11 @@ impl Parameters {
             ("initial_velocity.mode", &["initial_velocity.amplitude_m_per_s"]),
             ("normal_load.schedule_from", &["normal_load.schedule_s"]),
         ];
-        const WEAKENING: &str = "velocity-weakening";
-        if key.path == "friction.weakening_velocity_m_per_s" {
-            return self.get("friction.law").and_then(Value::as_str) != Some(WEAKENING);
+        let of_law = |law: &FrictionLaw| law.keys().contains(&key.path);
+        let word = self.get("friction.law").and_then(Value::as_str);
+        let is_this = |law: &&FrictionLaw| Some(law.word()) == word;
+        if FrictionLaw::ALL.iter().any(of_law) && !FrictionLaw::ALL.iter().find(is_this).is_some_and(of_law) {
+            return true;
         }
         let is_off = |other: &&str| self.get(other).is_none_or(does_nothing);
         NEEDS.iter().any(|(path, others)| *path == key.path && others.iter().all(is_off))
@@ -74,7 +77,7 @@ pub(crate) fn parameters(first: &Parameters, differing: &[&'static Key]) -> Stri
 }
 
 /// The model in a few numbers, shown beside its sketch.
-const MAIN: [&str; 16] = [
+const MAIN: [&str; 20] = [
     "slider.blocks",
     "slider.length_m",
     "slider.mass_kg",
@@ -83,6 +86,10 @@ const MAIN: [&str; 16] = [
     "friction.static_coefficient",
     "friction.dynamic_coefficient",
     "friction.interfacial_stiffness_ratio",
+    "friction.junction_count",
+    "friction.junction_constant_n_per_m2",
+    "friction.healing_time_s",
+    "friction.junction_width",
     "drive.stiffness_n_per_m",
     "drive.velocity_m_per_s",
     "normal_load.total_n",
@@ -102,7 +109,7 @@ pub(crate) fn main(first: &Parameters, differing: &[&'static Key]) -> String {
         let differs = differing.iter().any(|other| other.path == *path);
         let (value, unit) = match (differs, value) {
             (true, _) => ("differs".to_owned(), ""),
-            (false, value) if does_nothing(value) => return None,
+            (false, value) if does_nothing(value) || first.is_idle(key) => return None,
             (false, Value::Float(value)) => (rounded(*value, 6), unit(key)),
             (false, other) => (text(other), unit(key)),
         };

@@ -43,12 +43,15 @@
     return t.toFixed(Math.min(15, Math.max(0, digits.replace(".", "").length - 1 - Number(power))));
   };
 
+  // Over an area, fronts are shown by the columns of contacts along the slider.
+  const places = () => (run.rows ? "columns" : "blocks");
+
   function words(k) {
     const r = ruptures[k], what = r[OPEN] ? `${WORDS[r[KIND]]}, open at the end of the run` : WORDS[r[KIND]];
     const parts = [
       `Rupture ${r[NUMBER]}, ${what}`,
       `${time(onset(k))} s to ${until(r[END])}`,
-      `blocks ${r[FIRST]} to ${r[LAST]}, first sliding ${r[NUCLEATION]}`,
+      `${places()} ${r[FIRST]} to ${r[LAST]}, first sliding ${r[NUCLEATION]}${run.area ? `; ${run.area.slipped[k]} contacts` : ""}`,
       `F_T/F_N ${digits(r[FROM], 5)}${r[TO] === null ? "" : `, drop ${digits(drop(k) * 1e3, 3)} · 10⁻³`}`,
     ];
     if (front(k) !== null) parts.push(`front at ${digits(front(k), 4)} c`);
@@ -82,7 +85,7 @@
     words(_, k) {
       if (k < ruptures.length) return words(k).join("\n");
       const [from, to, first, last] = run.events[k - ruptures.length];
-      return `slip event\n${time(seconds(from))} s to ${until(to)}\nblocks ${first} to ${last}`;
+      return `slip event\n${time(seconds(from))} s to ${until(to)}\n${places()} ${first} to ${last}`;
     },
     pick: (_, k) => { if (k < ruptures.length) pick(k); },
     key: steer,
@@ -262,7 +265,7 @@
       column("kind", "kind", (k) => ruptures[k][KIND], (k) => WORDS[ruptures[k][KIND]], false),
       column("onset", "onset (s)", onset, (k) => time(onset(k))),
       column("duration", "duration (ms)", (k) => (ruptures[k][END] === null ? null : end(k) - onset(k)), (k) => (ruptures[k][END] === null ? null : digits((end(k) - onset(k)) * 1e3, 4))),
-      column("blocks", "blocks", blocks, (k) => `${blocks(k)}: ${ruptures[k][FIRST]}–${ruptures[k][LAST]}`),
+      column("blocks", byId("over-area") ? "columns" : "blocks", blocks, (k) => `${blocks(k)}: ${ruptures[k][FIRST]}–${ruptures[k][LAST]}`),
       column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => String(ruptures[k][NUCLEATION])),
       column("load", "F_T/F_N", (k) => ruptures[k][FROM], (k) => ruptures[k][FROM].toFixed(4)),
       column("drop", "drop (10⁻³)", drop, (k) => (drop(k) === null ? null : digits(drop(k) * 1e3, 3))),
@@ -273,8 +276,10 @@
     key: steer,
   });
 
+  const overArea = asperity.overArea?.(byId("hover"));
   function pick(k) {
     chosen = k;
+    overArea?.(run, k);
     map.mark(k < 0 ? [] : [[0, k]]);
     list.choose(k);
     if (plot) plot.redraw(false);
@@ -307,7 +312,7 @@
     choice.value = name;
     const count = ruptures.length + run.events.length;
     const panel = {
-      count, onset: new Float64Array(count), end: new Float64Array(count), first: new Int32Array(count),
+      title: run.rows ? "column" : "", count, onset: new Float64Array(count), end: new Float64Array(count), first: new Int32Array(count),
       last: new Int32Array(count), look: new Uint8Array(count),
     };
     for (const [n, one] of [...ruptures, ...run.events].entries()) {

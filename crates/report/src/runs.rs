@@ -11,6 +11,7 @@ use serde_json::Value;
 use crate::claims::{beside, link};
 use crate::figures::{Figure, is_beside_one};
 use crate::html::markup::{Cell, Row, counted, json, paragraph, sortable_table, table, text};
+use crate::over_area::{self, OverArea};
 use crate::page_collector::CollectedRupture;
 use crate::parameter_table::{self, Parameters};
 use crate::study::{Link, Run};
@@ -35,7 +36,11 @@ const NUMBERS: [(&str, &str); 6] = [
 #[derive(Serialize)]
 struct Known<'a> {
     name: &'a str,
+    /// Blocks along the slider: over an area its columns of contacts.
     blocks: u32,
+    /// How many rows of contacts there are, over an area.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rows: Option<u32>,
     /// Length of a step, s.
     dt: f64,
     /// The last step that went by: a run may stop before it was planned to, and a log break off.
@@ -48,6 +53,9 @@ struct Known<'a> {
     lines: [(&'static str, f64); 2],
     /// Fronts have passages of block 1 and of blocks that far apart.
     stride: u32,
+    /// Over an area: how ruptures passed the contacts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    area: Option<OverArea>,
     /// Steps of the load curve, and `F_T / F_N` there.
     at: Vec<u64>,
     load: Vec<f64>,
@@ -69,6 +77,7 @@ type Front = (Vec<u64>, Vec<Option<u64>>);
 /// The script element of a run: attributes and content.
 pub(crate) fn data(run: &Run) -> (String, String) {
     let digits = |value: f64| round(value, 6);
+    let contacts = run.header.contacts();
     let row = |seen: &CollectedRupture| -> RuptureRow {
         let rupture = &seen.rupture;
         (
@@ -77,12 +86,12 @@ pub(crate) fn data(run: &Run) -> (String, String) {
             rupture.end_step,
             rupture.first_block,
             rupture.last_block,
-            rupture.nucleation_block,
+            contacts.column(rupture.nucleation_block),
             kind(seen).0,
             u8::from(rupture.open),
             digits(rupture.ft_fn_onset),
             rupture.ft_fn_end.map(digits),
-            front_speed_m_per_s(rupture).map(digits),
+            front_speed_m_per_s(rupture, contacts).map(digits),
             rupture.mean_slip_m.map(|slip| round(slip, 4)),
             seen.front.as_ref().map(|front| {
                 let since = |step: u64| step.saturating_sub(rupture.onset_step);
@@ -93,13 +102,15 @@ pub(crate) fn data(run: &Run) -> (String, String) {
     let friction = &run.scenario.friction;
     let known = Known {
         name: &run.name,
-        blocks: run.header.blocks,
+        blocks: contacts.columns(),
+        rows: (contacts.rows() > 1).then(|| contacts.rows()),
         dt: run.header.time_step_s,
         last: last_step(run),
         lacks: run.lacks.as_deref(),
         c: run.summary.wave_speed_m_per_s,
         lines: [("μ_s", friction.static_coefficient), ("μ_d", friction.dynamic_coefficient)],
         stride: run.collected.block_stride,
+        area: over_area::data(run),
         at: run.collected.curve.iter().map(|point| point.0).collect(),
         load: run.collected.curve.iter().map(|point| digits(point.1)).collect(),
         ruptures: run.collected.ruptures.iter().map(row).collect(),
@@ -203,7 +214,7 @@ pub(crate) fn pair(runs: &[Run]) -> String {
          stopped. Arrow keys go from rupture to rupture.\" aria-describedby=\"keys\"></canvas>\n</figure>\n\
          <p class=\"needs-script\"><span id=\"chosen\" role=\"status\" aria-live=\"polite\">No rupture is picked.</span> \
          <button id=\"to-front\" type=\"button\" hidden>zoom to its front</button></p>\n\
-         <div class=\"controls needs-script\">\
+         {over_area}<div class=\"controls needs-script\">\
          <button type=\"button\" data-action=\"in\">zoom in</button><button type=\"button\" data-action=\"out\">zoom \
          out</button><button type=\"button\" data-action=\"left\" aria-label=\"earlier\">◀</button>\
          <button type=\"button\" data-action=\"right\" aria-label=\"later\">▶</button>\
@@ -229,6 +240,7 @@ pub(crate) fn pair(runs: &[Run]) -> String {
          <p id=\"listed\" class=\"soft needs-script\" role=\"status\"></p>\n\
          <div id=\"ruptures\" class=\"long needs-script\"></div>\n\
          <div id=\"hover\" aria-hidden=\"true\"></div>\n",
+        over_area = over_area::place_of_script(runs),
         ratio = lettered("F_T/F_N")
     )
 }
@@ -268,6 +280,7 @@ pub(crate) fn details(
         let own: Vec<&Claim> =
             claims.iter().filter(|claim| claim.run == run.name && !is_beside_one(claim, figures)).collect();
         body += &beside(&own);
+        body += &over_area::figure(run);
         body += &widest(run);
         body += &numbers(&run.summary);
         if run.scenario.recording.energies == Energies::None && run.summary.drive_work_j.is_none() {
@@ -307,7 +320,7 @@ fn in_short(summary: &Summary) -> String {
 /// The widest ruptures in words, for those without scripts and for print.
 fn widest(run: &Run) -> String {
     let mut widest: Vec<&CollectedRupture> = run.collected.ruptures.iter().collect();
-    widest.sort_by_key(|seen| std::cmp::Reverse(seen.rupture.reach().count()));
+    widest.sort_by_key(|seen| std::cmp::Reverse(seen.rupture.slipped()));
     widest.truncate(LISTED);
     if widest.is_empty() {
         return String::new();
@@ -319,7 +332,7 @@ fn widest(run: &Run) -> String {
             None => Cell::None,
         };
         let drop = rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end);
-        let speed = front_speed_m_per_s(rupture);
+        let speed = front_speed_m_per_s(rupture, run.header.contacts());
         Row::from(vec![
             Cell::number(rupture.rupture),
             Cell::text(kind(seen).1),
@@ -332,8 +345,9 @@ fn widest(run: &Run) -> String {
         ])
     });
     let ratio = format!("#{}", lettered("F_T/F_N"));
+    let places = if run.header.parts().area { "columns" } else { "blocks" };
     let headings =
-        ["#rupture", "kind", "#onset (s)", "blocks", &ratio, "#drop (10⁻³)", "#v/c", "#mean slip (µm)"];
+        ["#rupture", "kind", "#onset (s)", places, &ratio, "#drop (10⁻³)", "#v/c", "#mean slip (µm)"];
     let caption = match run.collected.rupture_count {
         count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
         _ => "Its ruptures, the widest first".to_owned(),

@@ -3,7 +3,7 @@
 use asperity_model::{DriveKind, Plan, Scenario};
 
 use crate::pen::{Pen, WIDTH, length_label, load_label, velocity_label};
-use crate::slab_sketch;
+use crate::{area_sketch, slab_sketch};
 
 const HEIGHT: f64 = 216.0;
 /// Where the surface is, and how large a block is.
@@ -19,6 +19,9 @@ const DRAWN: usize = 7;
 /// The sketch of a scenario as SVG, with words for those who do not see it.
 pub(crate) fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
+    if plan.elastic.layout().rows() > 1 {
+        return area_sketch::sketch(&plan, scenario.slider.height_m, scenario.drive.kind);
+    }
     if plan.elastic.has_inside() {
         return slab_sketch::sketch(&plan, &plan.elastic.as_lattice(), scenario.drive.kind);
     }
@@ -34,12 +37,18 @@ pub fn sketch_alone(scenario: &Scenario) -> String {
 }
 
 /// Features that distinguish the sketches of scenarios: where the drive pulls, and how blocks stick.
-pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
+pub(crate) fn kind(scenario: &Scenario) -> (&'static str, String) {
     let plan = Plan::new(scenario);
-    if plan.elastic.has_inside() {
-        return ("a lattice whose bottom row rubs", slab_sketch::drive(&plan, scenario.drive.kind));
+    if plan.elastic.layout().rows() > 1 {
+        return (area_sketch::body(&plan), area_sketch::drive(&plan, scenario.drive.kind));
     }
-    (contact(&plan), drive(&plan, scenario.drive.kind))
+    if plan.elastic.has_inside() {
+        return (
+            "a lattice whose bottom row rubs",
+            slab_sketch::drive(&plan, scenario.drive.kind).to_owned(),
+        );
+    }
+    (contact(&plan), drive(&plan, scenario.drive.kind).to_owned())
 }
 
 fn contact(plan: &Plan) -> &'static str {

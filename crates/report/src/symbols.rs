@@ -3,9 +3,10 @@
 use crate::html::markup::text;
 
 /// Names of Greek letters in symbols, and the letters. A name that contains another one comes before it.
-const GREEK: [(&str, &str); 12] = [
+const GREEK: [(&str, &str); 13] = [
     ("alpha", "α"),
     ("gamma", "γ"),
+    ("kappa", "κ"),
     ("lambda", "λ"),
     ("theta", "θ"),
     ("beta", "β"),

@@ -60,7 +60,10 @@ fn precursors(run: &Run) -> [String; 2] {
         format!("the longest L<sub>p</sub>/L = {}{front}", rounded(ratio, 3))
     });
     let creeps = match (summary.creeps, summary.creep_front_block) {
-        (Some(true), Some(block)) => format!("; blocks 1 to {block} crept before"),
+        (Some(true), Some(block)) => {
+            let places = if run.header.parts().area { "columns" } else { "blocks" };
+            format!("; {places} 1 to {block} crept before")
+        }
         _ => String::new(),
     };
     [count.to_string(), longest.unwrap_or_default() + &creeps]

@@ -425,7 +425,8 @@ impl Seen {
 /// Names a value of a record that is not finite, if there is one.
 fn not_finite(record: &Record) -> Option<&'static str> {
     let all = |values: &[f64]| values.iter().all(|value| value.is_finite());
-    let states = |u: &[f64], v: &[f64], tau: &[f64]| {
+    let states = |u: [&[f64]; 2], v: [&[f64]; 2], tau: [&[f64]; 2]| {
+        let all = |along_and_across: [&[f64]; 2]| along_and_across.into_iter().all(all);
         [("a displacement", all(u)), ("a velocity", all(v)), ("a tangential force", all(tau))]
     };
     let checks = match record {
@@ -438,7 +439,9 @@ fn not_finite(record: &Record) -> Option<&'static str> {
                     s.tangential_force_n,
                     s.stick_position_m,
                     s.threshold_n,
-                ])
+                ]) && s.across.is_none_or(|s| {
+                    all(&[s.displacement_m, s.velocity_m_per_s, s.tangential_force_n, s.stick_position_m])
+                })
             });
             [
                 ("a load", all(&loads)),
@@ -452,12 +455,16 @@ fn not_finite(record: &Record) -> Option<&'static str> {
                 ),
             ]
         }
-        Record::Fields(record) => {
-            states(&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n)
-        }
-        Record::Window(record) => {
-            states(&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n)
-        }
+        Record::Fields(record) => states(
+            [&record.displacement_m, &record.displacement_across_m],
+            [&record.velocity_m_per_s, &record.velocity_across_m_per_s],
+            [&record.tangential_force_n, &record.tangential_force_across_n],
+        ),
+        Record::Window(record) => states(
+            [&record.displacement_m, &record.displacement_across_m],
+            [&record.velocity_m_per_s, &record.velocity_across_m_per_s],
+            [&record.tangential_force_n, &record.tangential_force_across_n],
+        ),
     };
     checks.into_iter().find(|(_, finite)| !finite).map(|(what, _)| what)
 }
@@ -492,7 +499,7 @@ mod tests {
     }
 
     fn fields(step: u64, velocity_m_per_s: f64) -> Record {
-        Record::Fields(FieldRecord {
+        Record::Fields(Box::new(FieldRecord {
             step,
             time_s: 0.5 * step as f64,
             displacement_m: vec![0.0; 2],
@@ -501,10 +508,8 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 2],
             detached: vec![0; 2],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
-        })
+            ..FieldRecord::default()
+        }))
     }
 
     fn read(records: &[Record]) -> Result<(), CheckProblem> {

@@ -32,7 +32,7 @@ type Start = fn(OfRun) -> Option<Box<dyn Detector>>;
 
 /// Detectors by name. New ones are added at the end.
 const DETECTORS: &[(&str, Start)] = &[
-    ("onset", |_| boxed(asperity_detect_onset::OnsetDetector)),
+    ("onset", |run| boxed(asperity_detect_onset::OnsetDetector { parts: run.parts })),
     ("extent", |run| boxed(asperity_detect_extent::ExtentDetector { parts: run.parts })),
     ("global", |_| boxed(asperity_detect_global::GlobalDetector::default())),
     ("rupture", |run| boxed(asperity_detect_rupture::RuptureDetector::new(run.blocks, run.links?))),
@@ -57,7 +57,9 @@ pub fn event_kinds(parts: Parts) -> Vec<EventKind> {
         modulus_n_per_m: None,
         interfacial_stiffness_n_per_m: None,
     };
-    let run = OfRun { blocks: Contacts::from(2), links: Some(links), parts };
+    let rows = if parts.area { 2 } else { 1 };
+    let blocks = Contacts::in_rows(2 * rows, rows).expect("rows of two contacts");
+    let run = OfRun { blocks, links: Some(links), parts };
     DETECTORS.iter().filter_map(|(_, start)| start(run)).map(|detector| detector.emits()).collect()
 }
 
@@ -68,7 +70,9 @@ pub fn all(header: &RunHeader, scenario_toml: &str) -> Detectors {
 
 /// The registered detectors for a run of that plan.
 pub(crate) fn of_plan(plan: &Plan) -> Detectors {
-    Settings::default().for_run(plan.elastic.layout(), plan.grid, Some(plan.scales), Parts::default())
+    let contacts = plan.elastic.layout();
+    let parts = Parts { area: contacts.rows() > 1, ..Parts::default() };
+    Settings::default().for_run(contacts, plan.grid, Some(plan.scales), parts)
 }
 
 /// The scales that link detachments and enter moments and energies of ruptures: from the header, or
@@ -80,7 +84,7 @@ fn scales(header: &RunHeader, scenario_toml: &str) -> Option<Scales> {
     }
     let source = ScenarioSource::logged("scenario.toml", scenario_toml);
     let scenario = Scenario::resolve(&source).ok().filter(|_| !scenario_toml.is_empty());
-    let scenario = scenario.filter(|scenario| scenario.slider.blocks == header.blocks);
+    let scenario = scenario.filter(|scenario| scenario.slider.contacts() == header.blocks);
     scenario.map(|scenario| scenario.scales()).or(header.scales)
 }
 

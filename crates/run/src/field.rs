@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use asperity_model::{Plan, RecordingPlan, Scenario, WindowPlan};
-use asperity_record::Record;
+use asperity_record::{Contacts, Record};
 use asperity_runlog::{RunReader, Topics};
 use asperity_simulator::{Snapshot, SolverKind};
 
@@ -25,6 +25,40 @@ pub enum Quantity {
     Velocity,
     /// Tangential force without friction, N.
     TangentialForce,
+    /// Displacement across the sliding direction, over an area, m.
+    DisplacementAcross,
+    /// Velocity across it, m/s.
+    VelocityAcross,
+    /// Tangential force across it, N.
+    TangentialForceAcross,
+}
+
+impl Quantity {
+    /// Whether it exists over an area only.
+    pub fn is_across(self) -> bool {
+        match self {
+            Quantity::Displacement | Quantity::Velocity | Quantity::TangentialForce => false,
+            Quantity::DisplacementAcross | Quantity::VelocityAcross | Quantity::TangentialForceAcross => true,
+        }
+    }
+
+    fn of(self, record: &Record) -> &[f64] {
+        match (self, record) {
+            (_, Record::Step(_)) => &[],
+            (Quantity::Displacement, Record::Window(record)) => &record.displacement_m,
+            (Quantity::Displacement, Record::Fields(record)) => &record.displacement_m,
+            (Quantity::Velocity, Record::Window(record)) => &record.velocity_m_per_s,
+            (Quantity::Velocity, Record::Fields(record)) => &record.velocity_m_per_s,
+            (Quantity::TangentialForce, Record::Window(record)) => &record.tangential_force_n,
+            (Quantity::TangentialForce, Record::Fields(record)) => &record.tangential_force_n,
+            (Quantity::DisplacementAcross, Record::Window(record)) => &record.displacement_across_m,
+            (Quantity::DisplacementAcross, Record::Fields(record)) => &record.displacement_across_m,
+            (Quantity::VelocityAcross, Record::Window(record)) => &record.velocity_across_m_per_s,
+            (Quantity::VelocityAcross, Record::Fields(record)) => &record.velocity_across_m_per_s,
+            (Quantity::TangentialForceAcross, Record::Window(record)) => &record.tangential_force_across_n,
+            (Quantity::TangentialForceAcross, Record::Fields(record)) => &record.tangential_force_across_n,
+        }
+    }
 }
 
 /// A range of steps.
@@ -59,6 +93,8 @@ pub struct Field {
     pub time_s: Vec<f64>,
     /// The positions of the contacts along the slider, m; the first is 0.
     pub position_m: Vec<f64>,
+    /// Their positions across it, m; all 0 where they lie in a single row.
+    pub position_across_m: Vec<f64>,
     /// The values, time by time: contact n at step i is at `i * position_m.len() + n`.
     pub values: Vec<f64>,
 }
@@ -76,6 +112,7 @@ impl Field {
         stop: &dyn Fn() -> bool,
     ) -> Result<Field, StatesError> {
         let plan = Plan::new(scenario);
+        there_is(quantity, plan.elastic.layout())?;
         is_in(&plan, span, plan.steps)?;
         compute(plan, solver, None, quantity, span, stop)
     }
@@ -94,6 +131,8 @@ impl Field {
     ) -> Result<Field, StatesError> {
         let mut reader = RunReader::open(log, Topics::NONE)?;
         let header = reader.header().clone();
+        let contacts = header.contacts();
+        there_is(quantity, contacts)?;
         let plan = states::plan(&header, &reader);
         // Without dense records, only checkpoints are read.
         let is_sparse =
@@ -102,8 +141,7 @@ impl Field {
         let (last_step, saved) = if plan.as_ref().is_ok_and(is_sparse) {
             (last_sound_step, states::last_saved(&mut reader, before_step, stop))
         } else {
-            let blocks = header.blocks as usize;
-            let mut recorded = Collected { span, quantity, blocks, steps: Vec::new(), values: Vec::new() };
+            let mut recorded = Collected { span, quantity, contacts, steps: Vec::new(), values: Vec::new() };
             let mut reader = RunReader::open(log, Topics::RECORDS)?;
             let observe = &mut |record: &Record| recorded.add(record);
             let found = states::saved(&mut reader, last_sound_step, &[before_step], stop, observe);
@@ -126,6 +164,11 @@ impl Field {
     }
 }
 
+/// Refuses a quantity that contacts in a single row do not have.
+fn there_is(quantity: Quantity, contacts: Contacts) -> Result<(), StatesError> {
+    if quantity.is_across() && contacts.rows() == 1 { Err(StatesError::SingleRow) } else { Ok(()) }
+}
+
 fn is_in(plan: &Plan, span: Span, last_step: u64) -> Result<(), StatesError> {
     if span.count() > 0 && span.to_step <= last_step {
         return Ok(());
@@ -146,9 +189,9 @@ fn compute(
     span: Span,
     stop: &dyn Fn() -> bool,
 ) -> Result<Field, StatesError> {
-    let (blocks, spacing_m, grid) = (plan.blocks, plan.spacing_m, plan.grid);
+    let (contacts, spacing_m, grid) = (plan.elastic.layout(), plan.spacing_m, plan.grid);
     let Span { from_step, to_step, every_steps } = span;
-    let window = WindowPlan { from_step, to_step, every_steps: every_steps.max(1), blocks: 0..blocks };
+    let window = WindowPlan { from_step, to_step, every_steps: every_steps.max(1), blocks: 0..plan.blocks };
     let recording = RecordingPlan {
         // As in the run, so that the caller can stop it before the range.
         sample_every_steps: plan.recording.sample_every_steps,
@@ -161,7 +204,7 @@ fn compute(
     if let Some(state) = &from {
         solver.restore(state);
     }
-    let mut found = Collected { span, quantity, blocks, steps: Vec::new(), values: Vec::new() };
+    let mut found = Collected { span, quantity, contacts, steps: Vec::new(), values: Vec::new() };
     while let Some(record) = solver.next_record()? {
         found.add(&record);
         if stop() {
@@ -175,31 +218,18 @@ fn compute(
 struct Collected {
     span: Span,
     quantity: Quantity,
-    blocks: usize,
+    contacts: Contacts,
     steps: Vec<u64>,
     values: Vec<f64>,
 }
 
 impl Collected {
     fn add(&mut self, record: &Record) {
-        let (displacement_m, velocity_m_per_s, tangential_force_n) = match record {
-            Record::Window(record) => {
-                (&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n)
-            }
-            Record::Fields(record) => {
-                (&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n)
-            }
-            Record::Step(_) => return,
-        };
-        let step = record.step();
+        let (step, values) = (record.step(), self.quantity.of(record));
         let is_new = self.steps.last().is_none_or(|last| *last < step);
-        if is_new && displacement_m.len() == self.blocks && self.span.contains(step) {
+        if is_new && values.len() == self.contacts.count() as usize && self.span.contains(step) {
             self.steps.push(step);
-            self.values.extend_from_slice(match self.quantity {
-                Quantity::Displacement => displacement_m,
-                Quantity::Velocity => velocity_m_per_s,
-                Quantity::TangentialForce => tangential_force_n,
-            });
+            self.values.extend_from_slice(values);
         }
     }
 
@@ -207,10 +237,16 @@ impl Collected {
         self.steps.len() as u64 == self.span.count() && !self.steps.is_empty()
     }
 
+    fn positions_m(&self, spacing_m: f64, place: fn(Contacts, u32) -> u32) -> Vec<f64> {
+        let all = 1..=self.contacts.count();
+        all.map(|contact| f64::from(place(self.contacts, contact) - 1) * spacing_m).collect()
+    }
+
     fn field(self, time_s: impl Fn(u64) -> f64, spacing_m: f64) -> Field {
         Field {
             time_s: self.steps.iter().map(|step| time_s(*step)).collect(),
-            position_m: (0..self.blocks).map(|n| n as f64 * spacing_m).collect(),
+            position_m: self.positions_m(spacing_m, Contacts::column),
+            position_across_m: self.positions_m(spacing_m, Contacts::row),
             steps: self.steps,
             values: self.values,
         }

@@ -18,7 +18,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         code_version: CODE_VERSION.to_owned(),
         parameter_set: scenario.parameter_set.word().to_owned(),
         solver: solver.to_owned(),
-        blocks: scenario.slider.blocks,
+        blocks: scenario.slider.contacts(),
         rows: plan.elastic.layout().rows(),
         junction_count: scenario.junction_count(),
         time_step_s: plan.grid.step_s(),

@@ -63,6 +63,7 @@ pub mod study;
 mod verdict;
 pub mod verify;
 
+pub use asperity_model::NodeState;
 pub use asperity_record::{Notice, Observer};
 pub use check::{CheckProblem, Checked, Seen, Unchecked, check, check_again, check_seen};
 pub use event_check::{Difference, OtherDetectors};
@@ -71,7 +72,7 @@ pub use forecast::{Forecast, MostLogBytes};
 pub use header::CODE_VERSION;
 pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};
 pub use log_target::{LogTargetError, OtherRun};
-pub use nodes::{NodeState, Nodes};
+pub use nodes::Nodes;
 pub use reading::{Reading, Unread, read_once, scenario_of};
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;

@@ -190,9 +190,16 @@ fn bytes(item: &Item) -> usize {
     let held = match item {
         Item::Record(Record::Step(record)) => record.switches.len() * size_of::<Switch>(),
         Item::Record(Record::Fields(record)) => {
-            record.detached.len() + 4 * size_of_val(record.displacement_m.as_slice())
+            let across = 4 * size_of_val(record.displacement_across_m.as_slice());
+            size_of_val(&**record)
+                + record.detached.len()
+                + 4 * size_of_val(record.displacement_m.as_slice())
+                + across
         }
-        Item::Record(Record::Window(record)) => 3 * size_of_val(record.displacement_m.as_slice()),
+        Item::Record(Record::Window(record)) => {
+            let across = size_of_val(record.displacement_across_m.as_slice());
+            3 * (size_of_val(record.displacement_m.as_slice()) + across)
+        }
         Item::Event(event) => event.bytes(),
         Item::Checkpoint(checkpoint) => checkpoint.state.len(),
     };
@@ -213,7 +220,7 @@ mod tests {
 
     fn state(step: u64) -> Item {
         let zeros = || vec![0.0; 100];
-        Item::Record(Record::Fields(FieldRecord {
+        let state = FieldRecord {
             step,
             time_s: step as f64 * 1e-7,
             displacement_m: zeros(),
@@ -222,10 +229,9 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: zeros(),
             detached: vec![0; 100],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
-        }))
+            ..FieldRecord::default()
+        };
+        Item::Record(Record::Fields(Box::new(state)))
     }
 
     #[test]

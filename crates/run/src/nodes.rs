@@ -1,4 +1,4 @@
-//! The nodes of a slab at any time of its run, recomputed from its log.
+//! The nodes of a slab, a sheet or a body at any time of its run, recomputed from its log.
 //!
 //! A log records the contacts. The state of the other nodes is stored only in checkpoints and
 //! recomputed from them with the solver that made the run: from the last checkpoint before the
@@ -14,27 +14,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use asperity_model::{Plan, Scenario};
+use asperity_model::{NodeState, Plan, Scenario};
 use asperity_runlog::{RunReader, Topics};
-use asperity_simulator::{Snapshot, Solver, SolverKind};
+use asperity_simulator::{Snapshot, Solver, SolverKind, contact_loads_n};
 
 use crate::states::{self, StatesError};
-
-/// The state of all nodes after a step.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NodeState {
-    /// The step.
-    pub step: u64,
-    /// Its time, s.
-    pub time_s: f64,
-    /// Nodes per row; rows are counted from the bottom.
-    pub columns: usize,
-    /// Displacement of every node from the grid, m: first all components along the sliding
-    /// direction, row by row, then all vertical ones.
-    pub displacement_m: Vec<f64>,
-    /// Velocities, m/s, in the order of the displacements.
-    pub velocity_m_per_s: Vec<f64>,
-}
 
 /// Computes the nodes of a logged run at chosen times, one after the other.
 pub struct Nodes {
@@ -55,7 +39,7 @@ impl Nodes {
     /// gap. Each time is rounded to the nearest step.
     ///
     /// # Errors
-    /// If the log is not sound up to there, not of a slab, or of another code version.
+    /// If the log is not sound up to there, of a chain, or of another code version.
     pub fn of_log(log: &Path, last_sound_step: u64, at_s: &[f64]) -> Result<Nodes, StatesError> {
         let mut reader = RunReader::open(log, Topics::RECORDS)?;
         let header = reader.header().clone();
@@ -70,11 +54,16 @@ impl Nodes {
     /// Of a run without a log.
     ///
     /// # Errors
-    /// If it is not of a slab, or has no such time.
+    /// If it is of a chain, or has no such time.
     pub fn of_scenario(scenario: &Scenario, kind: SolverKind, at_s: &[f64]) -> Result<Nodes, StatesError> {
         let plan = Plan::new(scenario);
         let steps = within(&plan, steps_at(&plan, at_s)?, plan.steps)?;
         Ok(Nodes { plan: Arc::new(plan), kind, solver: None, last: None, steps, from: BTreeMap::new() })
+    }
+
+    /// The steps nearest to the times, ascending.
+    pub fn steps(&self) -> Vec<u64> {
+        self.steps.iter().rev().copied().collect()
     }
 
     /// Computes the nodes at the next of the times; `None` after the last.
@@ -123,7 +112,11 @@ impl Nodes {
         Ok(Some(NodeState {
             step,
             time_s: self.plan.grid.time_s(step),
-            columns: self.plan.elastic.contacts(),
+            lattice: self.plan.elastic.as_lattice(),
+            spacing_m: self.plan.spacing_m,
+            normal_load_n: contact_loads_n(&self.plan, &state.slider),
+            tangential_force_n: state.slider.tangential_force_n,
+            slides: state.slider.slip,
             displacement_m: state.slider.displacement_m,
             velocity_m_per_s: state.slider.velocity_m_per_s,
         }))
@@ -132,7 +125,7 @@ impl Nodes {
 
 /// The step nearest to each time, in descending order.
 fn steps_at(plan: &Plan, at_s: &[f64]) -> Result<Vec<u64>, StatesError> {
-    if !plan.elastic.has_inside() {
+    if plan.elastic.freedoms_per_node() == 1 {
         return Err(StatesError::Chain);
     }
     if let Some(at_s) = at_s.iter().copied().find(|at_s| at_s.is_nan() || *at_s < 0.0) {

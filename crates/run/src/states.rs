@@ -19,8 +19,15 @@ pub enum StatesError {
     #[error(transparent)]
     Log(#[from] LogError),
     /// The run is of a chain.
-    #[error("a chain has no nodes but its blocks, whose states are in /fields (accepted: a run of a slab)")]
+    #[error(
+        "a chain has no nodes but its blocks, whose states are in /fields (accepted: a run of a slab, a sheet or a body)"
+    )]
     Chain,
+    /// A component across the sliding direction was asked for, and contacts lie in a single row.
+    #[error(
+        "contacts in a single row do not move across (accepted: a run over an area, of slider.across above 1)"
+    )]
+    SingleRow,
     /// Another code version made the run and would take other steps.
     #[error(
         "its states can only be computed by the code that made it, {found}, and this is {} (accepted: a run \

@@ -43,7 +43,7 @@ impl Job {
 
     /// Work in block steps.
     pub fn cost(&self) -> u64 {
-        self.steps().saturating_mul(u64::from(self.scenario.slider.blocks))
+        self.steps().saturating_mul(u64::from(self.scenario.slider.contacts()))
     }
 
     /// The path of its log in a folder of runs.

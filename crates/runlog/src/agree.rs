@@ -4,8 +4,8 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, Onset, Reach, RunHeader, Rupture,
-    SlipEvent, StepRecord, WindowRecord,
+    Arrival, BoundingBox, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, Onset,
+    Reach, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -93,18 +93,38 @@ fn junctions(header: &RunHeader, message: &StepMessage, before: JunctionTotals) 
     }
 }
 
-/// Checks the number of junctions that slip at a switch: it is there in runs with junctions only.
+/// Checks what only some runs have of a switch: the number of junctions that slip, and the components across
+/// the sliding direction, over an area, where a contact detaches by the magnitude of its tangential force.
 ///
 /// # Errors
-/// If it is not, or is more than a contact has.
-pub(crate) fn junctions_of_switch(header: &RunHeader, message: &SwitchMessage) -> Result<(), LogProblem> {
-    let step = message.step;
-    if message.junctions_slipping.is_some() == header.parts().junctions {
-        return slipping(header, step, message.junctions_slipping.as_slice());
+/// If a value is missing or has no place in the run, more junctions slip than a contact has, or a contact
+/// detaches below its threshold.
+pub(crate) fn parts_of_switch(header: &RunHeader, message: &SwitchMessage) -> Result<(), LogProblem> {
+    let (step, parts) = (message.step, header.parts());
+    let contradiction = |what: String| Err(LogProblem::Contradiction { step, what });
+    let of_parts = [("junctions_slipping", message.junctions_slipping.is_some(), parts.junctions)]
+        .into_iter()
+        .chain(message.components_across().map(|(key, value)| (key, value.is_some(), parts.area)));
+    for (key, is_there, belongs) in of_parts {
+        if is_there != belongs {
+            let has = if belongs { "without" } else { "with" };
+            return contradiction(format!("a switch of block {} {has} {key}", message.block));
+        }
     }
-    let has = if header.parts().junctions { "without" } else { "with" };
-    let what = format!("a switch of block {} {has} junctions_slipping", message.block);
-    Err(LogProblem::Contradiction { step, what })
+    slipping(header, step, message.junctions_slipping.as_slice())?;
+    // Contacts of junctions slip once all of their junctions do.
+    if let Some(across_n) = message.tangential_force_across_n
+        && !parts.junctions
+        && message.direction == Direction::Detach
+    {
+        let force_n = magnitude([message.tangential_force_n, across_n]);
+        // Neither is NaN: JSON has no such numbers.
+        if force_n < message.threshold_n {
+            let SwitchMessage { block, threshold_n, .. } = message;
+            return contradiction(format!("block {block} detaches under {force_n} N, below {threshold_n} N"));
+        }
+    }
+    Ok(())
 }
 
 /// Checks the numbers of junctions that slip at contacts.
@@ -117,8 +137,8 @@ fn slipping(header: &RunHeader, step: u64, counts: &[u32]) -> Result<(), LogProb
 /// Checks a switch against its step.
 ///
 /// # Errors
-/// If it is of another step, its block does not follow that of the previous switch, or its junctions are
-/// none of the run's.
+/// If it is of another step, its block does not follow that of the previous switch, or what only some runs
+/// have is not as in this run.
 pub(crate) fn switch(
     header: &RunHeader,
     open: &StepRecord,
@@ -131,7 +151,7 @@ pub(crate) fn switch(
             message.step, message.time_s
         ));
     }
-    junctions_of_switch(header, message)?;
+    parts_of_switch(header, message)?;
     match open.switches.last() {
         Some(before) if before.block >= message.block => {
             contradiction(format!("a switch of block {} after one of block {}", message.block, before.block))
@@ -151,6 +171,7 @@ pub(crate) fn fields(
 ) -> Result<(), LogProblem> {
     let blocks = header.blocks as usize;
     let with_junctions = if header.parts().junctions { blocks } else { 0 };
+    let across = if header.parts().area { blocks } else { 0 };
     let lengths = [
         ("displacement_m", record.displacement_m.len(), blocks),
         ("velocity_m_per_s", record.velocity_m_per_s.len(), blocks),
@@ -166,6 +187,10 @@ pub(crate) fn fields(
         ("junctions_slipping", record.junctions_slipping.len(), with_junctions),
         ("pinned_mean_ratio", record.pinned_mean_ratio.len(), with_junctions),
         ("pinned_width_ratio", record.pinned_width_ratio.len(), with_junctions),
+        ("displacement_across_m", record.displacement_across_m.len(), across),
+        ("velocity_across_m_per_s", record.velocity_across_m_per_s.len(), across),
+        ("tangential_force_across_n", record.tangential_force_across_n.len(), across),
+        ("stick_position_across_m", record.stick_position_across_m.len(), across),
     ];
     let step = record.step;
     if let Some((key, found, expected)) = lengths.into_iter().find(|(_, found, expected)| found != expected) {
@@ -191,22 +216,26 @@ pub(crate) fn fields(
 /// Checks the state of a range of blocks.
 ///
 /// # Errors
-/// If the slider does not have these blocks, or the arrays differ in length.
-pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProblem> {
-    let step = record.step;
-    let expected = record.displacement_m.len();
-    for (key, found) in [
-        ("velocity_m_per_s", record.velocity_m_per_s.len()),
-        ("tangential_force_n", record.tangential_force_n.len()),
+/// If the slider does not have these blocks, or the arrays differ in length, or are not of such a run.
+pub(crate) fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), LogProblem> {
+    let (step, blocks) = (record.step, header.blocks);
+    let count = record.displacement_m.len();
+    let across = if header.parts().area { count } else { 0 };
+    for (key, found, expected) in [
+        ("velocity_m_per_s", record.velocity_m_per_s.len(), count),
+        ("tangential_force_n", record.tangential_force_n.len(), count),
+        ("displacement_across_m", record.displacement_across_m.len(), across),
+        ("velocity_across_m_per_s", record.velocity_across_m_per_s.len(), across),
+        ("tangential_force_across_n", record.tangential_force_across_n.len(), across),
     ] {
         if found != expected {
             return Err(LogProblem::ArrayLength { step, key, found, expected });
         }
     }
-    let next = u64::from(record.first_block) + expected as u64;
-    if record.first_block == 0 || expected == 0 || next > u64::from(blocks) + 1 {
+    let next = u64::from(record.first_block) + count as u64;
+    if record.first_block == 0 || count == 0 || next > u64::from(blocks) + 1 {
         let what =
-            format!("a window of {expected} blocks from block {} of a chain of {blocks}", record.first_block);
+            format!("a window of {count} blocks from block {} of a chain of {blocks}", record.first_block);
         return Err(LogProblem::Contradiction { step, what });
     }
     Ok(())
@@ -224,11 +253,12 @@ pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Ev
     if topic == SlipEvent::TOPIC {
         let slip: SlipEvent = serde_json::from_str(payload)?;
         let &SlipEvent { nucleation_block, blocks_slipped, max_sliding, .. } = &slip;
-        let most = reach(slip.reach(), nucleation_block, blocks).map_err(serde::de::Error::custom)?;
+        let most = event_box(slip.bounding_box(), [slip.first_across, slip.last_across], header)
+            .and_then(|most| nucleation(slip.bounding_box(), nucleation_block, header).map(|()| most));
+        let most = most.map_err(serde::de::Error::custom)?;
         for (key, count) in [("blocks_slipped", blocks_slipped), ("max_sliding", max_sliding)] {
-            if !(1..=most).contains(&count) {
-                let Reach { first, last } = slip.reach();
-                return wrong(format!("{key} = {count} between blocks {first} and {last}"));
+            if !(1..=most).contains(&u64::from(count)) {
+                return wrong(format!("{key} = {count} between {}", ends(slip.bounding_box(), header)));
             }
         }
         if slip.end_step.is_some_and(|end| end <= slip.onset_step) {
@@ -260,13 +290,17 @@ pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Ev
                 "{nucleation_blocks} blocks from block {nucleation_block} of a chain of {blocks}"
             ));
         }
+        if onset.tangential_force_across_n.is_some() != header.parts().area {
+            let across_n = onset.tangential_force_across_n;
+            return wrong(format!("tangential_force_across_n = {across_n:?}, in {}", kind_of(header)));
+        }
         Ok(Event::new(onset))
     } else if topic == Rupture::TOPIC {
         let read: Rupture = serde_json::from_str(payload)?;
-        rupture(&read, blocks).map_or_else(wrong, |()| Ok(Event::new(read)))
+        rupture(&read, header).map_or_else(wrong, |()| Ok(Event::new(read)))
     } else if topic == Arrival::TOPIC {
         let read: Arrival = serde_json::from_str(payload)?;
-        arrival(&read, blocks).map_or_else(wrong, |()| Ok(Event::new(read)))
+        arrival(&read, header).map_or_else(wrong, |()| Ok(Event::new(read)))
     } else if topic == GlobalSlip::TOPIC {
         Ok(Event::new(serde_json::from_str::<GlobalSlip>(payload)?))
     } else {
@@ -276,22 +310,85 @@ pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Ev
     }
 }
 
-/// Checks the first and last block of an event in a chain of `blocks` blocks, and the block where it began;
-/// returns their number.
-fn reach(reach: Reach, nucleation_block: u32, blocks: u32) -> Result<u32, String> {
-    let Reach { first, last } = reach;
-    if !reach.is_within(blocks) {
-        return Err(format!("blocks {first} to {last} of a chain of {blocks}"));
+/// What kind of run a header is of, as far as its contacts go, in words.
+fn kind_of(header: &RunHeader) -> String {
+    match header.parts().area {
+        false => "a run without an area of contact".to_owned(),
+        true => format!("a run with {} rows of contacts", header.rows),
     }
-    if !reach.contains(nucleation_block) {
-        return Err(format!("nucleation at block {nucleation_block}, outside {first} to {last}"));
-    }
-    Ok(reach.count())
 }
 
-fn rupture(rupture: &Rupture, blocks: u32) -> Result<(), String> {
-    let &Rupture { nucleation_block, onset_step, end_step, open, .. } = rupture;
-    let count = reach(rupture.reach(), nucleation_block, blocks)?;
+/// The ends of the box of an event, in words: first and last block, or column and row.
+fn ends(of: BoundingBox, header: &RunHeader) -> String {
+    let BoundingBox { columns: Reach { first, last }, rows } = of;
+    match header.parts().area {
+        false => format!("blocks {first} and {last}"),
+        true => format!("columns {first} and {last}, rows {} and {}", rows.first, rows.last),
+    }
+}
+
+/// Checks the box of an event, whose first and last row are given over an area only; returns how many
+/// contacts lie in it.
+fn event_box(of: BoundingBox, across: [Option<u32>; 2], header: &RunHeader) -> Result<u64, String> {
+    let BoundingBox { columns: Reach { first, last }, rows } = of;
+    let contacts = header.contacts();
+    if across.iter().any(|row| row.is_some() != header.parts().area) {
+        let [first, last] = across;
+        return Err(format!("first_across = {first:?} and last_across = {last:?}, in {}", kind_of(header)));
+    }
+    if of.is_within(contacts) {
+        return Ok(of.count());
+    }
+    let Reach { first: first_row, last: last_row } = rows;
+    Err(match header.parts().area {
+        false => format!("blocks {first} to {last} of a chain of {}", header.blocks),
+        true => format!(
+            "columns {first} to {last} and rows {first_row} to {last_row} of {} columns and {} rows",
+            contacts.columns(),
+            contacts.rows()
+        ),
+    })
+}
+
+/// Checks that an event began within its box.
+fn nucleation(of: BoundingBox, nucleation_block: u32, header: &RunHeader) -> Result<(), String> {
+    if (1..=header.blocks).contains(&nucleation_block) && of.contains(nucleation_block, header.contacts()) {
+        return Ok(());
+    }
+    let BoundingBox { columns: Reach { first, last }, rows } = of;
+    let rows = match header.parts().area {
+        false => String::new(),
+        true => format!(" and rows {} to {}", rows.first, rows.last),
+    };
+    Err(format!("nucleation at block {nucleation_block}, outside {first} to {last}{rows}"))
+}
+
+/// How many contacts of a rupture have slid: in a single row all from the first to the last.
+///
+/// Over an area neighbours differ by one column and one row at most, so each column and each row of the box
+/// has one.
+fn slipped(rupture: &Rupture, most: u64, header: &RunHeader) -> Result<u32, String> {
+    let BoundingBox { columns, rows } = rupture.bounding_box();
+    match rupture.contacts {
+        None if !header.parts().area => Ok(columns.count()),
+        Some(contacts) if header.parts().area => {
+            let fewest = columns.count().max(rows.count());
+            let is_possible = contacts >= fewest && u64::from(contacts) <= most;
+            let between = || ends(rupture.bounding_box(), header);
+            is_possible
+                .then_some(contacts)
+                .ok_or_else(|| format!("contacts = {contacts} between {}", between()))
+        }
+        contacts => Err(format!("contacts = {contacts:?}, in {}", kind_of(header))),
+    }
+}
+
+fn rupture(rupture: &Rupture, header: &RunHeader) -> Result<(), String> {
+    let &Rupture { nucleation_block, onset_step, end_step, open, first_across, last_across, .. } = rupture;
+    let of = rupture.bounding_box();
+    let most = event_box(of, [first_across, last_across], header)?;
+    nucleation(of, nucleation_block, header)?;
+    let (blocks, count) = (header.blocks, slipped(rupture, most, header)?);
     if rupture.reached_every_block != (count == blocks) {
         let said = rupture.reached_every_block;
         return Err(format!("reached_every_block = {said} of {count} blocks of a chain of {blocks}"));
@@ -306,11 +403,20 @@ fn rupture(rupture: &Rupture, blocks: u32) -> Result<(), String> {
     if ends.iter().any(|is_there| *is_there != ends[0]) || (!ends[0] && !open) {
         return Err(format!("open = {open}, and it ends in step {end_step:?}"));
     }
-    Ok(())
+    // Logs of other runs may lack all of these, by their versions.
+    let potencies = [("potency_m2", rupture.potency_m2, false), ("potency_m3", rupture.potency_m3, true)];
+    match potencies
+        .into_iter()
+        .find(|(_, potency, of_area)| potency.is_some() && *of_area != header.parts().area)
+    {
+        None => Ok(()),
+        Some((key, ..)) => Err(format!("it has {key}, in {}", kind_of(header))),
+    }
 }
 
-fn arrival(arrival: &Arrival, blocks: u32) -> Result<(), String> {
-    let &Arrival { block, arrival_step, stop_step, detachments, .. } = arrival;
+fn arrival(arrival: &Arrival, header: &RunHeader) -> Result<(), String> {
+    let &Arrival { block, arrival_step, stop_step, detachments, column, across, .. } = arrival;
+    let blocks = header.blocks;
     if !(1..=blocks).contains(&block) {
         return Err(format!("block {block} of a chain of {blocks}"));
     }
@@ -323,6 +429,20 @@ fn arrival(arrival: &Arrival, blocks: u32) -> Result<(), String> {
     let stops = [arrival.stop_s.is_some(), arrival.slip_m.is_some(), arrival.force_attach_n.is_some()];
     if stops.iter().any(|is_there| *is_there != stop_step.is_some()) {
         return Err(format!("it stops in step {stop_step:?}, but not in all that is said of that"));
+    }
+    let (is_area, contacts) = (header.parts().area, header.contacts());
+    let place = is_area.then(|| (contacts.column(block), contacts.row(block)));
+    if column.zip(across) != place || column.is_some() != is_area || across.is_some() != is_area {
+        return Err(format!(
+            "column = {column:?} and across = {across:?} of block {block}, in {}",
+            kind_of(header)
+        ));
+    }
+    if arrival.slip_across_m.is_some() != (is_area && stop_step.is_some()) {
+        return Err(format!("slip_across_m = {:?}, in {}", arrival.slip_across_m, kind_of(header)));
+    }
+    if arrival.local_speed_m_per_s.is_some() && !is_area {
+        return Err(format!("it has local_speed_m_per_s, in {}", kind_of(header)));
     }
     Ok(())
 }

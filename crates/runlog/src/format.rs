@@ -83,6 +83,6 @@ pub(crate) const LONGEST_EVENT_BYTES: usize = 1 << 16;
 /// The longest payload of a step or a switch, in bytes: some twenty numbers.
 pub(crate) const LONGEST_STEP_BYTES: usize = 1 << 12;
 
-/// Most bytes per block in a state: seven numbers of at most 25 characters each, a count of junctions,
+/// Most bytes per block in a state: eleven numbers of at most 25 characters each, a count of junctions,
 /// and whether the block slides.
-pub(crate) const LONGEST_STATE_OF_BLOCK_BYTES: usize = 192;
+pub(crate) const LONGEST_STATE_OF_BLOCK_BYTES: usize = 292;

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use asperity_record::{
-    Direction, Energy, EventKind, FieldRecord, JunctionTotals, Parts, RunHeader, StepRecord, Switch,
-    WindowRecord, unit_of,
+    Direction, Energy, EventKind, FieldRecord, JunctionTotals, Part, RunHeader, StepRecord, Switch,
+    SwitchAcross, WindowRecord, unit_of,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -99,6 +99,18 @@ pub(crate) struct SwitchMessage {
     /// How many junctions of the contact slip at the end of the step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) junctions_slipping: Option<u32>,
+    /// Displacement across the sliding direction after the step, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) displacement_across_m: Option<f64>,
+    /// Velocity across it after the step, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) velocity_across_m_per_s: Option<f64>,
+    /// Tangential force without friction across it, N.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) tangential_force_across_n: Option<f64>,
+    /// Anchor of the friction spring across it, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) stick_position_across_m: Option<f64>,
 }
 
 impl StepMessage {
@@ -182,7 +194,31 @@ impl SwitchMessage {
             stick_position_m: switch.stick_position_m,
             threshold_n: switch.threshold_n,
             junctions_slipping: switch.junctions_slipping,
+            displacement_across_m: switch.across.map(|across| across.displacement_m),
+            velocity_across_m_per_s: switch.across.map(|across| across.velocity_m_per_s),
+            tangential_force_across_n: switch.across.map(|across| across.tangential_force_n),
+            stick_position_across_m: switch.across.map(|across| across.stick_position_m),
         }
+    }
+
+    /// The components across the sliding direction, with their names.
+    pub(crate) fn components_across(&self) -> [(&'static str, Option<f64>); 4] {
+        [
+            ("displacement_across_m", self.displacement_across_m),
+            ("velocity_across_m_per_s", self.velocity_across_m_per_s),
+            ("tangential_force_across_n", self.tangential_force_across_n),
+            ("stick_position_across_m", self.stick_position_across_m),
+        ]
+    }
+
+    /// These components; `None` if one is missing.
+    fn across(&self) -> Option<SwitchAcross> {
+        Some(SwitchAcross {
+            displacement_m: self.displacement_across_m?,
+            velocity_m_per_s: self.velocity_across_m_per_s?,
+            tangential_force_n: self.tangential_force_across_n?,
+            stick_position_m: self.stick_position_across_m?,
+        })
     }
 
     pub(crate) fn into_switch(self) -> Switch {
@@ -195,6 +231,7 @@ impl SwitchMessage {
             stick_position_m: self.stick_position_m,
             threshold_n: self.threshold_n,
             junctions_slipping: self.junctions_slipping,
+            across: self.across(),
         }
     }
 }
@@ -219,16 +256,27 @@ impl Topic {
     }
 }
 
-/// Fields of records that only runs with junctions have.
-const OF_JUNCTIONS: [&str; 5] =
-    ["breaks", "repins", "junctions_slipping", "pinned_mean_ratio", "pinned_width_ratio"];
+/// Fields of records that only runs with a part have.
+const OF_PARTS: [(Part, &[&str]); 2] = [
+    (Part::Junctions, &["breaks", "repins", "junctions_slipping", "pinned_mean_ratio", "pinned_width_ratio"]),
+    (
+        Part::Area,
+        &[
+            "displacement_across_m",
+            "velocity_across_m_per_s",
+            "tangential_force_across_n",
+            "stick_position_across_m",
+        ],
+    ),
+];
 
 /// The topics of records of the run with that header.
 pub(crate) fn record_topics(header: &RunHeader) -> Vec<Topic> {
-    let Parts { junctions } = header.parts();
+    let parts = header.parts();
+    let lacks = |name: &str| OF_PARTS.iter().any(|(part, names)| !parts.has(*part) && names.contains(&name));
     let topic = |topic: &str, name: &str, mut schema: Value| {
-        if let Some(properties) = schema["properties"].as_object_mut().filter(|_| !junctions) {
-            properties.retain(|name, _| !OF_JUNCTIONS.contains(&name.as_str()));
+        if let Some(properties) = schema["properties"].as_object_mut() {
+            properties.retain(|name, _| !lacks(name));
         }
         Topic { topic: topic.to_owned(), schema_name: name.to_owned(), schema: schema.to_string() }
     };

@@ -418,13 +418,13 @@ impl RunReader {
                 agree::fields(header, &record, self.topics.steps.then_some(&self.detached[..]))?;
                 self.at_record(record.step);
                 if self.topics.fields {
-                    self.ready.push_back(LogItem::Record(Record::Fields(record)));
+                    self.ready.push_back(LogItem::Record(Record::Fields(Box::new(record))));
                 }
             }
             WINDOW if self.topics.windows => {
                 let record: WindowRecord = decode(&topic, sequence, data)?;
                 timed(record.step)?;
-                agree::window(&record, header.blocks)?;
+                agree::window(header, &record)?;
                 self.at_record(record.step);
                 self.ready.push_back(LogItem::Record(Record::Window(record)));
             }

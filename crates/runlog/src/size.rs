@@ -5,7 +5,7 @@
 
 use asperity_record::{
     ColumnKind, Direction, Energy, EventKind, FieldRecord, JunctionTotals, Parts, RunHeader, StepRecord,
-    Switch, WindowRecord,
+    Switch, SwitchAcross, WindowRecord,
 };
 use serde::Serialize;
 use serde_json::Value;
@@ -100,6 +100,7 @@ impl MostBytes {
                 stick_position_m: 0.0,
                 threshold_n: 0.0,
                 junctions_slipping: self.parts.junctions.then_some(0),
+                across: self.parts.area.then(SwitchAcross::default),
             },
         ))
     }
@@ -107,6 +108,7 @@ impl MostBytes {
     /// Bytes of the state of all blocks of a slider, with the contact loads of a slab if `loads`.
     pub fn fields(&self, blocks: usize, loads: bool) -> u64 {
         let with_junctions = |blocks: usize| if self.parts.junctions { blocks } else { 0 };
+        let across = |blocks: usize| vec![0.0; self.across(blocks)];
         self.of_blocks(blocks, |blocks| FieldRecord {
             step: 0,
             time_s: 0.0,
@@ -119,11 +121,21 @@ impl MostBytes {
             junctions_slipping: vec![u32::MAX; with_junctions(blocks)],
             pinned_mean_ratio: vec![0.0; with_junctions(blocks)],
             pinned_width_ratio: vec![0.0; with_junctions(blocks)],
+            displacement_across_m: across(blocks),
+            velocity_across_m_per_s: across(blocks),
+            tangential_force_across_n: across(blocks),
+            stick_position_across_m: across(blocks),
         })
+    }
+
+    /// How many of these blocks have components across the sliding direction.
+    fn across(&self, blocks: usize) -> usize {
+        if self.parts.area { blocks } else { 0 }
     }
 
     /// Bytes of the state of that many blocks in a dense window.
     pub fn window(&self, blocks: usize) -> u64 {
+        let across = |blocks: usize| vec![0.0; self.across(blocks)];
         self.of_blocks(blocks, |blocks| WindowRecord {
             window: 0,
             step: 0,
@@ -133,6 +145,9 @@ impl MostBytes {
             displacement_m: vec![0.0; blocks],
             velocity_m_per_s: vec![0.0; blocks],
             tangential_force_n: vec![0.0; blocks],
+            displacement_across_m: across(blocks),
+            velocity_across_m_per_s: across(blocks),
+            tangential_force_across_n: across(blocks),
         })
     }
 
@@ -221,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_message_is_not_longer_than_it_can_be() {
-        let worst = |blocks: usize, loads: usize, junctions: usize| FieldRecord {
+        let worst = |blocks: usize, loads: usize, junctions: usize, across: usize| FieldRecord {
             step: u64::MAX,
             time_s: -f64::MIN_POSITIVE,
             displacement_m: vec![-f64::MIN_POSITIVE; blocks],
@@ -233,27 +248,34 @@ mod tests {
             junctions_slipping: vec![u32::MAX; junctions],
             pinned_mean_ratio: vec![-f64::MIN_POSITIVE; junctions],
             pinned_width_ratio: vec![-f64::MIN_POSITIVE; junctions],
+            displacement_across_m: vec![-f64::MIN_POSITIVE; across],
+            velocity_across_m_per_s: vec![-f64::MIN_POSITIVE; across],
+            tangential_force_across_n: vec![-f64::MIN_POSITIVE; across],
+            stick_position_across_m: vec![-f64::MIN_POSITIVE; across],
         };
-        let of = |junctions: bool| MostBytes { topics: 9, frame: 0, parts: Parts { junctions } };
-        for (blocks, has_loads, has_junctions) in [
-            (2, false, false),
-            (100, false, false),
-            (2, true, false),
-            (100, true, false),
-            (2, true, true),
-            (100, true, true),
+        let of = |junctions, area| MostBytes { topics: 9, frame: 0, parts: Parts { junctions, area } };
+        for (blocks, has_loads, has_junctions, has_area) in [
+            (2, false, false, false),
+            (100, false, false, false),
+            (2, true, false, false),
+            (100, true, false, false),
+            (2, true, true, false),
+            (100, true, true, false),
+            (2, true, false, true),
+            (100, true, true, true),
         ] {
             let length = |is_there| if is_there { blocks } else { 0 };
-            let (most, worst) = (of(has_junctions), worst(blocks, length(has_loads), length(has_junctions)));
+            let most = of(has_junctions, has_area);
+            let worst = worst(blocks, length(has_loads), length(has_junctions), length(has_area));
             let payload = serde_json::to_string(&worst).unwrap().len() as u64;
             assert!(payload <= longest_json(&serde_json::to_value(&worst).unwrap()));
             let found = most.fields(blocks, has_loads);
             assert!(
                 found > payload && found < payload * 11 / 10 + 400,
-                "{blocks} {has_loads} {has_junctions}"
+                "{blocks} {has_loads} {has_junctions} {has_area}"
             );
         }
-        let event = of(false).event(&EventKind::of::<SlipEvent>());
+        let event = of(false, false).event(&EventKind::of::<SlipEvent>());
         assert!(event > 200 && event < 1000, "{event}");
     }
 }

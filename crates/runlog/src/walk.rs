@@ -82,8 +82,7 @@ pub(crate) struct Walk<'a> {
     salvaged: Salvaged,
 }
 
-/// Far above the longest state of that many blocks: half a dozen numbers per block, of two dozen
-/// bytes each.
+/// Far above the longest state of that many blocks: a dozen numbers per block, of two dozen bytes each.
 fn longest_state(blocks: u32) -> usize {
     4096 + 512 * blocks as usize
 }
@@ -217,7 +216,7 @@ impl<'a> Walk<'a> {
             }
             SWITCH => {
                 let message: SwitchMessage = serde_json::from_slice(payload).map_err(refused)?;
-                agree::junctions_of_switch(self.header, &message).map_err(words)?;
+                agree::parts_of_switch(self.header, &message).map_err(words)?;
                 let SwitchMessage { step, block, .. } = message;
                 if !(1..=blocks).contains(&block) {
                     return Err(format!("step {step}: a switch of block {block} of a chain of {blocks}"));
@@ -235,7 +234,7 @@ impl<'a> Walk<'a> {
             }
             WINDOW => {
                 let record: WindowRecord = serde_json::from_slice(payload).map_err(refused)?;
-                agree::window(&record, blocks).map_err(words)?;
+                agree::window(self.header, &record).map_err(words)?;
                 Kind::State { step: record.step }
             }
             _ if self.foreign.contains_key(topic) => {

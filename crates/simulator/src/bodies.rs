@@ -16,6 +16,7 @@ pub(crate) trait WithBody {
 pub(crate) fn with_body<W: WithBody>(plan: &Plan, what: W) -> W::Output {
     match &plan.elastic {
         Elastic::Chain(chain) => what.with::<ChainBody>(chain),
+        Elastic::Lattice(lattice) if lattice.tangential_axes() > 1 => what.with::<LatticeBody<2>>(lattice),
         Elastic::Lattice(lattice) => what.with::<LatticeBody>(lattice),
     }
 }

@@ -3,6 +3,8 @@
 //! It is the last part of every certificate: of a chain at rest ([`crate::rest`]) and of jumps by any body.
 //! Oscillations around the linear part, and reserves for rounding, are subtracted from the margin first.
 
+use asperity_model::law::magnitude;
+
 use crate::norms::ROUNDING;
 use crate::strength::{Load, Ramp, StopForce};
 
@@ -25,6 +27,46 @@ impl Clearance {
         }
         // Written so that NaN certifies nothing.
         force.abs() < room
+    }
+
+    /// Adds a force along `D` axes whose magnitude must stay below a room that changes likewise.
+    ///
+    /// The magnitude of a force that is linear in time is convex, so what remains of the room is concave: it
+    /// stays above 0 up to any step in which it is, if it is now.
+    #[inline]
+    pub(crate) fn stays_within<const D: usize>(
+        &mut self,
+        force: [f64; D],
+        rate: [f64; D],
+        room: f64,
+        fall: f64,
+    ) -> bool {
+        if D == 1 {
+            return self.stays_between(force[0], rate[0], room, fall);
+        }
+        let size = magnitude(force);
+        // `|force + t rate| = room - t fall` for the first time at `t = c / (b + root(b^2 + a c))`.
+        let speed = magnitude(rate);
+        let b = force.iter().zip(rate).map(|(force, rate)| force * rate).sum::<f64>() + room * fall;
+        let (a, c) = ((speed - fall) * (speed + fall), (room - size) * (room + size));
+        let closing = b + (b * b + a * c).max(0.0).sqrt();
+        if closing > 0.0 && c < self.least_steps * closing {
+            let mut steps = (c / closing).floor();
+            // Rounding may have placed it too far.
+            let is_within = |steps: f64| {
+                let mut ahead = force;
+                for axis in 0..D {
+                    ahead[axis] += steps * rate[axis];
+                }
+                magnitude(ahead) < room - steps * fall
+            };
+            while steps > 0.0 && !is_within(steps) {
+                steps = (steps * (1.0 - 1e-9)).floor() - 1.0;
+            }
+            self.least_steps = self.least_steps.min(steps.max(0.0));
+        }
+        // Written so that NaN certifies nothing.
+        size < room
     }
 
     /// Adds a quantity that must stay above 0 and falls by `closing` in a step. Returns false if it is not

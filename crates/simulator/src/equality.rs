@@ -233,7 +233,9 @@ fn next_step(plan: &Plan, solver: &mut dyn Solver) -> Result<Option<Next>, Simul
     loop {
         match (solver.next_record()?, step.take()) {
             (None, _) => return Ok(None),
-            (Some(Record::Fields(fields)), Some(record)) => return Ok(Some(Next { record, fields })),
+            (Some(Record::Fields(fields)), Some(record)) => {
+                return Ok(Some(Next { record, fields: *fields }));
+            }
             (Some(Record::Step(record)), _) => {
                 let fields_follow = is_on_cadence(plan.recording.fields_every_steps, record.step);
                 if !fields_follow {
@@ -387,14 +389,17 @@ impl Numbers {
         self.one(0, plain.record.driving_force_n, fast.record.driving_force_n);
         self.energies(plain.record.energy.as_ref(), fast.record.energy.as_ref());
         let (plain, fast) = (&plain.fields, &fast.fields);
-        let pairs = [
-            (&plain.displacement_m, &fast.displacement_m),
-            (&plain.velocity_m_per_s, &fast.velocity_m_per_s),
-            (&plain.tangential_force_n, &fast.tangential_force_n),
-            (&plain.stick_position_m, &fast.stick_position_m),
-        ];
-        for (kind, (plain, fast)) in (1..).zip(pairs) {
-            for (a, b) in plain.iter().zip(fast) {
+        // Along the sliding direction, and over an area across it.
+        fn of(state: &FieldRecord) -> [[&[f64]; 2]; 4] {
+            [
+                [&state.displacement_m, &state.displacement_across_m],
+                [&state.velocity_m_per_s, &state.velocity_across_m_per_s],
+                [&state.tangential_force_n, &state.tangential_force_across_n],
+                [&state.stick_position_m, &state.stick_position_across_m],
+            ]
+        }
+        for (kind, (plain, fast)) in (1..).zip(of(plain).into_iter().zip(of(fast))) {
+            for (a, b) in plain.into_iter().flatten().zip(fast.into_iter().flatten()) {
                 self.one(kind, *a, *b);
             }
         }

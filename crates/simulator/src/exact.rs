@@ -3,10 +3,12 @@
 //! A block may come so close to its threshold that two solvers, which round differently, have it switch
 //! in neighbouring steps. Neither is wrong if the exact step from a common state leaves it closer to the
 //! threshold than rounding reaches. [`Exact`] computes that step in pairs of doubles, with 32 digits
-//! (Dekker 1971, Knuth 1969): the steps of [`crate::Plain`] from the plan's doubles, between switches.
+//! (Dekker 1971, Knuth 1969): the steps of [`crate::Plain`] from the plan's doubles, between switches. Over an
+//! area, where friction opposes a vector, quotients and roots have as many.
 
 use asperity_model::Plan;
 
+use crate::slow_modes::{first_normal, pressed};
 use crate::state::SliderState;
 use crate::strength::{Load, StopForce, aged_coefficient, aged_threshold_n};
 
@@ -37,6 +39,18 @@ impl Wide {
         let ((a1, a2), (b1, b2)) = (split(a), split(b));
         let high = a * b;
         Wide { high, low: ((a1 * b1 - high) + a1 * b2 + a2 * b1) + a2 * b2 }
+    }
+}
+
+impl Wide {
+    /// The square root of a number that is not negative: one step of Newton's from that of the first double.
+    fn root(self) -> Wide {
+        let near = self.high.sqrt();
+        if near == 0.0 {
+            return Wide::ZERO;
+        }
+        let left = self - Wide::product(near, near);
+        Wide::sum(near, left.high / (2.0 * near))
     }
 }
 
@@ -78,6 +92,29 @@ impl std::ops::Mul<f64> for Wide {
     }
 }
 
+impl std::ops::Mul for Wide {
+    type Output = Wide;
+    fn mul(self, factor: Wide) -> Wide {
+        self * factor.high + self * factor.low
+    }
+}
+
+impl std::ops::Div for Wide {
+    type Output = Wide;
+    fn div(self, divisor: Wide) -> Wide {
+        let first = self.high / divisor.high;
+        let left = self - divisor * first;
+        let second = left.high / divisor.high;
+        let rest = left - divisor * second;
+        Wide::sum(first, second) + Wide::from(rest.high / divisor.high)
+    }
+}
+
+/// The scalar product of two vectors.
+fn product(a: &[Wide], b: &[Wide]) -> Wide {
+    a.iter().zip(b).fold(Wide::ZERO, |sum, (a, b)| sum + *a * *b)
+}
+
 /// A slider between two switches, without rounding.
 #[derive(Debug, Clone)]
 pub struct Exact<'a> {
@@ -88,10 +125,12 @@ pub struct Exact<'a> {
     velocity_m_per_s: Vec<Wide>,
     /// The step in which the drive stopped.
     hold_step: u64,
-    /// Sign of each block's velocity before the last step.
-    direction: Vec<f64>,
+    /// Sign of each block's velocity before the last step; over an area, the direction of each contact's slip
+    /// ([`asperity_model::law::Turn`]), axis by axis.
+    direction: Vec<Wide>,
+    /// Axis by axis.
     tangential_force_n: Vec<Wide>,
-    /// For a slab, the normal load of each contact in the last step, and the forces on all freedoms.
+    /// The normal load of each contact in the last step, and the forces on all freedoms.
     normal_load_n: Vec<Wide>,
     force_n: Vec<Wide>,
 }
@@ -100,6 +139,7 @@ impl<'a> Exact<'a> {
     /// The slider in a state whose doubles are treated as exact.
     pub fn at(plan: &'a Plan, state: &'a SliderState) -> Exact<'a> {
         let wide = |values: &[f64]| values.iter().map(|&value| Wide::from(value)).collect::<Vec<_>>();
+        let of_axes = || vec![Wide::ZERO; plan.elastic.tangential_axes() * plan.blocks];
         Exact {
             plan,
             start: state,
@@ -107,8 +147,8 @@ impl<'a> Exact<'a> {
             hold_step: state.hold_step,
             displacement_m: wide(&state.displacement_m),
             velocity_m_per_s: wide(&state.velocity_m_per_s),
-            direction: vec![0.0; plan.blocks],
-            tangential_force_n: vec![Wide::ZERO; plan.blocks],
+            direction: of_axes(),
+            tangential_force_n: of_axes(),
             normal_load_n: vec![Wide::ZERO; plan.blocks],
             force_n: vec![Wide::ZERO; plan.elastic.freedoms()],
         }
@@ -170,43 +210,70 @@ impl<'a> Exact<'a> {
         if StopForce::of(plan, self.hold_step).is_some_and(|stop| total_n >= stop.under_n(load)) {
             self.hold_step = self.step;
         }
-        let lattice = plan.elastic.as_lattice();
-        let normal = (lattice.axes() - 1) * lattice.nodes();
-        for (node, load_n) in lattice.top_row().zip(&plan.top_load_n) {
-            force[normal + node] = force[normal + node] - load.scaled_n(*load_n).into();
+        for (freedom, load_n) in pressed(plan, &plan.elastic.as_lattice()) {
+            force[freedom] = force[freedom] - load.scaled_n(load_n).into();
         }
         load
     }
 
     /// Computes the normal load of contacts and their friction.
     fn rub(&mut self, load: Load) {
-        let (plan, force) = (self.plan, &mut self.force_n);
+        let plan = self.plan;
         let lattice = plan.elastic.as_lattice();
-        let normal = (lattice.axes() - 1) * lattice.nodes();
-        let has_foundation = plan.elastic.has_foundation();
         for n in 0..plan.blocks {
-            let before = self.velocity_m_per_s[n].high;
-            self.direction[n] = if before == 0.0 { 0.0 } else { before.signum() };
-            self.tangential_force_n[n] = force[n];
-            let sliding_friction = if has_foundation {
-                let rise = self.displacement_m[normal + n];
-                let bears = if rise.high < 0.0 { rise * -lattice.foundation_n_per_m } else { Wide::ZERO };
-                self.normal_load_n[n] = bears;
-                force[normal + n] = force[normal + n] + bears;
-                bears * plan.friction.dynamic_coefficients[n]
-            } else {
-                Wide::from(load.scaled_n(plan.friction.dynamic_friction_n[n]))
+            let freedoms: Vec<usize> =
+                (0..plan.elastic.tangential_axes()).map(|axis| axis * lattice.nodes() + n).collect();
+            let of = |all: &[Wide]| freedoms.iter().map(|freedom| all[*freedom]).collect::<Vec<Wide>>();
+            let (u, v, tau) = (of(&self.displacement_m), of(&self.velocity_m_per_s), of(&self.force_n));
+            let sliding_friction = match first_normal(&lattice) {
+                Some(normal) => {
+                    let rise = self.displacement_m[normal + n];
+                    let bears = if rise.high < 0.0 { rise * -lattice.foundation_n_per_m } else { Wide::ZERO };
+                    self.normal_load_n[n] = bears;
+                    self.force_n[normal + n] = self.force_n[normal + n] + bears;
+                    bears * plan.friction.dynamic_coefficients[n]
+                }
+                None => {
+                    self.normal_load_n[n] = load.scaled_n(plan.normal_load_n[n]).into();
+                    load.scaled_n(plan.friction.dynamic_friction_n[n]).into()
+                }
             };
-            let friction = if self.start.slip[n] != 0.0 {
-                sliding_friction * -self.direction[n]
-            } else if plan.friction.law.holds() {
-                -force[n]
-            } else {
-                (self.displacement_m[n] - self.start.stick_position_m[n].into())
-                    * -plan.friction.interfacial_stiffness_n_per_m
-            };
-            force[n] = force[n] + friction;
+            let along = self.friction_along(n, &v, &tau);
+            for (axis, freedom) in freedoms.iter().enumerate() {
+                let place = axis * plan.blocks + n;
+                self.tangential_force_n[place] = tau[axis];
+                let friction = if self.start.slip[n] != 0.0 {
+                    -(sliding_friction * along[axis])
+                } else if plan.friction.law.holds() {
+                    -tau[axis]
+                } else {
+                    (u[axis] - self.start.stick_position_m[place].into())
+                        * -plan.friction.interfacial_stiffness_n_per_m
+                };
+                self.force_n[*freedom] = self.force_n[*freedom] + friction;
+            }
         }
+    }
+
+    /// The direction against which friction resists a sliding contact, and remembers that of its slip.
+    fn friction_along(&mut self, n: usize, v: &[Wide], tau: &[Wide]) -> Vec<Wide> {
+        let (plan, start) = (self.plan, self.start);
+        if let [v] = v {
+            let sign = if v.high == 0.0 { Wide::ZERO } else { v.high.signum().into() };
+            self.direction[n] = sign;
+            return vec![sign];
+        }
+        let just_detached = self.step == start.step + 1 && start.just_detached.contains(&(n as u32));
+        for (axis, v) in v.iter().enumerate() {
+            let place = axis * plan.blocks + n;
+            self.direction[place] = if just_detached { start.tangential_force_n[place].into() } else { *v };
+        }
+        let by_force = plan.grid.step_s() / plan.block_mass_kg;
+        let coming: Vec<Wide> = v.iter().zip(tau).map(|(v, tau)| *v + *tau * by_force).collect();
+        let along = if product(&coming, v).high > 0.0 { &coming } else { v };
+        let speed = product(along, along).root();
+        let is_still = speed.high == 0.0;
+        along.iter().map(|along| if is_still { Wide::ZERO } else { *along / speed }).collect()
     }
 
     /// Euler-Cromer, of all freedoms.
@@ -222,24 +289,35 @@ impl<'a> Exact<'a> {
 
     /// How far block `n` (counted from 0) is beyond its switch after the last step. For a stuck block
     /// this is the force above its threshold; for a sliding one the velocity below 0 or, by the two-way
-    /// rule, against its former direction. It switches if this is not negative.
+    /// rule and over an area, against its former direction. It switches if this is not negative.
     pub fn beyond_switch(&self, n: usize) -> f64 {
-        if self.start.slip[n] == 0.0 {
-            let tau = self.tangential_force_n[n];
-            let size = if tau.high < 0.0 { -tau } else { tau };
-            if self.plan.elastic.has_foundation() {
-                let since_step = self.start.stuck_since_step.get(n).copied();
-                let coefficient = aged_coefficient(self.plan, n, since_step, self.step);
+        let (plan, start) = (self.plan, self.start);
+        let axes = plan.elastic.tangential_axes();
+        let of =
+            |all: &[Wide], next: usize| (0..axes).map(|axis| all[axis * next + n]).collect::<Vec<Wide>>();
+        if start.slip[n] == 0.0 {
+            let size = match of(&self.tangential_force_n, plan.blocks)[..] {
+                [tau] if tau.high < 0.0 => -tau,
+                [tau] => tau,
+                ref tau => product(tau, tau).root(),
+            };
+            if plan.elastic.has_foundation() {
+                let since_step = start.stuck_since_step.get(n).copied();
+                let coefficient = aged_coefficient(plan, n, since_step, self.step);
                 return (size - self.normal_load_n[n] * coefficient).high;
             }
-            let aged = aged_threshold_n(self.plan, n, &self.start.stuck_since_step, self.step);
-            let load = Load::in_step(self.plan, self.step, self.hold_step);
-            (size - load.scaled_n(aged).into()).high
-        } else {
-            let forward_only = self.plan.friction.law.affine().is_some_and(|form| form.forward_only);
-            let forward = if forward_only { 1.0 } else { self.direction[n] };
-            -self.velocity_m_per_s[n].high * forward
+            let aged = aged_threshold_n(plan, n, &start.stuck_since_step, self.step);
+            let load = Load::in_step(plan, self.step, self.hold_step);
+            return (size - load.scaled_n(aged).into()).high;
         }
+        let (v, direction) =
+            (of(&self.velocity_m_per_s, plan.elastic.nodes()), of(&self.direction, plan.blocks));
+        if let ([v], [direction]) = (&v[..], &direction[..]) {
+            let forward_only = plan.friction.law.affine().is_some_and(|form| form.forward_only);
+            return -v.high * if forward_only { 1.0 } else { direction.high };
+        }
+        let length = product(&direction, &direction).root();
+        if length.high == 0.0 { 0.0 } else { -(product(&v, &direction) / length).high }
     }
 }
 
@@ -337,6 +415,79 @@ mod tests {
     }
 
     #[test]
+    fn so_it_does_over_an_area() {
+        let body = [
+            "slider.blocks=4",
+            "slider.across=3",
+            "slider.rows=3",
+            "slider.width_m=0.09333333333333334",
+            "slider.height_m=0.09333333333333334",
+            "slider.mass_kg=3",
+            "drive.height_m=0.046666666666666667",
+            "drive.velocity_m_per_s=1e-2",
+            "drive.stiffness_n_per_m=1e8",
+            "time.step_s=4e-6",
+            "time.duration_s=0.02",
+        ];
+        let sheet = [
+            "slider.blocks=5",
+            "slider.across=3",
+            "slider.width_m=0.05",
+            "drive.velocity_m_per_s=1e-1",
+            "time.step_s=1e-6",
+            "time.duration_s=0.01",
+        ];
+        for (scenario, sets) in [("body-coarse", &body[..]), ("sheet-coarse", &sheet[..])] {
+            let (mut compared, mut attached, mut detached) = (0, 0, 0);
+            for row in ["drive.across=0", "drive.across=1"] {
+                let sets = [sets, &[row, "recording.fields_s=0"]].concat();
+                let plan = Plan::new(
+                    &asperity_model::resolve(scenario, &sets).unwrap_or_else(|error| panic!("{error}")),
+                );
+                let mut plain = Plain::new(plan.clone());
+                while plain.step() + 20 < plan.steps {
+                    let before = plain.state().clone();
+                    // While all contacts stick, one in ten stretches and those with a switch are enough.
+                    let mut ahead = plain.clone();
+                    let switches = (0..20).any(|_| {
+                        ahead.take_step();
+                        !ahead.switched().is_empty()
+                    });
+                    if before.detached == 0 && !switches && !before.step.is_multiple_of(200) {
+                        plain = ahead;
+                        continue;
+                    }
+                    let mut exact = Exact::at(&plan, &before);
+                    for _ in 0..20 {
+                        plain.take_step();
+                        exact.advance_to(plain.step());
+                        let state = plain.state();
+                        for (exact, v) in exact.velocity_m_per_s.iter().zip(&state.velocity_m_per_s) {
+                            let off = (exact.high - v).abs();
+                            assert!(off < 1e-12, "{scenario}, step {}: {off}", plain.step());
+                        }
+                        for n in 0..plan.blocks {
+                            compared += 1;
+                            let beyond = exact.beyond_switch(n);
+                            let switched = plain.switched().contains(&n);
+                            assert!(
+                                (beyond >= 0.0) == switched || beyond.abs() < 1e-9,
+                                "{beyond}, {switched}"
+                            );
+                            attached += usize::from(switched && before.slip[n] != 0.0);
+                            detached += usize::from(switched && before.slip[n] == 0.0);
+                        }
+                        if !plain.switched().is_empty() {
+                            break;
+                        }
+                    }
+                }
+            }
+            assert!(compared > 10_000 && attached > 20 && detached > 20, "{compared} {attached} {detached}");
+        }
+    }
+
+    #[test]
     fn pairs_keep_twice_the_digits() {
         let third = Wide::from(1.0 / 3.0);
         // The rounding error of 1/3 as a double, which doubles cannot represent relative to 1.
@@ -345,5 +496,10 @@ mod tests {
         let tiny = Wide::from(1.0) + Wide::from(1e-30);
         assert_eq!((tiny - Wide::from(1.0)).high, 1e-30);
         assert_eq!(Wide::product(1.0 + 2f64.powi(-40), 1.0 - 2f64.powi(-40)).low, -(2f64.powi(-80)));
+        let two = Wide::from(2.0);
+        let root = two.root();
+        assert!((root * root - two).high.abs() < 1e-30 && root.low != 0.0, "{root:?}");
+        let seventh = Wide::from(1.0) / Wide::from(7.0);
+        assert!((seventh * 7.0 - Wide::from(1.0)).high.abs() < 1e-31 && seventh.low != 0.0, "{seventh:?}");
     }
 }

@@ -34,6 +34,8 @@ pub(crate) struct Forced {
     /// `a` and `b` of each freedom.
     position_m: Vec<f64>,
     advance_m: Vec<f64>,
+    /// Of which are the freedoms of nodes along each axis.
+    nodes: usize,
     /// The step of the state where the jump begins.
     from_step: u64,
     /// Whether the drive moves in the next step, and the step in which it stops.
@@ -44,10 +46,11 @@ pub(crate) struct Forced {
 }
 
 impl Forced {
-    fn of_freedoms(freedoms: usize) -> Forced {
+    fn of_nodes(nodes: usize, axes: usize) -> Forced {
         Forced {
-            position_m: vec![0.0; freedoms],
-            advance_m: vec![0.0; freedoms],
+            position_m: vec![0.0; axes * nodes],
+            advance_m: vec![0.0; axes * nodes],
+            nodes,
             from_step: 0,
             moves: true,
             hold_step: u64::MAX,
@@ -63,12 +66,25 @@ impl Forced {
         self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
     }
 
-    /// The force of a contact's friction spring `into` steps after the first, and its change in a step.
+    /// The force of a contact's friction spring `into` steps after the first, and its change in a step, along
+    /// its tangential freedoms.
     #[inline]
-    fn friction_n(&self, plan: &Plan, state: &SliderState, contact: usize, into: f64) -> (f64, f64) {
+    fn friction_n<const D: usize>(
+        &self,
+        plan: &Plan,
+        state: &SliderState,
+        contact: usize,
+        into: f64,
+    ) -> ([f64; D], [f64; D]) {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let rate = kt * self.advance_m[contact];
-        (kt * (self.position_m[contact] - state.stick_position_m[contact]) + into * rate, rate)
+        let (mut force, mut rate) = ([0.0; D], [0.0; D]);
+        for axis in 0..D {
+            let (freedom, place) = (axis * self.nodes + contact, axis * plan.blocks + contact);
+            rate[axis] = kt * self.advance_m[freedom];
+            let stretch_m = self.position_m[freedom] - state.stick_position_m[place];
+            force[axis] = kt * stretch_m + into * rate[axis];
+        }
+        (force, rate)
     }
 
     /// The sum of the driving forces `into` steps after the first, and its change in a step.

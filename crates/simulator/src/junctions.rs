@@ -156,13 +156,17 @@ impl JunctionState {
         state
     }
 
-    /// Whether it can be that of a plan after a step: a state from a file must pass.
-    pub(crate) fn fits(&self, plan: &Plan) -> bool {
+    /// Whether it can be that of a plan after a step, given which contacts slide: a state from a file must pass.
+    pub(crate) fn fits(&self, plan: &Plan, step: u64, slip: &[f64]) -> bool {
+        let slides = |law: Junctions| {
+            slip.iter().enumerate().all(|(n, slip)| law.slides(self.slipping(n)) == (*slip != 0.0))
+        };
         let slipping = self.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
         let breaks = self.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
         let (totals, before) = (self.totals, self.totals_before);
-        plan.friction.law.junctions().is_some_and(|law| law.count == self.count)
-            && self.anchor_m.len() == plan.blocks * self.count
+        self.anchor_m.len() == plan.blocks * self.count
+            && plan.friction.law.junctions().is_some_and(|law| law.count == self.count && slides(law))
+            && self.breaks.iter().all(|breaks| *breaks <= step)
             && self.anchor_m.iter().all(|anchor_m| anchor_m.is_finite())
             && breaks == Some(totals.breaks)
             && totals.repins.checked_add(slipping) == breaks
@@ -436,21 +440,16 @@ impl JunctionLoops {
             }
             state.summarize(n);
             mean_anchor_m[n] = state.anchor_m[of].iter().sum::<f64>() * self.share;
-            any |= self.slides(state, n) != (slip[n] != 0.0);
+            any |= self.law.slides(state.slipping(n)) != (slip[n] != 0.0);
         }
         any
-    }
-
-    /// Whether a contact enters the next step sliding.
-    fn slides(&self, state: &JunctionState, n: usize) -> bool {
-        f64::from(state.slipping(n)) >= self.law.sliding_share * self.law.count as f64
     }
 
     /// Sets the bit of every contact that begins or ceases to slide.
     pub(crate) fn mark_switches(&self, state: &JunctionState, slip: &[f64], marks: &mut [u64]) {
         marks.fill(0);
         for &n in &self.visited {
-            let switches = self.slides(state, n) != (slip[n] != 0.0);
+            let switches = self.law.slides(state.slipping(n)) != (slip[n] != 0.0);
             marks[n / 64] |= u64::from(switches) << (n % 64);
         }
     }

@@ -9,10 +9,13 @@
 //!
 //! In reading order: `elastic`, the pull between nodes; `step`, the equations of a step; `terms`,
 //! `coefficients`, `guards` and `linear`, for windows; `fourier`, for jumps of long chains; `energy`,
-//! sums for the energies. `lattice` moves the nodes of a slab, and `dense` serves its modes; `junctions`
-//! is for the contacts of any body, and all else is of chains. `simd` lists the instruction sets.
+//! sums for the energies. `lattice` moves the nodes of a lattice, `contacts` is for its contacts, and `dense`
+//! and `band` serve its modes; `junctions` is for the contacts of any body, and all else is of chains. `simd`
+//! lists the instruction sets.
 
+mod band;
 mod coefficients;
+mod contacts;
 mod dense;
 mod elastic;
 mod energy;
@@ -26,6 +29,7 @@ mod step;
 mod terms;
 
 pub(crate) use coefficients::{Coefficients, FOLLOWED};
+pub(crate) use contacts::{MovedContacts, Rubbed};
 pub(crate) use energy::{Changing, Forms, Moved, StepWork, Stored};
 pub(crate) use fourier::{NEAR, Near, Parts};
 pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};

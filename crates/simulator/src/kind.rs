@@ -13,7 +13,10 @@ use crate::solver::Solver;
 pub(crate) fn fast(plan: Arc<Plan>, simd: Simd) -> Box<dyn Solver> {
     match plan.elastic {
         Elastic::Chain(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain, simd)),
-        Elastic::Lattice(lattice) => Box::new(Fast::<LatticeLeaps>::new(plan, &lattice, simd)),
+        Elastic::Lattice(lattice) if lattice.tangential_axes() > 1 => {
+            Box::new(Fast::<LatticeLeaps<2>>::new(plan, &lattice, simd))
+        }
+        Elastic::Lattice(lattice) => Box::new(Fast::<LatticeLeaps<1>>::new(plan, &lattice, simd)),
     }
 }
 

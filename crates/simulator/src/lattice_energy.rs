@@ -14,7 +14,7 @@ pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (
         _ => bonds_j::<3>(lattice, u),
     };
     let (kt, kf) = (plan.friction.interfacial_stiffness_n_per_m, lattice.foundation_n_per_m);
-    let (contacts, normal) = (plan.blocks, (lattice.axes() - 1) * nodes);
+    let (contacts, upward) = (plan.blocks, lattice.table.upward());
     for n in 0..contacts {
         if let Some(junctions) = &state.junctions {
             elastic_j += junctions.energy_j(plan, n, u[n]);
@@ -24,8 +24,10 @@ pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (
                 elastic_j += 0.5 * kt * stretch_m * stretch_m;
             }
         }
-        let sunk_m = u[normal + n].min(0.0);
-        elastic_j += 0.5 * kf * sunk_m * sunk_m;
+        if let Some(upward) = upward {
+            let sunk_m = u[upward * nodes + n].min(0.0);
+            elastic_j += 0.5 * kf * sunk_m * sunk_m;
+        }
     }
     let point_m = plan.drive_point_m(state.step, state.hold_step);
     for spring in &plan.drive.springs {

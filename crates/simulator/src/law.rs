@@ -7,16 +7,16 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use asperity_model::Plan;
-use asperity_model::law::{ContactLaw, Sliding, Stepped, WithLaw, memory_of};
+use asperity_model::law::{ContactLaw, Stepped, WithLaw};
 use asperity_model::laws::Law;
 
-use crate::kernels::{After, Blocks, Moved, Simd, StepWork};
+use crate::kernels::{After, Blocks, Moved, Rubbed, Simd, StepWork};
 use crate::state::SliderState;
 
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
-    /// Friction of all contacts, gathered by a body.
-    fn rub(&self, contacts: &mut Rubbed<'_, D>);
+    /// Friction of all contacts of a lattice; returns whether any may switch.
+    fn rub(&self, simd: Simd, contacts: &mut Rubbed<'_, D>) -> bool;
     /// Sets the bit of every contact that switches in a step, or may switch if contacts age.
     fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>);
     /// Updates the memory of all contacts after a step, for a law with memory, given their `mu_d p` in the
@@ -32,51 +32,13 @@ pub(crate) trait ChainLoops: ContactLoops<1> {
     fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork;
 }
 
-/// Contacts before a step. Vectors have the numbers along each tangential freedom one after the other.
-pub(crate) struct Rubbed<'a, const D: usize> {
-    /// Of each contact.
-    pub(crate) u: [&'a [f64]; D],
-    pub(crate) v: [&'a [f64]; D],
-    pub(crate) anchor: [&'a [f64]; D],
-    pub(crate) tau: [&'a [f64]; D],
-    pub(crate) slip: &'a [f64],
-    /// `mu_d p`.
-    pub(crate) sliding_friction: &'a [f64],
-    /// Of all contacts.
-    pub(crate) memory: &'a [f64],
-    pub(crate) kt: f64,
-    pub(crate) dt_over_m: f64,
-    /// The resisting friction of each contact.
-    pub(crate) friction: [&'a mut [f64]; D],
-}
-
 /// The loops compiled for one law.
 #[derive(Debug)]
 pub(crate) struct Loops<L>(pub(crate) L);
 
 impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
-    fn rub(&self, contacts: &mut Rubbed<'_, D>) {
-        let Rubbed { u, v, anchor, tau, slip, sliding_friction, memory, kt, dt_over_m, friction } = contacts;
-        for n in 0..slip.len() {
-            let at = |along: &[&[f64]; D]| along.map(|along| along[n]);
-            let resists = if slip[n] != 0.0 {
-                self.0.drag_n(&Sliding {
-                    velocity_m_per_s: at(v),
-                    tangential_force_n: at(tau),
-                    friction_n: sliding_friction[n],
-                    step_over_mass_s_per_kg: *dt_over_m,
-                    memory: memory_of::<D, L>(memory, n),
-                })
-            } else if L::HOLDS {
-                at(tau)
-            } else {
-                let (u, anchor) = (at(u), at(anchor));
-                std::array::from_fn(|axis| *kt * (u[axis] - anchor[axis]))
-            };
-            for (friction, resists) in friction.iter_mut().zip(resists) {
-                friction[n] = resists;
-            }
-        }
+    fn rub(&self, simd: Simd, contacts: &mut Rubbed<'_, D>) -> bool {
+        simd.rub(contacts, &self.0)
     }
 
     fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>) {
@@ -118,6 +80,14 @@ impl<L: ContactLaw> ChainLoops for Loops<L> {
     fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork {
         simd.step_work(moved, &self.0)
     }
+}
+
+/// The loops for the law of a plan whose contacts cover an area.
+///
+/// # Panics
+/// If the law has no form for these; scenarios refuse that.
+pub(crate) fn loops_over_area(law: Law) -> Arc<dyn ContactLoops<2>> {
+    Arc::new(Loops(law.over_area().expect("a scenario has a law that is known over an area")))
 }
 
 /// The loops for the law of a plan.

@@ -104,6 +104,7 @@ pub use kind::SolverKind;
 pub use ledger::{Ledger, Span, Sum};
 pub use pace::{Pace, Snapshot};
 pub use plain::Plain;
+pub use recorder::contact_loads_n;
 pub use single_step::Driving;
 pub use solver::{SimulationError, Solver};
 pub use state::SliderState;

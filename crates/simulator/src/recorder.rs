@@ -1,9 +1,12 @@
 //! Which steps and states are recorded. All solvers use this recorder, so that their records agree.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use asperity_model::{Plan, WindowPlan};
-use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
+use asperity_record::{
+    Direction, Energy, FieldRecord, Record, StepRecord, Switch, SwitchAcross, WindowRecord,
+};
 
 use crate::instability_stop::InstabilityStop;
 use crate::single_step::{Driving, SingleSteps};
@@ -26,7 +29,7 @@ impl Recorder {
     pub(crate) fn new(plan: &Plan, stepper: &(impl SingleSteps + ?Sized)) -> Recorder {
         let initial = stepper.state();
         let stop = state_not_finite(initial);
-        let first = Record::Fields(fields(plan, initial));
+        let first = Record::Fields(Box::new(fields(plan, initial)));
         Recorder {
             due_step: next_due(plan, initial.step, initial.detached),
             ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
@@ -116,7 +119,7 @@ impl Recorder {
     fn states(&mut self, plan: &Plan, state: &SliderState, edge: bool) {
         for due in due_states(plan, state.step, edge, state.sliding) {
             self.ready.push_back(match due {
-                Due::Fields => Record::Fields(fields(plan, state)),
+                Due::Fields => Record::Fields(Box::new(fields(plan, state))),
                 Due::Window(index) => window_record(plan, state, index),
             });
         }
@@ -215,36 +218,75 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
         stick_position_m: state.stick_position_m[n],
         threshold_n: threshold_n(plan, state, n),
         junctions_slipping: state.junctions.as_ref().map(|junctions| junctions.slipping(n)),
+        across: is_area(plan, state).then(|| SwitchAcross {
+            displacement_m: state.displacement_m[plan.elastic.nodes() + n],
+            velocity_m_per_s: state.velocity_m_per_s[plan.elastic.nodes() + n],
+            tangential_force_n: state.tangential_force_n[plan.blocks + n],
+            stick_position_m: state.stick_position_m[plan.blocks + n],
+        }),
     }
 }
 
-/// The state of all blocks; for a slab, of its contacts.
+/// Whether contacts cover an area, so that they have a second tangential axis, across the sliding direction.
+fn is_area(plan: &Plan, state: &SliderState) -> bool {
+    state.tangential_force_n.len() > plan.blocks
+}
+
+/// The values across the sliding direction of some contacts, of an array in which those of all nodes or
+/// contacts, `along`, come before; none where contacts lie in a single row.
+fn across(
+    plan: &Plan,
+    state: &SliderState,
+    values: &[f64],
+    along: usize,
+    contacts: Range<usize>,
+) -> Vec<f64> {
+    match is_area(plan, state) {
+        true => values[along..][contacts].to_vec(),
+        false => Vec::new(),
+    }
+}
+
+/// The state of all blocks; of a lattice, of its contacts.
 pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
     let (junctions_slipping, pinned_mean_ratio, pinned_width_ratio) = junctions(plan, state);
+    let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
+    let across = |values: &[f64], along| across(plan, state, values, along, 0..contacts);
     FieldRecord {
         step: state.step,
         time_s: plan.grid.time_s(state.step),
         displacement_m: state.displacement_m[..plan.blocks].to_vec(),
         velocity_m_per_s: state.velocity_m_per_s[..plan.blocks].to_vec(),
-        tangential_force_n: state.tangential_force_n.clone(),
+        tangential_force_n: state.tangential_force_n[..plan.blocks].to_vec(),
         normal_load_n: state.normal_load_n.clone(),
-        stick_position_m: state.stick_position_m.clone(),
+        stick_position_m: state.stick_position_m[..plan.blocks].to_vec(),
         detached: state.slip.iter().map(|&slip| u8::from(slip != 0.0)).collect(),
         junctions_slipping,
         pinned_mean_ratio,
         pinned_width_ratio,
+        displacement_across_m: across(&state.displacement_m, nodes),
+        velocity_across_m_per_s: across(&state.velocity_m_per_s, nodes),
+        tangential_force_across_n: across(&state.tangential_force_n, contacts),
+        stick_position_across_m: across(&state.stick_position_m, contacts),
     }
+}
+
+/// The normal load of each contact in the last step, whether the foundation bears it or it is given.
+pub fn contact_loads_n(plan: &Plan, state: &SliderState) -> Vec<f64> {
+    if !state.normal_load_n.is_empty() {
+        return state.normal_load_n.clone();
+    }
+    let load = Load::in_step(plan, state.step, state.hold_step);
+    plan.normal_load_n.iter().map(|at_start_n| load.scaled_n(*at_start_n)).collect()
 }
 
 /// How many junctions of each contact slip, and mean and width of the forces of the pinned ones, over the load
 /// that each bears.
 fn junctions(plan: &Plan, state: &SliderState) -> (Vec<u32>, Vec<f64>, Vec<f64>) {
     let Some(junctions) = &state.junctions else { return Default::default() };
-    let load = Load::in_step(plan, state.step, state.hold_step);
+    let loads_n = contact_loads_n(plan, state);
     let of = |n: usize| {
-        let normal_load_n = state.normal_load_n.get(n).copied();
-        let normal_load_n = normal_load_n.unwrap_or_else(|| load.scaled_n(plan.normal_load_n[n]));
-        let [mean, width] = junctions.pinned_ratios(plan, n, state.displacement_m[n], normal_load_n);
+        let [mean, width] = junctions.pinned_ratios(plan, n, state.displacement_m[n], loads_n[n]);
         (junctions.slipping(n), (mean, width))
     };
     let (slipping, (mean, width)) = (0..plan.blocks).map(of).unzip();
@@ -252,12 +294,14 @@ fn junctions(plan: &Plan, state: &SliderState) -> (Vec<u32>, Vec<f64>, Vec<f64>)
 }
 
 /// The blocks of a dense window, or of the states of ruptures, counted from 0.
-fn blocks_of(plan: &Plan, index: usize) -> std::ops::Range<usize> {
+fn blocks_of(plan: &Plan, index: usize) -> Range<usize> {
     plan.recording.windows.get(index).map_or(0..plan.blocks, |window| window.blocks.clone())
 }
 
 fn window_record(plan: &Plan, state: &SliderState, index: usize) -> Record {
     let blocks = blocks_of(plan, index);
+    let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
+    let across = |values: &[f64], along| across(plan, state, values, along, blocks.clone());
     Record::Window(WindowRecord {
         window: index as u32,
         step: state.step,
@@ -266,7 +310,10 @@ fn window_record(plan: &Plan, state: &SliderState, index: usize) -> Record {
         first_block: blocks.start as u32 + 1,
         displacement_m: state.displacement_m[blocks.clone()].to_vec(),
         velocity_m_per_s: state.velocity_m_per_s[blocks.clone()].to_vec(),
-        tangential_force_n: state.tangential_force_n[blocks].to_vec(),
+        tangential_force_n: state.tangential_force_n[blocks.clone()].to_vec(),
+        displacement_across_m: across(&state.displacement_m, nodes),
+        velocity_across_m_per_s: across(&state.velocity_m_per_s, nodes),
+        tangential_force_across_n: across(&state.tangential_force_n, contacts),
     })
 }
 
@@ -315,7 +362,7 @@ fn at_block(what: &'static str, step: u64, state: &SliderState, n: usize) -> Sim
     SimulationError::NotFinite {
         step,
         what,
-        // For a node of a slab, the contact below it.
+        // For a node above the contacts, the contact below it.
         block: (n % state.slip.len()) as u32 + 1,
         displacement_m: state.displacement_m[n],
         velocity_m_per_s: state.velocity_m_per_s[n],

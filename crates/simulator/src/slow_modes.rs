@@ -1,12 +1,17 @@
 //! The slow modes of a stuck lattice, used for its jumps ([`crate::jump::lattice`]): the stuck lattice with
-//! its stiffness as a band ([`stuck`]), its slow modes by Arnoldi's iteration ([`arnoldi`], [`eigen`]), and
-//! the quantities shared by all jumps of a run ([`precomputed`]).
+//! its stiffness as a band ([`stuck`]), the motions that its mirror symmetry keeps apart ([`mirror`]), its slow
+//! modes by Arnoldi's iteration ([`arnoldi`], [`eigen`]), and the quantities shared by all jumps of a run
+//! ([`precomputed`]).
 
 mod arnoldi;
+mod assembly;
+mod complex_band;
 mod eigen;
+mod inverse;
+mod mirror;
 mod precomputed;
 mod stuck;
 
 pub(crate) use arnoldi::sizes;
-pub(crate) use precomputed::Precomputed;
-pub(crate) use stuck::StuckLattice;
+pub(crate) use precomputed::{ClassModes, Precomputed, first_normal, pressed};
+pub(crate) use stuck::{Sizes, StuckLattice};

@@ -8,10 +8,10 @@ use crate::ledger::Ledger;
 
 /// Everything that the next step depends on, and the forces of the last step.
 ///
-/// Arrays have one value per freedom of a node, or per contact; in a chain these are the same blocks.
-/// Loops over them take most of a run's time, and this layout lets compilers vectorise them. The first
-/// freedoms of a slab are those of its contacts along the sliding direction
-/// ([`asperity_model::lattice`]).
+/// Arrays have one value per freedom of a node, per contact, or per tangential freedom of a contact, axis by
+/// axis; in a chain these are all the same blocks. Loops over them take most of a run's time, and this layout
+/// lets compilers vectorise them. The first freedoms of a lattice are those of its contacts along the sliding
+/// direction ([`asperity_model::lattice`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SliderState {
@@ -22,18 +22,22 @@ pub struct SliderState {
     pub displacement_m: Vec<f64>,
     /// Velocity `v_n` of each freedom.
     pub velocity_m_per_s: Vec<f64>,
-    /// Anchor `u_stick,n` of each contact's friction spring; stale while it slides. Of junctions, the mean of
-    /// their anchors.
+    /// Anchor `u_stick,n` of each contact's friction spring, axis by axis; stale while it slides. Of junctions,
+    /// the mean of their anchors.
     pub stick_position_m: Vec<f64>,
     /// 1 for a contact that enters the next step detached, 0 for a stuck one; numbers, so that loops
     /// select without branches.
     pub slip: Vec<f64>,
     /// How many contacts enter the next step detached.
     pub detached: u32,
-    /// Tangential force without friction `tau_n` on each contact in the last step.
+    /// Tangential force without friction `tau_n` on each contact in the last step, axis by axis.
     pub tangential_force_n: Vec<f64>,
-    /// Normal load `p_n` on each contact of a slab in the last step; empty in a chain, where the plan
-    /// has it.
+    /// Over an area, the contacts that detached in the last step, counted from 0, ascending: in the next one,
+    /// the force of the last step is the direction of their slip.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub just_detached: Vec<u32>,
+    /// Normal load `p_n` on each contact of a body on a foundation in the last step; empty for others, whose
+    /// normal load the plan has.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub normal_load_n: Vec<f64>,
     /// How many contacts slid in the last step.
@@ -72,14 +76,13 @@ impl SliderState {
         let point_m = plan.drive_point_m(initial.step, hold_step);
         let v = &initial.velocity_m_per_s;
         let mut tangential_force_n = plan.elastic.tangential_force_n(u);
+        let lattice = plan.elastic.as_lattice();
         for (n, tau) in tangential_force_n.iter_mut().enumerate() {
-            *tau += plan.elastic.damping_force_n(v, n);
+            *tau += plan.elastic.damping_force_n(v, lattice.tangential_freedom(n));
         }
-        for spring in &plan.drive.springs {
-            // In a lattice, other nodes than contacts may be driven.
-            if let Some(tau) = tangential_force_n.get_mut(spring.block) {
-                *tau += spring.force_n(point_m, u[spring.block]);
-            }
+        // In a lattice, other nodes than contacts may be driven.
+        for spring in plan.drive.springs.iter().filter(|spring| spring.block < plan.blocks) {
+            tangential_force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
         for (tau, prestress) in tangential_force_n.iter_mut().zip(&plan.prestress_n) {
             *tau += prestress;
@@ -95,6 +98,7 @@ impl SliderState {
             slip: vec![0.0; plan.blocks],
             detached: 0,
             tangential_force_n,
+            just_detached: Vec::new(),
             normal_load_n: if is_given { Vec::new() } else { plan.normal_load_n.clone() },
             sliding: 0,
             hold_step,
@@ -120,16 +124,20 @@ impl SliderState {
     pub fn fits(&self, plan: &Plan) -> bool {
         let are_finite =
             |values: &[f64], count| values.len() == count && values.iter().all(|x| x.is_finite());
-        let finite = |values: &[f64]| are_finite(values, plan.blocks);
-        let freedoms = plan.elastic.freedoms();
+        let (freedoms, tangential_axes) = (plan.elastic.freedoms(), plan.elastic.tangential_axes());
+        let tangential = |values: &[f64]| are_finite(values, tangential_axes * plan.blocks);
+        let slides = |n: &u32| self.slip.get(*n as usize).is_some_and(|slip| *slip == 1.0);
         let (ages, is_given) = (plan.friction.ageing.is_some(), !plan.elastic.has_foundation());
         let slipping = self.slip.iter().filter(|&&slip| slip == 1.0).count();
         let sticking = self.slip.iter().filter(|&&slip| slip == 0.0).count();
         (plan.initial.step..=plan.steps).contains(&self.step)
             && are_finite(&self.displacement_m, freedoms)
             && are_finite(&self.velocity_m_per_s, freedoms)
-            && finite(&self.stick_position_m)
-            && finite(&self.tangential_force_n)
+            && tangential(&self.stick_position_m)
+            && tangential(&self.tangential_force_n)
+            && (tangential_axes > 1 || self.just_detached.is_empty())
+            && self.just_detached.iter().all(slides)
+            && self.just_detached.is_sorted_by(|a, b| a < b)
             && slipping + sticking == plan.blocks
             && self.slip.len() == plan.blocks
             && self.detached as usize == slipping
@@ -146,7 +154,7 @@ impl SliderState {
             && self.normal_load_n.iter().all(|load_n| load_n.is_finite() && *load_n >= 0.0)
             && match &self.junctions {
                 None => plan.friction.law.junctions().is_none(),
-                Some(junctions) => junctions.fits(plan),
+                Some(junctions) => junctions.fits(plan, self.step, &self.slip),
             }
             && are_finite(&self.memory, plan.friction.law.memory() * plan.blocks)
             && are_finite(&self.aged_threshold_n, if ages && is_given { plan.blocks } else { 0 })

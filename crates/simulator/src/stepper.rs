@@ -15,6 +15,8 @@
 //!    (5.15), with the new position, this step's `tau_n`, and its velocity kept. Under a law without
 //!    friction springs it stays at rest, at its position before the step that would have reversed it.
 //!
+//! Over an area positions, forces and anchors of contacts are vectors (docs/area.md).
+//!
 //! For `mu_s p_n` and `mu_d p_n` in a step see [`crate::strength`]. A [`Body`] does 1 to 3 for all of its
 //! freedoms at once.
 
@@ -137,6 +139,7 @@ impl<B: Body> Stepper<B> {
         if !holds {
             body.add_step(plan, state, load);
         }
+        state.just_detached.clear();
         self.switched.clear();
         if may_switch {
             self.switch_contacts();
@@ -207,6 +210,9 @@ impl<B: Body> Stepper<B> {
                     anchored_j -= held_j(plan, state, n);
                     state.slip[n] = 1.0;
                     state.detached += 1;
+                    if state.tangential_force_n.len() > plan.blocks {
+                        state.just_detached.push(n as u32);
+                    }
                 }
                 switched.push(n);
             }

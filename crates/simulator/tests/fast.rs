@@ -39,7 +39,7 @@ fn steps(records: &[Record]) -> Vec<&StepRecord> {
 fn fields(records: &[Record]) -> Vec<&FieldRecord> {
     records
         .iter()
-        .filter_map(|record| if let Record::Fields(fields) = record { Some(fields) } else { None })
+        .filter_map(|record| if let Record::Fields(fields) = record { Some(&**fields) } else { None })
         .collect()
 }
 

@@ -1,12 +1,14 @@
 //! Compares the fast solver of slabs with single steps: equal switches in equal steps, and equal numbers
 //! within rounding.
 
+mod fast_and_plain;
+
 use asperity_model::Plan;
 use asperity_model::law::Affine;
-use asperity_record::{Direction, Record, StepRecord};
-use asperity_simulator::equality::{self, Disagreement};
-use asperity_simulator::{Counters, SimulationError, SliderState, SolverKind};
+use asperity_record::Record;
+use asperity_simulator::{SliderState, SolverKind};
 use asperity_testkit::{Random, SMALL_SLAB, plan};
+use fast_and_plain::{Compared, entries, from_state, resumes_to_the_bit, run, samples_agree, switches};
 
 /// Steps of a random slab.
 const STEPS: u64 = 150_000;
@@ -74,45 +76,10 @@ fn random_slab(seed: u64) -> Vec<String> {
     sets
 }
 
-/// All records of a run, its counters, and the error that stopped it, if any.
-fn run(plan: &Plan, kind: SolverKind) -> (Vec<Record>, Counters, Option<SimulationError>) {
-    let mut solver = kind.start(plan.clone());
-    let mut records = Vec::new();
-    loop {
-        match solver.next_record() {
-            Ok(Some(record)) => records.push(record),
-            ended => return (records, solver.counters(), ended.err()),
-        }
-    }
-}
-
-/// Step, number sliding, and which contacts switched which way.
-type Entry = (u64, u32, Vec<(u32, bool)>);
-
-fn entries(records: &[Record]) -> Vec<Entry> {
-    let steps = records.iter().filter_map(|record| match record {
-        Record::Step(step) => Some(step),
-        _ => None,
-    });
-    let switches = |step: &StepRecord| {
-        step.switches.iter().map(|s| (s.block, s.direction == Direction::Detach)).collect()
-    };
-    steps.map(|step| (step.step, step.sliding, switches(step))).collect()
-}
-
 /// A small slab whose run is long enough for modes.
 fn small(sets: &[&str]) -> Plan {
     let longer = ["drive.velocity_m_per_s=8e-4", "time.duration_s=1.2", "recording.fields_s=0"];
     plan("slab", &[&SMALL_SLAB, &longer[..], sets].concat())
-}
-
-/// All numbers of steps in which a contact switches, to the bit.
-fn switches(records: &[Record]) -> Vec<String> {
-    let steps = records.iter().filter_map(|record| match record {
-        Record::Step(step) if !step.switches.is_empty() => Some(format!("{step:?}")),
-        _ => None,
-    });
-    steps.collect()
 }
 
 #[test]
@@ -141,47 +108,7 @@ fn samples_are_those_of_single_steps() {
         &["friction.ageing_coefficient=0.02"],
     ] {
         let sets = [sets, &["recording.sample_s=1e-3", "recording.fields_s=1e-2"]].concat();
-        let plan = small(&sets);
-        let (fast, counters, _) = run(&plan, SolverKind::Fast);
-        let (plain, ..) = run(&plan, SolverKind::Plain);
-        assert!(counters.jump_steps > 40_000, "{sets:?}: {counters:?}");
-        assert_eq!(entries(&fast), entries(&plain), "{sets:?}");
-        let mut most = [[0.0_f64; 2]; 6];
-        let mut hold = |kind: usize, plain: f64, fast: f64| {
-            most[kind] = [most[kind][0].max(plain.abs()), most[kind][1].max((plain - fast).abs())];
-        };
-        let mut worst_j = 0.0_f64;
-        for (fast, plain) in fast.iter().zip(&plain) {
-            match (fast, plain) {
-                (Record::Step(fast), Record::Step(plain)) => {
-                    hold(0, plain.driving_force_n, fast.driving_force_n);
-                    let (fast, plain) =
-                        (fast.energy.expect("it has energies"), plain.energy.expect("it has energies"));
-                    for ((_, plain), (_, fast)) in plain.parts().into_iter().zip(fast.parts()) {
-                        hold(1, plain, fast);
-                    }
-                    worst_j = worst_j.max((fast.balance_j() - plain.balance_j()).abs());
-                }
-                (Record::Fields(fast), Record::Fields(plain)) => {
-                    assert_eq!((fast.step, &fast.detached), (plain.step, &plain.detached));
-                    for (kind, fast, plain) in [
-                        (2, &fast.displacement_m, &plain.displacement_m),
-                        (3, &fast.velocity_m_per_s, &plain.velocity_m_per_s),
-                        (4, &fast.tangential_force_n, &plain.tangential_force_n),
-                        (5, &fast.normal_load_n, &plain.normal_load_n),
-                    ] {
-                        for (fast, plain) in fast.iter().zip(plain) {
-                            hold(kind, *plain, *fast);
-                        }
-                    }
-                }
-                _ => panic!("{sets:?}: {fast:?} and {plain:?}"),
-            }
-        }
-        for (kind, [largest, off]) in most.into_iter().enumerate() {
-            assert!(off <= 1e-9 * largest, "{sets:?}, kind {kind}: {off} of {largest}");
-        }
-        assert!(worst_j <= 1e-11 * most[1][0], "{sets:?}: {worst_j} of {}", most[1][0]);
+        samples_agree(&small(&sets), 40_000);
     }
 }
 
@@ -205,61 +132,10 @@ fn contacts_that_lift_off_are_followed() {
     assert!(of_fast.len() > 5 && counters.jumps > 3, "{} {counters:?}", of_fast.len());
 }
 
-/// A run that is resumed between any two records continues to the bit.
 #[test]
 fn a_run_that_is_resumed_is_the_run() {
-    let plan = small(&["recording.sample_s=2e-2"]);
-    let (whole, ..) = run(&plan, SolverKind::Fast);
-    let mut solver = SolverKind::Fast.start(plan.clone());
-    let mut count = 0;
-    let mut inside = 0;
-    while let Some(record) = solver.next_record().expect("it goes on") {
-        count += 1;
-        let step = match &record {
-            Record::Step(step) => step.step,
-            _ => continue,
-        };
-        if !solver.is_between_records() {
-            continue;
-        }
-        let state = solver.snapshot();
-        inside += usize::from(state.slider.step < step);
-        let mut again = SolverKind::Fast.start(plan.clone());
-        again.restore(&state);
-        // The state inside a jump is that of its start: later records are yielded again.
-        let coming = std::iter::from_fn(|| again.next_record().expect("it goes on"));
-        let coming: Vec<Record> = coming.filter(|record| record_step(record) > step).collect();
-        let left: Vec<&Record> = whole[count..].iter().filter(|record| record_step(record) > step).collect();
-        assert_eq!(coming.len(), left.len(), "behind step {step}");
-        for (coming, left) in coming.iter().zip(left) {
-            assert_eq!(format!("{coming:?}"), format!("{left:?}"), "behind step {step}");
-        }
-    }
+    let inside = resumes_to_the_bit(&small(&["recording.sample_s=2e-2"]), 1);
     assert!(inside > 20, "{inside}");
-}
-
-fn record_step(record: &Record) -> u64 {
-    match record {
-        Record::Step(step) => step.step,
-        Record::Fields(state) => state.step,
-        Record::Window(state) => state.step,
-    }
-}
-
-/// Continues a state with both solvers; returns the steps in which contacts switch, which must be equal,
-/// and the counters of the fast solver.
-fn from_state(plan: &Plan, state: &SliderState) -> (Vec<Entry>, Counters) {
-    let run = |kind: SolverKind| {
-        let mut solver = kind.start(plan.clone());
-        solver.restore(&state.clone().into());
-        let records = std::iter::from_fn(|| solver.next_record().ok().flatten());
-        let records: Vec<Record> = records.collect();
-        (entries(&records), solver.counters())
-    };
-    let (fast, counters) = run(SolverKind::Fast);
-    let (plain, _) = run(SolverKind::Plain);
-    assert_eq!(fast, plain);
-    (fast, counters)
 }
 
 /// The slab vibrates in its slowest mode with growing amplitude, until contacts detach or lift off by it
@@ -310,37 +186,15 @@ fn more_random_slabs_give_the_same_switches() {
 fn compare_random(seeds: std::ops::Range<u64>) {
     let count = seeds.end - seeds.start;
     let is_first = seeds.start == 0;
-    let (mut total, mut stopped, mut ties) = (Counters::default(), Vec::new(), Vec::new());
-    let mut parted = Vec::new();
+    let mut compared = Compared::default();
     for seed in seeds {
         let set = random_slab(seed);
         let plan = plan("slab", &set);
-        let (records, counters, error) = run(&plan, SolverKind::Fast);
-        total = total + counters;
-        if error.is_some() {
-            // The time step does more than 30 % of the work put in, as single steps find too.
-            let (plain, _, of_plain) = run(&plan, SolverKind::Plain);
-            assert_eq!(entries(&records), entries(&plain), "seed {seed} {set:?}");
-            assert!(matches!(of_plain, Some(SimulationError::Energy { .. })), "{error:?} {of_plain:?}");
-            stopped.push(seed);
-            continue;
-        }
-        match equality::compare(&plan, |_, _| {}, |_| {}) {
-            Ok(agreement) => {
-                ties.extend(agreement.near_ties.iter().map(|tie| (seed, tie.step)));
-                let is_whole = agreement.switches == counters.switches;
-                assert!(is_whole || !agreement.near_ties.is_empty(), "seed {seed} {set:?}");
-            }
-            // Rounding decides, and the decision is permanent.
-            Err(Disagreement::Missed { step, .. })
-                if plan.friction.law.affine() == Some(Affine { forward_only: false }) =>
-            {
-                parted.push((seed, step));
-            }
-            Err(error) => panic!("seed {seed} {set:?}: {error}"),
-        }
+        let is_two_way = plan.friction.law.affine() == Some(Affine { forward_only: false });
+        compared.add(seed, &set, &plan, is_two_way);
     }
     // The comparison is meaningful only if jumps were used between many switches.
+    let Compared { total, stopped, ties, parted } = compared;
     assert!(total.switches > 200 * count && total.jump_steps > 50_000 * count, "{total:?}");
     assert_eq!(stopped, if is_first { &[17][..] } else { &[] });
     // Rounding decides in a few that switch back and forth all the time.

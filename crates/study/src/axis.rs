@@ -276,6 +276,7 @@ pub(crate) fn column(key: &Key) -> Column {
         unit: asperity_record::unit_of(key.path).filter(|_| kind == ColumnKind::Number),
         about: key.doc.into(),
         only: None,
+        over_area: None,
     }
 }
 

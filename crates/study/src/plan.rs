@@ -380,12 +380,16 @@ impl Plan {
     /// What some run over the axes has: tables have columns for it, empty for the others.
     pub fn parts(&self) -> Parts {
         let rows = self.rows[..self.numbered() as usize].iter().filter(|row| row.refused.is_none());
-        // Only the law decides, so one run of each is enough.
-        let law = self.common.keys.iter().position(|key| key == "friction.law");
-        let mut laws = BTreeSet::new();
-        let mut firsts = rows.filter(|row| laws.insert(law.map(|place| row.values[place].to_string())));
-        let junctions = firsts.any(|row| self.resolve(row).is_ok_and(|run| run.junction_count() > 0));
-        Parts { junctions }
+        // Only these keys decide, so one run of each of their values is enough.
+        let deciding = ["friction.law", "slider.across"]
+            .map(|decides| self.common.keys.iter().position(|key| key == decides));
+        let mut seen = BTreeSet::new();
+        let value = |row: &Row, place: Option<usize>| place.map(|place| row.values[place].to_string());
+        let firsts = rows.filter(|row| seen.insert(deciding.map(|place| value(row, place))));
+        firsts.filter_map(|row| self.resolve(row).ok()).fold(Parts::default(), |parts, run| Parts {
+            junctions: parts.junctions || run.junction_count() > 0,
+            area: parts.area || run.elastic().layout().rows() > 1,
+        })
     }
 
     /// The scenario of a run, resolved by this program.

@@ -10,13 +10,13 @@ use std::sync::Mutex;
 
 use asperity_figures::draw::Gathering;
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
+use asperity_model::{NodeState, Scenario};
 use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::claims::{self, Measured};
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{Collector, NodeField};
+use asperity_numbers::run_data::Collector;
 use asperity_numbers::{RupturesFrom, Summary};
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
 use asperity_report::{Collected, Limits, PageCollector, Run, Shown, Study as Page};
@@ -126,13 +126,14 @@ pub struct Passing {
 }
 
 impl Passing {
-    /// The times at which all nodes of the run are wanted, s; they must be given before it has passed.
-    pub fn nodes_at_s(&self) -> &[f64] {
+    /// The times at which all nodes of the run are wanted, s, once it has gone by: they must be given before
+    /// [`Reduction::passed`].
+    pub fn nodes_at_s(&self) -> Vec<f64> {
         self.collector.nodes_at_s()
     }
 
     /// The nodes at one of them.
-    pub fn nodes(&mut self, nodes: NodeField) {
+    pub fn nodes(&mut self, nodes: NodeState) {
         self.collector.nodes(nodes);
     }
 }
@@ -185,12 +186,12 @@ impl<'a> Reduction<'a> {
     /// # Errors
     /// If a table cannot be written.
     pub fn passing(&self, run: &str, header: RunHeader, scenario: Scenario) -> Result<Passing, StudyError> {
-        let blocks = header.blocks;
+        let contacts = header.contacts();
         let collector = Collector::new(run, header, scenario, self.required_data(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
         let limits = Limits::of_runs(self.pipeline.runs.len());
-        let page = PageCollector::new(collector.steps(), blocks, limits);
+        let page = PageCollector::new(collector.steps(), contacts, limits);
         Ok(Passing { collector, loads, page, written: Ok(()) })
     }
 

@@ -53,8 +53,11 @@ pub(crate) fn kept_events(plan: &Plan) -> Vec<KeptEvents> {
             (0..kind.columns.len()).filter(|n| fits(&kind.columns[*n])).collect::<Vec<_>>()
         };
         let number = where_name(&|column| column.name == number)[0];
-        let blocks =
-            where_name(&|column| column.kind == ColumnKind::Count && column.name.ends_with("_block"));
+        // Columns and rows are no more than contacts.
+        let blocks = where_name(&|column| {
+            let is_place = |ending: &str| column.name.ends_with(ending);
+            column.kind == ColumnKind::Count && ["_block", "_across", "contacts"].into_iter().any(is_place)
+        });
         let steps = where_name(&|column| column.kind == ColumnKind::Step && column.name.ends_with("_step"));
         KeptEvents { kind, number, blocks, steps, count }
     };
@@ -63,7 +66,10 @@ pub(crate) fn kept_events(plan: &Plan) -> Vec<KeptEvents> {
             Keep::Events,
             of(EventKind::of::<SlipEvent>().with(parts), "event", |summary| Some(summary.event_count)),
         ),
-        (Keep::Ruptures, of(EventKind::of::<Rupture>(), "rupture", |summary| summary.rupture_count)),
+        (
+            Keep::Ruptures,
+            of(EventKind::of::<Rupture>().with(parts), "rupture", |summary| summary.rupture_count),
+        ),
     ];
     all.into_iter().filter(|(kept, _)| plan.common.keep.contains(kept)).map(|(_, events)| events).collect()
 }

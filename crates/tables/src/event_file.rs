@@ -123,6 +123,10 @@ pub struct MatchSide {
     pub first_block: u32,
     /// The highest block.
     pub last_block: u32,
+    /// The lowest row, over an area.
+    pub first_across: Option<u32>,
+    /// The highest row.
+    pub last_across: Option<u32>,
     /// `F_T / F_N` at the earliest onset.
     pub ft_fn_onset: f64,
 }
@@ -137,22 +141,25 @@ pub struct MatchFile {
     file: File,
     path: PathBuf,
     rows: Vec<MatchRow>,
+    /// Whether it has columns of rows.
+    is_over_area: bool,
 }
 
 impl MatchFile {
-    /// Opens the file, as one of a set.
+    /// Opens the file, as one of a set, with columns of the rows of events if some are over an area.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn create(files: &FileSet, path: &Path) -> Result<MatchFile, TableFileError> {
+    pub fn create(files: &FileSet, path: &Path, is_over_area: bool) -> Result<MatchFile, TableFileError> {
         let failed = |problem| TableFileError::Write { path: path.display().to_string(), problem };
         start_threads().map_err(failed)?;
         let file = files.create(path)?;
         let writer = file.try_clone().map_err(|error| failed(error.to_string()))?;
         let metadata = parquet_checksum::metadata(&file).map_err(|error| failed(error.to_string()))?;
-        let writer =
-            ParquetWriter::new(writer).with_key_value_metadata(metadata).batched(frame(&[])?.schema())?;
-        Ok(MatchFile { writer, file, path: path.to_owned(), rows: Vec::new() })
+        let writer = ParquetWriter::new(writer)
+            .with_key_value_metadata(metadata)
+            .batched(frame(&[], is_over_area)?.schema())?;
+        Ok(MatchFile { writer, file, path: path.to_owned(), rows: Vec::new(), is_over_area })
     }
 
     /// Adds a row.
@@ -165,7 +172,7 @@ impl MatchFile {
     }
 
     fn write(&mut self) -> Result<(), TableFileError> {
-        self.writer.write_batch(&frame(&self.rows)?)?;
+        self.writer.write_batch(&frame(&self.rows, self.is_over_area)?)?;
         self.rows.clear();
         Ok(())
     }
@@ -184,7 +191,7 @@ impl MatchFile {
     }
 }
 
-fn frame(rows: &[MatchRow]) -> Result<DataFrame, TableFileError> {
+fn frame(rows: &[MatchRow], is_over_area: bool) -> Result<DataFrame, TableFileError> {
     fn column<T>(name: String, rows: &[MatchRow], value: impl Fn(&MatchRow) -> T) -> Column
     where
         Series: NamedFrom<Vec<T>, [T]>,
@@ -211,6 +218,12 @@ fn frame(rows: &[MatchRow]) -> Result<DataFrame, TableFileError> {
             column(name("last_block"), rows, |row| of(row).map(|side| side.last_block)),
             column(name("ft_fn_onset"), rows, |row| of(row).map(|side| side.ft_fn_onset)),
         ]);
+        if is_over_area {
+            columns.extend([
+                column(name("first_across"), rows, |row| of(row).and_then(|side| side.first_across)),
+                column(name("last_across"), rows, |row| of(row).and_then(|side| side.last_across)),
+            ]);
+        }
     }
     Ok(DataFrame::new_infer_height(columns)?)
 }
@@ -233,6 +246,8 @@ mod tests {
             end_s: None,
             first_block: 1,
             last_block: 9,
+            first_across: None,
+            last_across: None,
             ft_fn_onset: 0.05,
         };
         let row = |old, new| MatchRow {
@@ -244,7 +259,7 @@ mod tests {
             new,
         };
         let files = FileSet::new(Existing::Refuse, Inputs::default());
-        let mut file = MatchFile::create(&files, &path).unwrap();
+        let mut file = MatchFile::create(&files, &path, false).unwrap();
         // More than a batch, so that the second is written too.
         let onset_s = |n: usize| 0.1 + 0.2 * n as f64;
         for n in 0..super::BATCH {

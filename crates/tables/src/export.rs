@@ -126,7 +126,7 @@ impl<'a> Export<'a> {
         kinds: &[EventKind],
         format: &'a dyn Format,
     ) -> Result<Export<'a>, ExportError> {
-        let mut tables = RunTables::new(event_schemas, kinds, request.chosen.clone())?;
+        let mut tables = RunTables::new(header.parts(), event_schemas, kinds, request.chosen.clone())?;
         let path = |table: &RunTable| {
             let file = format!("{}.{}.{}", request.name, table.layout.file_part(), format.extension());
             request.out.join(file)
@@ -142,7 +142,7 @@ impl<'a> Export<'a> {
         Ok(export)
     }
 
-    /// Adds the nodes of a slab after a step, whenever it was.
+    /// Adds the nodes of a lattice after a step, whenever it was.
     ///
     /// # Errors
     /// If a file cannot be written.

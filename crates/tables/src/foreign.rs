@@ -72,7 +72,14 @@ pub(crate) fn columns(schema: &str) -> Option<Vec<Column>> {
         let kind = kind(&property)?;
         let unit = unit_of(&name).filter(|_| kind == ColumnKind::Number);
         let about = property["description"].as_str().unwrap_or_default().replace('\n', " ");
-        columns.push(Column { name: name.into(), kind, unit, about: about.into(), only: None });
+        columns.push(Column {
+            name: name.into(),
+            kind,
+            unit,
+            about: about.into(),
+            only: None,
+            over_area: None,
+        });
     }
     Some(columns)
 }
@@ -135,6 +142,8 @@ mod tests {
         for kind in [EventKind::of::<SlipEvent>(), EventKind::of::<GlobalSlip>()] {
             let mut found = columns(&kind.schema().to_string()).unwrap();
             let mut own = kind.columns.clone();
+            // A schema in a log is that of its run.
+            own.iter_mut().for_each(|column| column.over_area = None);
             found.sort_by(|a, b| a.name.cmp(&b.name));
             own.sort_by(|a, b| a.name.cmp(&b.name));
             assert_eq!(found, own);

@@ -8,7 +8,7 @@
 
 use std::borrow::Cow;
 
-use asperity_record::{Column, ColumnKind, EventKind, FieldRecord, StepRecord};
+use asperity_record::{Column, ColumnKind, EventKind, FieldRecord, Parts, StepRecord};
 
 /// The table of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,35 +42,33 @@ pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
         layout(STEP, step_columns(parts)),
         layout(SWITCH, switch_columns(parts)),
         layout(FIELDS, fields_columns(parts)),
-        layout(
-            WINDOW,
-            vec![
-                count("window", "Which dense window of the scenario this belongs to, counted from 0."),
-                STEP_COLUMN,
-                TIME,
-                count("sliding", "How many blocks of the whole chain slid in this step."),
-                BLOCK,
-                DISPLACEMENT,
-                VELOCITY,
-                TANGENTIAL_FORCE,
-            ],
-        ),
+        layout(WINDOW, window_columns(parts)),
     ]
 }
 
-/// The table of the nodes of a slab at chosen times. It has no topic in a log: it is computed from a log by
-/// repeating steps.
-pub fn nodes_layout() -> Layout {
-    let columns = vec![
-        STEP_COLUMN,
-        TIME,
-        count("row", "Row of the node, counted from 1 at the bottom."),
-        count("column", "Column of the node, counted from 1: in row 1 its number as a block."),
+/// The table of the nodes of a slab, a sheet or a body at chosen times, given the axes along which they move. It
+/// has no topic in a log: it is computed from a log by repeating steps.
+pub fn nodes_layout(axes: &[usize]) -> Layout {
+    let mut columns =
+        vec![STEP_COLUMN, TIME, count("row", "Row of the node upwards, counted from 1 at the bottom.")];
+    if axes.contains(&1) {
+        columns.push(count("across", "Row of the node across the sliding direction, counted from 1."));
+    }
+    columns.push(count("column", "Column of the node, counted from 1."));
+    let displacements = [
         number("displacement_x_m", "Displacement from the grid along the sliding direction."),
+        number("displacement_y_m", "Displacement from the grid across the sliding direction."),
         number("displacement_z_m", "Displacement from the grid upwards."),
+    ];
+    let velocities = [
         number("velocity_x_m_per_s", "Velocity along the sliding direction."),
+        number("velocity_y_m_per_s", "Velocity across the sliding direction."),
         number("velocity_z_m_per_s", "Velocity upwards."),
     ];
+    for of_axes in [displacements, velocities] {
+        let there = of_axes.into_iter().enumerate().filter(|(axis, _)| axes.contains(axis));
+        columns.extend(there.map(|(_, column)| column));
+    }
     Layout { topic: Cow::Borrowed(NODES), columns }
 }
 
@@ -85,16 +83,20 @@ pub struct StepParts {
     pub contact_loads: bool,
     /// Counts of junctions, by laws that have junctions.
     pub junctions: bool,
+    /// Components across the sliding direction, of switches and states over an area of contact.
+    pub area: bool,
 }
 
 impl StepParts {
-    /// Of that record.
-    pub fn of(record: &StepRecord) -> StepParts {
+    /// Of that record. Whether switches have components across the sliding direction follows from the run, as
+    /// a step may have none.
+    pub fn of(record: &StepRecord, run: Parts) -> StepParts {
         StepParts {
             end_forces: record.end_forces_n.is_some(),
             energies: record.energy.is_some(),
             contact_loads: false,
             junctions: record.junctions.is_some(),
+            area: run.area,
         }
     }
 
@@ -103,6 +105,7 @@ impl StepParts {
         StepParts {
             contact_loads: !record.normal_load_n.is_empty(),
             junctions: !record.junctions_slipping.is_empty(),
+            area: !record.displacement_across_m.is_empty(),
             ..StepParts::default()
         }
     }
@@ -122,6 +125,10 @@ pub(crate) fn switch_columns(parts: StepParts) -> Vec<Column> {
         number("threshold_n", "Static friction threshold of this step."),
     ];
     columns.extend(parts.junctions.then_some(JUNCTIONS_SLIPPING));
+    if parts.area {
+        columns.extend(ACROSS);
+        columns.push(number("stick_position_across_m", "Anchor of the friction spring across it."));
+    }
     columns
 }
 
@@ -153,6 +160,29 @@ pub(crate) fn fields_columns(parts: StepParts) -> Vec<Column> {
             ),
         ]);
     }
+    if parts.area {
+        columns.extend(ACROSS);
+        columns.push(number(
+            "stick_position_across_m",
+            "Anchor of the friction spring across it; without meaning while the contact slides.",
+        ));
+    }
+    columns
+}
+
+/// The columns of the table of dense windows.
+fn window_columns(parts: StepParts) -> Vec<Column> {
+    let mut columns = vec![
+        count("window", "Which dense window of the scenario this belongs to, counted from 0."),
+        STEP_COLUMN,
+        TIME,
+        count("sliding", "How many blocks of the whole chain slid in this step."),
+        BLOCK,
+        DISPLACEMENT,
+        VELOCITY,
+        TANGENTIAL_FORCE,
+    ];
+    columns.extend(parts.area.then_some(ACROSS).into_iter().flatten());
     columns
 }
 
@@ -202,11 +232,25 @@ pub fn event_layout(kind: &EventKind) -> Layout {
 const STEP_COLUMN: Column =
     Column::new("step", ColumnKind::Step, "The step, counted from 1; 0 is the initial state.");
 const TIME: Column = number("time_s", "Simulated time at the end of the step.");
-const BLOCK: Column = count("block", "The block, counted from 1 at the driven end.");
+const BLOCK: Column = count("block", "The block, counted from 1 at the driven end.")
+    .over_area("The contact, counted from 1 row by row, along each row from the driven end.");
 const DISPLACEMENT: Column = number("displacement_m", "Displacement from the initial grid after the step.");
 const VELOCITY: Column = number("velocity_m_per_s", "Velocity after the step.");
 const TANGENTIAL_FORCE: Column =
     number("tangential_force_n", "Tangential force without friction that this step's update used.");
+
+/// Components across the sliding direction.
+const ACROSS: [Column; 3] = [
+    number(
+        "displacement_across_m",
+        "Displacement across the sliding direction, from the initial grid, after the step.",
+    ),
+    number("velocity_across_m_per_s", "Velocity across the sliding direction after the step."),
+    number(
+        "tangential_force_across_n",
+        "Tangential force across the sliding direction, without friction, that this step's update used.",
+    ),
+];
 
 const JUNCTIONS_SLIPPING: Column =
     count("junctions_slipping", "How many junctions of the contact slip at the end of the step.");

@@ -81,6 +81,7 @@ pub mod summaries;
 pub mod table_file;
 #[cfg(feature = "parquet")]
 pub mod tables;
+pub mod vtk;
 
 pub use comma::{Csv, CsvRows, Spelling};
 #[cfg(feature = "parquet")]

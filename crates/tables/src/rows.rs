@@ -61,7 +61,17 @@ pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch, pa
         Cell::Number(switch.threshold_n),
         switch.junctions_slipping.cell(),
     ];
-    batch.push(&cells[..if parts.junctions { 10 } else { 9 }]);
+    let cells = &cells[..if parts.junctions { 10 } else { 9 }];
+    if !parts.area {
+        return batch.push(cells);
+    }
+    let across = [
+        switch.across.map(|across| across.displacement_m).cell(),
+        switch.across.map(|across| across.velocity_m_per_s).cell(),
+        switch.across.map(|across| across.tangential_force_n).cell(),
+        switch.across.map(|across| across.stick_position_m).cell(),
+    ];
+    batch.push(&[cells, &across].concat());
 }
 
 pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) -> Result<(), Ragged> {
@@ -77,7 +87,13 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) 
         junctions_slipping,
         pinned_mean_ratio,
         pinned_width_ratio,
+        displacement_across_m,
+        velocity_across_m_per_s,
+        tangential_force_across_n,
+        stick_position_across_m,
     } = record;
+    let across =
+        [displacement_across_m, velocity_across_m_per_s, tangential_force_across_n, stick_position_across_m];
     let mut lengths = vec![
         displacement_m.len(),
         velocity_m_per_s.len(),
@@ -95,6 +111,7 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) 
     optional(junctions_slipping.len(), parts.junctions);
     optional(pinned_mean_ratio.len(), parts.junctions);
     optional(pinned_width_ratio.len(), parts.junctions);
+    across.iter().for_each(|values| optional(values.len(), parts.area));
     Ragged::check(crate::layout::FIELDS, *step, &lengths)?;
     let mut row = Vec::new();
     for (index, block) in (0..displacement_m.len()).zip(1..) {
@@ -117,45 +134,49 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) 
                 Cell::Number(pinned_width_ratio[index]),
             ]);
         }
+        if parts.area {
+            row.extend(across.map(|values| Cell::Number(values[index])));
+        }
         batch.push(&row);
     }
     Ok(())
 }
 
-/// The nodes of a slab after a step.
+/// The nodes of a slab, a sheet or a body after a step.
 #[derive(Debug, Clone, Copy)]
 pub struct NodeRows<'a> {
     /// The step.
     pub step: u64,
     /// Its time, s.
     pub time_s: f64,
-    /// Nodes in a row.
-    pub columns: usize,
-    /// Displacements of all nodes along the sliding direction, row by row, then upwards, m.
+    /// Nodes along the sliding direction, across it, and upwards; they are counted in this order.
+    pub counts: [usize; 3],
+    /// The axes along which they move, ascending: 0 along the sliding direction, 1 across, 2 upwards.
+    pub axes: &'static [usize],
+    /// Displacements of all nodes along the first of the axes, then along the next, m.
     pub displacement_m: &'a [f64],
     /// Velocities in the same order, m/s.
     pub velocity_m_per_s: &'a [f64],
 }
 
 pub(crate) fn nodes(batch: &mut Batch, of: &NodeRows<'_>) {
-    let (u, v) = (of.displacement_m, of.velocity_m_per_s);
-    let nodes = u.len() / 2;
-    let counted = |index: usize| u32::try_from(index + 1).expect("slabs have no more nodes than that");
+    let [columns, across, rows] = of.counts;
+    let nodes = columns * across * rows;
+    let counted = |index: usize| Cell::Count(u32::try_from(index + 1).expect("there are fewer nodes"));
+    let mut row = Vec::new();
     for node in 0..nodes {
-        batch.push(&[
-            Cell::Step(of.step),
-            Cell::Number(of.time_s),
-            Cell::Count(counted(node / of.columns)),
-            Cell::Count(counted(node % of.columns)),
-            Cell::Number(u[node]),
-            Cell::Number(u[nodes + node]),
-            Cell::Number(v[node]),
-            Cell::Number(v[nodes + node]),
-        ]);
+        row.clear();
+        row.extend([Cell::Step(of.step), Cell::Number(of.time_s), counted(node / columns / across)]);
+        row.extend(of.axes.contains(&1).then(|| counted(node / columns % across)));
+        row.push(counted(node % columns));
+        for values in [of.displacement_m, of.velocity_m_per_s] {
+            row.extend((0..of.axes.len()).map(|axis| Cell::Number(values[axis * nodes + node])));
+        }
+        batch.push(&row);
     }
 }
 
-pub(crate) fn window(batch: &mut Batch, record: &WindowRecord) -> Result<(), Ragged> {
+pub(crate) fn window(batch: &mut Batch, record: &WindowRecord, parts: StepParts) -> Result<(), Ragged> {
     let WindowRecord {
         window,
         step,
@@ -165,11 +186,21 @@ pub(crate) fn window(batch: &mut Batch, record: &WindowRecord) -> Result<(), Rag
         displacement_m,
         velocity_m_per_s,
         tangential_force_n,
+        displacement_across_m,
+        velocity_across_m_per_s,
+        tangential_force_across_n,
     } = record;
-    let lengths = [displacement_m.len(), velocity_m_per_s.len(), tangential_force_n.len()];
+    let across = [displacement_across_m, velocity_across_m_per_s, tangential_force_across_n];
+    let mut lengths = vec![displacement_m.len(), velocity_m_per_s.len(), tangential_force_n.len()];
+    if parts.area || across.iter().any(|values| !values.is_empty()) {
+        // If the table has no column for them, they are an error, as too few values are.
+        lengths.extend(across.map(|values| if parts.area { values.len() } else { 0 }));
+    }
     Ragged::check(crate::layout::WINDOW, *step, &lengths)?;
+    let mut row = Vec::new();
     for (index, block) in (0..displacement_m.len()).zip(*first_block..) {
-        batch.push(&[
+        row.clear();
+        row.extend([
             Cell::Count(*window),
             Cell::Step(*step),
             Cell::Number(*time_s),
@@ -179,15 +210,19 @@ pub(crate) fn window(batch: &mut Batch, record: &WindowRecord) -> Result<(), Rag
             Cell::Number(velocity_m_per_s[index]),
             Cell::Number(tangential_force_n[index]),
         ]);
+        if parts.area {
+            row.extend(across.map(|values| Cell::Number(values[index])));
+        }
+        batch.push(&row);
     }
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{Cell, FieldRecord, WindowRecord};
+    use asperity_record::{Cell, Direction, FieldRecord, Switch, SwitchAcross, WindowRecord};
 
-    use super::{fields, window};
+    use super::{fields, switch, window};
     use crate::batch::Batch;
     use crate::layout::{StepParts, record_layouts};
 
@@ -202,9 +237,7 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![3.0, 4.0],
             detached: vec![0, 1],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
+            ..FieldRecord::default()
         };
         let mut batch = Batch::new(&record_layouts(StepParts::default())[2].columns);
         fields(&mut batch, &state, StepParts::default()).unwrap();
@@ -238,6 +271,50 @@ mod tests {
         fields(&mut batch, &torn, parts).unwrap();
         let last = [9, 10, 11].map(|n| batch.columns()[n].cell(1));
         assert_eq!(last, [Cell::Count(7), Cell::Number(0.2), Cell::Number(0.4)]);
+
+        let parts = StepParts { area: true, ..parts };
+        let mut batch = Batch::new(&record_layouts(parts)[2].columns);
+        assert!(fields(&mut batch, &torn, parts).is_err(), "it has nothing across");
+        let over_area = FieldRecord {
+            displacement_across_m: vec![1.0, 2.0],
+            velocity_across_m_per_s: vec![3.0, 4.0],
+            tangential_force_across_n: vec![5.0, 6.0],
+            stick_position_across_m: vec![7.0, 8.0],
+            ..torn
+        };
+        fields(&mut batch, &over_area, parts).unwrap();
+        let last = [12, 13, 14, 15].map(|n| batch.columns()[n].cell(1));
+        assert_eq!(last, [2.0, 4.0, 6.0, 8.0].map(Cell::Number));
+        let without = StepParts { area: false, ..parts };
+        assert!(fields(&mut batch, &over_area, without).is_err());
+    }
+
+    #[test]
+    fn a_switch_over_an_area_has_its_components_across_last() {
+        let across = SwitchAcross {
+            displacement_m: 1.0,
+            velocity_m_per_s: 2.0,
+            tangential_force_n: 3.0,
+            stick_position_m: 4.0,
+        };
+        let one = Switch {
+            threshold_n: 5.0,
+            junctions_slipping: Some(6),
+            across: Some(across),
+            ..asperity_testkit::switch(2, Direction::Detach)
+        };
+        let record = asperity_testkit::quiet_step(8, 0.5, 0.25);
+        for (junctions, area, last) in [
+            (false, false, vec![]),
+            (true, false, vec![Cell::Count(6)]),
+            (false, true, [1.0, 2.0, 3.0, 4.0].map(Cell::Number).to_vec()),
+        ] {
+            let parts = StepParts { junctions, area, ..StepParts::default() };
+            let mut batch = Batch::new(&record_layouts(parts)[1].columns);
+            switch(&mut batch, &record, &one, parts);
+            let cells: Vec<Cell> = batch.columns().iter().skip(8).map(|column| column.cell(0)).collect();
+            assert_eq!(cells, [vec![Cell::Number(5.0)], last].concat());
+        }
     }
 
     #[test]
@@ -251,10 +328,26 @@ mod tests {
             displacement_m: vec![0.0; 3],
             velocity_m_per_s: vec![0.0; 3],
             tangential_force_n: vec![0.0; 3],
+            ..WindowRecord::default()
         };
-        let mut batch = Batch::new(&record_layouts(StepParts::default())[3].columns);
-        window(&mut batch, &dense).unwrap();
+        let parts = StepParts::default();
+        let mut batch = Batch::new(&record_layouts(parts)[3].columns);
+        window(&mut batch, &dense, parts).unwrap();
         let blocks: Vec<Cell> = (0..3).map(|row| batch.columns()[4].cell(row)).collect();
         assert_eq!(blocks, [Cell::Count(41), Cell::Count(42), Cell::Count(43)]);
+
+        let area = StepParts { area: true, ..parts };
+        let mut batch = Batch::new(&record_layouts(area)[3].columns);
+        assert!(window(&mut batch, &dense, area).is_err(), "it has nothing across");
+        let over_area = WindowRecord {
+            displacement_across_m: vec![1.0; 3],
+            velocity_across_m_per_s: vec![2.0; 3],
+            tangential_force_across_n: vec![3.0; 3],
+            ..dense
+        };
+        window(&mut batch, &over_area, area).unwrap();
+        let last = [8, 9, 10].map(|n| batch.columns()[n].cell(2));
+        assert_eq!(last, [1.0, 2.0, 3.0].map(Cell::Number));
+        assert!(window(&mut batch, &over_area, parts).is_err());
     }
 }

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Observer, Record};
+use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Observer, Parts, Record};
 
 use crate::batch::Batch;
 use crate::foreign;
@@ -68,6 +68,8 @@ pub enum ChoiceError {
 /// The tables of a run.
 pub struct RunTables {
     chosen: Chosen,
+    /// What the run has.
+    of_run: Parts,
     tables: Vec<RunTable>,
     /// How the events of a topic are parsed, whether or not they have a table.
     events: BTreeMap<String, EventRows>,
@@ -100,12 +102,14 @@ struct EventRows {
 }
 
 impl RunTables {
-    /// The tables, still empty, of a run whose log announces events of these topics with these schemas.
-    /// `kinds` are the events with known detectors; tables of others follow the schemas in the log.
+    /// The tables, still empty, of a run with these parts, whose log announces events of these topics with
+    /// these schemas. `kinds` are the events with known detectors; tables of others follow the schemas in the
+    /// log.
     ///
     /// # Errors
     /// If a chosen topic has no table, or no time is chosen.
     pub fn new(
+        of_run: Parts,
         event_schemas: &BTreeMap<&str, &str>,
         kinds: &[EventKind],
         chosen: Chosen,
@@ -115,8 +119,8 @@ impl RunTables {
         if !(from_s >= 0.0 && from_s < to_s) {
             return Err(ChoiceError::EmptyRange { from_s, to_s });
         }
-        let mut layouts = layouts(event_schemas, kinds);
-        layouts.extend(chosen.nodes.then(nodes_layout));
+        let mut layouts = layouts(of_run, event_schemas, kinds);
+        layouts.extend(chosen.nodes.then(|| nodes_layout(&[0, 2])));
         for topic in &chosen.topics {
             if !layouts.iter().any(|layout| layout.topic == *topic) {
                 let accepted = layouts.iter().map(|layout| &*layout.topic).collect::<Vec<_>>().join(", ");
@@ -137,9 +141,14 @@ impl RunTables {
             chosen.topics.is_empty() || is_named || layout.topic == NODES
         };
         let tables = layouts.into_iter().filter(is_chosen);
-        let tables = tables.map(|layout| RunTable { batch: Batch::new(&layout.columns), layout }).collect();
+        let table = |Layout { topic, columns }| {
+            let columns: Vec<Column> = columns.into_iter().map(|column| column.in_run(of_run)).collect();
+            RunTable { batch: Batch::new(&columns), layout: Layout { topic, columns } }
+        };
+        let tables = tables.map(table).collect();
         Ok(RunTables {
             chosen,
+            of_run,
             tables,
             events,
             parts: None,
@@ -178,13 +187,19 @@ impl RunTables {
         self.problem.as_deref()
     }
 
-    /// Adds the nodes of a slab after a step, whenever it was.
+    /// Adds the nodes of a lattice after a step, whenever it was.
     ///
     /// # Panics
     /// If no table of nodes is chosen.
     pub fn nodes(&mut self, nodes: &NodeRows<'_>) {
         let table = self.tables.iter_mut().find(|table| table.layout.topic == NODES);
-        rows::nodes(&mut table.expect("nodes are asked for").batch, nodes);
+        let table = table.expect("nodes are asked for");
+        let layout = nodes_layout(nodes.axes);
+        if table.layout != layout {
+            // The first nodes tell along which axes they move.
+            *table = RunTable { batch: Batch::new(&layout.columns), layout };
+        }
+        rows::nodes(&mut table.batch, nodes);
     }
 
     fn take_record(&mut self, record: &Record) -> Result<(), String> {
@@ -195,7 +210,7 @@ impl RunTables {
         };
         match record {
             Record::Step(record) => {
-                let found = StepParts::of(record);
+                let found = StepParts::of(record, self.of_run);
                 let parts = match self.parts {
                     Some(parts) => parts,
                     None => self.first_step(found),
@@ -226,8 +241,9 @@ impl RunTables {
                 }
             }
             Record::Window(record) => {
+                let of_run = StepParts { area: self.of_run.area, ..StepParts::default() };
                 if let Some(batch) = self.batch(WINDOW, record.time_s) {
-                    rows::window(batch, record).map_err(|ragged| ragged.to_string())?;
+                    rows::window(batch, record, of_run).map_err(|ragged| ragged.to_string())?;
                 }
             }
         }
@@ -280,7 +296,7 @@ impl RunTables {
 
     fn set_columns(&mut self, topic: &str, columns: Vec<Column>) {
         if let Some(table) = self.tables.iter_mut().find(|table| table.layout.topic == topic) {
-            table.layout.columns = columns;
+            table.layout.columns = columns.into_iter().map(|column| column.in_run(self.of_run)).collect();
             table.batch = Batch::new(&table.layout.columns);
         }
     }
@@ -323,8 +339,8 @@ impl EventRows {
 
 /// The tables that a log supports: its records, known events, and events whose schema in the log is flat. A
 /// log lists its topics before its first message; a log damaged there may have any known topic.
-fn layouts(announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Layout> {
-    let mut layouts = record_layouts(StepParts::default());
+fn layouts(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Layout> {
+    let mut layouts = record_layouts(StepParts { area: of_run.area, ..StepParts::default() });
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
     layouts.extend(kinds.iter().filter(there).map(event_layout));
     let known = |topic: &str| kinds.iter().any(|kind| kind.topic == topic);

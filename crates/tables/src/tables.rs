@@ -7,7 +7,7 @@ use asperity_numbers::precursors::{self, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::slow_slip::slow_slips;
-use asperity_record::{Cell, ColumnKind, EventKind, EventPayload, Rupture, SlipEvent};
+use asperity_record::{Cell, ColumnKind, EventKind, Parts, Rupture, SlipEvent};
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
 use crate::batch::Batch;
@@ -33,7 +33,7 @@ pub fn of_columns(columns: Vec<(impl AsRef<str>, Cells)>) -> Result<DataFrame, T
     Ok(DataFrame::new_infer_height(columns.collect())?)
 }
 
-/// The raw event table, one row per slip event: those of [`SlipEvent::COLUMNS`] that events of the run
+/// The raw event table, one row per slip event: those of [`SlipEvent`] that events of the run
 /// have, of which the first seven are pinned.
 ///
 /// # Errors
@@ -46,26 +46,28 @@ pub fn events(run: &RunData) -> Result<DataFrame, TableFileError> {
 }
 
 /// The rupture table, one row per rupture, in the order in which they became certain:
-/// [`Rupture::COLUMNS`], the slip event in which each began, and whether the slip events of this run
+/// the columns of [`Rupture`] that the run has, the slip event in which each began, and whether the slip events of this run
 /// are reliable, by its summary. Without rows where the log has no ruptures.
 ///
 /// # Errors
 /// If polars refuses.
 pub fn ruptures(run: &RunData) -> Result<DataFrame, TableFileError> {
-    let columns = rupture_columns();
+    let kind = EventKind::of::<Rupture>().with(run.header.parts());
+    let columns = rupture_columns(run.header.parts());
     let flag = |flag: Option<bool>| flag.map_or(Cell::Empty, Cell::Flag);
     let summary = &run.summary;
     let [creeps, mislead] = [summary.creeps, summary.raw_events_mislead].map(flag);
     let mut rows = Batch::new(&columns);
     for rupture in run.ruptures.iter().flatten() {
         let event = run.event_of(rupture).map_or(Cell::Empty, |slip| Cell::Step(slip.event));
-        rows.push(&[rupture.cells().as_ref(), &[event, creeps, mislead]].concat());
+        rows.push(&[&kind.cells_of(rupture)[..], &[event, creeps, mislead]].concat());
     }
     Ok(parquet_tables::frame(&columns, &rows)?)
 }
 
-/// The columns of [`ruptures`].
-pub fn rupture_columns() -> Vec<asperity_record::Column> {
+/// The columns of [`ruptures`], of a run with these parts.
+pub fn rupture_columns(parts: Parts) -> Vec<asperity_record::Column> {
+    let mut columns = EventKind::of::<Rupture>().with(parts).columns;
     let more = [
         ("event", ColumnKind::Step, "Number of the slip event in which the rupture began."),
         ("creeps", ColumnKind::Flag, "Whether the slider creeps; the same in every row of a run."),
@@ -75,12 +77,12 @@ pub fn rupture_columns() -> Vec<asperity_record::Column> {
             "Whether raw slip events mislead; the same in every row of a run.",
         ),
     ];
-    let more = more.map(|(name, kind, about)| asperity_record::Column::new(name, kind, about));
-    Rupture::COLUMNS.iter().cloned().chain(more).collect()
+    columns.extend(more.map(|(name, kind, about)| asperity_record::Column::new(name, kind, about)));
+    columns
 }
 
-/// The precursors among the ruptures, and the first slip of the whole slider: `L_p / L` against
-/// `F_T / F_N` beside one length law after the other.
+/// The precursors among the ruptures, and the first slip of the whole slider: `L_p / L`, over an area beside
+/// `A_p`, against `F_T / F_N` beside one length law after the other.
 ///
 /// # Errors
 /// If polars refuses.
@@ -96,29 +98,33 @@ pub fn precursor_ruptures(
     }
     let ruptures = || rows.iter().map(|(rupture, ..)| *rupture);
     let points = || rows.iter().map(|(_, point, ..)| point);
-    frame(vec![
-        steps("rupture", ruptures().map(|rupture| rupture.rupture)),
-        numbers("onset_s", ruptures().map(|rupture| rupture.onset_s)),
-        numbers("arrival_s", ruptures().map(|rupture| rupture.arrival_s)),
-        gaps("end_s", ruptures().map(|rupture| rupture.end_s)),
-        counts("last_block", ruptures().map(|rupture| rupture.last_block)),
-        column(
-            "reached_every_block",
-            ruptures().map(|rupture| rupture.reached_every_block).collect::<Vec<bool>>(),
-        ),
-        numbers("lp_l", points().map(|point| point.lp_l)),
-        numbers("ft_fn", points().map(|point| point.ft_fn)),
-        column("law", rows.iter().map(|(_, _, law, _)| word(run, *law)).collect::<Vec<_>>()),
-        gaps("ft_fn_law", points().map(|point| has_law(run).then_some(point.predicted))),
-        gaps("residual", points().map(|point| has_law(run).then_some(point.ft_fn - point.predicted))),
-        column(
-            "event",
-            ruptures().map(|rupture| Some(run.event_of(rupture)?.event)).collect::<Vec<Option<u64>>>(),
-        ),
-        column("creeps", vec![summary.creeps; rows.len()]),
-        column("raw_events_mislead", vec![summary.raw_events_mislead; rows.len()]),
-        counts("min_blocks", rows.iter().map(|(.., min_blocks)| *min_blocks)),
-    ])
+    let ap_a = area_ratios(run, ruptures().map(Rupture::slipped));
+    frame(with_areas(
+        ap_a,
+        vec![
+            steps("rupture", ruptures().map(|rupture| rupture.rupture)),
+            numbers("onset_s", ruptures().map(|rupture| rupture.onset_s)),
+            numbers("arrival_s", ruptures().map(|rupture| rupture.arrival_s)),
+            gaps("end_s", ruptures().map(|rupture| rupture.end_s)),
+            counts("last_block", ruptures().map(|rupture| rupture.last_block)),
+            column(
+                "reached_every_block",
+                ruptures().map(|rupture| rupture.reached_every_block).collect::<Vec<bool>>(),
+            ),
+            numbers("lp_l", points().map(|point| point.lp_l)),
+            numbers("ft_fn", points().map(|point| point.ft_fn)),
+            column("law", rows.iter().map(|(_, _, law, _)| word(run, *law)).collect::<Vec<_>>()),
+            gaps("ft_fn_law", points().map(|point| has_law(run).then_some(point.predicted))),
+            gaps("residual", points().map(|point| has_law(run).then_some(point.ft_fn - point.predicted))),
+            column(
+                "event",
+                ruptures().map(|rupture| Some(run.event_of(rupture)?.event)).collect::<Vec<Option<u64>>>(),
+            ),
+            column("creeps", vec![summary.creeps; rows.len()]),
+            column("raw_events_mislead", vec![summary.raw_events_mislead; rows.len()]),
+            counts("min_blocks", rows.iter().map(|(.., min_blocks)| *min_blocks)),
+        ],
+    ))
 }
 
 /// The slow slip behind each rupture, a row for each of [`slow_slips`].
@@ -140,7 +146,21 @@ pub fn slow_slip(run: &RunData) -> Result<DataFrame, TableFileError> {
     ])
 }
 
-/// The precursor table: `L_p / L` against `F_T / F_N`, the value of the length law, the residual, and the
+/// The column of `A_p`, the share of all contacts that slid, of a run with contacts over an area.
+fn area_ratios(run: &RunData, slipped: impl Iterator<Item = u32>) -> Option<Column> {
+    let ratio = |contacts: u32| f64::from(contacts) / f64::from(run.header.blocks);
+    run.header.parts().area.then(|| numbers("ap_a", slipped.map(ratio)))
+}
+
+/// Columns with that of `A_p`, if there is one, behind that of `L_p / L`.
+fn with_areas(ap_a: Option<Column>, mut columns: Vec<Column>) -> Vec<Column> {
+    let lengths = columns.iter().position(|column| column.name() == "lp_l");
+    let place = lengths.map_or(columns.len(), |lengths| lengths + 1);
+    columns.splice(place..place, ap_a);
+    columns
+}
+
+/// The precursor table: `L_p / L`, over an area beside `A_p`, against `F_T / F_N`, the value of the length law, the residual, and the
 /// rules for merging and dropping events.
 ///
 /// # Errors
@@ -152,21 +172,28 @@ pub fn precursors(
 ) -> Result<DataFrame, TableFileError> {
     let found = precursors::find(run, rules)?;
     let points = precursor_points(run, law, &found);
-    frame(vec![
-        steps("event", found.iter().map(|precursor| precursor.start.event)),
-        counts("merged", found.iter().map(|precursor| precursor.merged)),
-        numbers("onset_s", found.iter().map(|precursor| precursor.start.onset_s)),
-        gaps("end_s", found.iter().map(|precursor| precursor.end.end_s)),
-        counts("last_block", found.iter().map(|precursor| precursor.last_block)),
-        counts("blocks_slipped", found.iter().map(|precursor| precursor.blocks_slipped)),
-        numbers("lp_l", points.iter().map(|point| point.lp_l)),
-        numbers("ft_fn", points.iter().map(|point| point.ft_fn)),
-        column("law", vec![word(run, law); points.len()]),
-        gaps("ft_fn_law", points.iter().map(|point| has_law(run).then_some(point.predicted))),
-        gaps("residual", points.iter().map(|point| has_law(run).then_some(point.ft_fn - point.predicted))),
-        counts("min_blocks", found.iter().map(|_| rules.min_blocks)),
-        numbers("merge_gap_s", found.iter().map(|_| rules.merge_gap_s)),
-    ])
+    let ap_a = area_ratios(run, found.iter().map(|precursor| precursor.blocks_slipped));
+    frame(with_areas(
+        ap_a,
+        vec![
+            steps("event", found.iter().map(|precursor| precursor.start.event)),
+            counts("merged", found.iter().map(|precursor| precursor.merged)),
+            numbers("onset_s", found.iter().map(|precursor| precursor.start.onset_s)),
+            gaps("end_s", found.iter().map(|precursor| precursor.end.end_s)),
+            counts("last_block", found.iter().map(|precursor| precursor.last_block)),
+            counts("blocks_slipped", found.iter().map(|precursor| precursor.blocks_slipped)),
+            numbers("lp_l", points.iter().map(|point| point.lp_l)),
+            numbers("ft_fn", points.iter().map(|point| point.ft_fn)),
+            column("law", vec![word(run, law); points.len()]),
+            gaps("ft_fn_law", points.iter().map(|point| has_law(run).then_some(point.predicted))),
+            gaps(
+                "residual",
+                points.iter().map(|point| has_law(run).then_some(point.ft_fn - point.predicted)),
+            ),
+            counts("min_blocks", found.iter().map(|_| rules.min_blocks)),
+            numbers("merge_gap_s", found.iter().map(|_| rules.merge_gap_s)),
+        ],
+    ))
 }
 
 /// Whether the length laws, which are derived for chains, apply to a run.

@@ -33,7 +33,7 @@ mod records;
 pub use direct_junctions::{DirectChain, DirectContact};
 pub use grey::Grey;
 pub use logs::{first_stray, read_log, read_until_problem, run_end};
-pub use plans::{SMALL_SLAB, plan, scenario};
+pub use plans::{SMALL_BODY, SMALL_SHEET, SMALL_SLAB, plan, scenario};
 pub use random::Random;
 pub use records::{quiet_step, slip_event, switch};
 

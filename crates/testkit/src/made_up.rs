@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_model::{NodeState, Plan, Scenario, ScenarioSource};
 use asperity_numbers::RupturesFrom;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Collector, RunData};
@@ -27,9 +27,15 @@ pub const EVENTS: [(u64, u64, &[u32]); 7] = [
 /// A run of three blocks with these slip events: onset and end step, blocks. There is a step
 /// record before each onset, where its blocks detach, and none besides.
 pub fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData {
-    let text =
-        format!("parameter_set = \"as-coded\"\nslider.blocks = 3\ntime.step_s = 1e-7\n{scenario_toml}");
-    let source = ScenarioSource::new("test", &text);
+    of_toml(
+        &format!("parameter_set = \"as-coded\"\nslider.blocks = 3\ntime.step_s = 1e-7\n{scenario_toml}"),
+        events,
+    )
+}
+
+/// A run of this scenario with these slip events, see [`run`].
+fn of_toml(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData {
+    let source = ScenarioSource::new("test", scenario_toml);
     let scenario = Scenario::resolve(&source).unwrap();
     let plan = Plan::new(&scenario);
     let steps: Vec<StepRecord> = events
@@ -69,7 +75,7 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
         parameter_set: "as-coded".to_owned(),
         solver: "plain".to_owned(),
         blocks: plan.blocks as u32,
-        rows: 1,
+        rows: plan.elastic.layout().rows(),
         junction_count: 0,
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s),
@@ -115,7 +121,12 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
     for (number, passed) in ruptures.iter().enumerate() {
         let (number, first) = (number as u64, passed[0]);
         let blocks = passed.iter().map(|(block, ..)| *block);
-        let (low, high) = (blocks.clone().min().unwrap(), blocks.max().unwrap());
+        let slipped = blocks.clone().count() as u32;
+        let contacts = run.header.contacts();
+        let columns = blocks.clone().map(|block| contacts.column(block));
+        let (low, high) = (columns.clone().min().unwrap(), columns.max().unwrap());
+        let rows = blocks.map(|block| contacts.row(block));
+        let over_area = |value: Option<u32>| value.filter(|_| contacts.rows() > 1);
         let end_step = passed.iter().map(|(.., stop)| *stop).collect::<Option<Vec<u64>>>();
         let end_step = end_step.map(|stops| stops.into_iter().max().unwrap());
         let last = passed[passed.len() - 1];
@@ -126,7 +137,10 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
             first_block: low,
             last_block: high,
             nucleation_block: first.0,
-            reached_every_block: (low, high) == (1, run.header.blocks),
+            reached_every_block: match contacts.rows() {
+                1 => (low, high) == (1, run.header.blocks),
+                _ => slipped == contacts.count(),
+            },
             ft_fn_onset: 0.01 * number as f64,
             ft_fn_arrival: 0.0,
             ft_fn_end: None,
@@ -152,6 +166,10 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
             kinetic_change_j: None,
             elastic_change_j: None,
             scheme_work_j: None,
+            first_across: over_area(rows.clone().min()),
+            last_across: over_area(rows.max()),
+            contacts: over_area(Some(slipped)),
+            potency_m3: None,
         });
         for (n, (block, arrival_step, stop_step)) in passed.iter().enumerate() {
             arrivals.push(Arrival {
@@ -168,6 +186,10 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
                 front_speed_m_per_s: n
                     .checked_sub(1)
                     .and_then(|before| c_m_per_s(&passed[before], &passed[n])),
+                column: over_area(Some(contacts.column(*block))),
+                across: over_area(Some(contacts.row(*block))),
+                slip_across_m: None,
+                local_speed_m_per_s: None,
             });
         }
     }
@@ -214,10 +236,41 @@ pub fn slab(events: &[(u64, u64, &[u32])]) -> RunData {
         normal_load_n: vec![100.0, 200.0, 100.0],
         stick_position_m: vec![0.0; 3],
         detached: vec![0; 3],
-        junctions_slipping: Vec::new(),
-        pinned_mean_ratio: Vec::new(),
-        pinned_width_ratio: Vec::new(),
+        ..FieldRecord::default()
     };
     with_states(&mut run, &[state]);
     run
+}
+
+/// A sheet of four columns and three rows with these slip events, at rest, 0.1 m long and 0.2/3 m wide. Contacts
+/// 1 to 4 are the first row.
+pub fn sheet(events: &[(u64, u64, &[u32])]) -> RunData {
+    let size = "slider.blocks = 4\nslider.width_m = 0.06666666666666667\nslider.height_m = 0.01";
+    of_toml(&format!("{OVER_AREA}\n{size}\ntime.step_s = 1e-7"), events)
+}
+
+/// A body of three nodes along each axis, a cube of 0.1 m, with these slip events.
+pub fn body(events: &[(u64, u64, &[u32])]) -> RunData {
+    let size = "slider.blocks = 3\nslider.rows = 3\nslider.width_m = 0.1\nslider.height_m = 0.1";
+    of_toml(&format!("{OVER_AREA}\n{size}\ntime.step_s = 1e-7"), events)
+}
+
+/// The keys of sliders over an area.
+const OVER_AREA: &str =
+    "parameter_set = \"as-stated\"\nslider.across = 3\nslider.length_m = 0.1\nfriction.reattach = \"turn\"";
+
+/// The state of all nodes of a lattice at a step: at rest but for these displacements, m.
+pub fn nodes(run: &RunData, step: u64, displacement_m: Vec<f64>) -> NodeState {
+    let lattice = run.plan.elastic.as_lattice();
+    NodeState {
+        step,
+        time_s: run.plan.grid.time_s(step),
+        lattice,
+        spacing_m: run.plan.spacing_m,
+        velocity_m_per_s: vec![0.0; lattice.freedoms()],
+        tangential_force_n: vec![0.0; lattice.contacts() * lattice.tangential_axes()],
+        normal_load_n: run.plan.normal_load_n.clone(),
+        slides: vec![0.0; lattice.contacts()],
+        displacement_m,
+    }
 }

@@ -34,6 +34,7 @@ pub fn switch(block: u32, direction: Direction) -> Switch {
         stick_position_m: 0.0,
         threshold_n: 0.0,
         junctions_slipping: None,
+        across: None,
     }
 }
 
@@ -61,5 +62,7 @@ pub fn slip_event(onset_step: u64, end_step: u64, blocks: RangeInclusive<u32>) -
         breaks_end: None,
         repins_onset: None,
         repins_end: None,
+        first_across: None,
+        last_across: None,
     }
 }

@@ -200,6 +200,8 @@ pub(crate) enum ExportFormat {
     Csv,
     /// One JSON object per row, each on its own line.
     Ndjson,
+    /// All nodes and all contacts at the times of --nodes-at-s, for ParaView and VTK.
+    Vtk,
 }
 
 #[derive(Debug, Args)]
@@ -246,7 +248,7 @@ pub(crate) struct ExportArguments {
     /// Only what happened before this time.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to_s: Option<f64>,
-    /// Also export all nodes of a slab at this time, as NAME.nodes. May be repeated.
+    /// Also export all nodes of a slab, a sheet or a body at this time, as NAME.nodes. May be repeated.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) nodes_at_s: Vec<f64>,
     /// Replace existing files.

@@ -39,11 +39,7 @@ pub(super) fn events(events: &[Extent]) -> Cell {
         .iter()
         .map(|event| {
             let end = event.end_s.map_or("the run's end".to_owned(), |end| format!("{} s", number(end)));
-            let blocks = if event.first_block == event.last_block {
-                format!("block {}", event.first_block)
-            } else {
-                format!("blocks {} to {}", event.first_block, event.last_block)
-            };
+            let blocks = Extent::words(event.bounding_box(), event.first_across.is_some(), " to ");
             format!(
                 "<b>{}</b> <span class=\"value\">{} s to {}</span>, {blocks}",
                 event.event,

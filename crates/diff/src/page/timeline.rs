@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::words;
-use crate::report::{Class, Extent, Finding, Match, Report, RunDiff, TableDiff};
+use crate::report::{Class, Extent, Finding, Match, Report, RunDiff, RunSide, TableDiff};
 
 /// Most events on a page, of both sides and all runs: some ten megabytes, which browsers can still draw at
 /// once.
@@ -132,7 +132,7 @@ fn run_events(
         *before += 1;
         if keeps {
             let row = |event: &Extent| {
-                let Extent { event, onset_s, end_s, first_block, last_block } = *event;
+                let Extent { event, onset_s, end_s, first_block, last_block, .. } = *event;
                 (event, onset_s, end_s, first_block, last_block, place(found.class), number)
             };
             old.extend(found.old.iter().map(row));
@@ -142,7 +142,9 @@ fn run_events(
     let events = || drawn.matches.iter().flat_map(|found| found.old.iter().chain(&found.new));
     let (from_s, last_s) = span(events());
     let ends = [run.old.duration_s, run.new.duration_s];
-    let blocks = [run.old.blocks, run.new.blocks];
+    // Over an area events are drawn by their columns.
+    let columns = |side: &RunSide| side.blocks.map(|blocks| blocks / side.rows.unwrap_or(1));
+    let blocks = [&run.old, &run.new].map(columns);
     let highest = events().map(|event| event.last_block).max();
     RunEvents {
         name: words::name(run),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use asperity_record::Reach;
+use asperity_record::BoundingBox;
 
 use crate::column::Value;
 use crate::reading::{cell as cell_value, number};
@@ -25,11 +25,8 @@ pub(super) fn told(finding: &Finding) -> String {
     };
     let place = |events: &[Extent]| {
         let [first, ..] = events else { return String::new() };
-        let reach = Reach::over(events.iter().map(Extent::reach)).unwrap_or(first.reach());
-        let blocks = match reach {
-            Reach { first, last } if first == last => format!("block {first}"),
-            Reach { first, last } => format!("blocks {first}-{last}"),
-        };
+        let of = BoundingBox::over(events.iter().map(Extent::bounding_box)).unwrap_or(first.bounding_box());
+        let blocks = Extent::words(of, first.first_across.is_some(), "-");
         format!("{blocks} at {} s", number(first.onset_s))
     };
     let (old, new) = (numbers(&finding.old), numbers(&finding.new));

@@ -5,7 +5,7 @@ use asperity_model::front::{self, relative_prestress};
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, keys, of_one_run};
+use super::kind::{Figure, keys, of_one_row, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Marker, Panel, RED, Series, Sheet};
 
 keys! {
@@ -19,6 +19,7 @@ impl Figure for Arrest {
     of_one_run!();
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        of_one_row(run)?;
         let blocks = run.plan.blocks;
         let theory = fronts::theory(run)
             .filter(|theory| theory.top_stiffness > 0.0)

@@ -109,5 +109,9 @@ pub(super) fn label(
 }
 
 fn number(root: &Area<'_>, text: &str, at: Point, align: Align, role: Role) -> Result<(), String> {
+    // Panels beside each other have the numbers of the outer ones.
+    if text.is_empty() {
+        return Ok(());
+    }
     text::put(root, Label { text, size: TICK_TEXT, align, upward: false, colour: INK, role }, at)
 }

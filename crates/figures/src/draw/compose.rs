@@ -21,8 +21,6 @@ const LABEL: f64 = 72.0;
 const EDGE: f64 = 20.0;
 const RIGHT: f64 = 50.0;
 
-const DOT_RADIUS: f64 = 3.5;
-
 impl Sheet {
     pub(super) fn panels(&self) -> &[Panel] {
         match self {
@@ -179,7 +177,7 @@ impl Panel {
                     line(root, Role::Data, stem.to_vec(), Dash::Solid, color, 2.0)?;
                 }
             }
-            Look::Dots(color) => {
+            Look::Dots(color, radius) => {
                 let mut discs = Vec::new();
                 let mut last = (f64::NAN, f64::NAN);
                 for point in series.points.iter().filter(|point| inside(point)) {
@@ -189,7 +187,7 @@ impl Panel {
                         continue;
                     }
                     last = (x, y);
-                    discs.extend(circle(last, DOT_RADIUS));
+                    discs.extend(circle(last, radius));
                 }
                 filled(root, Role::Data, discs, color)?;
             }

@@ -5,7 +5,7 @@ use asperity_numbers::curves::ring_down;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::kind::{Figure, Labelled, Parts, keys, of_one_row, of_runs_in, with_pens};
 use super::plot::{Axis, Corner, Panel, Sheet};
 
 keys! {
@@ -26,6 +26,7 @@ impl Figure for Damping {
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
+        of_one_row(run)?;
         Ok(ring_down(run, run.windows()?))
     }
 

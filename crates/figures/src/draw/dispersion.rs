@@ -13,7 +13,7 @@ use super::scale::Scale;
 keys! {
     Dispersion: file;
 
-    /// The run, of a slab.
+    /// The run, of a slab or a sheet.
     run: String,
     /// Title above the figure.
     #[serde(default)]
@@ -30,11 +30,17 @@ impl Figure for Dispersion {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         if run.plan.elastic.longitudinal_over_shear().is_none() {
             return Err(format!(
-                "run {} is of a chain, which has no lattice (accepted: a run of a slab)",
+                "run {} is of a chain, which has no lattice (accepted: a run of a slab or a sheet)",
                 run.name
             ));
         }
         let lattice = run.plan.elastic.as_lattice();
+        if lattice.axes() > 2 {
+            return Err(format!(
+                "run {} is of a body, whose waves run in three dimensions (accepted: a run of a slab or a sheet)",
+                run.name
+            ));
+        }
         // From the longest waves to those of which neighbours move against each other; along a diagonal
         // they are as many as along a row, over a way that is longer by the root of 2.
         let directions = [("along a row", [1.0, 0.0]), ("along a diagonal", [1.0, 1.0])];
@@ -96,6 +102,9 @@ mod tests {
     fn a_chain_has_no_lattice() {
         let figure: Dispersion = toml::from_str("file = 'f.png'\nrun = 'test'").unwrap();
         let refused = figure.part(&made_up::run("", &[])).unwrap_err();
-        assert_eq!(refused, "run test is of a chain, which has no lattice (accepted: a run of a slab)");
+        assert_eq!(
+            refused,
+            "run test is of a chain, which has no lattice (accepted: a run of a slab or a sheet)"
+        );
     }
 }

@@ -9,7 +9,7 @@ use super::plot::{Axis, Corner, Panel, Series, Sheet, nth};
 keys! {
     Displacement: file, run, title;
 
-    /// The blocks, counted from 1.
+    /// The blocks, counted from 1; over an area contacts, row by row.
     blocks: Vec<u32>,
 }
 
@@ -32,7 +32,17 @@ impl Figure for Displacement {
             let (_, dash, color) = nth(index);
             let course = run.states()?.displacement_of(block);
             series.push(Series::line(
-                format!("block {block}"),
+                match run.of_one_row() {
+                    Some(_) => format!("block {block}"),
+                    None => {
+                        let contacts = run.header.contacts();
+                        format!(
+                            "contact {block}: column {}, row {}",
+                            contacts.column(block),
+                            contacts.row(block)
+                        )
+                    }
+                },
                 course.iter().map(|(time_s, displacement_m)| (*time_s, displacement_m * 1e3)).collect(),
                 dash,
                 color,

@@ -4,7 +4,8 @@ use asperity_numbers::curves::front_profile;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, coefficient_lines, keys, of_one_run};
+use super::area::along;
+use super::kind::{Figure, coefficient_lines, keys, of_one_run, place_name};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Panel, Series, Sheet};
 
 keys! {
@@ -24,7 +25,8 @@ impl Figure for Front {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let (precursor, profile) = front_profile(run, run.loads()?, run.states()?, f64::from(self.blocks))
             .ok_or_else(|| format!("run {} has no precursor with fields at its end", run.name))?;
-        let last = f64::from(run.header.blocks);
+        let profile = along(run, &profile);
+        let last = f64::from(run.columns());
         let friction = &run.plan.friction;
         let lowest = profile.iter().fold(0.0f64, |low, ratio| low.min(*ratio)) - 0.05;
         let highest = friction.static_coefficient * 1.08;
@@ -34,10 +36,19 @@ impl Figure for Front {
         let end_s = precursor.end.end_s.unwrap_or(precursor.end.onset_s);
         let mut series = Vec::from(coefficient_lines(run, last));
         series.extend([
-            Series::line(format!("front, block {}", precursor.last_block), tip, Dash::Dotted, GREY),
+            Series::line(
+                format!(
+                    "front, {} {}",
+                    place_name(run).split(' ').next().unwrap_or_default(),
+                    precursor.last_block
+                ),
+                tip,
+                Dash::Dotted,
+                GREY,
+            ),
             Series::line(format!("simulated, t = {end_s:.3} s"), profile, Dash::Solid, INK),
         ]);
-        let x = Axis::new("block n", 0.0, last);
+        let x = Axis::new(place_name(run), 0.0, last);
         let y = Axis::new("τ_n/p_n", lowest, highest);
         Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series)))
     }

@@ -9,7 +9,7 @@ use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_numbers::states::States;
 use asperity_record::{Arrival, Rupture};
 
-use super::kind::{Figure, keys, of_one_run, wave_speed_name};
+use super::kind::{Figure, keys, of_one_run, place_name, wave_speed_name};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
 use super::rupture_selector::{RuptureSelector, picked};
@@ -46,7 +46,8 @@ impl FrontProfile {
         let rupture = picked(run, self.rupture, Some(self.which.unwrap_or(natural)))?
             .ok_or_else(|| format!("run {} has no ruptures", run.name))?;
         let c_m_per_s = run.plan.spacing_m / crossing_s(run);
-        let local = local(run.arrivals()?, rupture, c_m_per_s);
+        let beginning = run.header.contacts().column(rupture.nucleation_block);
+        let local = local(run.arrivals()?, rupture, beginning, c_m_per_s);
         if local.is_empty() {
             return Err(format!(
                 "rupture {} of run {} has no front from block to block",
@@ -58,8 +59,9 @@ impl FrontProfile {
         let to = self.to_speed.unwrap_or_else(|| 1.1 * nearly_largest(speeds.collect()).max(1.1));
         let within = |point: &(f64, f64)| (0.0..=to).contains(&point.1);
         let (first, last) = (f64::from(rupture.first_block), f64::from(rupture.last_block));
-        let beginning = f64::from(rupture.nucleation_block);
-        let mut rows = vec![(Sample::Marks(Marker::Circle, INK), "between neighbours".to_owned())];
+        let beginning = f64::from(beginning);
+        let about = if run.of_one_row().is_some() { "between neighbours" } else { "of each contact" };
+        let mut rows = vec![(Sample::Marks(Marker::Circle, INK), about.to_owned())];
         let mut items = vec![Item::Line(vec![(first, 1.0), (last, 1.0)], Dash::Dashed, GREY)];
         let ways = [(rupture.front_speed_up_m_per_s, last), (rupture.front_speed_down_m_per_s, first)];
         let edge = |block: f64| (block, AT_THE_EDGE * to);
@@ -105,7 +107,7 @@ impl FrontProfile {
         } else {
             self.title.clone()
         };
-        let x = Scale::between("block n", first - 0.5, last + 0.5);
+        let x = Scale::between(place_name(run), first - 0.5, last + 0.5);
         let y = Scale::between(&format!("v/{c}"), 0.0, to);
         Ok(Paper { title, ..Paper::single(x, y, items, rows) })
     }
@@ -117,13 +119,17 @@ const AT_THE_EDGE: f64 = 0.98;
 /// Speeds between more neighbours are dots behind the lines.
 const MOST_MARKS: usize = 150;
 
-/// Speed over `c` between neighbours, at the middle between the two.
-fn local(arrivals: &[Arrival], rupture: &Rupture, c_m_per_s: f64) -> Vec<(f64, f64)> {
+/// Speed over `c` between neighbours, at the middle between the two; over an area those of each contact, in its
+/// column.
+fn local(arrivals: &[Arrival], rupture: &Rupture, beginning: u32, c_m_per_s: f64) -> Vec<(f64, f64)> {
     let of = arrivals.iter().filter(|arrival| arrival.rupture == rupture.rupture);
     let mut speeds: Vec<(f64, f64)> = of
         .filter_map(|arrival| {
+            if let Some(column) = arrival.column {
+                return Some((f64::from(column), arrival.local_speed_m_per_s? / c_m_per_s));
+            }
             let speed = arrival.front_speed_m_per_s? / c_m_per_s;
-            let from_below = arrival.block > rupture.nucleation_block;
+            let from_below = arrival.block > beginning;
             let block = f64::from(arrival.block) + if from_below { -0.5 } else { 0.5 };
             (speed > 0.0).then_some((block, speed))
         })

@@ -6,7 +6,7 @@ use asperity_numbers::fronts::{SLOW, slow_ratio, speeds};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::front_stress::{five, four};
+use super::front_stress::{five, four, over};
 use super::kind::{Figure, Group, Parts, find, keys, of_runs_in, wave_speed_name};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{Dash, GREY, Sheet, nth};
@@ -39,6 +39,7 @@ keys! {
 pub(crate) struct Part {
     speeds: Vec<f64>,
     c: &'static str,
+    over: String,
 }
 
 impl FrontSpeeds {
@@ -151,7 +152,8 @@ impl Figure for FrontSpeeds {
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
         let speeds = speeds(run, run.arrivals()?, self.from_blocks, self.across.max(1));
-        Ok(Part { speeds: speeds.ok_or_else(|| no_ruptures(run))?, c: wave_speed_name(run) })
+        let over = over(run, self.across);
+        Ok(Part { speeds: speeds.ok_or_else(|| no_ruptures(run))?, c: wave_speed_name(run), over })
     }
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
@@ -200,7 +202,10 @@ impl FrontSpeeds {
             lines.insert(0, (vec![(SLOW, 0.0), (SLOW, top)], Dash::Dashed, GREY));
             rows.push((Sample::Line(Dash::Dashed, GREY), format!("slow: v < {SLOW} {c}")));
         }
-        rows.push((Sample::Nothing, format!("over {} spacings", self.across.max(1))));
+        let mut over: Vec<&str> = parts.values().map(|part| part.over.as_str()).collect();
+        over.sort_unstable();
+        over.dedup();
+        rows.extend(over.into_iter().map(|over| (Sample::Nothing, over.to_owned())));
         let beyond = all.iter().filter(|speed| !bins.contains(&(self.place(**speed).floor() as i64))).count();
         rows.extend((beyond > 0).then(|| (Sample::Nothing, format!("beyond the axis: {beyond}"))));
         surfaces.extend(lines.into_iter().map(|(points, dash, color)| Item::Line(points, dash, color)));
@@ -227,7 +232,8 @@ mod tests {
     }
 
     fn parts() -> Parts<Part> {
-        let part = |speeds: &[f64]| Part { speeds: speeds.to_vec(), c: "c_S" };
+        let part =
+            |speeds: &[f64]| Part { speeds: speeds.to_vec(), c: "c_S", over: "over 4 spacings".to_owned() };
         let all = [("a", part(&[0.05, 0.1, 0.12, 2.0])), ("b", part(&[0.05, 0.06])), ("c", part(&[]))];
         all.map(|(name, part)| (name.to_owned(), part)).into()
     }

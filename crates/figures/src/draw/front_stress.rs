@@ -32,6 +32,14 @@ pub(super) fn four() -> u32 {
     ACROSS
 }
 
+/// What speeds are taken over: over an area the contacts around each.
+pub(super) fn over(run: &RunData, across: u32) -> String {
+    match run.of_one_row() {
+        Some(_) => format!("over {} spacings", across.max(1)),
+        None => "by the contacts around".to_owned(),
+    }
+}
+
 /// What is shown of a run.
 pub(crate) struct Part {
     /// Stress and speed of the fronts of precursors, and of the global slip.
@@ -40,6 +48,8 @@ pub(crate) struct Part {
     /// The wave speed, and that of longitudinal waves over it where there are any.
     wave_m_per_s: f64,
     longitudinal: Option<f64>,
+    /// What speeds are taken over.
+    over: String,
 }
 
 impl Figure for FrontStress {
@@ -56,6 +66,7 @@ impl Figure for FrontStress {
             coefficients: [friction.static_coefficient, friction.dynamic_coefficient],
             wave_m_per_s: run.plan.scales.wave_speed_m_per_s(),
             longitudinal: run.plan.elastic.longitudinal_over_shear(),
+            over: over(run, self.across),
         })
     }
 
@@ -104,7 +115,7 @@ impl Figure for FrontStress {
         let has = |global: usize| all.iter().any(|(_, part)| part.marks[global].iter().any(|p| shown(&p)));
         rows.extend(has(0).then(|| (Sample::Nothing, "open: precursors".to_owned())));
         rows.extend(has(1).then(|| (Sample::Nothing, "discs: first global slip".to_owned())));
-        rows.push((Sample::Nothing, format!("over {} spacings", self.across.max(1))));
+        rows.push((Sample::Nothing, first.over.clone()));
         rows.push((Sample::Line(Dash::Dashed, BLUE), "μ_s".to_owned()));
         rows.push((Sample::Line(Dash::DotDashed, RED), "μ_d".to_owned()));
         let name = if first.longitudinal.is_some() { "c_S" } else { "c" };

@@ -4,7 +4,7 @@
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::kind::{Figure, Labelled, Parts, keys, of_one_row, of_runs_in, with_pens};
 use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
 
 keys! {
@@ -33,6 +33,7 @@ impl Figure for FrontTransient {
     of_runs_in!(series, Part);
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
+        of_one_row(run)?;
         let local: Vec<(f64, f64)> =
             fronts::local_speeds(run).iter().map(|(block, speed)| (block.log10(), *speed)).collect();
         if local.is_empty() {

@@ -3,6 +3,7 @@
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
+use super::area::along;
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
 use super::plot::{Axis, Corner, Panel, Sheet};
 
@@ -21,6 +22,7 @@ pub(crate) struct Part {
     /// That of (5.50); through all contacts of a slab.
     line: Vec<(f64, f64)>,
     is_pressed: bool,
+    is_over_area: bool,
     shear: Vec<(f64, f64)>,
 }
 
@@ -35,12 +37,14 @@ impl Figure for InitialShear {
         let fields = run.states()?.first();
         let fields = fields.ok_or_else(|| format!("run {} has no initial fields", run.name))?;
         let x = |n: usize| n as f64 * run.plan.spacing_m / run.plan.length_m;
-        let shear = fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).enumerate();
-        let shear: Vec<(f64, f64)> = shear.map(|(n, (tau, p))| (x(n), tau / p)).collect();
+        let shear = fields.tangential_force_n.iter().zip(&run.plan.normal_load_n);
+        let shear = along(run, &shear.map(|(tau, p)| tau / p).collect::<Vec<f64>>());
+        let shear: Vec<(f64, f64)> = shear.into_iter().enumerate().map(|(n, ratio)| (x(n), ratio)).collect();
         let (beta, is_pressed) = (run.scenario.initial_shear.beta, run.plan.elastic.has_foundation());
         Ok(Part {
             line: if is_pressed { shear.clone() } else { vec![(0.0, -beta), (1.0, beta)] },
             is_pressed,
+            is_over_area: run.of_one_row().is_none(),
             shear: shear.into_iter().step_by(MARKED).collect(),
         })
     }
@@ -48,14 +52,16 @@ impl Figure for InitialShear {
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let mut largest: f64 = 0.1;
-        let (mut slabs, mut chains) = (false, false);
-        for (pen, Part { line, is_pressed, shear }) in with_pens(&self.series, &parts)? {
+        let (mut slabs, mut chains, mut bodies) = (false, false, false);
+        for (pen, Part { line, is_pressed, is_over_area, shear }) in with_pens(&self.series, &parts)? {
             largest = line.iter().fold(largest, |largest, (_, ratio)| largest.max(ratio.abs()));
             (slabs, chains) = (slabs || *is_pressed, chains || !is_pressed);
+            bodies |= *is_over_area;
             series.extend([pen.line(line.clone()), pen.marks(shear.clone())]);
         }
         let note = match (slabs, chains) {
             (false, _) => "marks: set up, lines: eq. (5.50)",
+            (true, false) if bodies => "at rest, means of columns",
             (true, false) => "slabs at rest",
             (true, true) => "slabs at rest; chains as set up, lines: eq. (5.50)",
         };

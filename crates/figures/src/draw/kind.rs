@@ -207,6 +207,22 @@ pub(super) fn wave_speed_name(run: &RunData) -> &'static str {
     if run.plan.elastic.longitudinal_over_shear().is_some() { "c_S" } else { "c" }
 }
 
+/// What places along the slider are called on an axis: columns of contacts over an area.
+pub(super) fn place_name(run: &RunData) -> &'static str {
+    if run.of_one_row().is_some() { "block n" } else { "column i" }
+}
+
+/// Refuses runs over an area in figures of what blocks do one after the other.
+pub(super) fn of_one_row(run: &RunData) -> Result<(), String> {
+    run.of_one_row().map(drop).ok_or_else(|| {
+        format!(
+            "the contacts of run {} cover an area, and this figure follows blocks along a row (accepted: a run of a \
+             chain or a slab; arrival-map and film-strip show fronts over an area)",
+            run.name
+        )
+    })
+}
+
 /// The friction coefficients as lines across a figure.
 pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> [Series; 2] {
     let friction = &run.plan.friction;

@@ -37,7 +37,7 @@ impl Row {
                 }
                 Look::Marks(marker, color) => mark_at(root, Role::Sample, middle, marker, color)?,
                 Look::Impulses(color) => line(root, Role::Sample, across, Dash::Solid, color, 2.0)?,
-                Look::Dots(color) => {
+                Look::Dots(color, _) => {
                     let plotters::prelude::RGBColor(r, g, b) = color;
                     let paint = Paint::Fill(Colour { rgb: (r, g, b), strength: 1.0 });
                     let path = circle(middle, 5.0);
@@ -109,7 +109,7 @@ fn is_hidden(panel: &Panel, frame: &Frame, low: Point, high: Point) -> bool {
             let stem = [(x, panel.y.from.max(0.0)), (x, y)].map(|point| frame.place(panel, point));
             within(stem[0], stem[1], low, high).is_some()
         }),
-        Look::Marks(..) | Look::Dots(_) => {
+        Look::Marks(..) | Look::Dots(..) => {
             series.points.iter().any(|point| inside(&frame.place(panel, *point)))
         }
     })

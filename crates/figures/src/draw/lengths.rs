@@ -2,10 +2,11 @@
 //! (Figures 5.9, 5.12, 5.21 to 5.24, 6.13, 6.15, 6.17, 6.19, 6.21).
 //!
 //! The laws are of chains, so that slabs have marks alone; and for a slider that is being driven. Where the drive is held, precursors
-//! after that bear another mark, and the line is dashed beyond the load reached by then.
+//! after that bear another mark, and the line is dashed beyond the load reached by then. Over an area each precursor
+//! has a disc as well: the share of all contacts that slid, `A_p / A`, beside its length in columns.
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_numbers::precursors;
+use asperity_numbers::precursors::{self, Precursor};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
 
@@ -24,6 +25,8 @@ impl Lengths {
 pub(crate) struct Part {
     law: Vec<(f64, f64)>,
     points: Vec<(f64, f64)>,
+    /// `A_p / A` over an area; else empty.
+    areas: Vec<(f64, f64)>,
     /// Both in their place, where the drive is held.
     beside_hold: Option<[Series; 4]>,
 }
@@ -46,21 +49,27 @@ impl Figure for Lengths {
             shares.map(|x| (law.load_ratio(&parameters, x), x)).collect()
         };
         let law = self.law.filter(|_| run.plan.elastic.has_theory()).map_or_else(Vec::new, line);
-        let points: Vec<(f64, f64)> = precursors::one_by_one(run)
-            .iter()
-            .map(|found| (found.start.ft_fn_onset, found.length_ratio(run.header.blocks)))
-            .collect();
+        let found = precursors::one_by_one(run);
+        let points: Vec<(f64, f64)> =
+            found.iter().map(|found| (found.start.ft_fn_onset, found.length_ratio(run.columns()))).collect();
+        let area = |found: &Precursor<'_>| (found.start.ft_fn_onset, found.area_ratio(run.header.blocks));
+        let areas = if run.of_one_row().is_none() { found.iter().map(area).collect() } else { Vec::new() };
         let hold_step = run.plan.drive.hold_from_step;
         let beside_hold =
             hold_step.map(|hold_step| beside_hold(run, hold_step, &points, &law)).transpose()?;
-        Ok(Part { law, points, beside_hold })
+        Ok(Part { law, points, areas, beside_hold })
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let mut longest: f64 = 0.0;
         let mut any_line = false;
-        for (pen, Part { law, points, beside_hold }) in with_pens(&self.series, &parts)? {
+        let mut is_over_area = false;
+        for (pen, Part { law, points, areas, beside_hold }) in with_pens(&self.series, &parts)? {
+            if !areas.is_empty() {
+                is_over_area = true;
+                series.push(pen.unlabelled().dots(areas.clone()));
+            }
             any_line |= !law.is_empty();
             longest = law.iter().chain(points).fold(longest, |longest, (load, _)| longest.max(*load));
             match beside_hold {
@@ -77,19 +86,23 @@ impl Figure for Lengths {
         }
         if let (Some(law), false) = (self.law, any_line) {
             return Err(format!(
-                "law = {} has no line: {} is that of a chain, and all runs are of slabs (accepted: no law, or a run \
-                 of a chain)",
+                "law = {} has no line: {} is that of a chain, and no run is of one (accepted: no law, or a run of a \
+                 chain)",
                 law.file_word(),
                 law.label()
             ));
         }
-        let note =
+        let mut note =
             self.law.map_or_else(String::new, |law| format!("marks: simulated, lines: {}", law.label()));
+        if is_over_area {
+            note += if note.is_empty() { "" } else { ", " };
+            note += "discs: A_p/A";
+        }
         // Curves first, so that marks lie on top of them.
         let mut drawn = series.clone();
         drawn.sort_by_key(|series| matches!(series.look, Look::Marks(..)));
         let x = Axis::new("F_T/F_N", 0.0, longest * 1.06);
-        let y = Axis::new("L_p/L", 0.0, 1.08);
+        let y = Axis::new(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
         Ok(Sheet::single(Panel::new(x, y, Corner::BottomRight, drawn).titled(&self.title).noted(note)))
     }
 }
@@ -138,6 +151,26 @@ mod tests {
         assert_eq!(panel.note.is_empty(), !toml.contains("law"), "{:?}", panel.note);
         let lines = panel.series.into_iter().filter(|series| matches!(series.look, Look::Line(..)));
         Ok(lines.map(|series| series.label).collect())
+    }
+
+    /// Over an area lengths are in columns, and a disc shows the share of the contacts.
+    #[test]
+    fn a_sheet_has_discs_of_areas_beside_its_lengths() {
+        let mut run = made_up::sheet(&[(100, 101, &[1]), (200, 210, &[1, 2, 5, 6])]);
+        // As detectors find them: from columns to columns.
+        run.slips[0].last_block = 1;
+        run.slips[1].last_block = 2;
+        let figure: Lengths =
+            toml::from_str("file = 'f.png'\nseries = [{ run = 'a', label = 'A' }]").unwrap();
+        let parts = BTreeMap::from([("a".to_owned(), figure.part(&run).unwrap())]);
+        let Sheet::Single(panel) = figure.sheet(parts).unwrap() else { panic!("one panel") };
+        let of = |is: fn(&Look) -> bool| -> Vec<f64> {
+            let series = panel.series.iter().find(|series| is(&series.look)).unwrap();
+            series.points.iter().map(|(_, share)| *share).collect()
+        };
+        assert_eq!(of(|look| matches!(look, Look::Marks(..))), [0.25, 0.5]);
+        assert_eq!(of(|look| matches!(look, Look::Dots(..))), [1.0 / 12.0, 4.0 / 12.0]);
+        assert_eq!((panel.y.label.as_str(), panel.note.as_str()), ("L_p/L, A_p/A", "discs: A_p/A"));
     }
 
     /// The laws are those of chains.

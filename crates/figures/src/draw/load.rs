@@ -29,6 +29,9 @@ impl Load {
     }
 }
 
+/// Radius of the dots of later slips, in pixels.
+const DOT_RADIUS: f64 = 3.5;
+
 impl Figure for Load {
     of_one_run!();
 
@@ -70,7 +73,7 @@ impl Figure for Load {
         let y = Axis::counts("blocks sliding", f64::from(run.header.blocks));
         let series = vec![
             Series { label: String::new(), points: points(before), look: Look::Impulses(INK) },
-            Series { label: String::new(), points: points(after), look: Look::Dots(INK) },
+            Series { label: String::new(), points: points(after), look: Look::Dots(INK, DOT_RADIUS) },
         ];
         let lower = Panel::new(x, y, Corner::TopLeft, series);
         Ok(Sheet::stacked(upper, lower))

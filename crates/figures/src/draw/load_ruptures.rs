@@ -6,7 +6,7 @@ use asperity_numbers::run_data::RunData;
 use super::kind::{Figure, keys, of_one_run};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{BLUE, Dash, INK, Marker, RED, Sheet};
-use super::rupture_selector::{Clock, Sort, sorted};
+use super::rupture_selector::{Clock, Sort, color_of, sorted};
 use super::scale::Scale;
 
 keys! {
@@ -97,8 +97,8 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
             // Too many for marks.
             Sort::Other => continue,
         };
-        rows.insert(1, (Sample::Marks(marker, sort.color()), label.to_owned()));
-        items.push(Item::Marks(marks, marker, sort.color()));
+        rows.insert(1, (Sample::Marks(marker, color_of(sort)), label.to_owned()));
+        items.push(Item::Marks(marks, marker, color_of(sort)));
     }
     // Where they are crowded they move to the left, since the load rises to the right.
     let width = (to - from) / NUMBERS;

@@ -25,6 +25,9 @@ const OF_SEVERAL: [&str; 5] = ["family", "front-speed", "phase-map", "spread", "
 /// The kinds that are drawn where none is named: what is asked first of a run.
 pub const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profile", "stress-sequence"];
 
+/// Those that are drawn as well of runs over an area, and only of these.
+pub const USUAL_OVER_AREA: [&str; 2] = ["arrival-map", "outlines"];
+
 /// Keys that follow from the run.
 const FILLED_IN: [&str; 4] = ["file", "run", "series", "panel"];
 
@@ -82,7 +85,7 @@ impl Kind {
     /// # Errors
     /// In words, with the key, the value and what is accepted.
     pub fn check(self, set: &[String]) -> Result<(), String> {
-        let any = About { blocks: 100, duration_s: 1.0, law: None };
+        let any = About { blocks: 100, columns: 100, duration_s: 1.0, law: None };
         self.figures("run", &any, set).map(drop)
     }
 
@@ -99,6 +102,7 @@ impl Kind {
     ) -> Result<OneFigure, String> {
         let about = About {
             blocks: header.blocks,
+            columns: header.contacts().columns(),
             duration_s: header.time_grid().time_s(header.steps),
             law: LengthLaw::is_for(scenario).then(|| LengthLaw::natural(scenario)),
         };
@@ -150,7 +154,9 @@ impl Kind {
 
 /// What keys follow from where nobody gives them.
 struct About {
+    /// Blocks; over an area contacts, and how many of them are in a row.
     blocks: u32,
+    columns: u32,
     duration_s: f64,
     /// The law of precursors' lengths, if the scenario has one.
     law: Option<LengthLaw>,
@@ -159,7 +165,7 @@ struct About {
 impl About {
     /// Keys that pipelines must give, and `draw` need not.
     fn usual(&self, kind: &str) -> Map<String, Value> {
-        let About { blocks, duration_s, law } = self;
+        let About { blocks, columns, duration_s, law } = self;
         let keys = match kind {
             "load" => json!({ "sliding": true }),
             "lengths" => law.map_or_else(|| json!({}), |law| json!({ "law": law })),
@@ -175,12 +181,15 @@ impl About {
                 shown.dedup();
                 json!({ "blocks": shown })
             }
-            "front" => json!({ "blocks": blocks.div_ceil(2) }),
-            "velocities" => json!({ "blocks": blocks }),
-            "onset" => json!({ "blocks": blocks, "logarithmic": false }),
+            "front" => json!({ "blocks": columns.div_ceil(2) }),
+            "velocities" => json!({ "blocks": columns }),
+            "onset" => json!({ "blocks": columns, "logarithmic": false }),
             "pulse" => json!({ "before": 0.5, "after": 6.0 }),
             // At rest: later times are found by taking the steps up to them.
             "slab-field" => json!({ "at_s": [0.0], "shows": "shear-stress" }),
+            "area-field" => {
+                json!({ "at_s": [0.0, duration_s / 2.0], "shows": "stress", "arrows": true })
+            }
             _ => json!({}),
         };
         keys.as_object().cloned().unwrap_or_default()
@@ -310,13 +319,13 @@ fn in_words(text: &mut String) {
 mod tests {
     use std::collections::BTreeSet;
 
-    use super::{Kind, OF_SEVERAL, SCHEMA, Target, USUAL};
+    use super::{Kind, OF_SEVERAL, SCHEMA, Target, USUAL, USUAL_OVER_AREA};
     use crate::draw::first_day::runs;
     use crate::draw::words;
 
     #[test]
     fn every_kind_has_keys_that_draw_it() {
-        assert!(USUAL.iter().all(|name| Kind::find(name).is_some()));
+        assert!(USUAL.iter().chain(&USUAL_OVER_AREA).all(|name| Kind::find(name).is_some()));
         assert!(OF_SEVERAL.iter().all(|name| SCHEMA["properties"][name].is_object()));
         assert!(Kind::all().count() > 20, "{:?}", Kind::all().collect::<Vec<_>>());
         for kind in Kind::all() {

@@ -150,6 +150,7 @@ mod tests {
             unit: None,
             about: "".into(),
             only: None,
+            over_area: None,
         };
         drawer.begin(
             "runs",

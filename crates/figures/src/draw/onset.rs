@@ -6,7 +6,8 @@ use asperity_numbers::AFFECTED_THRESHOLD;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::area::along;
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, place_name, with_parts};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Marker, Panel, RED, Series, Sheet};
 
 keys! {
@@ -42,9 +43,9 @@ impl Figure for Onset {
             .states()?
             .at_first_onset()
             .ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
-        let tau = &fields.tangential_force_n;
+        let tau = &along(run, &fields.tangential_force_n);
         let first = tau[0];
-        let last = f64::from(self.blocks.min(run.header.blocks));
+        let last = f64::from(self.blocks.min(run.columns()));
         // Farther on, a linear axis shows nothing but zeros.
         let is_seen = |force: &f64| force.abs() > SEEN * first.abs();
         let seen = tau.iter().rposition(is_seen).map_or(1, |n| n + 1) as f64;
@@ -83,7 +84,7 @@ impl Figure for Onset {
                 GREY,
             ));
         }
-        let x = Axis::new("block n", 0.0, last + 1.0);
+        let x = Axis::new(place_name(run), 0.0, last + 1.0);
         let y = if self.logarithmic {
             Axis::decades("τ_n/τ_1", FLOOR, 0.3)
         } else {

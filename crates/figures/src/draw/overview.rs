@@ -33,11 +33,15 @@ impl Figure for Overview {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let header = &run.header;
         let title = if self.title.is_empty() {
+            let contacts = header.contacts();
+            let count = match contacts.rows() {
+                1 => header.blocks.to_string(),
+                rows => format!("{} × {rows}", contacts.columns()),
+            };
             format!(
-                "{}, {}, N = {}, Δt = {} s",
+                "{}, {}, N = {count}, Δt = {} s",
                 header.scenario,
                 header.parameter_set,
-                header.blocks,
                 number(header.time_step_s)
             )
         } else {
@@ -74,6 +78,7 @@ fn numbers(run: &RunData) -> Result<Vec<(String, String)>, String> {
     let largest = run.loads()?.iter().map(|load| load.load_ratio()).fold(f64::NEG_INFINITY, f64::max);
     let c_m_per_s = run.plan.spacing_m / crossing_s(run);
     let speed = first_global.and_then(|rupture| rupture.front_speed_up_m_per_s);
+    let place = if run.of_one_row().is_some() { "block" } else { "column" };
     let rows = [
         ("μ_s, μ_d", format!("{}, {}", friction.static_coefficient, friction.dynamic_coefficient)),
         ("F_N at the start", format!("{:.1} N", run.plan.total_normal_load_n)),
@@ -89,7 +94,7 @@ fn numbers(run: &RunData) -> Result<Vec<(String, String)>, String> {
             "its front, upwards",
             or_none(speed.map(|speed| format!("{speed:.1} m/s = {:.3} c", speed / c_m_per_s))),
         ),
-        ("longest precursor", or_none(longest.map(|longest| counted(longest.last_block.into(), "block")))),
+        ("longest precursor", or_none(longest.map(|longest| counted(longest.last_block.into(), place)))),
         ("largest F_T/F_N", format!("{largest:.4}")),
     ];
     Ok(rows.into_iter().map(|(of, number)| (of.to_owned(), number.replace('-', "\u{2212}"))).collect())

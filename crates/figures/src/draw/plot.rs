@@ -60,8 +60,8 @@ pub(super) enum Look {
     Marks(Marker, RGBColor),
     /// A line from zero to every point.
     Impulses(RGBColor),
-    /// A small disc at every point.
-    Dots(RGBColor),
+    /// A disc with this radius, in pixels, at every point.
+    Dots(RGBColor, f64),
 }
 
 /// Points and how they look; an empty label keeps them out of the legend.
@@ -120,6 +120,12 @@ impl<'a> Pen<'a> {
     pub(super) fn marks(&self, points: Vec<(f64, f64)>) -> Series {
         let (marker, _, color) = self.look;
         Series::marks(self.label, points, marker, color)
+    }
+
+    /// Discs that fit into hollow marks.
+    pub(super) fn dots(&self, points: Vec<(f64, f64)>) -> Series {
+        let (.., color) = self.look;
+        Series { label: self.label.to_owned(), points, look: Look::Dots(color, DISC_RADIUS) }
     }
 }
 
@@ -288,6 +294,7 @@ pub(super) const LABEL_TEXT: f64 = 42.0;
 pub(super) const LINE_WIDTH: u32 = 4;
 pub(super) const FRAME_WIDTH: u32 = 3;
 const MARK_RADIUS: f64 = 11.0;
+const DISC_RADIUS: f64 = 6.5;
 
 /// The line at the foot.
 const FOOT: u32 = 44;

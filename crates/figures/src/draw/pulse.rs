@@ -7,7 +7,7 @@ use asperity_numbers::fronts;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::kind::{Figure, Labelled, Parts, keys, of_one_row, of_runs_in, with_pens};
 use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
 
 keys! {
@@ -36,6 +36,7 @@ impl Figure for Pulse {
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
+        of_one_row(run)?;
         let (from, to) = (-self.before, self.after);
         let (unit_m, crossing_s) = (fronts::unit_m(run), fronts::crossing_s(run));
         let passages = fronts::passages(run);

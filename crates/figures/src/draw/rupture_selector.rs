@@ -1,126 +1,19 @@
-//! What kinds of ruptures there are, which one a figure shows, and a time axis about it.
+//! The colours of ruptures by their kind, and a time axis about one of them.
 
-use asperity_numbers::precursors::{PrecursorRules, among_ruptures};
-use asperity_numbers::run_data::RunData;
-use asperity_record::Rupture;
 use plotters::prelude::RGBColor;
-use schemars::JsonSchema;
-use serde::Deserialize;
 
 use super::plot::{BLUE, GREY, RED};
+pub(super) use asperity_numbers::rupture_selector::{
+    Film, RuptureSelector, Sort, before_first_global_slip, end_s, no_ruptures, picked, sorted,
+};
 
-/// Which rupture, where no number is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum RuptureSelector {
-    /// The first that reaches every block.
-    FirstGlobalSlip,
-    /// The precursor that reaches farthest.
-    LongestPrecursor,
-    /// That of the most blocks, the first of several.
-    Widest,
-}
-
-/// What kind of rupture it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Sort {
-    Other,
-    Precursor,
-    GlobalSlip,
-}
-
-impl Sort {
-    pub(super) const ALL: [Sort; 3] = [Sort::Precursor, Sort::GlobalSlip, Sort::Other];
-
-    pub(super) fn color(self) -> RGBColor {
-        match self {
-            Sort::Other => GREY,
-            Sort::Precursor => BLUE,
-            Sort::GlobalSlip => RED,
-        }
+/// The colour of ruptures of a kind.
+pub(super) fn color_of(sort: Sort) -> RGBColor {
+    match sort {
+        Sort::Other => GREY,
+        Sort::Precursor => BLUE,
+        Sort::GlobalSlip => RED,
     }
-
-    pub(super) fn label(self) -> &'static str {
-        match self {
-            Sort::Other => "other rupture",
-            Sort::Precursor => "precursor",
-            Sort::GlobalSlip => "global slip",
-        }
-    }
-}
-
-/// Why figures of ruptures cannot be drawn of a run without any list of them.
-pub(super) fn no_ruptures(run: &RunData) -> String {
-    format!("the log of run {} has no ruptures: it is of an older version", run.name)
-}
-
-/// The ruptures of a run by onset, each with its kind.
-pub(super) fn sorted(run: &RunData) -> Result<Vec<(&Rupture, Sort)>, String> {
-    if run.ruptures.is_none() {
-        return Err(no_ruptures(run));
-    }
-    let farther = among_ruptures(run, &PrecursorRules::default());
-    let sort = |rupture: &Rupture| match (rupture.reached_every_block, is_among(&farther, rupture)) {
-        (true, _) => Sort::GlobalSlip,
-        (false, true) => Sort::Precursor,
-        (false, false) => Sort::Other,
-    };
-    Ok(run.ruptures_by_onset().into_iter().map(|rupture| (rupture, sort(rupture))).collect())
-}
-
-/// How many of them, by onset, come before the first global slip: until then the load rises and
-/// ruptures grow, so that neither sizes nor times are draws from one law. None without a global slip.
-pub(super) fn before_first_global_slip(sorted: &[(&Rupture, Sort)]) -> Option<usize> {
-    sorted.iter().position(|(_, sort)| *sort == Sort::GlobalSlip)
-}
-
-fn is_among(ruptures: &[&Rupture], rupture: &Rupture) -> bool {
-    // By onset, as these are.
-    let place = |other: &&Rupture| (other.onset_step, other.rupture);
-    ruptures.binary_search_by_key(&place(&rupture), place).is_ok()
-}
-
-/// The rupture that a figure is about: that with the number, or of the kind.
-pub(super) fn picked(
-    run: &RunData,
-    number: Option<u64>,
-    which: Option<RuptureSelector>,
-) -> Result<Option<&Rupture>, String> {
-    let all = sorted(run)?;
-    if let Some(number) = number {
-        let found = all.iter().find(|(rupture, _)| rupture.rupture == number);
-        return found.map(|(rupture, _)| Some(*rupture)).ok_or_else(|| {
-            let accepted = match all.len() {
-                0 => "it has none".to_owned(),
-                count => format!("accepted: 0 to {}", count - 1),
-            };
-            format!("run {} has no rupture {number} ({accepted})", run.name)
-        });
-    }
-    let of = |sort: Sort| all.iter().filter(move |(_, of)| *of == sort).map(|(rupture, _)| *rupture);
-    match which {
-        None => Ok(None),
-        Some(RuptureSelector::FirstGlobalSlip) => match of(Sort::GlobalSlip).next() {
-            Some(rupture) => Ok(Some(rupture)),
-            None => Err(format!("run {} has no global slip", run.name)),
-        },
-        Some(RuptureSelector::Widest) => {
-            // Of several `max_by_key` would take the last.
-            let widest =
-                all.iter().rev().map(|(rupture, _)| *rupture).max_by_key(|rupture| rupture.reach().count());
-            widest.map(Some).ok_or_else(|| format!("run {} has no ruptures", run.name))
-        }
-        // Each reaches farther than all before.
-        Some(RuptureSelector::LongestPrecursor) => match of(Sort::Precursor).next_back() {
-            Some(rupture) => Ok(Some(rupture)),
-            None => Err(format!("run {} has no precursor", run.name)),
-        },
-    }
-}
-
-/// The first step after a rupture, or the end of the run.
-pub(super) fn end_s(run: &RunData, rupture: &Rupture) -> f64 {
-    rupture.end_s.unwrap_or_else(|| run.plan.grid.time_s(run.header.steps))
 }
 
 /// A time axis in the unit that suits its length, and from the beginning of a short one.

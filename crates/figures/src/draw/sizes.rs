@@ -42,6 +42,8 @@ pub(crate) struct Part {
     /// How many global slips there are.
     global_slips: usize,
     blocks: u32,
+    /// What they are called.
+    unit: &'static str,
 }
 
 impl Figure for Sizes {
@@ -63,13 +65,14 @@ pub(super) fn part(run: &RunData, from_blocks: u32) -> Result<Part, String> {
     let (before, after) = ruptures.split_at(first_global.unwrap_or(0));
     let of = |ruptures: &[(&asperity_record::Rupture, Sort)]| -> Vec<u32> {
         let others = ruptures.iter().filter(|(_, sort)| *sort != Sort::GlobalSlip);
-        others.map(|(rupture, _)| rupture.reach().count()).filter(|size| *size >= from_blocks).collect()
+        others.map(|(rupture, _)| rupture.slipped()).filter(|size| *size >= from_blocks).collect()
     };
     Ok(Part {
         sizes: of(after),
         before: first_global.map(|_| of(before).len()),
         global_slips: after.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count(),
         blocks: run.header.blocks,
+        unit: if run.of_one_row().is_some() { "blocks" } else { "contacts" },
     })
 }
 
@@ -147,7 +150,9 @@ pub(super) fn distribution(
     }
     behind.extend(items);
     let frame = [f64::from(from_blocks), largest];
-    let x = Scale::of("size s (blocks)", true, 0.04, frame.into_iter());
+    let unit = series.first().map_or("blocks", |(_, part)| part.unit);
+    let unit = if series.iter().all(|(_, part)| part.unit == unit) { unit } else { "blocks" };
+    let x = Scale::of(&format!("size s ({unit})"), true, 0.04, frame.into_iter());
     let y = Scale::of("share of at least s", true, 0.0, [lowest, 1.25].into_iter());
     Ok(Paper::single(x, y, behind, rows))
 }
@@ -250,7 +255,7 @@ mod tests {
     #[test]
     fn a_fit_that_is_rejected_has_no_error() {
         let sizes: Vec<u32> = (0..60).map(|n| if n % 2 == 0 { 1 } else { 70 + n % 9 }).collect();
-        let of_run = super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100 };
+        let of_run = super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100, unit: "blocks" };
         for (law, name) in [(SizeLaw::PowerLaw, "s^{−α}"), (SizeLaw::Exponential, "exp(−s/ξ)")] {
             let words = words_of(&of_run, law);
             assert!(words[2].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");

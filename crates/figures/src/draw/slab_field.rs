@@ -3,9 +3,14 @@
 //! Of each square of four nodes the strain is that in its middle, of displacements that are
 //! bilinear between the nodes, and the stress that of an isotropic sheet in plane stress with
 //! Poisson's ratio 1/3.
+//!
+//! Of a body a slice is shown: the planes of squares on both sides of a row across, or of a layer, between which the
+//! strain is that in the middle of cubes of eight nodes, and the stress that of an isotropic body with Poisson's
+//! ratio 1/4.
 
+use asperity_model::{Lattice, NodeState};
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{NodeField, RunData, load_at};
+use asperity_numbers::run_data::{RunData, load_at};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -13,12 +18,12 @@ use super::kind::{Figure, keys, of_one_run};
 use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::Sheet;
-use super::scale::Scale;
+use super::scale::{Scale, number};
 
 keys! {
     SlabField: file;
 
-    /// The run, of a slab.
+    /// The run, of a slab or a body.
     run: String,
     /// Title above the figure.
     #[serde(default)]
@@ -31,6 +36,19 @@ keys! {
     /// drive pulls; values beyond an end have its colour.
     #[serde(default = "a_hundredth")]
     left_out: f64,
+    /// Of a body: the row across, from 1, of which the vertical slice is shown; the middle one if absent.
+    across: Option<u32>,
+    /// Of a body: the layer, from 1 at the bottom, that is shown instead.
+    row: Option<u32>,
+}
+
+/// The nodes of a body that are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Slice {
+    /// A row across, from 0.
+    Across(usize),
+    /// A layer, from 0.
+    Layer(usize),
 }
 
 fn a_hundredth() -> f64 {
@@ -75,11 +93,13 @@ impl Figure for SlabField {
         }
         if !run.plan.elastic.has_inside() {
             return Err(format!(
-                "run {} is of a chain, which has no inside (accepted: a run of a slab)",
-                run.name
+                "run {} is of a {}, which has no inside (accepted: a run of a slab or a body)",
+                run.name,
+                run.plan.elastic.name()
             ));
         }
         let lattice = run.plan.elastic.as_lattice();
+        let slice = self.slice(run, &lattice)?;
         let spacing_mm = run.plan.spacing_m * 1e3;
         let mut maps = Vec::new();
         for at_s in &self.at_s {
@@ -90,7 +110,11 @@ impl Figure for SlabField {
             // No record is before the first step, and nothing pulls there.
             let load = if nodes.step == 0 { 0.0 } else { load };
             let title = format!("t = {:.4} s, F_T/F_N = {load:.3}", nodes.time_s);
-            maps.push((title, self.values(run, nodes)));
+            let values = match slice {
+                None => self.values(run, nodes),
+                Some(slice) => self.values_of_body(run, nodes, slice),
+            };
+            maps.push((title, values));
         }
         let mut all: Vec<f64> = maps.iter().flat_map(|(_, values)| values).copied().collect();
         all.sort_by(f64::total_cmp);
@@ -111,16 +135,89 @@ impl Figure for SlabField {
         });
         let (columns, rows) = ((lattice.columns - 1) as f64, (lattice.rows - 1) as f64);
         let x = Scale::between("x (mm)", 0.0, columns * spacing_mm);
-        let y = Scale::between("z (mm)", 0.0, rows * spacing_mm);
-        let ends = (out > 0.0).then(|| (Sample::Nothing, format!("ends: {} % beyond", 100.0 * out)));
-        let paper = Paper::new(x, y, panels.collect(), Vec::from_iter(ends));
+        let at_mm = |place: usize| number(place as f64 * spacing_mm);
+        let (axis, rows, plane) = match slice {
+            None => ("z (mm)", rows, None),
+            Some(Slice::Across(lane)) => ("z (mm)", rows, Some(format!("at y = {} mm", at_mm(lane)))),
+            Some(Slice::Layer(row)) => {
+                ("y (mm)", (lattice.lanes - 1) as f64, Some(format!("at z = {} mm", at_mm(row))))
+            }
+        };
+        let y = Scale::between(axis, 0.0, rows * spacing_mm);
+        let ends = (out > 0.0).then(|| format!("ends: {} % beyond", 100.0 * out));
+        let words = plane.into_iter().chain(ends).map(|words| (Sample::Nothing, words));
+        let paper = Paper::new(x, y, panels.collect(), words.collect());
         Ok(Paper { shape: Some(rows / columns), bar: Some(colours), ..paper }.sheet(&self.title))
     }
 }
 
 impl SlabField {
+    /// The nodes to show: all of a slab, or a slice of a body.
+    fn slice(&self, run: &RunData, lattice: &Lattice) -> Result<Option<Slice>, String> {
+        let place = |key: &str, place: u32, count: usize| match (1..=count as u32).contains(&place) {
+            true => Ok(place as usize - 1),
+            false => Err(format!("{key}: {place} is not in run {} (accepted: 1 to {count})", run.name)),
+        };
+        match (self.across, self.row) {
+            (Some(_), Some(_)) => Err("across and row: a slice has one of them".to_owned()),
+            (None, None) if lattice.lanes == 1 => Ok(None),
+            (Some(_), _) | (_, Some(_)) if lattice.lanes == 1 => {
+                let key = if self.across.is_some() { "across" } else { "row" };
+                Err(format!("{key}: run {} is of a slab, all of which is shown (accepted: none)", run.name))
+            }
+            (Some(across), None) => Ok(Some(Slice::Across(place("across", across, lattice.lanes)?))),
+            (None, Some(row)) => Ok(Some(Slice::Layer(place("row", row, lattice.rows)?))),
+            (None, None) => Ok(Some(Slice::Across((lattice.lanes - 1) / 2))),
+        }
+    }
+
+    /// A number for each square of four nodes of a slice, row by row from the bottom or the first row across.
+    fn values_of_body(&self, run: &RunData, nodes: &NodeState, slice: Slice) -> Vec<f64> {
+        let lattice = run.plan.elastic.as_lattice();
+        let (u, rest, count) = (&nodes.displacement_m, &run.plan.initial.displacement_m, lattice.nodes());
+        // From a node to the next one along x, across and upwards.
+        let next = [1, lattice.columns, lattice.contacts()];
+        let (place, of_plane, normal, upward) = match slice {
+            Slice::Layer(row) => (row, lattice.lanes, 2, 1),
+            Slice::Across(lane) => (lane, lattice.rows, 1, 2),
+        };
+        let last = if normal == 1 { lattice.lanes } else { lattice.rows } - 1;
+        // On both sides of the slice, or on the one that there is.
+        let sides: Vec<usize> = (place.saturating_sub(1)..=place.min(last - 1)).collect();
+        // Lame's constants, both 2 E / 5.
+        let modulus_mpa = 0.4 * run.scenario.slider.youngs_modulus_pa * 1e-6;
+        let mut values = Vec::new();
+        for (above, column) in (0..of_plane - 1).flat_map(|n| (0..lattice.columns - 1).map(move |c| (n, c))) {
+            let lowest = |side: usize| side * next[normal] + above * next[upward] + column;
+            if self.shows == Shown::Displacement {
+                let first = lowest(place);
+                let square = [0, 1, next[upward], next[upward] + 1].map(|to| first + to);
+                values.push(square.iter().map(|node| u[*node] - rest[*node]).sum::<f64>() / 4.0 * 1e6);
+                continue;
+            }
+            let strain = |first: usize, of: usize, along: usize| {
+                let [a, b] = [0, 1, 2].into_iter().filter(|axis| *axis != along).collect::<Vec<_>>()[..]
+                else {
+                    return 0.0;
+                };
+                let edges = [0, next[a], next[b], next[a] + next[b]].map(|to| of * count + first + to);
+                edges.iter().map(|node| u[node + next[along]] - u[*node]).sum::<f64>()
+                    / (4.0 * run.plan.spacing_m)
+            };
+            let stress = |first: usize| match self.shows {
+                Shown::ShearStress => modulus_mpa * (strain(first, 0, 2) + strain(first, 2, 0)),
+                _ => {
+                    let all = strain(first, 0, 0) + strain(first, 1, 1) + strain(first, 2, 2);
+                    -modulus_mpa * (all + 2.0 * strain(first, 2, 2))
+                }
+            };
+            values.push(sides.iter().map(|side| stress(lowest(*side))).sum::<f64>() / sides.len() as f64);
+        }
+        values
+    }
+
     /// A number for each square of four nodes, row by row from the bottom.
-    fn values(&self, run: &RunData, nodes: &NodeField) -> Vec<f64> {
+    fn values(&self, run: &RunData, nodes: &NodeState) -> Vec<f64> {
         let lattice = run.plan.elastic.as_lattice();
         let (columns, count) = (lattice.columns, lattice.nodes());
         let (u, rest) = (&nodes.displacement_m, &run.plan.initial.displacement_m);
@@ -153,9 +250,9 @@ impl SlabField {
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, SlabField};
+    use super::{Figure, SlabField, Slice};
     use asperity_numbers::required_data::RequiredData;
-    use asperity_numbers::run_data::{NodeField, RunData};
+    use asperity_numbers::run_data::RunData;
     use asperity_testkit::made_up;
 
     fn figure(shows: &str) -> SlabField {
@@ -171,7 +268,7 @@ mod tests {
             .map(|node| (place(node % 3), place(node / 3)))
             .map(|(x, z)| (xx * x + shear * z, zz * z))
             .unzip();
-        run.nodes = vec![NodeField { step: 0, time_s: 0.0, displacement_m: [x, z].concat() }];
+        run.nodes = vec![made_up::nodes(&run, 0, [x, z].concat())];
         run
     }
 
@@ -189,6 +286,43 @@ mod tests {
         assert!(found.len() == 4 && found.iter().all(|found| (found / expected - 1.0).abs() < 1e-9));
     }
 
+    /// Of a body under each strain, in every slice, on edges as inside.
+    #[test]
+    fn stresses_of_a_body_are_those_of_the_body() {
+        let run = made_up::body(&[]);
+        let modulus_mpa = run.scenario.slider.youngs_modulus_pa * 1e-6;
+        // u_i = gradient_ij x_j.
+        let state = |gradient: [[f64; 3]; 3]| {
+            let lattice = run.plan.elastic.as_lattice();
+            let place = |node: usize| lattice.place(node).map(|n| n as f64 * run.plan.spacing_m);
+            let along = |row: [f64; 3]| {
+                let of = move |node: usize| row.iter().zip(place(node)).map(|(g, x)| g * x).sum::<f64>();
+                (0..27).map(of).collect::<Vec<f64>>()
+            };
+            made_up::nodes(&run, 0, gradient.map(along).concat())
+        };
+        let check = |shows: &str, gradient: [[f64; 3]; 3], expected_mpa: f64| {
+            for slice in (0..3).flat_map(|n| [Slice::Across(n), Slice::Layer(n)]) {
+                let found = figure(shows).values_of_body(&run, &state(gradient), slice);
+                let is_near = |found: &f64| (found - expected_mpa).abs() < 1e-9 * modulus_mpa;
+                assert!(found.len() == 4 && found.iter().all(is_near), "{shows} {slice:?}: {found:?}");
+            }
+        };
+        // Pressed by 4e-4 E and free to grow: Poisson's ratio is 1/4.
+        let pressed = [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, -4e-4]];
+        check("pressure", pressed, 4e-4 * modulus_mpa);
+        check("shear-stress", pressed, 0.0);
+        let sheared = [[0.0, 0.0, 2e-4], [0.0; 3], [1e-4, 0.0, 0.0]];
+        check("shear-stress", sheared, 0.4 * 3e-4 * modulus_mpa);
+        // Shear in the other planes is none of it.
+        check("shear-stress", [[0.0, 1e-4, 0.0], [1e-4, 0.0, 2e-4], [0.0, 2e-4, 0.0]], 0.0);
+        // Without a key the middle row is shown.
+        assert_eq!(
+            figure("pressure").slice(&run, &run.plan.elastic.as_lattice()),
+            Ok(Some(Slice::Across(1)))
+        );
+    }
+
     #[test]
     fn what_cannot_be_shown_is_refused_with_the_reason() {
         let refused = |toml: &str, run: &RunData| {
@@ -202,6 +336,20 @@ mod tests {
         run.nodes = Vec::new();
         assert!(refused("at_s = [0.0]", &run).contains("has no nodes at 0 s"));
         let chain = made_up::run("", &[]);
-        assert!(refused("at_s = [0.0]", &chain).contains("which has no inside (accepted: a run of a slab)"));
+        assert!(
+            refused("at_s = [0.0]", &chain)
+                .contains("of a chain, which has no inside (accepted: a run of a slab or")
+        );
+        assert!(refused("at_s = [0.0]", &made_up::sheet(&[])).contains("of a sheet, which has no inside"));
+        let slab = strained(0.0, 0.0, 0.0);
+        let refused = |toml: &str, run: &RunData| refused(&format!("at_s = [0.0]\n{toml}"), run);
+        assert_eq!(
+            refused("row = 2", &slab),
+            "row: run test is of a slab, all of which is shown (accepted: none)"
+        );
+        let body = made_up::body(&[]);
+        assert_eq!(refused("across = 4", &body), "across: 4 is not in run test (accepted: 1 to 3)");
+        assert_eq!(refused("row = 0", &body), "row: 0 is not in run test (accepted: 1 to 3)");
+        assert_eq!(refused("row = 1\nacross = 1", &body), "across and row: a slice has one of them");
     }
 }

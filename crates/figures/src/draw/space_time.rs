@@ -3,20 +3,21 @@
 //!
 //! A block that slides in a rupture is a patch from its arrival to its stop. Seen from far away
 //! patches are thinner than a pixel: neighbours that would look alike are drawn as one, and none is
-//! narrower than a pixel.
+//! narrower than a pixel. Over an area the columns of contacts take the place of blocks.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
-use asperity_record::{Arrival, Rupture, WindowRecord};
+use asperity_record::{Arrival, Rupture, WindowRecord, magnitude};
 use plotters::prelude::RGBColor;
 
-use super::kind::{Figure, keys, of_one_run};
+use super::kind::{Figure, keys, of_one_run, place_name};
 use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Paper, Sample};
 use super::plot::{Dash, GREEN, INK, Sheet};
-use super::rupture_selector::{Clock, RuptureSelector, Sort, end_s, picked, sorted};
+use super::rupture_selector::{Clock, RuptureSelector, Sort, color_of, end_s, picked, sorted};
 use super::scale::Scale;
 
 keys! {
@@ -90,7 +91,7 @@ impl View {
             let margin_s = (0.08 * (end_s - rupture.onset_s)).max(run.header.time_step_s);
             (rupture.onset_s - margin_s, end_s + margin_s)
         });
-        let blocks = run.header.blocks;
+        let blocks = run.columns();
         let natural = zoom.map_or((1, blocks), |rupture| {
             (rupture.first_block.saturating_sub(1).max(1), (rupture.last_block + 1).min(blocks))
         });
@@ -151,7 +152,7 @@ pub(super) fn map(
     let mut fronts = Vec::new();
     let grain_s = (view.to_s - view.from_s) / ACROSS;
     let end_of_run_s = run.plan.grid.time_s(run.header.steps);
-    let all_arrivals = run.arrivals()?;
+    let all_arrivals = &by_column(run, run.arrivals()?)[..];
     for arrivals in all_arrivals.chunk_by(|a, b| a.rupture == b.rupture) {
         let Some((rupture, sort)) = sorts.get(&arrivals[0].rupture) else { continue };
         let mut passed: Vec<&Arrival> =
@@ -160,7 +161,7 @@ pub(super) fn map(
         layers.entry(*sort).or_default().extend(patches(
             &view,
             &passed,
-            paler(sort.color(), strength),
+            paler(color_of(*sort), strength),
             grain_s,
             end_of_run_s,
         ));
@@ -176,7 +177,7 @@ pub(super) fn map(
         }
     }
     for sort in Sort::ALL.into_iter().filter(|sort| layers.get(sort).is_some_and(|items| !items.is_empty())) {
-        rows.push((Sample::Surface(sort.color(), strength), sort.label().to_owned()));
+        rows.push((Sample::Surface(color_of(sort), strength), sort.label().to_owned()));
     }
     if !fronts.is_empty() {
         rows.push((Sample::Line(Dash::Solid, INK), "arrivals".to_owned()));
@@ -193,9 +194,43 @@ pub(super) fn map(
     let items = layers.into_values().flatten().chain(velocities).chain(fronts).chain([creep]).collect();
     let (from, to) = (view.clock.place(view.from_s), view.clock.place(view.to_s));
     let x = Scale::between(&view.clock.label, from, to);
-    let y = Scale::between("block n", f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5)
+    let y = Scale::between(place_name(run), f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5)
         .in_whole_numbers(true);
     Ok(Paper { bar, ..Paper::single(x, y, items, rows) })
+}
+
+/// Arrivals block by block; over an area column by column, from the first arrival to the last stop of its
+/// contacts.
+fn by_column<'a>(run: &RunData, arrivals: &'a [Arrival]) -> Cow<'a, [Arrival]> {
+    if run.of_one_row().is_some() {
+        return Cow::Borrowed(arrivals);
+    }
+    let mut columns: Vec<Arrival> = Vec::new();
+    for of_rupture in arrivals.chunk_by(|a, b| a.rupture == b.rupture) {
+        let mut passed: BTreeMap<u32, Arrival> = BTreeMap::new();
+        for arrival in of_rupture {
+            let block = run.header.contacts().column(arrival.block);
+            let of_column = passed.entry(block).or_insert_with(|| Arrival { block, ..arrival.clone() });
+            of_column.arrival_s = of_column.arrival_s.min(arrival.arrival_s);
+            of_column.stop_s = of_column.stop_s.zip(arrival.stop_s).map(|(a, b)| a.max(b));
+        }
+        columns.extend(passed.into_values());
+    }
+    Cow::Owned(columns)
+}
+
+/// The speed of each block of a dense record; over an area the largest of each column.
+fn speeds(run: &RunData, record: &WindowRecord) -> Vec<(u32, f64)> {
+    let blocks = (record.first_block..).zip(&record.velocity_m_per_s);
+    if run.of_one_row().is_some() {
+        return blocks.map(|(block, velocity)| (block, velocity.abs())).collect();
+    }
+    let mut fastest: BTreeMap<u32, f64> = BTreeMap::new();
+    for ((block, along), across) in blocks.zip(&record.velocity_across_m_per_s) {
+        let of_column = fastest.entry(run.header.contacts().column(block)).or_default();
+        *of_column = of_column.max(magnitude([*along, *across]));
+    }
+    fastest.into_iter().collect()
 }
 
 /// Patches of the blocks that a rupture passed, by block: neighbours that look alike are one.
@@ -248,7 +283,7 @@ fn creep_front(run: &RunData, arrivals: &[Arrival], view: &View) -> Vec<(f64, f6
             course.push((time_s, farthest));
         }
     }
-    if farthest < run.header.blocks {
+    if farthest < run.columns() {
         course.push((run.plan.grid.time_s(run.header.steps), farthest));
     }
     let before = course.iter().rev().find(|(time_s, _)| *time_s < view.from_s);
@@ -271,15 +306,15 @@ fn velocities(run: &RunData, view: &View) -> Result<(Vec<Item>, Option<Colours>)
     for record in run.windows()?.iter().chain(run.rupture_fields()?).filter(in_view) {
         windows.entry(record.window).or_default().push(record);
     }
-    let speeds = windows.values().flatten().flat_map(|record| &record.velocity_m_per_s);
-    let fastest = speeds.fold(0.0f64, |fastest, velocity| fastest.max(velocity.abs()));
+    let all = windows.values().flatten().flat_map(|record| speeds(run, record));
+    let fastest = all.fold(0.0f64, |fastest, (_, speed)| fastest.max(speed));
     if fastest <= 0.0 {
         return Ok((Vec::new(), None));
     }
     let scale = Scale::of("|v_n| (m/s)", true, 0.0, [1e-3 * fastest, fastest].into_iter());
     let colours = Colours::of(scale, On::Surfaces);
-    let shade = |velocity: f64| {
-        let share = colours.scale.share(velocity.abs())?;
+    let shade = |speed: f64| {
+        let share = colours.scale.share(speed)?;
         Some((share * SHADES).floor().min(SHADES - 1.0))
     };
     let mut items = Vec::new();
@@ -291,10 +326,10 @@ fn velocities(run: &RunData, view: &View) -> Result<(Vec<Item>, Option<Colours>)
         for (n, record) in shown.iter().enumerate() {
             let next = shown.get(n + 1).map_or(u64::MAX, |next| next.step);
             let to_s = run.plan.grid.time_s(next.min(record.step + longest));
-            let blocks: Vec<(u32, Option<f64>)> = (record.first_block..)
-                .zip(&record.velocity_m_per_s)
+            let blocks: Vec<(u32, Option<f64>)> = speeds(run, record)
+                .into_iter()
                 .filter(|(block, _)| view.has_block(*block))
-                .map(|(block, velocity)| (block, shade(*velocity)))
+                .map(|(block, speed)| (block, shade(speed)))
                 .collect();
             for alike in blocks.chunk_by(|a, b| a.1 == b.1) {
                 let Some(shade) = alike[0].1 else { continue };
@@ -444,6 +479,7 @@ mod tests {
             displacement_m: vec![0.0; 3],
             velocity_m_per_s,
             tangential_force_n: vec![0.0; 3],
+            ..WindowRecord::default()
         };
         run.windows = vec![record(3500, vec![0.1, 0.1, 1e-9]), record(3600, vec![0.01, 0.1, 0.0])];
         let plain = cells(

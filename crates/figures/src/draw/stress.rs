@@ -1,11 +1,12 @@
 //! `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants, with the
-//! normal load of the instant.
+//! normal load of the instant. Over an area they are means of the columns of contacts.
 
 use asperity_numbers::curves::pull_ratio;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
+use super::area::along;
 use super::kind::{Figure, keys, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
 
@@ -68,7 +69,7 @@ fn is_mirrored(run: &RunData, fields: &FieldRecord, load: &Load) -> bool {
 fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool) -> Panel {
     let along = |values: &[f64]| -> Vec<(f64, f64)> {
         let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
-        values.iter().enumerate().map(|(n, value)| (position_mm(n), *value)).collect()
+        along(run, values).into_iter().enumerate().map(|(n, value)| (position_mm(n), value)).collect()
     };
     let [threshold, sliding] = thresholds_n(run, fields, record).map(|force_n| along(&force_n));
     let curves = [threshold, sliding, along(&fields.tangential_force_n)];
@@ -95,7 +96,7 @@ fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool)
     series.push(Series::line("τ_n", tau, Dash::Solid, INK));
     let x = Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3);
     let y = Axis::new(
-        "force per block (N)",
+        if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" },
         lowest - 0.08 * (highest - lowest),
         highest + 0.08 * (highest - lowest),
     );

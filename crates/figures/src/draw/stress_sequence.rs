@@ -10,7 +10,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::FieldRecord;
 
-use super::kind::{Figure, keys, of_one_run};
+use super::area::along;
+use super::kind::{Figure, keys, of_one_run, place_name};
 use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, RED, Sheet};
@@ -75,7 +76,7 @@ impl StressSequence {
             (low, high) = (low.min(ratio), high.max(ratio));
         }
         let margin = 0.05 * (high - low);
-        let last = f64::from(run.header.blocks);
+        let last = f64::from(run.columns());
         let lines = [(friction.static_coefficient, Dash::Dashed, BLUE, "μ_s")];
         let lines = lines.into_iter().chain([(friction.dynamic_coefficient, Dash::DotDashed, RED, "μ_d")]);
         let panel = |title: &str, which: usize| {
@@ -91,17 +92,19 @@ impl StressSequence {
         let panels = vec![panel("before each precursor", 0), panel("after each precursor", 1)];
         let rows =
             lines.map(|(_, dash, color, label)| (Sample::Line(dash, color), label.to_owned())).collect();
-        let x = Scale::between("block n", 0.5, last + 0.5);
+        let x = Scale::between(place_name(run), 0.5, last + 0.5);
         let y = Scale::between("τ_n/p_n", if low < 0.0 { low - margin } else { 0.0 }, high + margin);
         Ok(Paper { bar: Some(colours), ..Paper::new(x, y, panels, rows) })
     }
 }
 
-/// `tau_n / p_n` of every block in a state; where a contact bears nothing, nothing is shown.
+/// `tau_n / p_n` of every block in a state, over an area that of the sums over each column; where a contact bears
+/// nothing, nothing is shown.
 fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String> {
     let normal_load_n = run.normal_load_n(run.loads()?, state);
     let normal_load_n = normal_load_n.ok_or_else(|| format!("run {} has no step records", run.name))?;
-    let ratios = state.tangential_force_n.iter().zip(&normal_load_n).enumerate();
+    let (tau_n, normal_load_n) = (along(run, &state.tangential_force_n), along(run, &normal_load_n));
+    let ratios = tau_n.iter().zip(&normal_load_n).enumerate();
     let borne = ratios.filter(|(_, (_, p_n))| **p_n != 0.0);
     Ok(borne.map(|(n, (tau_n, p_n))| (n as f64 + 1.0, tau_n / p_n)).collect())
 }
@@ -131,9 +134,7 @@ mod tests {
             normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 3],
             detached: vec![0; 3],
-            junctions_slipping: Vec::new(),
-            pinned_mean_ratio: Vec::new(),
-            pinned_width_ratio: Vec::new(),
+            ..FieldRecord::default()
         };
         let steps = EVENTS.iter().flat_map(|(onset, end, _)| [*onset, *end]);
         let states: Vec<FieldRecord> = steps.map(state).collect();

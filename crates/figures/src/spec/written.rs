@@ -1,6 +1,7 @@
 //! Figures as a sweep writes them. The comments on the keys are what `docs/figures.md` says of them.
 
 use asperity_model::analytic::LengthLaw;
+use asperity_numbers::quantile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -131,7 +132,7 @@ pub struct Lengths {
     /// Title above the figure.
     #[serde(default)]
     pub title: String,
-    /// The law drawn as a line; slabs have none. Without this key, `series` have no line, and runs over
+    /// The law drawn as a line; slabs, sheets and bodies have none. Without this key, `series` have no line, and runs over
     /// axes have the law that applies to each scenario; if runs of one colour have more than twelve laws,
     /// none is drawn.
     pub law: Option<LengthLaw>,
@@ -252,11 +253,4 @@ impl Statistic {
         let runs = if least < most { format!("{least} to {most}") } else { most.to_string() };
         (most > 1).then(|| format!("{} of {runs} runs per cell", self.word()))
     }
-}
-
-/// The number below which a share of them lies, between two numbers by a straight line.
-pub fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
-    let at = share * (ascending.len().checked_sub(1)? as f64);
-    let (low, high) = (ascending[at.floor() as usize], ascending[at.ceil() as usize]);
-    Some(low + (high - low) * at.fract())
 }

@@ -61,8 +61,19 @@ pub struct Table {
     pub largest_eigenvalue: f64,
     /// Bound on the eigenvalues of the dashpots' damping, over `eta`.
     pub largest_damping_eigenvalue: f64,
-    /// Whether its bonds are those of `plane.rs`, along two axes.
-    pub(super) is_plane: bool,
+    /// The loops over its bonds.
+    pub(super) loops: Loops,
+}
+
+/// Which loops compute the pull between nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Loops {
+    /// Bond by bond, whatever the table.
+    ByBonds,
+    /// Those of `plane.rs`, for two axes.
+    Plane,
+    /// Those of `cube.rs`, for three.
+    Cube,
 }
 
 /// A chain: one row of nodes that move along it. `2 k (1 - c_x) <= 4 k`, dashpots likewise.
@@ -72,7 +83,7 @@ pub const CHAIN: Table = Table {
     bonds: &[BondKind { offsets: &[[1, 0, 0]], stiffness_ratio: 1.0 }],
     largest_eigenvalue: 4.0,
     largest_damping_eigenvalue: 4.0,
-    is_plane: false,
+    loops: Loops::ByBonds,
 };
 
 /// A slab: a plane that rests on its bottom row. Springs along its axes with `k`, along diagonals with
@@ -99,7 +110,7 @@ pub const SLAB: Table = Table {
     ],
     largest_eigenvalue: 6.0,
     largest_damping_eigenvalue: 12.0,
-    is_plane: true,
+    loops: Loops::Plane,
 };
 
 /// A sheet: the plane of a slab laid flat, so that all of its nodes rub.
@@ -113,7 +124,7 @@ pub const SHEET: Table = Table {
     ],
     largest_eigenvalue: SLAB.largest_eigenvalue,
     largest_damping_eigenvalue: SLAB.largest_damping_eigenvalue,
-    is_plane: true,
+    loops: Loops::Plane,
 };
 
 /// A block: a cubic lattice with springs along its axes and along the diagonals of its faces, all with
@@ -133,7 +144,7 @@ pub const SHEET: Table = Table {
 /// `eta (2 sum_i (1 - c_i) + 4 sum_ij (1 - c_i c_j))`, linear in each cosine: largest at `q_x = q_y = pi`,
 /// `q_z = 0`, where it is `8 + 16`.
 pub const BLOCK: Table = Table {
-    name: "block",
+    name: "body",
     axes: &[0, 1, 2],
     bonds: &[
         BondKind { offsets: &[[1, 0, 0]], stiffness_ratio: 1.0 },
@@ -145,7 +156,7 @@ pub const BLOCK: Table = Table {
     ],
     largest_eigenvalue: 12.0,
     largest_damping_eigenvalue: 24.0,
-    is_plane: false,
+    loops: Loops::Cube,
 };
 
 /// Contribution of all bonds of an inner node to a row of the stiffness, over `k`, or of the damping, over

@@ -10,11 +10,12 @@ const fn with_springs(lattice: Lattice) -> Lattice {
     Lattice { stiffness_n_per_m: 3.0, damping_kg_per_s: 0.7, ..lattice }
 }
 
-const LATTICES: [Lattice; 4] = [
+const LATTICES: [Lattice; 5] = [
     with_springs(Lattice::slab(7, 5)),
     with_springs(Lattice::sheet(7, 5)),
     with_springs(Lattice::block(5, 4, 3)),
     with_springs(Lattice::block(12, 3, 4)),
+    with_springs(Lattice::block(70, 3, 3)),
 ];
 
 /// Numbers without pattern, one for each freedom.
@@ -79,32 +80,31 @@ fn by_bonds(lattice: &Lattice, u: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
     forces
 }
 
-/// In lines shorter than a group, as long as some, and longer; by the way that a lattice goes, by its
-/// table, and freedom by freedom.
+/// In lines shorter than a group, as long as some, and longer than a piece; by the loops of the lattice, and
+/// freedom by freedom.
 #[test]
 fn the_pull_is_that_of_the_bonds() {
-    for columns in [2, 7, 10, 11, 18, 27] {
+    for columns in [2, 3, 7, 8, 10, 11, 18, 27, 64, 65, 66, 129, 150] {
         let shapes = [
             Lattice::of(&CHAIN, [columns, 1, 1]),
             Lattice::slab(columns, 2),
             Lattice::slab(columns, 5),
             Lattice::sheet(columns, 1),
             Lattice::sheet(columns, 5),
+            Lattice::block(columns, 1, 1),
             Lattice::block(columns, 1, 3),
+            Lattice::block(columns, 2, 1),
             Lattice::block(columns, 4, 3),
         ];
         for lattice in shapes.map(with_springs) {
             let (u, v) = (numbers(&lattice, 1), numbers(&lattice, 2));
             let expected = by_bonds(&lattice, &u, &v);
-            let mut by_table = [still(&lattice), still(&lattice)];
-            let [springs, dashpots] = &mut by_table;
-            lattice.by_table().pull(springs, dashpots, &u, &v);
             let freedoms = 0..lattice.freedoms();
             let one_by_one = [
                 freedoms.clone().map(|n| lattice.spring_force_n(&u, n)).collect(),
                 freedoms.clone().map(|n| lattice.damping_force_n(&v, n)).collect(),
             ];
-            for found in [both(&lattice, &u, &v), by_table, one_by_one] {
+            for found in [both(&lattice, &u, &v), one_by_one] {
                 for n in freedoms.clone() {
                     for (found, expected) in found.iter().zip(&expected) {
                         let (found, expected) = (found[n], expected[n]);

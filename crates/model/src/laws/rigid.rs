@@ -22,12 +22,12 @@ impl ContactLaw for Rigid {
 
     #[inline(always)]
     fn re_attaches(&self, turn: &Turn) -> bool {
-        turn.new_velocity_m_per_s[0] * turn.velocity_m_per_s[0] < 0.0
+        turn.new_velocity_m_per_s[0] * turn.direction[0] < 0.0
     }
 
     #[inline(always)]
     fn turned_by(&self, turn: &Turn) -> f64 {
-        0.0 - turn.new_velocity_m_per_s[0] * turn.velocity_m_per_s[0]
+        0.0 - turn.new_velocity_m_per_s[0] * turn.direction[0]
     }
 
     fn affine(&self) -> Option<Affine> {

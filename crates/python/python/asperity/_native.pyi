@@ -172,7 +172,14 @@ class Run(Events):
     def check(self, *, again: bool = False) -> Verdict: ...
     def field(
         self,
-        quantity: Literal["displacement", "velocity", "tangential_force"] = "displacement",
+        quantity: Literal[
+            "displacement",
+            "velocity",
+            "tangential_force",
+            "displacement_across",
+            "velocity_across",
+            "tangential_force_across",
+        ] = "displacement",
         *,
         rupture: SupportsIndex | None = None,
         t: Sequence[float] | NDArray[np.floating[Any]] | None = None,
@@ -213,6 +220,8 @@ class Field:
     def t(self) -> NDArray[np.float64]: ...
     @property
     def x(self) -> NDArray[np.float64]: ...
+    @property
+    def y(self) -> NDArray[np.float64]: ...
     @property
     def steps(self) -> NDArray[np.uint64]: ...
     @property

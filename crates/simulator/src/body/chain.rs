@@ -194,7 +194,7 @@ impl Body for ChainBody {
         }
         let after = After {
             slip: &state.slip,
-            v: [&self.former_velocity_m_per_s],
+            direction: [&self.former_velocity_m_per_s],
             v_new: [&state.velocity_m_per_s],
             tau: [&state.tangential_force_n],
             threshold: &self.strength.threshold_n,

@@ -1,11 +1,12 @@
-//! A lattice in steps ([`asperity_model::lattice`], docs/slab.md): the nodes of its bottom row, or
-//! layer, carry the contacts, which have `D` tangential freedoms.
+//! A lattice in steps ([`asperity_model::lattice`], docs/slab.md, docs/area.md): the nodes at its bottom
+//! carry the contacts, which have `D` tangential freedoms.
 //!
-//! Springs and dashpots pull between nodes, `k e (e . (u_j - u_i)) + eta (v_j - v_i)`; the load of the
-//! new time presses on the top; the foundation bears contact `n` with `p_n = -k_f u_z` where
-//! `u_z < 0`, and with nothing where the node has lifted off, and friction is in proportion to this
-//! `p_n`. The loops over the nodes are in [`crate::kernels`], compiled for several instruction sets with
-//! the same bits; the contacts are few, 57 of 1767 nodes in the default slab.
+//! Springs and dashpots pull between nodes, `k e (e . (u_j - u_i)) + eta (v_j - v_i)`. Where nodes move
+//! upwards, the load of the new time presses on the top; the foundation bears contact `n` with
+//! `p_n = -k_f u_z` where `u_z < 0`, and with nothing where the node has lifted off, and friction is in
+//! proportion to this `p_n`. Where they do not, in a sheet, the normal load of each contact is given. The
+//! loops over the nodes are in [`crate::kernels`], compiled for several instruction sets with the same
+//! bits.
 //!
 //! **Energies.** Forces do the work `F w` on the way `w = dt v'` ([`crate::energy`]). Springs between
 //! nodes are linear, so `w M w / 2 = w (F_s - F_{s+1}) / 2` with `F_s` their pull in step `s`. With
@@ -16,6 +17,7 @@
 //! outside.
 
 use std::array;
+use std::ops::Range;
 use std::sync::Arc;
 
 use asperity_model::{Lattice, Plan};
@@ -24,9 +26,9 @@ use asperity_record::Energy;
 use crate::body::{Body, OfPlan};
 use crate::energy::Bookkeeping;
 use crate::junctions::{JunctionLoops, Loaded};
-use crate::kernels::{After, Forces, MovedWork, Simd};
+use crate::kernels::{After, Forces, MovedContacts, MovedWork, Rubbed, Simd};
 use crate::lattice_energy::stored_j;
-use crate::law::{ContactLoops, Rubbed, loops};
+use crate::law::{ContactLoops, loops, loops_over_area};
 use crate::state::SliderState;
 use crate::strength::Load;
 
@@ -42,13 +44,17 @@ pub(crate) struct LatticeBody<const D: usize = 1> {
     springs_n: Vec<f64>,
     dashpots_n: Vec<f64>,
     outer_n: Vec<f64>,
-    /// Displacements and velocities of all freedoms of contacts before the step, axis by axis.
+    /// Displacements of all freedoms of contacts before the step, axis by axis.
     former_displacement_m: Vec<f64>,
-    former_velocity_m_per_s: Vec<f64>,
+    /// Directions of slip of the contacts before the step, axis by axis
+    /// ([`Turn::direction`](asperity_model::law::Turn)).
+    direction: Vec<f64>,
     /// Of each contact, `mu_s p` without ageing, `mu_d p`, and friction axis by axis.
     threshold_n: Vec<f64>,
     sliding_friction_n: Vec<f64>,
     friction_n: Vec<f64>,
+    /// The load to which given normal loads, and with them the two before, were last scaled.
+    load: Option<Load>,
     work: MovedWork,
 }
 
@@ -58,6 +64,14 @@ impl OfPlan for LatticeBody {
     fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, simd: Simd, _: Bookkeeping) -> LatticeBody {
         let junctions = JunctionLoops::of(plan, simd);
         LatticeBody { junctions, ..LatticeBody::new(*lattice, simd, loops(plan.friction.law)) }
+    }
+}
+
+impl OfPlan for LatticeBody<2> {
+    type Elastic = Lattice;
+
+    fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, simd: Simd, _: Bookkeeping) -> Self {
+        LatticeBody::new(*lattice, simd, loops_over_area(plan.friction.law))
     }
 }
 
@@ -71,10 +85,11 @@ impl<const D: usize> LatticeBody<D> {
             dashpots_n: zeros(),
             outer_n: zeros(),
             former_displacement_m: of_axes(),
-            former_velocity_m_per_s: of_axes(),
+            direction: vec![0.0; D * contacts],
             threshold_n: vec![0.0; contacts],
             sliding_friction_n: vec![0.0; contacts],
             friction_n: vec![0.0; D * contacts],
+            load: None,
             work: MovedWork::default(),
             lattice,
             simd,
@@ -83,9 +98,39 @@ impl<const D: usize> LatticeBody<D> {
         }
     }
 
-    /// Index of the first freedom along the normal.
-    fn normal(&self) -> usize {
-        (self.lattice.axes() - 1) * self.lattice.nodes()
+    /// The freedoms along the normal; `None` if nodes do not move along it.
+    fn upward(&self) -> Option<Range<usize>> {
+        let nodes = self.lattice.nodes();
+        self.lattice.table.upward().map(|axis| axis * nodes..(axis + 1) * nodes)
+    }
+
+    /// Brings the strength of contacts whose normal load is given to the load of a step.
+    fn follow_load(&mut self, plan: &Plan, load: Load) {
+        if self.load != Some(load) {
+            self.load = Some(load);
+            let friction = &plan.friction;
+            for (to, from) in [
+                (&mut self.threshold_n, &friction.static_threshold_n),
+                (&mut self.sliding_friction_n, &friction.dynamic_friction_n),
+            ] {
+                *to = from.iter().map(|at_start_n| load.scaled_n(*at_start_n)).collect();
+            }
+        }
+    }
+
+    /// Brings the strength of contacts on the foundation to their heights, and returns the normal loads as
+    /// forces on their nodes.
+    fn bear(&mut self, plan: &Plan, state: &mut SliderState, upward: Range<usize>) {
+        let friction = &plan.friction;
+        let rise_m = &state.displacement_m[upward.clone()];
+        let outer_n = &mut self.outer_n[upward];
+        for n in 0..plan.blocks {
+            let normal_load_n = self.lattice.normal_load_n(rise_m[n]);
+            state.normal_load_n[n] = normal_load_n;
+            self.threshold_n[n] = friction.static_coefficients[n] * normal_load_n;
+            self.sliding_friction_n[n] = friction.dynamic_coefficients[n] * normal_load_n;
+            outer_n[n] = normal_load_n;
+        }
     }
 }
 
@@ -96,9 +141,15 @@ fn along<const D: usize>(values: &[f64], from_one_to_next: usize, count: usize) 
 
 impl<const D: usize> Body for LatticeBody<D> {
     fn press(&mut self, plan: &Plan, _: &SliderState, load: Load) {
-        let (nodes, normal) = (self.lattice.nodes(), self.normal());
-        for (node, load_n) in self.lattice.top_row().zip(&plan.top_load_n) {
-            self.outer_n[normal + node] = -load.scaled_n(*load_n);
+        let nodes = self.lattice.nodes();
+        match self.upward() {
+            None => self.follow_load(plan, load),
+            Some(upward) => {
+                let outer_n = &mut self.outer_n[upward];
+                for (node, load_n) in self.lattice.top_row().zip(&plan.top_load_n) {
+                    outer_n[node] = -load.scaled_n(*load_n);
+                }
+            }
         }
         for axis in 0..D {
             self.outer_n[axis * nodes..][..plan.blocks].fill(0.0);
@@ -110,58 +161,64 @@ impl<const D: usize> Body for LatticeBody<D> {
     }
 
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
-        let (nodes, contacts, normal) = (self.lattice.nodes(), plan.blocks, self.normal());
+        let (nodes, contacts, upward) = (self.lattice.nodes(), plan.blocks, self.upward());
         let LatticeBody { lattice, simd, springs_n, dashpots_n, outer_n, .. } = self;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         simd.lattice_pull(springs_n, dashpots_n, u, v, lattice);
-        for axis in 0..lattice.axes() {
-            let (former, of_node) = (axis * contacts..(axis + 1) * contacts, axis * nodes);
-            self.former_displacement_m[former.clone()].copy_from_slice(&u[of_node..][..contacts]);
-            self.former_velocity_m_per_s[former].copy_from_slice(&v[of_node..][..contacts]);
+        let first = if plan.friction.law.holds() { 0 } else { D };
+        for axis in first..lattice.axes() {
+            let former = axis * contacts..(axis + 1) * contacts;
+            self.former_displacement_m[former].copy_from_slice(&u[axis * nodes..][..contacts]);
         }
-        let friction = &plan.friction;
-        for n in 0..contacts {
-            for axis in 0..D {
-                let freedom = axis * nodes + n;
-                state.tangential_force_n[axis * contacts + n] =
-                    (springs_n[freedom] + dashpots_n[freedom]) + outer_n[freedom];
+        for axis in 0..D {
+            let of_contacts = axis * contacts..(axis + 1) * contacts;
+            let tau_n = &mut state.tangential_force_n[of_contacts.clone()];
+            if state.sliding > 0 {
+                let direction = &mut self.direction[of_contacts];
+                direction.copy_from_slice(&v[axis * nodes..][..contacts]);
+                for n in &state.just_detached {
+                    direction[*n as usize] = tau_n[*n as usize];
+                }
             }
-            let normal_load_n = lattice.normal_load_n(u[normal + n]);
-            state.normal_load_n[n] = normal_load_n;
-            self.threshold_n[n] = friction.static_coefficients[n] * normal_load_n;
-            self.sliding_friction_n[n] = friction.dynamic_coefficients[n] * normal_load_n;
-            outer_n[normal + n] = normal_load_n;
+            let of_nodes = axis * nodes..axis * nodes + contacts;
+            let [springs_n, dashpots_n, outer_n] =
+                [&springs_n, &dashpots_n, &outer_n].map(|force_n| &force_n[of_nodes.clone()]);
+            simd.tangential_force(tau_n, springs_n, dashpots_n, outer_n);
         }
+        if let Some(upward) = upward {
+            self.bear(plan, state, upward);
+        }
+        let LatticeBody { simd, springs_n, dashpots_n, outer_n, .. } = self;
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
-        match (&mut self.junctions, &mut state.junctions) {
+        let may_switch = match (&mut self.junctions, &mut state.junctions) {
             (Some(junctions), Some(pinned)) => {
                 let loaded = Loaded::new(state.step, u, &self.threshold_n, &self.sliding_friction_n);
                 junctions.pull(pinned, &mut state.stick_position_m, outer_n, &loaded);
+                true
             }
             _ => {
                 let mut friction_n = self.friction_n.chunks_exact_mut(contacts);
-                self.law.rub(&mut Rubbed {
+                let mut outer_n = outer_n.chunks_exact_mut(nodes).map(|of_nodes| &mut of_nodes[..contacts]);
+                let contacts = &mut Rubbed {
                     u: along(u, nodes, contacts),
                     v: along(v, nodes, contacts),
                     anchor: along(&state.stick_position_m, contacts, contacts),
                     tau: along(&state.tangential_force_n, contacts, contacts),
                     slip: &state.slip,
+                    any_slides: state.sliding > 0,
+                    threshold: &self.threshold_n,
                     sliding_friction: &self.sliding_friction_n,
                     memory: &state.memory,
-                    kt: friction.interfacial_stiffness_n_per_m,
+                    kt: plan.friction.interfacial_stiffness_n_per_m,
                     dt_over_m,
+                    outer: array::from_fn(|_| outer_n.next().expect("one for each axis")),
                     friction: array::from_fn(|_| friction_n.next().expect("one for each axis")),
-                });
-                for (axis, friction_n) in self.friction_n.chunks_exact(contacts).enumerate() {
-                    for (outer_n, friction_n) in
-                        outer_n[axis * nodes..][..contacts].iter_mut().zip(friction_n)
-                    {
-                        *outer_n -= friction_n;
-                    }
-                }
+                };
+                self.law.rub(*simd, contacts)
             }
-        }
+        };
         let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
         self.work = simd.lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
@@ -169,8 +226,7 @@ impl<const D: usize> Body for LatticeBody<D> {
                 Loaded::new(state.step, &state.displacement_m, &self.threshold_n, &self.sliding_friction_n);
             return junctions.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded);
         }
-        // Contacts are few: asking each costs no more than a hint.
-        true
+        may_switch
     }
 
     fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
@@ -180,7 +236,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         let (nodes, contacts) = (self.lattice.nodes(), state.slip.len());
         let after = After {
             slip: &state.slip,
-            v: along(&self.former_velocity_m_per_s, contacts, contacts),
+            direction: along(&self.direction, contacts, contacts),
             v_new: along(&state.velocity_m_per_s, nodes, contacts),
             tau: along(&state.tangential_force_n, contacts, contacts),
             threshold: &self.threshold_n,
@@ -199,7 +255,7 @@ impl<const D: usize> Body for LatticeBody<D> {
     }
 
     fn add_step(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
-        let (nodes, contacts, normal) = (self.lattice.nodes(), plan.blocks, self.normal());
+        let (nodes, contacts, upward) = (self.lattice.nodes(), plan.blocks, self.upward());
         let (lattice, work) = (&self.lattice, &self.work);
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let dt = plan.grid.step_s();
@@ -216,27 +272,39 @@ impl<const D: usize> Body for LatticeBody<D> {
             bent_j += 0.5 * k * way_m * way_m;
         }
         let mut heat_j = 0.0;
-        let former_z_m = &self.former_displacement_m[(lattice.axes() - 1) * contacts..];
-        for n in 0..contacts {
-            for axis in 0..D {
-                let way_m = dt * v[axis * nodes + n];
-                if self.junctions.is_some() {
-                    continue;
-                }
+        // Over an area contacts may be many, and are summed by a kernel.
+        if D > 1 {
+            let [square, power_w] = self.simd.rubbed_work::<D>(&MovedContacts {
+                v: along(v, nodes, contacts),
+                friction: along(&self.friction_n, contacts, contacts),
+                slip: &state.slip,
+                any_slid: state.sliding > 0,
+            });
+            (heat_j, bent_j) = (dt * power_w, bent_j + 0.5 * kt * dt * dt * square);
+        }
+        let sums_contacts = D == 1 && self.junctions.is_none();
+        let former_z_m = &self.former_displacement_m[D * contacts..];
+        for n in 0..if sums_contacts || upward.is_some() { contacts } else { 0 } {
+            if sums_contacts {
+                let way_m = dt * v[n];
                 if state.slip[n] == 0.0 {
                     bent_j += 0.5 * kt * way_m * way_m;
                 } else {
-                    heat_j += self.friction_n[axis * contacts + n] * way_m;
+                    heat_j += self.friction_n[n] * way_m;
                 }
             }
-            bent_j += foundation_scheme_j(lattice, former_z_m[n], u[normal + n]);
+            if let Some(upward) = &upward {
+                bent_j += foundation_scheme_j(lattice, former_z_m[n], u[upward.start + n]);
+            }
         }
         if let Some(junctions) = &self.junctions {
             let [of_junctions_j, scheme_j] = junctions.heat_and_scheme_j(&v[..contacts]);
             (heat_j, bent_j) = (of_junctions_j, bent_j + scheme_j);
         }
-        let parts = lattice.top_row().zip(&plan.top_load_n);
-        let pressed_w: f64 = parts.map(|(node, load_n)| -load.scaled_n(*load_n) * v[normal + node]).sum();
+        let pressed_w: f64 = upward.map_or(0.0, |upward| {
+            let parts = lattice.top_row().zip(&plan.top_load_n);
+            parts.map(|(node, load_n)| -load.scaled_n(*load_n) * v[upward.start + node]).sum()
+        });
         let ledger = &mut state.energy;
         ledger.drive_work_j.add(advance_m * drive_n);
         ledger.load_work_j.add(dt * pressed_w);
@@ -285,39 +353,17 @@ fn foundation_scheme_j(lattice: &Lattice, from_m: f64, to_m: f64) -> f64 {
 mod tests {
     use std::sync::Arc;
 
-    use asperity_model::law::{ContactLaw, LawKeys, Sliding, Turn, magnitude};
+    use asperity_model::law::magnitude;
     use asperity_model::plan::{DriveSpring, InitialState};
     use asperity_model::{Elastic, Lattice, Plan, resolve};
 
     use super::LatticeBody;
+    use crate::body::ChainBody;
+    use crate::energy::Bookkeeping;
     use crate::kernels::Simd;
-    use crate::law::Loops;
+    use crate::law::loops_over_area;
     use crate::state::SliderState;
     use crate::stepper::Stepper;
-
-    /// Amontons-Coulomb over an area: a sliding contact is resisted by `mu_d p` against its velocity, and
-    /// re-attaches when the velocity turns by more than a right angle.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    struct AlongVelocity;
-
-    impl ContactLaw<2> for AlongVelocity {
-        const KEYS: &'static [&'static str] = &[];
-
-        fn of(_: &LawKeys) -> AlongVelocity {
-            AlongVelocity
-        }
-
-        fn drag_n(&self, sliding: &Sliding<'_, 2>) -> [f64; 2] {
-            let speed = magnitude(sliding.velocity_m_per_s);
-            let along = |v| if speed == 0.0 { 0.0 } else { sliding.friction_n * v / speed };
-            sliding.velocity_m_per_s.map(along)
-        }
-
-        fn re_attaches(&self, turn: &Turn<2>) -> bool {
-            let ([x, y], [new_x, new_y]) = (turn.velocity_m_per_s, turn.new_velocity_m_per_s);
-            x * new_x + y * new_y <= 0.0
-        }
-    }
 
     const COUNTS: [usize; 3] = [4, 4, 3];
 
@@ -367,7 +413,7 @@ mod tests {
         let plan = Arc::new(plan);
         let mut state = SliderState::initial(&plan);
         state.tangential_force_n.resize(2 * contacts, 0.0);
-        let body = LatticeBody::new(lattice, Simd::detect(), Arc::new(Loops(AlongVelocity)));
+        let body = LatticeBody::new(lattice, Simd::detect(), loops_over_area(plan.friction.law));
         (Arc::clone(&plan), Stepper::of(plan, state, body))
     }
 
@@ -405,6 +451,46 @@ mod tests {
             - energy.elastic_j;
         assert!(energy.friction_heat_j > 0.1 * put_in_j, "{energy:?}");
         assert!(missing_j.abs() < 1e-11 * put_in_j, "{missing_j} of {put_in_j} J: {energy:?}");
+    }
+
+    /// A sheet of one row is a chain, and its rule of re-attachment the one-way rule: the same switches in the
+    /// same steps.
+    #[test]
+    fn in_one_row_the_law_over_an_area_is_that_of_a_chain() {
+        let sets = ["slider.blocks=40", "time.step_s=4e-7", "drive.velocity_m_per_s=2e-3"];
+        let plan = Arc::new(Plan::new(&resolve("default", &sets).unwrap()));
+        let chain = *plan.elastic.as_chain().expect("a chain");
+        let simd = Simd::detect();
+        let mut of_chain = Stepper::<ChainBody>::new(Arc::clone(&plan), &chain, simd, Bookkeeping::EveryStep);
+        let mut sheet = Plan::clone(&plan);
+        let lattice = Lattice {
+            stiffness_n_per_m: chain.stiffness_n_per_m,
+            damping_kg_per_s: chain.damping_kg_per_s,
+            ..Lattice::sheet(40, 1)
+        };
+        sheet.elastic = Elastic::Lattice(lattice);
+        for values in [
+            &mut sheet.initial.displacement_m,
+            &mut sheet.initial.velocity_m_per_s,
+            &mut sheet.initial.stick_position_m,
+        ] {
+            values.resize(80, 0.0);
+        }
+        let sheet = Arc::new(sheet);
+        let mut of_sheet = Stepper::<LatticeBody<2>>::new(sheet, &lattice, simd, Bookkeeping::EveryStep);
+        let (mut switches, mut largest_n) = (0, 0.0_f64);
+        for _ in 0..400_000 {
+            let (chain_n, sheet_n) =
+                (of_chain.take_step(u64::MAX).total_n, of_sheet.take_step(u64::MAX).total_n);
+            largest_n = largest_n.max(chain_n);
+            assert!((chain_n - sheet_n).abs() < 1e-9 * largest_n, "{chain_n} {sheet_n}");
+            let step = of_chain.state().step;
+            assert_eq!(of_chain.switched(), of_sheet.switched(), "step {step}");
+            switches += of_chain.switched().len();
+        }
+        let state = of_sheet.state();
+        assert!(state.displacement_m[40..].iter().chain(&state.stick_position_m[40..]).all(|y| *y == 0.0));
+        assert!(switches > 200, "{switches}");
     }
 
     #[test]

@@ -125,7 +125,7 @@ impl Jump {
             basis,
             spring: vec![plan.friction.interfacial_stiffness_n_per_m; blocks],
             loading: [false, true].map(|moves| SteadyLoading::of(plan, &stiffness, moves)),
-            forced: Forced::of_freedoms(blocks),
+            forced: Forced::of_nodes(blocks, 1),
             stiffness,
             residue: vec![0.0; 2 * blocks],
             composed: vec![0.0; 2 * blocks],
@@ -279,7 +279,7 @@ impl Jump {
         for n in 0..plan.blocks {
             let threshold = ramp.load.scaled_n(thresholds[n]);
             let room = threshold - ROUNDING * threshold - reserve - swing[n];
-            let (force, rate) = self.forced.friction_n(plan, state, n, 0.0);
+            let ([force], [rate]) = self.forced.friction_n(plan, state, n, 0.0);
             // The threshold may come down to meet the force.
             if !clearance.stays_between(force, rate, room, -ramp.change_n(thresholds[n])) {
                 return 0;

@@ -155,17 +155,30 @@ fn incomplete_states_are_refused() {
         assert!(JunctionState::try_from(wrong).is_err());
     }
     let plan = plan(&[]);
-    let fits = |stored: Stored| JunctionState::try_from(stored).is_ok_and(|state| state.fits(&plan));
+    let still = vec![0.0; plan.blocks];
+    let fits =
+        |stored: Stored| JunctionState::try_from(stored).is_ok_and(|state| state.fits(&plan, 9, &still));
     assert!(fits(stored()));
     let mut breaks = vec![0; 5000];
     breaks[..2].fill(u64::MAX);
     let one = JunctionTotals { breaks: 1, repins: 0 };
+    // A contact with half of its junctions slipping slides; no junction breaks more often than there are steps.
+    let slips = |count: usize, times: u64| {
+        let mut stored = stored();
+        stored.breaks[..count].fill(times);
+        stored.slips_until_step[..count].fill(12);
+        let breaks = count as u64 * times;
+        Stored { totals: JunctionTotals { breaks, repins: breaks - count as u64 }, ..stored }
+    };
+    assert!(fits(slips(49, 9)));
     for wrong in [
         Stored { anchor_m: vec![f64::INFINITY; 5000], ..stored() },
         Stored { breaks, ..stored() },
         Stored { totals: one, ..stored() },
         Stored { totals_before: one, ..stored() },
         Stored { slips_until_step: vec![7; 5000], ..stored() },
+        slips(50, 9),
+        slips(49, 10),
     ] {
         assert!(!fits(wrong));
     }

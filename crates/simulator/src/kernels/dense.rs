@@ -1,5 +1,4 @@
-//! Dense and banded linear algebra for the modes of a slab: products with the columns of a matrix, and
-//! Cholesky's factor of a band.
+//! Dense linear algebra for the modes of a lattice: products with the columns of a matrix.
 
 use crate::kernels::simd::{Simd, dispatch};
 
@@ -13,34 +12,22 @@ impl Simd {
         /// Adds multiples of the columns of a matrix, in ascending order.
         add_columns(sum: &mut [f64], columns: &[f64], times: &[f64])
     }
-
-    dispatch! {
-        /// Replaces the lower band of a symmetric matrix, stored by rows of `width` numbers up to the
-        /// diagonal, by its Cholesky factor with the diagonal inverted; `false` if the matrix is not
-        /// positive.
-        factor_band(band: &mut [f64], width: usize) -> bool
-    }
-
-    dispatch! {
-        /// Solves a system by that factor.
-        solve_band(x: &mut [f64], band: &[f64], width: usize)
-    }
 }
 
 /// Lanes of a sum: its order is the same on every machine.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// Columns that are processed at once.
 const COLUMNS: usize = 4;
 
 #[inline(always)]
-fn sum_of(lanes: [f64; LANES]) -> f64 {
+pub(super) fn sum_of(lanes: [f64; LANES]) -> f64 {
     let [a, b, c, d, e, f, g, h] = lanes;
     ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let b = &b[..a.len()];
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     let mut lanes = [0.0; LANES];
@@ -108,53 +95,6 @@ fn add_columns(sum: &mut [f64], columns: &[f64], times: &[f64]) {
     }
 }
 
-#[inline(always)]
-fn factor_band(band: &mut [f64], width: usize) -> bool {
-    let (rows, beside) = (band.len() / width, width - 1);
-    for i in 0..rows {
-        let (before, own) = band.split_at_mut(i * width);
-        let own = &mut own[..width];
-        let first = i.saturating_sub(beside);
-        for j in first..i {
-            let row = &before[j * width..][..width];
-            let from = first.max(j.saturating_sub(beside));
-            // Column k of row i is stored at k + beside - i.
-            let (of_own, of_row) = (from + beside - i, from + beside - j);
-            let done = dot(&own[of_own..][..j - from], &row[of_row..][..j - from]);
-            let at = j + beside - i;
-            own[at] = (own[at] - done) * row[beside];
-        }
-        let of_own = &own[first + beside - i..beside];
-        let square = own[beside] - dot(of_own, of_own);
-        // Written so that NaN is refused.
-        let is_positive = square > 0.0;
-        if !is_positive {
-            return false;
-        }
-        own[beside] = 1.0 / square.sqrt();
-    }
-    true
-}
-
-#[inline(always)]
-fn solve_band(x: &mut [f64], band: &[f64], width: usize) {
-    let (rows, beside) = (band.len() / width, width - 1);
-    for i in 0..rows {
-        let (row, first) = (&band[i * width..][..width], i.saturating_sub(beside));
-        let (before, own) = x.split_at_mut(i);
-        own[0] = (own[0] - dot(&row[first + beside - i..beside], &before[first..])) * row[beside];
-    }
-    for i in (0..rows).rev() {
-        let (row, first) = (&band[i * width..][..width], i.saturating_sub(beside));
-        let (before, own) = x.split_at_mut(i);
-        own[0] *= row[beside];
-        let times = own[0];
-        for (x, factor) in before[first..].iter_mut().zip(&row[first + beside - i..beside]) {
-            *x -= times * factor;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use asperity_model::mixed;
@@ -188,41 +128,5 @@ mod tests {
                 assert_eq!(run(simd), (products.clone(), sum.clone()), "{simd:?}");
             }
         }
-    }
-
-    #[test]
-    fn a_band_is_factored_and_solved_with() {
-        for (rows, width) in [(1, 1), (5, 2), (30, 7), (41, 20), (9, 9)] {
-            let entry = |i: usize, j: usize| {
-                let (i, j) = (i.max(j), i.min(j));
-                match i - j {
-                    0 => width as f64,
-                    off if off < width => numbers((i * 100 + j) as u64, 1)[0],
-                    _ => 0.0,
-                }
-            };
-            let mut band = vec![0.0; rows * width];
-            for i in 0..rows {
-                for j in (i + 1).saturating_sub(width)..=i {
-                    band[i * width + j + width - 1 - i] = entry(i, j);
-                }
-            }
-            let right = numbers(7, rows);
-            let run = |simd: Simd| {
-                let (mut factor, mut x) = (band.clone(), right.clone());
-                assert!(simd.factor_band(&mut factor, width));
-                simd.solve_band(&mut x, &factor, width);
-                x
-            };
-            let x = run(Simd::Baseline);
-            for (i, right) in right.iter().enumerate() {
-                let back: f64 = (0..rows).map(|j| entry(i, j) * x[j]).sum();
-                assert!((back - right).abs() < 1e-12, "{rows} {width}: {back} {right}");
-            }
-            for simd in Simd::available() {
-                assert_eq!(run(simd), x, "{simd:?}");
-            }
-        }
-        assert!(!Simd::Baseline.factor_band(&mut [1.0, -1.0], 1), "it is not positive");
     }
 }

@@ -87,13 +87,19 @@ mod tests {
 
     #[test]
     fn all_instruction_sets_move_a_lattice_the_same_to_the_bit() {
-        for (columns, rows) in [(2, 2), (3, 5), (9, 2), (18, 7), (57, 4)] {
-            let lattice = Lattice {
-                stiffness_n_per_m: 3.7,
-                damping_kg_per_s: 0.9,
-                foundation_n_per_m: 1.0,
-                ..Lattice::slab(columns, rows)
-            };
+        for lattice in [
+            Lattice::slab(2, 2),
+            Lattice::slab(3, 5),
+            Lattice::slab(9, 2),
+            Lattice::slab(18, 7),
+            Lattice::slab(57, 4),
+            Lattice::sheet(26, 6),
+            Lattice::block(3, 2, 2),
+            Lattice::block(15, 4, 3),
+            Lattice::block(66, 3, 4),
+        ] {
+            let lattice =
+                Lattice { stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9, foundation_n_per_m: 1.0, ..lattice };
             let freedoms = lattice.freedoms();
             let numbers = |seed: u64| -> Vec<f64> {
                 (0..freedoms).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()
@@ -120,7 +126,7 @@ mod tests {
             };
             let baseline = run(Simd::Baseline);
             for simd in Simd::available() {
-                assert_eq!(run(simd), baseline, "{simd:?}, {columns} x {rows}");
+                assert_eq!(run(simd), baseline, "{simd:?}, {lattice:?}");
             }
         }
     }

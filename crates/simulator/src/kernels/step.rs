@@ -94,7 +94,7 @@ fn step<L: ContactLaw>(
         u_new[n] = u[n] + new_v * dt;
 
         let detached_by = tau[n].abs() - law.strength_n(threshold[n], memory_of::<1, L>(memory, n));
-        let turned_by = law.turned_by(&Turn { velocity_m_per_s: [v[n]], new_velocity_m_per_s: [new_v] });
+        let turned_by = law.turned_by(&Turn { direction: [v[n]], new_velocity_m_per_s: [new_v] });
         beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
     }
     is_positive(beyond)
@@ -110,8 +110,8 @@ fn is_positive(bits: u64) -> bool {
 /// A completed step, except for its switches. Vectors have one array per tangential freedom.
 pub(crate) struct After<'a, const D: usize> {
     pub(crate) slip: &'a [f64],
-    /// Before the step and after it.
-    pub(crate) v: [&'a [f64]; D],
+    /// [`Turn::direction`], for contacts that slid in the step.
+    pub(crate) direction: [&'a [f64]; D],
     pub(crate) v_new: [&'a [f64]; D],
     pub(crate) tau: [&'a [f64]; D],
     pub(crate) threshold: &'a [f64],
@@ -122,17 +122,18 @@ pub(crate) struct After<'a, const D: usize> {
 /// Sets the bit of every contact that switches.
 #[inline(always)]
 fn switching<const D: usize, L: ContactLaw<D>>(marks: &mut [u64], after: &After<'_, D>, law: &L) {
-    let &After { slip, v, v_new, tau, threshold, memory } = after;
+    let &After { slip, direction, v_new, tau, threshold, memory } = after;
     for (group, mark) in marks.iter_mut().enumerate() {
         let from = group * 64;
         let to = slip.len().min(from + 64);
         let (slip, threshold) = (&slip[from..to], &threshold[from..to]);
-        let [v, v_new, tau] = [v, v_new, tau].map(|along| along.map(|along| &along[from..to]));
+        let [direction, v_new, tau] =
+            [direction, v_new, tau].map(|along| along.map(|along| &along[from..to]));
         let mut bits = 0u64;
         for n in 0..slip.len() {
             let slides = slip[n] != 0.0;
             let at = |along: [&[f64]; D]| along.map(|along| along[n]);
-            let rests = law.re_attaches(&Turn { velocity_m_per_s: at(v), new_velocity_m_per_s: at(v_new) });
+            let rests = law.re_attaches(&Turn { direction: at(direction), new_velocity_m_per_s: at(v_new) });
             let strength_n = law.strength_n(threshold[n], memory_of::<D, L>(memory, from + n));
             let detaches = magnitude(at(tau)) >= strength_n;
             bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
@@ -256,7 +257,7 @@ mod tests {
                     let hint = law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old);
                     let after = After {
                         slip: &slip,
-                        v: [&v],
+                        direction: [&v],
                         v_new: [&v_new],
                         tau: [&tau],
                         threshold: old.threshold,

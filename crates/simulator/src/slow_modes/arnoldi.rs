@@ -8,15 +8,15 @@
 //! [s^2 + s (D + K) + K] x = 0,
 //! ```
 //!
-//! which is symmetric. The modes of smallest `|s|` are the slowest, and Arnoldi's iteration finds them
-//! first in `K^-1`: with `t = S / s` for a unit of rates `S`, `(t x, x)` is an eigenvector to `t` of
-//!
-//! ```text
-//! (a, b) -> (-S a - K^-1 (S D a + S^2 b), a).
-//! ```
+//! which is symmetric. Arnoldi's iteration finds the modes that decay last first in an inverse of the map
+//! ([`super::inverse`]).
 //!
 //! Since the pencil is symmetric, `x` gives the coordinate of a mode as well: as for a chain
 //! ([`crate::modes`]) it is `x (w - K (u - w) / s)` over its value on the mode itself.
+//!
+//! **Their order.** What decays last comes first. A strongly damped lattice has short waves that creep back without
+//! swinging, as slow by `|s|` as long waves that swing for ten times as long; so modes are ordered by their decay.
+//! In slabs they are ordered by `|s|`, on which the bits of their results rest.
 //!
 //! **What they leave out.** Jumps do not rely on how accurate the modes are; two numbers bound the error of
 //! a state that is composed of them a number of steps later. The residue that they do not span has a norm
@@ -29,6 +29,7 @@ use asperity_model::mixed;
 use crate::complex::Complex;
 use crate::modes::{Coordinates, Powers};
 use crate::slow_modes::eigen::Hessenberg;
+use crate::slow_modes::inverse::Inverse;
 use crate::slow_modes::stuck::StuckLattice;
 
 /// Largest relative error of the image of an accepted mode. Every jump counts the resulting error, so the
@@ -38,12 +39,17 @@ const DEFECT: f64 = 1e-6;
 /// The search ends after this number of eigenvalues without an accepted mode.
 const MOST_MISSING: usize = 6;
 
+/// Growth in a step, of the square of a size, that rounding may pretend.
+const UNDAMPED: f64 = 64.0 * f64::EPSILON;
+
 /// Solves before the iteration, which remove the fastest modes from its start vector.
 const FIRST_SOLUTIONS: usize = 2;
 
-/// Slow modes of a stuck slab.
+/// Slow modes of a stuck lattice, of one class of its motions.
 #[derive(Debug)]
 pub(crate) struct SlowModes {
+    class: usize,
+    /// Freedoms in the basis of the class.
     freedoms: usize,
     /// Real and imaginary part of the displacements of each mode, one after the other.
     shapes: Vec<f64>,
@@ -72,15 +78,22 @@ struct Arnoldi {
 
 impl SlowModes {
     /// Finds modes in `iterations` steps, the slowest first; `None` if there are none.
-    pub(crate) fn of(stuck: &StuckLattice, iterations: usize) -> Option<SlowModes> {
-        let freedoms = stuck.freedoms();
-        let unit = unit_of_rates(stuck);
-        let Arnoldi { basis, map } = arnoldi(stuck, unit, iterations.min(2 * freedoms - FIRST_SOLUTIONS));
+    pub(crate) fn of(stuck: &StuckLattice, class: usize, iterations: usize) -> Option<SlowModes> {
+        let (freedoms, is_over_area) = (stuck.classes()[class].size(), stuck.lattice.lanes > 1);
+        let mut inverse = Inverse::of(stuck, class);
+        let most = if is_over_area { 2 * freedoms } else { 2 * freedoms - FIRST_SOLUTIONS };
+        let Arnoldi { basis, map } = arnoldi(stuck, freedoms, &mut inverse, iterations.min(most))?;
         let values = map.eigenvalues()?;
         let mut values: Vec<Complex> = values.into_iter().filter(|value| value.im <= 0.0).collect();
-        // Of `t = S / s`: a rate with a positive imaginary part has a `t` with a negative one.
-        values.sort_by(|a, b| b.size().total_cmp(&a.size()));
+        // A rate with a positive imaginary part has an eigenvalue with a negative one.
+        if is_over_area {
+            let falls_by = |value: &Complex| falls_by(inverse.rate(*value));
+            values.sort_by(|a, b| falls_by(a).total_cmp(&falls_by(b)));
+        } else {
+            values.sort_by(|a, b| b.size().total_cmp(&a.size()));
+        }
         let mut modes = SlowModes {
+            class,
             freedoms,
             shapes: Vec::new(),
             rates: Vec::new(),
@@ -95,10 +108,10 @@ impl SlowModes {
         let mut work = [scratch(), scratch(), scratch(), scratch(), scratch(), scratch()];
         let mut missing = 0;
         for value in values {
-            let falls_by = 1.0 - (Complex::ONE + Complex::from(unit) / value).size();
-            if !modes.take(stuck, &basis, &map, unit, value, &mut work) {
+            let rate = inverse.rate(value);
+            if !modes.take(stuck, &basis, &map, [value, rate], &mut work) {
                 missing += 1;
-                modes.next_falls_by = modes.next_falls_by.min(falls_by.abs());
+                modes.next_falls_by = modes.next_falls_by.min(falls_by(rate).abs());
                 if missing == MOST_MISSING {
                     break;
                 }
@@ -114,8 +127,7 @@ impl SlowModes {
         stuck: &StuckLattice,
         basis: &[f64],
         map: &Hessenberg,
-        unit: f64,
-        value: Complex,
+        [value, rate]: [Complex; 2],
         work: &mut [Vec<f64>; 6],
     ) -> bool {
         let freedoms = self.freedoms;
@@ -137,8 +149,8 @@ impl SlowModes {
         }
         let (by_stiffness, by_damping) =
             (stuck.step_s * stuck.step_s / stuck.mass_kg, stuck.step_s / stuck.mass_kg);
-        stuck.products(stiff_re, damped_re, re, re);
-        stuck.products(stiff_im, damped_im, im, im);
+        stuck.products_in(self.class, stiff_re, damped_re, re, re);
+        stuck.products_in(self.class, stiff_im, damped_im, im, im);
         for x in stiff_re.iter_mut().chain(&mut *stiff_im) {
             *x *= by_stiffness;
         }
@@ -154,7 +166,7 @@ impl SlowModes {
         };
         let (square, stiff, damped) =
             (product(re, im), product(stiff_re, stiff_im), product(damped_re, damped_im));
-        let mut s = Complex::from(unit) / value;
+        let mut s = rate;
         for _ in 0..3 {
             let off = s * s * square + s * (damped + stiff) + stiff;
             let slope = s * square.scaled(2.0) + (damped + stiff);
@@ -163,6 +175,11 @@ impl SlowModes {
         let is_rate = s.re.is_finite() && s.im >= 0.0 && s.size() > 0.0;
         if !is_rate {
             return false;
+        }
+        // A mode that is not damped neither grows nor decays, but for rounding.
+        let grows_by = s.re * (2.0 + s.re) + s.im * s.im;
+        if grows_by > 0.0 && grows_by <= UNDAMPED {
+            s.re = -s.im * s.im / (1.0 + (1.0 - s.im * s.im).sqrt());
         }
         // A real rate has real displacements, and no conjugate.
         let is_real = value.im == 0.0;
@@ -205,9 +222,11 @@ impl SlowModes {
     ) {
         let count = self.rates.len();
         let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
+        let motions = &stuck.classes()[self.class];
+        let (w, stiff) = (motions.component(w), motions.component(stiff));
         let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
-        stuck.simd.dots(&mut of_w, &self.shapes, w);
-        stuck.simd.dots(&mut of_stiff, &self.shapes, stiff);
+        stuck.simd.dots(&mut of_w, &self.shapes, &w);
+        stuck.simd.dots(&mut of_stiff, &self.shapes, &stiff);
         coordinates.re.clear();
         coordinates.im.clear();
         for m in 0..count {
@@ -234,15 +253,33 @@ impl SlowModes {
             of_u.extend([weight * coordinate.re, -weight * coordinate.im]);
             of_w.extend([weight * moving.re, -weight * moving.im]);
         }
-        stuck.simd.add_columns(u, &self.shapes[..2 * modes * self.freedoms], &of_u);
-        stuck.simd.add_columns(w, &self.shapes[..2 * modes * self.freedoms], &of_w);
+        let shapes = &self.shapes[..2 * modes * self.freedoms];
+        let motions = &stuck.classes()[self.class];
+        for (all, times) in [(u, of_u), (w, of_w)] {
+            if motions.are_all() {
+                stuck.simd.add_columns(all, shapes, &times);
+            } else {
+                let mut own = vec![0.0; self.freedoms];
+                stuck.simd.add_columns(&mut own, shapes, &times);
+                motions.add(all, &own);
+            }
+        }
     }
 
-    /// The displacement of a freedom in a mode.
-    pub(crate) fn shape(&self, mode: usize, freedom: usize) -> Complex {
-        let at = 2 * mode * self.freedoms + freedom;
-        Complex { re: self.shapes[at], im: self.shapes[at + self.freedoms] }
+    /// The displacements of all freedoms of the lattice in a mode, real and imaginary.
+    pub(crate) fn shape(&self, stuck: &StuckLattice, mode: usize) -> [Vec<f64>; 2] {
+        [0, 1].map(|part| {
+            let own = &self.shapes[(2 * mode + part) * self.freedoms..][..self.freedoms];
+            let mut all = vec![0.0; stuck.freedoms()];
+            stuck.classes()[self.class].add(&mut all, own);
+            all
+        })
     }
+}
+
+/// By which share a mode falls in a step.
+fn falls_by(rate: Complex) -> f64 {
+    1.0 - (Complex::ONE + rate).size()
 }
 
 /// How large each coordinate is.
@@ -250,42 +287,30 @@ pub(crate) fn sizes(coordinates: &Coordinates) -> Vec<f64> {
     coordinates.re.iter().zip(&coordinates.im).map(|(re, im)| (re * re + im * im).sqrt()).collect()
 }
 
-/// Some times the slowest rate: that of a shear wave across the longer side.
-fn unit_of_rates(stuck: &StuckLattice) -> f64 {
-    let lattice = &stuck.lattice;
-    let rate = stuck.step_s * (lattice.stiffness_n_per_m / stuck.mass_kg).sqrt();
-    8.0 * rate / lattice.columns.max(lattice.rows) as f64
-}
-
 /// Vectors that a new one is made orthogonal to at once, while they are at hand.
 const AT_ONCE: usize = 8;
 
-fn arnoldi(stuck: &StuckLattice, unit: f64, iterations: usize) -> Arnoldi {
-    let (simd, freedoms) = (stuck.simd, stuck.freedoms());
-    let (dt, mass) = (stuck.step_s, stuck.mass_kg);
+/// `None` if the stiffness cannot be solved with.
+fn arnoldi(
+    stuck: &StuckLattice,
+    freedoms: usize,
+    inverse: &mut Inverse<'_>,
+    iterations: usize,
+) -> Option<Arnoldi> {
+    let simd = stuck.simd;
     // Both halves of the vectors, each in a matrix of its own.
     let mut halves = [Vec::with_capacity((iterations + 1) * freedoms), Vec::new()];
     halves[1].reserve((iterations + 1) * freedoms);
-    let (mut stiff, mut damped, mut scratch) =
-        (vec![0.0; freedoms], vec![0.0; freedoms], vec![0.0; freedoms]);
-    let mut apply = |a: &[f64], b: &[f64], image: &mut [f64]| {
-        stuck.products(&mut stiff, &mut damped, a, a);
-        for n in 0..freedoms {
-            // `M^-1` is `dt^2 / m` times `K^-1`.
-            image[n] = unit / dt * damped[n] + unit * unit * mass / (dt * dt) * b[n];
-        }
-        stuck.solve(image, &mut scratch);
-        for (image, a) in image.iter_mut().zip(a) {
-            *image = -*image - unit * a;
-        }
-    };
     let number = |n: usize| mixed(n as u64) as f64 / u64::MAX as f64 - 0.5;
     let (mut a, mut b): (Vec<f64>, Vec<f64>) = (vec![0.0; freedoms], (0..freedoms).map(number).collect());
-    let mut image = vec![0.0; freedoms];
+    let mut image = [a.clone(), b.clone()];
     for _ in 0..FIRST_SOLUTIONS {
-        apply(&a, &b, &mut image);
-        std::mem::swap(&mut b, &mut a);
-        std::mem::swap(&mut a, &mut image);
+        let [to_a, to_b] = &mut image;
+        if !inverse.apply(&a, &b, to_a, to_b) {
+            return None;
+        }
+        std::mem::swap(&mut a, to_a);
+        std::mem::swap(&mut b, to_b);
     }
     let square = |a: &[f64], b: &[f64]| {
         let mut squares = [[0.0]; 2];
@@ -302,8 +327,10 @@ fn arnoldi(stuck: &StuckLattice, unit: f64, iterations: usize) -> Arnoldi {
     let mut size = iterations;
     for j in 0..iterations {
         let from = j * freedoms;
-        apply(&halves[0][from..][..freedoms], &halves[1][from..][..freedoms], &mut a);
-        b.copy_from_slice(&halves[0][from..][..freedoms]);
+        let [of_a, of_b] = [0, 1].map(|half| &halves[half][from..][..freedoms]);
+        if !inverse.apply(of_a, of_b, &mut a, &mut b) {
+            return None;
+        }
         let whole = square(&a, &b);
         for from in (0..=j).step_by(AT_ONCE) {
             let count = AT_ONCE.min(j + 1 - from);
@@ -339,7 +366,7 @@ fn arnoldi(stuck: &StuckLattice, unit: f64, iterations: usize) -> Arnoldi {
     for i in 0..size {
         small.rows[i * size..][..size].copy_from_slice(&map.rows[i * iterations..][..size]);
     }
-    Arnoldi { basis, map: small }
+    Some(Arnoldi { basis, map: small })
 }
 
 #[cfg(test)]
@@ -359,7 +386,7 @@ mod tests {
         let stuck =
             StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive");
         let freedoms = stuck.freedoms();
-        let modes = SlowModes::of(&stuck, 60).expect("there are modes");
+        let modes = SlowModes::of(&stuck, 0, 60).expect("there are modes");
         let count = modes.rates.len();
         assert!(count > 10 && modes.rates.is_sorted_by(|a, b| a.size() <= b.size()));
         let coordinates = Coordinates {

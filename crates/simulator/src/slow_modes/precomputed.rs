@@ -1,85 +1,132 @@
-//! Quantities shared by all jumps of a slab's plan: the stuck slab, its slow modes, and their effect on
-//! contacts, drive and load.
+//! Quantities shared by all jumps of a plan: the stuck lattice, its slow modes, and their effect on contacts,
+//! drive and load.
 
-use asperity_model::Plan;
+use std::array;
+use std::sync::{Arc, OnceLock};
+
+use asperity_model::law::magnitude;
+use asperity_model::{Lattice, Plan};
 
 use crate::complex::Complex;
 use crate::norms::Norms;
 use crate::slow_modes::arnoldi::SlowModes;
+use crate::slow_modes::mirror::Motions;
 use crate::slow_modes::stuck::StuckLattice;
 
-/// Computed once for all jumps.
+/// Computed once for all jumps of a lattice whose contacts have `D` tangential freedoms.
 #[derive(Debug)]
-pub(crate) struct Precomputed {
+pub(crate) struct Precomputed<const D: usize> {
     pub(crate) stuck: StuckLattice,
-    pub(crate) modes: SlowModes,
     pub(crate) norms: Norms,
+    /// `M^-1` times the change of the forces in a step due to a moving drive, and due to a load that grows
+    /// by its initial value.
+    pub(crate) by_drive_m: Vec<f64>,
+    pub(crate) by_load_m: Vec<f64>,
+    /// The modes of each class of motions, found when a state first has such a motion.
+    modes: Vec<OnceLock<Option<Arc<ClassModes<D>>>>>,
+    iterations: usize,
+}
+
+/// The slow modes of a class of motions, and what each does.
+#[derive(Debug)]
+pub(crate) struct ClassModes<const D: usize> {
+    pub(crate) slow: SlowModes,
     /// Tangential force and normal load of each contact due to each mode, mode by mode.
-    pub(crate) force_n: Vec<Complex>,
+    pub(crate) force_n: Vec<[Complex; D]>,
     pub(crate) load_n: Vec<Complex>,
-    /// Their magnitudes.
+    /// The most that these come to: the magnitude of a vector is at most that of the sizes of its components.
     pub(crate) most_force_n: Vec<f64>,
     pub(crate) most_load_n: Vec<f64>,
     /// The sum of the driving forces, and the way of the load, `sum F_n u_z`, by each mode.
     pub(crate) drive_n: Vec<Complex>,
     pub(crate) pressed_j: Vec<Complex>,
-    /// `M^-1` times the change of the forces in a step due to a moving drive, and due to a load that grows
-    /// by its initial value.
-    pub(crate) by_drive_m: Vec<f64>,
-    pub(crate) by_load_m: Vec<f64>,
 }
 
-impl Precomputed {
-    /// `None` if no slow modes are found.
-    pub(crate) fn of(plan: &Plan, stuck: StuckLattice, iterations: usize) -> Option<Precomputed> {
-        let modes = SlowModes::of(&stuck, iterations)?;
-        let (freedoms, contacts) = (stuck.freedoms(), plan.blocks);
-        let nodes = freedoms / 2;
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let inertia = stuck.mass_kg / (stuck.step_s * stuck.step_s);
-        let (mut force_n, mut load_n) = (Vec::new(), Vec::new());
-        let (mut drive_n, mut pressed_j) = (Vec::new(), Vec::new());
-        for (mode, &s) in modes.rates.iter().enumerate() {
-            let weight = modes.weights[mode];
-            // `tau = m (v' - v) / dt + k_t u`.
-            let factor = s * s / (Complex::ONE + s) * inertia + Complex::from(kt);
-            for n in 0..contacts {
-                force_n.push(modes.shape(mode, n) * factor * weight);
-                load_n.push(modes.shape(mode, nodes + n) * (-weight * stuck.lattice.foundation_n_per_m));
-            }
-            let springs = plan.drive.springs.iter();
-            drive_n.push(springs.fold(Complex::ZERO, |sum, spring| {
-                sum + modes.shape(mode, spring.block) * (-weight * spring.stiffness_n_per_m)
-            }));
-            let parts = stuck.lattice.top_row().zip(&plan.top_load_n);
-            pressed_j.push(parts.fold(Complex::ZERO, |sum, (node, load_n)| {
-                sum + modes.shape(mode, nodes + node) * (weight * load_n)
-            }));
-        }
-        let mut scratch = vec![0.0; freedoms];
-        let mut by_drive_m = vec![0.0; freedoms];
+/// The first freedom along the normal, of a lattice on a foundation.
+pub(crate) fn first_normal(lattice: &Lattice) -> Option<usize> {
+    lattice.table.upward().map(|upward| upward * lattice.nodes())
+}
+
+/// The nodes of the top row that a load presses on, as their freedoms along the normal, with the load at the
+/// start.
+pub(crate) fn pressed<'a>(plan: &'a Plan, lattice: &Lattice) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let normal = first_normal(lattice).unwrap_or(0);
+    lattice.top_row().zip(&plan.top_load_n).map(move |(node, load_n)| (normal + node, *load_n))
+}
+
+impl<const D: usize> Precomputed<D> {
+    /// `None` if the stiffness cannot be solved with.
+    pub(crate) fn of(plan: &Plan, stuck: StuckLattice, iterations: usize) -> Option<Precomputed<D>> {
+        let mut by_drive_m = vec![0.0; stuck.freedoms()];
         let advance_m = plan.drive.velocity_m_per_s * stuck.step_s;
         for spring in &plan.drive.springs {
             by_drive_m[spring.block] += spring.stiffness_n_per_m * spring.direction * advance_m;
         }
-        stuck.solve(&mut by_drive_m, &mut scratch);
-        let mut by_load_m = vec![0.0; freedoms];
-        for (node, load_n) in stuck.lattice.top_row().zip(&plan.top_load_n) {
-            by_load_m[nodes + node] = -load_n;
+        let mut by_load_m = vec![0.0; stuck.freedoms()];
+        for (freedom, load_n) in pressed(plan, &stuck.lattice) {
+            by_load_m[freedom] = -load_n;
         }
-        stuck.solve(&mut by_load_m, &mut scratch);
-        Some(Precomputed {
+        let are_solved = stuck.solve(&mut by_drive_m) && stuck.solve(&mut by_load_m);
+        are_solved.then(|| Precomputed {
             norms: Norms::of(plan),
+            modes: stuck.classes().iter().map(|_| OnceLock::new()).collect(),
             stuck,
-            modes,
-            most_force_n: force_n.iter().map(|force| force.size()).collect(),
+            by_drive_m,
+            by_load_m,
+            iterations,
+        })
+    }
+
+    /// The modes of a class of motions; `None` if it has no slow modes.
+    pub(crate) fn modes(&self, plan: &Plan, class: usize) -> Option<Arc<ClassModes<D>>> {
+        self.modes[class].get_or_init(|| self.find(plan, class).map(Arc::new)).clone()
+    }
+
+    fn find(&self, plan: &Plan, class: usize) -> Option<ClassModes<D>> {
+        let stuck = &self.stuck;
+        let slow = SlowModes::of(stuck, class, self.iterations)?;
+        let (nodes, contacts) = (stuck.lattice.nodes(), plan.blocks);
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let inertia = stuck.mass_kg / (stuck.step_s * stuck.step_s);
+        let (mut force_n, mut load_n) = (Vec::new(), Vec::new());
+        let (mut drive_n, mut pressed_j) = (Vec::new(), Vec::new());
+        for (mode, &s) in slow.rates.iter().enumerate() {
+            let weight = slow.weights[mode];
+            let [re, im] = slow.shape(stuck, mode);
+            let shape = |freedom: usize| Complex { re: re[freedom], im: im[freedom] };
+            // `tau = m (v' - v) / dt + k_t u`.
+            let factor = s * s / (Complex::ONE + s) * inertia + Complex::from(kt);
+            for n in 0..contacts {
+                force_n.push(array::from_fn(|axis| shape(axis * nodes + n) * factor * weight));
+                let load = first_normal(&stuck.lattice).map(|normal| shape(normal + n));
+                let foundation = -weight * stuck.lattice.foundation_n_per_m;
+                load_n.push(load.map_or(Complex::ZERO, |rise| rise * foundation));
+            }
+            let springs = plan.drive.springs.iter();
+            drive_n.push(springs.fold(Complex::ZERO, |sum, spring| {
+                sum + shape(spring.block) * (-weight * spring.stiffness_n_per_m)
+            }));
+            pressed_j.push(
+                pressed(plan, &stuck.lattice)
+                    .fold(Complex::ZERO, |sum, (freedom, load_n)| sum + shape(freedom) * (weight * load_n)),
+            );
+        }
+        let most = |force_n: &[Complex; D]| magnitude(force_n.map(|part| part.size()));
+        Some(ClassModes {
+            slow,
+            most_force_n: force_n.iter().map(most).collect(),
             most_load_n: load_n.iter().map(|load| load.size()).collect(),
             force_n,
             load_n,
             drive_n,
             pressed_j,
-            by_drive_m,
-            by_load_m,
         })
+    }
+
+    /// The classes of which some arrays over all freedoms have a component. The first is always among them.
+    pub(crate) fn classes_of<'a>(&'a self, arrays: [&'a [f64]; 3]) -> impl Iterator<Item = usize> + 'a {
+        let has_part = move |motions: &Motions| arrays.iter().any(|all| !motions.lack(all));
+        let classes = self.stuck.classes().iter().enumerate();
+        classes.filter(move |(class, motions)| *class == 0 || has_part(motions)).map(|(class, _)| class)
     }
 }

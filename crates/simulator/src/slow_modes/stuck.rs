@@ -1,94 +1,199 @@
-//! The stuck slab: its stiffness and damping, and its equilibrium.
+//! The stuck lattice: its stiffness and damping, and its equilibrium.
 //!
 //! While every contact sticks and bears load, all forces are linear: springs and dashpots between
-//! nodes, the friction spring `k_t` and the foundation `k_f` of each contact, the drive. With the nodes
-//! numbered column by column (or row by row, if columns are longer) the stiffness `M` is a band, half
-//! as wide as two columns, and Cholesky's factor of it stays within.
+//! nodes, the friction springs `k_t` and the foundation `k_f` of each contact, the drive. The stiffness `M` is a
+//! band ([`super::assembly`]), and Cholesky's factor of it stays within. Even and odd motions ([`super::mirror`]) have factors of their
+//! own, each found when it is first needed.
+//!
+//! A driving spring `K` without a mirrored one, as of a drive at one row, couples even and odd motions. It is
+//! left out of the factors, and added by its effect on the solution (Sherman and Morrison 1950): with
+//! `z = M^-1 e` for its freedom, `(M + K e e')^-1 f = M^-1 f - z K (e' M^-1 f) / (1 + K e' z)`.
 
+use std::sync::OnceLock;
+
+use asperity_model::plan::{Drive, DriveSpring};
 use asperity_model::{Lattice, Plan};
 
+use crate::complex::Complex;
 use crate::kernels::Simd;
+use crate::slow_modes::assembly::{Assembly, width};
+use crate::slow_modes::complex_band::ComplexBand;
+use crate::slow_modes::mirror::{Motions, mirror_image, mirrors_itself};
 
-/// Stiffness and damping of a stuck slab.
-#[derive(Debug, Clone)]
+/// Stiffness and damping of a stuck lattice.
+#[derive(Debug)]
 pub(crate) struct StuckLattice {
     pub(crate) simd: Simd,
     pub(crate) lattice: Lattice,
-    /// Stiffness on each freedom from springs other than those between nodes, if any.
+    /// Stiffness on each freedom from springs other than those between nodes, if any: those that are
+    /// mirror images of each other, and other ones.
     held_n_per_m: Vec<(usize, f64)>,
+    coupled_n_per_m: Vec<(usize, f64)>,
+    /// `k_t`.
+    interfacial_n_per_m: f64,
     pub(crate) step_s: f64,
     pub(crate) mass_kg: f64,
+    /// The motions that the factored stiffness keeps apart.
+    factors: Vec<Factored>,
+    /// Those that the whole stiffness keeps apart.
+    classes: Vec<Motions>,
+    coupling: Vec<Coupling>,
+}
+
+/// Motions with the factor of their stiffness; `None` if it is not positive by its numbers.
+#[derive(Debug)]
+struct Factored {
+    motions: Motions,
+    factor: OnceLock<Option<Factor>>,
+}
+
+/// Cholesky's factor of a stiffness.
+#[derive(Debug)]
+struct Factor {
     band: Vec<f64>,
     width: usize,
     /// The index of each freedom in the band.
     place: Vec<usize>,
 }
 
+/// How much of a stuck lattice over an area the modes of a plan are found with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Sizes {
+    /// Classes of motions that the run has.
+    pub(crate) classes: usize,
+    /// Freedoms of each.
+    pub(crate) freedoms: usize,
+    /// Factors in which each class is solved.
+    pub(crate) factors: usize,
+    /// Numbers in a row of a factor's band.
+    pub(crate) width: usize,
+}
+
+impl Sizes {
+    pub(crate) fn of(plan: &Plan, lattice: &Lattice) -> Sizes {
+        let (all, width) = (lattice.freedoms(), width(lattice) / 2);
+        let couples = |spring: &DriveSpring| !is_mirrored(spring, &plan.drive, lattice);
+        if plan.drive.springs.iter().any(couples) {
+            return Sizes { classes: 1, freedoms: all, factors: 2, width };
+        }
+        let classes = if mirrors_itself(plan, lattice) { 1 } else { 2 };
+        Sizes { classes, freedoms: all.div_ceil(2), factors: 1, width }
+    }
+}
+
+/// Whether the drive has the mirror image of a spring.
+fn is_mirrored(spring: &DriveSpring, drive: &Drive, lattice: &Lattice) -> bool {
+    let image = mirror_image(lattice, spring.block);
+    drive.springs.iter().any(|of| of.block == image && of.stiffness_n_per_m == spring.stiffness_n_per_m)
+}
+
+/// A spring that couples the motions of different factors.
+#[derive(Debug)]
+struct Coupling {
+    freedom: usize,
+    /// `z`, and `K / (1 + K e' z)`.
+    yields_m_per_n: Vec<f64>,
+    held_n_per_m: f64,
+}
+
 impl StuckLattice {
-    /// Numbers that the factor of a lattice has.
+    /// Numbers that the factors of a lattice have.
     pub(crate) fn numbers(lattice: &Lattice) -> usize {
-        lattice.freedoms() * width(lattice)
+        lattice.freedoms() * width(lattice) / classes(lattice)
     }
 
     /// `None` if the stiffness is not positive by its numbers.
     pub(crate) fn of(plan: &Plan, lattice: Lattice, simd: Simd) -> Option<StuckLattice> {
-        let (nodes, width) = (lattice.nodes(), width(&lattice));
+        let nodes = lattice.nodes();
         let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let friction = lattice.row(0).map(|n| (n, kt));
-        let foundation = lattice.row(0).map(|n| (nodes + n, lattice.foundation_n_per_m));
-        let drive = plan.drive.springs.iter().map(|spring| (spring.block, spring.stiffness_n_per_m));
-        let held_n_per_m: Vec<(usize, f64)> = friction.chain(foundation).chain(drive).collect();
-        let by_columns = lattice.rows <= lattice.columns;
-        let place: Vec<usize> = (0..2 * nodes)
-            .map(|freedom| {
-                let (axis, node) = (freedom / nodes, freedom % nodes);
-                let (row, column) = (node / lattice.columns, node % lattice.columns);
-                let number = if by_columns { column * lattice.rows + row } else { node };
-                2 * number + axis
-            })
-            .collect();
-        let mut band = vec![0.0; 2 * nodes * width];
-        let mut add = |a: usize, b: usize, stiffness_n_per_m: f64| {
-            let (row, column) = (place[a].max(place[b]), place[a].min(place[b]));
-            band[row * width + column + width - 1 - row] += stiffness_n_per_m;
-        };
-        lattice.over_bonds(|bond| {
-            let freedoms = [bond.from, nodes + bond.from, bond.to, nodes + bond.to];
-            let pull = [-bond.along[0], -bond.along[1], bond.along[0], bond.along[1]];
-            for i in 0..4 {
-                for j in 0..=i {
-                    add(freedoms[i], freedoms[j], bond.stiffness_n_per_m * (pull[i] * pull[j]));
-                }
-            }
-        });
-        for &(freedom, stiffness_n_per_m) in &held_n_per_m {
-            add(freedom, freedom, stiffness_n_per_m);
-        }
-        simd.factor_band(&mut band, width).then(|| StuckLattice {
+        let tangential = lattice.table.axes.iter().filter(|axis| **axis != 2).count();
+        let friction = (0..tangential).flat_map(|axis| lattice.row(0).map(move |n| (axis * nodes + n, kt)));
+        let upward = lattice.table.upward().into_iter();
+        let foundation = upward
+            .flat_map(|axis| lattice.row(0).map(move |n| (axis * nodes + n, lattice.foundation_n_per_m)));
+        let (mirrored, coupled): (Vec<&DriveSpring>, Vec<&DriveSpring>) =
+            plan.drive.springs.iter().partition(|spring| is_mirrored(spring, &plan.drive, &lattice));
+        let held = |spring: &&DriveSpring| (spring.block, spring.stiffness_n_per_m);
+        let held_n_per_m: Vec<(usize, f64)> =
+            friction.chain(foundation).chain(mirrored.iter().map(held)).collect();
+        let coupled_n_per_m: Vec<(usize, f64)> = coupled.iter().map(held).collect();
+        let kept_apart = Motions::kept_apart(&lattice);
+        let classes =
+            if coupled_n_per_m.is_empty() { kept_apart.clone() } else { vec![Motions::all(&lattice)] };
+        let factored = |motions: Motions| Factored { motions, factor: OnceLock::new() };
+        let mut stuck = StuckLattice {
             simd,
             lattice,
             held_n_per_m,
+            coupled_n_per_m,
+            interfacial_n_per_m: kt,
             step_s: plan.grid.step_s(),
             mass_kg: plan.block_mass_kg,
-            band,
-            width,
-            place,
-        })
+            classes,
+            factors: kept_apart.into_iter().map(factored).collect(),
+            coupling: Vec::new(),
+        };
+        stuck.factor(0)?;
+        for (freedom, stiffness_n_per_m) in stuck.coupled_n_per_m.clone() {
+            let mut yields_m_per_n = vec![0.0; stuck.freedoms()];
+            yields_m_per_n[freedom] = 1.0;
+            if !stuck.solve(&mut yields_m_per_n) {
+                return None;
+            }
+            let held_n_per_m = stiffness_n_per_m / (1.0 + stiffness_n_per_m * yields_m_per_n[freedom]);
+            stuck.coupling.push(Coupling { freedom, yields_m_per_n, held_n_per_m });
+        }
+        Some(stuck)
     }
 
     pub(crate) fn freedoms(&self) -> usize {
-        self.place.len()
+        self.lattice.freedoms()
     }
 
-    /// Turns forces into the displacements `x` with `M x = force`.
-    pub(crate) fn solve(&self, force: &mut [f64], scratch: &mut [f64]) {
-        for (place, force) in self.place.iter().zip(&*force) {
-            scratch[*place] = *force;
+    /// The classes of motions that do not mix: even and odd ones, or all.
+    pub(crate) fn classes(&self) -> &[Motions] {
+        &self.classes
+    }
+
+    /// Turns forces into the displacements `x` with `M x = force`; `false` if the stiffness is not positive
+    /// by its numbers.
+    pub(crate) fn solve(&self, force: &mut [f64]) -> bool {
+        if let [Factored { motions, .. }] = &self.factors[..]
+            && motions.are_all()
+        {
+            let Some(factor) = self.factor(0) else { return false };
+            factor.solve(self.simd, force);
+        } else {
+            let given = force.to_vec();
+            force.fill(0.0);
+            for (number, Factored { motions, .. }) in self.factors.iter().enumerate() {
+                if motions.lack(&given) {
+                    continue;
+                }
+                let (Some(factor), mut own) = (self.factor(number), motions.fold(&given)) else {
+                    return false;
+                };
+                factor.solve(self.simd, &mut own);
+                motions.add(force, &own);
+            }
         }
-        self.simd.solve_band(scratch, &self.band, self.width);
-        for (place, x) in self.place.iter().zip(force) {
-            *x = scratch[*place];
+        for Coupling { freedom, yields_m_per_n, held_n_per_m } in &self.coupling {
+            let force_n = held_n_per_m * force[*freedom];
+            for (x, yields) in force.iter_mut().zip(yields_m_per_n) {
+                *x -= force_n * yields;
+            }
         }
+        true
+    }
+
+    /// [`StuckLattice::solve`] in the basis of a class.
+    pub(crate) fn solve_in(&self, class: usize, force: &mut [f64]) -> bool {
+        if self.classes.len() < self.factors.len() {
+            return self.solve(force);
+        }
+        let Some(factor) = self.factor(class) else { return false };
+        factor.solve(self.simd, force);
+        true
     }
 
     /// `M u` and `C v`.
@@ -97,15 +202,89 @@ impl StuckLattice {
         for force in stiff.iter_mut().chain(damped) {
             *force = -*force;
         }
-        for &(freedom, stiffness_n_per_m) in &self.held_n_per_m {
+        for &(freedom, stiffness_n_per_m) in self.held() {
             stiff[freedom] += stiffness_n_per_m * u[freedom];
+        }
+    }
+
+    /// [`StuckLattice::products`] in the basis of a class.
+    pub(crate) fn products_in(
+        &self,
+        class: usize,
+        stiff: &mut [f64],
+        damped: &mut [f64],
+        u: &[f64],
+        v: &[f64],
+    ) {
+        let motions = &self.classes[class];
+        if motions.are_all() {
+            return self.products(stiff, damped, u, v);
+        }
+        let zeros = || vec![0.0; self.freedoms()];
+        let [mut all_u, mut all_v, mut all_stiff, mut all_damped] = [zeros(), zeros(), zeros(), zeros()];
+        motions.add(&mut all_u, u);
+        motions.add(&mut all_v, v);
+        self.products(&mut all_stiff, &mut all_damped, &all_u, &all_v);
+        stiff.copy_from_slice(&motions.fold(&all_stiff));
+        damped.copy_from_slice(&motions.fold(&all_damped));
+    }
+
+    /// `sqrt(k_t / m)` in units of the step.
+    pub(crate) fn swing_rate(&self) -> f64 {
+        self.step_s * (self.interfacial_n_per_m / self.mass_kg).sqrt()
+    }
+
+    /// `K + a + b D` for two numbers `a` and `b` in the basis of a class, factored, and the place of each freedom
+    /// in it.
+    pub(crate) fn complex_factor(&self, class: usize, [a, b]: [Complex; 2]) -> (ComplexBand, Vec<usize>) {
+        let assembly = Assembly::of(&self.lattice, &self.classes[class]);
+        let (stiffness, damping) = (assembly.stiffness(self.held().copied()), assembly.damping());
+        let (by_stiffness, by_damping) =
+            (self.step_s * self.step_s / self.mass_kg, self.step_s / self.mass_kg);
+        let parts = stiffness.iter().zip(&damping);
+        let joined = parts.map(|(k, c)| Complex::from(by_stiffness * k) + b.scaled(by_damping * c));
+        let mut band: Vec<Complex> = joined.collect();
+        for row in band.chunks_exact_mut(assembly.width) {
+            let diagonal = row.len() - 1;
+            row[diagonal] = row[diagonal] + a;
+        }
+        (ComplexBand::factored(band, assembly.width), assembly.place)
+    }
+
+    /// All springs that hold freedoms.
+    fn held(&self) -> impl Iterator<Item = &(usize, f64)> {
+        self.held_n_per_m.iter().chain(&self.coupled_n_per_m)
+    }
+
+    fn factor(&self, number: usize) -> Option<&Factor> {
+        let Factored { motions, factor } = &self.factors[number];
+        factor.get_or_init(|| self.factored(motions)).as_ref()
+    }
+
+    fn factored(&self, motions: &Motions) -> Option<Factor> {
+        let assembly = Assembly::of(&self.lattice, motions);
+        let mut band = assembly.stiffness(self.held_n_per_m.iter().copied());
+        let Assembly { width, place, .. } = assembly;
+        self.simd.factor_band(&mut band, width).then_some(Factor { band, width, place })
+    }
+}
+
+impl Factor {
+    fn solve(&self, simd: Simd, force: &mut [f64]) {
+        let mut placed = vec![0.0; force.len()];
+        for (place, force) in self.place.iter().zip(&*force) {
+            placed[*place] = *force;
+        }
+        simd.solve_band(&mut placed, &self.band, self.width);
+        for (place, x) in self.place.iter().zip(force) {
+            *x = placed[*place];
         }
     }
 }
 
-/// Numbers in a row of the band: a node and its neighbours lie within two columns.
-fn width(lattice: &Lattice) -> usize {
-    2 * lattice.rows.min(lattice.columns) + 4
+/// Number of classes of motions that have factors of their own.
+fn classes(lattice: &Lattice) -> usize {
+    if lattice.lanes > 1 { 2 } else { 1 }
 }
 
 #[cfg(test)]
@@ -127,10 +306,9 @@ mod tests {
             let freedoms = stuck.freedoms();
             let numbers = |n: usize| mixed(n as u64) as f64 / u64::MAX as f64 - 0.5;
             let u: Vec<f64> = (0..freedoms).map(numbers).collect();
-            let (mut force, mut damped, mut scratch) =
-                (vec![0.0; freedoms], vec![0.0; freedoms], vec![0.0; freedoms]);
+            let (mut force, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
             stuck.products(&mut force, &mut damped, &u, &u);
-            stuck.solve(&mut force, &mut scratch);
+            assert!(stuck.solve(&mut force));
             for (found, u) in force.iter().zip(&u) {
                 assert!((found - u).abs() < 1e-11, "{found} {u}");
             }

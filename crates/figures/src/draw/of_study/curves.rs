@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_numbers::quantile;
 use plotters::prelude::RGBColor;
 
 use super::colours::{Colours, On, WORDS};
@@ -11,7 +12,7 @@ use super::map::in_order;
 use super::paper::{Item, Paper, Sample};
 use crate::draw::plot::{Dash, GREY, INK, Marker};
 use crate::draw::scale::Scale;
-use crate::{Place, Theory, quantile};
+use crate::{Place, Theory};
 
 /// Strengths of the bands between extremes and between quartiles.
 const EXTREMES: f64 = 0.13;
@@ -206,6 +207,7 @@ pub(super) fn family(
     let panels = panels.into_iter().map(|(panel, layers)| (panel, layers.concat())).collect();
     Ok(Paper {
         shape: None,
+        is_close: false,
         title: figure.title.clone(),
         x: Scale::of(&figure.x.label, figure.x.log, 0.04, xs.into_iter().filter(|x| x.is_finite())),
         y: Scale::of(&figure.y.label, figure.y.log, 0.06, ys.into_iter()).down_to_zero(lowest),
@@ -328,6 +330,7 @@ pub(super) fn lengths(
     let panels = panels.into_iter().map(|(panel, layers)| (panel, layers.concat())).collect();
     Ok(Paper {
         shape: None,
+        is_close: false,
         title: figure.title.clone(),
         x: Scale::between(&figure.x.label, 0.0, to),
         y: Scale::between(&figure.y.label, 0.0, 1.05),

@@ -88,6 +88,7 @@ struct Columns {
     run: usize,
     status: usize,
     blocks: usize,
+    longest_precursor_ratio: usize,
     x: usize,
     y: usize,
     colour: Option<usize>,
@@ -175,6 +176,7 @@ impl Gathered {
             run: find("run"),
             status: find("status"),
             blocks: find("blocks"),
+            longest_precursor_ratio: find("longest_precursor_ratio"),
             x: find(&x.column),
             y: find(&y.column),
             colour: of(colour),
@@ -259,7 +261,11 @@ impl Gathered {
         };
         self.samples.push(sample);
         if let (true, Some(blocks)) = (self.is_lengths(), as_number(cell(of.blocks))) {
-            self.lengths(&farther, (panel, colour), blocks);
+            // Over an area lengths are shares of the columns, of which the longest precursor says how many.
+            let alone = farther.iter().filter(|(_, rupture)| !rupture.reached_every_block);
+            let longest = alone.last().zip(as_number(cell(of.longest_precursor_ratio)));
+            let columns = longest.map_or(blocks, |((to, _), ratio)| (f64::from(to) / ratio).round());
+            self.lengths(&farther, (panel, colour), columns);
         }
     }
 

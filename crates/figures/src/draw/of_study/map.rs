@@ -99,6 +99,7 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     }
     Ok(Paper {
         shape: None,
+        is_close: false,
         title: figure.title.clone(),
         x,
         y,

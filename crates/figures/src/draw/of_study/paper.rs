@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use plotters::element::{Circle, Polygon, Rectangle};
-use plotters::prelude::{IntoDrawingArea, RGBColor};
+use plotters::prelude::{IntoDrawingArea, RGBColor, WHITE};
 use plotters::style::Color;
 
 use super::colours::Colours;
@@ -11,7 +11,7 @@ use crate::draw::axes::{self, Ruler};
 use crate::draw::lines::thinned;
 use crate::draw::plot::{
     Area, Dash, Frame, GREY, INK, Keys, LINE_WIDTH, Layout, Marker, PANEL, Picture, SMALL_PANEL, Sheet,
-    TICK_TEXT, Told, line, mark, mark_at, nothing, stroke,
+    TICK_TEXT, Told, filled, line, mark, mark_at, nothing, stroke,
 };
 use crate::draw::print::canvas::{self, Canvas};
 use crate::draw::print::page::{self, Page, Point, Role};
@@ -36,6 +36,10 @@ pub(crate) enum Item {
     Crossed((f64, f64)),
     /// Small words in the middle of this point, or reading upwards from it.
     Words((f64, f64), String, bool),
+    /// Black lines with white edges, which stay visible on all colours.
+    Contours(Vec<Vec<(f64, f64)>>),
+    /// Arrows from one point to another, likewise.
+    Arrows(Vec<[(f64, f64); 2]>),
 }
 
 impl Item {
@@ -46,6 +50,8 @@ impl Item {
             | Item::Surface(points, ..)
             | Item::Marks(points, ..)
             | Item::Discs(points, ..) => points.is_empty(),
+            Item::Contours(lines) => lines.is_empty(),
+            Item::Arrows(arrows) => arrows.is_empty(),
             Item::Cell(..) | Item::Crossed(_) | Item::Words(..) => false,
         }
     }
@@ -81,6 +87,8 @@ pub(crate) enum Key {
     Below(i32),
     /// At the foot, rows side by side in lines of the width of the panels, without a colour bar.
     InLines,
+    /// In lines, with the colour bar at the right, with this width in pixels.
+    BarBeside(i32),
 }
 
 /// A sheet of panels.
@@ -92,6 +100,8 @@ pub(crate) struct Paper {
     pub(crate) panels: Vec<Panel>,
     /// Height of a panel over its width, where both axes have the same unit; else as there is room.
     pub(crate) shape: Option<f64>,
+    /// Whether panels stand close together, with numbers at the outer ones alone, and the key below them.
+    pub(crate) is_close: bool,
     /// What the colour bar shows.
     pub(crate) bar: Option<Colours>,
     /// Above the rows.
@@ -108,6 +118,21 @@ const RIGHT: i32 = 40;
 const BELOW: i32 = 165;
 const ABOVE: i32 = 50;
 const TITLE: i32 = 90;
+
+/// Pixels at the left of a panel and below it where panels stand close together, and the height up to
+/// which they stand in one column, or two.
+const CLOSE: (i32, i32) = (40, 24);
+const CLOSE_HEIGHT: f64 = 1500.0;
+
+/// What their numbers need across, and those of their colour bar upwards, in pixels.
+const CLOSE_NUMBERS: (f64, f64) = (130.0, 40.0);
+
+/// Lines with edges: colour and width in pixels of the edge, and of the line upon it.
+const EDGED: [(RGBColor, f64); 2] = [(WHITE, 8.0), (INK, 3.0)];
+
+/// Heads of arrows, in pixels, and the shortest arrow.
+const ARROW_HEAD: f64 = 17.0;
+const SHORTEST_ARROW: f64 = 3.0;
 
 /// What a number upwards needs, in pixels.
 const ROW_OF_NUMBERS: f64 = 60.0;
@@ -126,7 +151,8 @@ const SMALL_TEXT: f64 = 29.0;
 impl Paper {
     /// Without title, shape, bar and heading.
     pub(crate) fn new(x: Scale, y: Scale, panels: Vec<Panel>, rows: Vec<(Sample, String)>) -> Paper {
-        Paper { title: String::new(), x, y, panels, shape: None, bar: None, heading: String::new(), rows }
+        let (title, heading) = (String::new(), String::new());
+        Paper { title, x, y, panels, shape: None, is_close: false, bar: None, heading, rows }
     }
 
     /// One panel, from back to front.
@@ -143,12 +169,28 @@ impl Paper {
     fn columns_and_rows(&self) -> (i32, i32) {
         let columns = match self.panels.len() {
             0 | 1 => 1,
+            count if self.is_close => self.close_columns(count as i32),
             2..=8 => 2,
             _ => 3,
         };
         let rows = (self.panels.len().max(1) as i32).div_euclid(columns)
             + i32::from(self.panels.len() as i32 % columns != 0);
         (columns, rows)
+    }
+
+    /// As few columns of panels as leave the sheet no taller than wide.
+    fn close_columns(&self, count: i32) -> i32 {
+        let shape = self.shape.unwrap_or(1.0);
+        let is_low = |columns: &i32| {
+            let wide = f64::from(PANEL.0) / f64::from(*columns);
+            f64::from((count + columns - 1) / columns) * (shape * wide + f64::from(TITLE)) < CLOSE_HEIGHT
+        };
+        (1..3).find(is_low).unwrap_or(3)
+    }
+
+    /// What is free at the left of each panel and below it, for its numbers and labels.
+    fn about_panel(&self) -> (i32, i32) {
+        if self.is_close { CLOSE } else { (LEFT, BELOW) }
     }
 
     fn title_height(&self) -> i32 {
@@ -158,17 +200,19 @@ impl Paper {
     /// Width and height on a sheet of its own, in pixels.
     fn size(&self, key: Key) -> (i32, i32) {
         let (columns, rows) = self.columns_and_rows();
-        let key = if let Key::Beside(key) = key { key } else { 0 };
+        let (left, below) = self.about_panel();
+        let key = if let Key::Beside(key) | Key::BarBeside(key) = key { key } else { 0 };
         let small = match columns {
-            1 => (PANEL.0 as i32 - key, PANEL.1 as i32),
+            1 => (PANEL.0 as i32 - key - (LEFT - left), PANEL.1 as i32),
+            _ if self.is_close => ((PAGE_WIDTH - key - (LEFT - left)) / columns, SMALL_PANEL.1 as i32),
             2 => ((PAGE_WIDTH - key) / 2, SMALL_PANEL.1 as i32),
             _ => (SMALL_PANEL.0 as i32, SMALL_PANEL.1 as i32),
         };
         let is_titled = self.panels.iter().any(|panel| !panel.title.is_empty());
-        let about = BELOW + if is_titled { TITLE } else { ABOVE };
-        let tall = |shape: f64| (shape * f64::from(small.0 - LEFT - RIGHT)).round() as i32 + about;
+        let about = below + if is_titled { TITLE } else { ABOVE };
+        let tall = |shape: f64| (shape * f64::from(small.0 - left - RIGHT)).round() as i32 + about;
         let height = self.shape.map_or(small.1, tall);
-        (columns * small.0 + key, self.title_height() + rows * height)
+        (columns * small.0 + key + (LEFT - left), self.title_height() + rows * height + (BELOW - below))
     }
 
     /// Draws it into a rectangle of a picture: its upper left corner, its width and height.
@@ -181,20 +225,31 @@ impl Paper {
     ) -> Result<(), String> {
         let (columns, rows) = self.columns_and_rows();
         let title = self.title_height();
+        let in_lines = || ROW * self.key_lines(width).len() as i32;
         let (beside, below) = match key {
             Key::Beside(wide) => (wide, 0),
             Key::Below(rows) => (0, ROW * rows),
-            Key::InLines => (0, ROW * self.key_lines(width).len() as i32),
+            Key::InLines => (0, in_lines()),
+            Key::BarBeside(wide) => (wide, in_lines()),
         };
-        let small = ((width - beside) / columns, (height - title - below) / rows);
+        let about = self.about_panel();
+        // What only the outer panels have.
+        let outer = (LEFT - about.0, BELOW - about.1);
+        let small = ((width - beside - outer.0) / columns, (height - title - below - outer.1) / rows);
         let middle = float((left + columns * small.0 / 2 + LEFT / 2, top + 20 + TITLE / 2));
-        axes::label(root, &self.title, middle, f64::from(width - 2 * PAD), false)?;
+        // Close panels are wide, and their title may be as long as the page.
+        let beside_middle = f64::from(left + width) - middle.0.max(f64::from(2 * left + width) - middle.0);
+        let longest = if self.is_close { 2.0 * beside_middle } else { f64::from(width) } - f64::from(2 * PAD);
+        axes::label(root, &self.title, middle, longest, false)?;
         for (n, panel) in self.panels.iter().enumerate() {
             let (column, row) = (n as i32 % columns, n as i32 / columns);
             let above = if panel.title.is_empty() { ABOVE } else { TITLE };
-            let low = (left + column * small.0 + LEFT, top + title + row * small.1 + above);
-            let high = (left + (column + 1) * small.0 - RIGHT, top + title + (row + 1) * small.1 - BELOW);
-            self.panel(root, panel, low, high)?;
+            let low = (left + outer.0 + column * small.0 + about.0, top + title + row * small.1 + above);
+            let right = left + outer.0 + (column + 1) * small.0 - RIGHT;
+            let high = (right, top + title + (row + 1) * small.1 - about.1);
+            let is_lowest = n + columns as usize >= self.panels.len();
+            let has_numbers = [is_lowest || !self.is_close, column == 0 || !self.is_close];
+            self.panel(root, panel, (low, high), has_numbers)?;
         }
         match key {
             Key::Beside(_) => {
@@ -203,7 +258,14 @@ impl Paper {
                 self.key(root, at, top + height - BELOW)
             }
             Key::Below(_) => self.key(root, (left + LEFT, top + height - below), top + height),
-            Key::InLines => {
+            Key::InLines | Key::BarBeside(_) => {
+                if let (Key::BarBeside(_), Some(bar)) = (key, &self.bar) {
+                    let is_titled = self.panels.iter().any(|panel| !panel.title.is_empty());
+                    let above = if is_titled { TITLE } else { ABOVE };
+                    let at = (left + outer.0 + columns * small.0 + PAD, top + title + above);
+                    let end = top + height - below - BELOW;
+                    self.bar(root, bar, at, end.min(at.1 + 1000))?;
+                }
                 let lines = self.key_lines(width);
                 lines.iter().zip(1..).try_for_each(|(line, n)| {
                     let y = top + height - below + ROW * n - ROW / 2;
@@ -233,7 +295,8 @@ impl Paper {
     /// How wide the key is beside the panels, in pixels.
     pub(crate) fn key_width(&self) -> i32 {
         let width = |text: &str| text::label_width(text, TICK_TEXT).ceil() as i32;
-        let rows = self.rows.iter().map(|(_, text)| SAMPLE + PAD + width(text)).max().unwrap_or(0);
+        let rows = self.rows.iter().filter(|_| !self.is_close);
+        let rows = rows.map(|(_, text)| SAMPLE + PAD + width(text)).max().unwrap_or(0);
         let bar = self.bar.as_ref().map_or(0, |bar| {
             let ticks = bar.scale.ticks();
             let widest = ticks.iter().map(|tick| width(&tick.label)).max().unwrap_or(0);
@@ -246,7 +309,14 @@ impl Paper {
         }
     }
 
-    fn panel(&self, root: &Area<'_>, panel: &Panel, low: (i32, i32), high: (i32, i32)) -> Result<(), String> {
+    /// Draws a panel between two corners, with numbers and labels across and upwards if it has them.
+    fn panel(
+        &self,
+        root: &Area<'_>,
+        panel: &Panel,
+        (low, high): ((i32, i32), (i32, i32)),
+        [has_across, has_upwards]: [bool; 2],
+    ) -> Result<(), String> {
         let place = |(x, y): (f64, f64)| -> Option<Point> {
             let across = self.x.share(x)? * f64::from(high.0 - low.0);
             let down = (1.0 - self.y.share(y)?) * f64::from(high.1 - low.1);
@@ -272,12 +342,26 @@ impl Paper {
             // A panel may be low.
             upwards.ticks = self.y.ticks_at_most((f64::from(high.1 - low.1) / ROW_OF_NUMBERS).min(7.0));
         }
-        axes::draw(root, &frame, &ruler(&self.x), &upwards)?;
+        let mut across = ruler(&self.x);
+        if self.is_close {
+            across.ticks = self.x.ticks_at_most((f64::from(high.0 - low.0) / CLOSE_NUMBERS.0).min(9.0));
+        }
+        for (ruler, has_numbers) in [(&mut across, has_across), (&mut upwards, has_upwards)] {
+            if !has_numbers {
+                ruler.ticks.iter_mut().for_each(|tick| tick.label.clear());
+            }
+        }
+        axes::draw(root, &frame, &across, &upwards)?;
         let (middle, between) = ((frame.left + frame.right) / 2.0, (frame.top + frame.bottom) / 2.0);
         let (wide, tall) = (f64::from(high.0 - low.0 + RIGHT), f64::from(high.1 - low.1));
         axes::label(root, &panel.title, (middle, frame.top - 40.0), wide, false)?;
-        axes::label(root, &self.x.label(), (middle, frame.bottom + 112.0), wide, false)?;
-        axes::label(root, &self.y.label(), (frame.left - f64::from(LEFT - 45), between), tall, true)
+        if has_across {
+            axes::label(root, &self.x.label(), (middle, frame.bottom + 112.0), wide, false)?;
+        }
+        if has_upwards {
+            axes::label(root, &self.y.label(), (frame.left - f64::from(LEFT - 45), between), tall, true)?;
+        }
+        Ok(())
     }
 
     fn key(&self, root: &Area<'_>, (left, top): (i32, i32), bottom: i32) -> Result<(), String> {
@@ -312,7 +396,9 @@ impl Paper {
         };
         raster(root, &(top..bottom).map(row).collect::<Vec<_>>())?;
         let frame = frame((left, top), (left + BAR_WIDTH, bottom));
-        let ruler = Ruler { scale: &bar.scale, ticks: bar.scale.ticks() };
+        let room = f64::from(bottom - top) / CLOSE_NUMBERS.1;
+        let ticks = if self.is_close { bar.scale.ticks_at_most(room.min(7.0)) } else { bar.scale.ticks() };
+        let ruler = Ruler { scale: &bar.scale, ticks };
         let reach = axes::draw_at_the_right(root, &frame, &ruler)?;
         let beside = (frame.right + reach + 48.0, (frame.top + frame.bottom) / 2.0);
         axes::label(root, &bar.scale.label(), beside, frame.bottom - frame.top, true)
@@ -427,6 +513,23 @@ fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point
                 root.draw(&Circle::new(point, *radius, color.filled())).map_err(failed)?;
             }
         }
+        Item::Contours(lines) => {
+            let paths: Vec<Vec<Point>> =
+                lines.iter().map(|line| line.iter().filter_map(|point| place(*point)).collect()).collect();
+            // All edges below all lines, so that none crosses another line.
+            for (color, width) in EDGED {
+                for path in paths.iter().filter(|path| path.len() > 1) {
+                    line(root, Role::Data, path.clone(), Dash::Solid, color, width)?;
+                }
+            }
+        }
+        Item::Arrows(arrows) => {
+            for [from, to] in arrows {
+                if let (Some(from), Some(to)) = (place(*from), place(*to)) {
+                    arrow(root, from, to)?;
+                }
+            }
+        }
         // All of a panel are one picture.
         Item::Cell(..) => {}
         Item::Words(point, words, upward) => {
@@ -438,6 +541,34 @@ fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point
                 mark_at(root, Role::Data, point, Marker::Cross, GREY)?;
             }
         }
+    }
+    Ok(())
+}
+
+/// Draws an arrow with a white edge; one that is too short to have a direction is left out.
+fn arrow(root: &Area<'_>, from: Point, to: Point) -> Result<(), String> {
+    let (x, y) = (to.0 - from.0, to.1 - from.1);
+    let length = (x * x + y * y).sqrt();
+    if length < SHORTEST_ARROW {
+        return Ok(());
+    }
+    let (x, y) = (x / length, y / length);
+    let head = (0.5 * length).min(ARROW_HEAD);
+    for (color, width) in EDGED {
+        // The edge reaches as far beyond the head as beside the shaft.
+        let edge = (width - EDGED[1].1) / 2.0;
+        let (tip, foot) = (length + 2.0 * edge, length - head - edge);
+        let half = 0.42 * head + 1.5 * edge;
+        let at = |along: f64, aside: f64| (from.0 + x * along - y * aside, from.1 + y * along + x * aside);
+        line(
+            root,
+            Role::Data,
+            vec![at(-edge, 0.0), at(length - head / 2.0, 0.0)],
+            Dash::Solid,
+            color,
+            width,
+        )?;
+        filled(root, Role::Data, page::around(&[at(tip, 0.0), at(foot, half), at(foot, -half)]), color)?;
     }
     Ok(())
 }
@@ -487,10 +618,14 @@ impl Picture for Paper {
     fn page(&self, layout: Layout<'_>) -> Result<Page, String> {
         let beside = Key::Beside(self.key_width());
         let is_below = layout.keys == Keys::Below && self.bar.is_none() && self.heading.is_empty();
-        let key = if is_below { Key::InLines } else { beside };
+        let key = match beside {
+            Key::Beside(width) if self.is_close => Key::BarBeside(width),
+            _ if is_below => Key::InLines,
+            beside => beside,
+        };
         let (width, mut height) = self.size(key);
         let mut free = 0;
-        if is_below && !self.rows.is_empty() {
+        if (is_below || self.is_close) && !self.rows.is_empty() {
             height += ROW * self.key_lines(width).len() as i32;
             free = PAD;
         }

@@ -1,0 +1,331 @@
+//! Maps over an area of contact, drawn to scale: a cell for each contact, with outlines of sets of contacts,
+//! contour lines, arrows, and the driven edge.
+
+use std::collections::BTreeMap;
+
+use asperity_numbers::run_data::RunEvents;
+use asperity_record::{Contacts, magnitude};
+use plotters::prelude::RGBColor;
+
+use super::of_study::colours::Colours;
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{Dash, RED};
+use super::scale::Scale;
+
+/// Points of the map, mm.
+pub(super) type Points = Vec<(f64, f64)>;
+
+/// The contacts of a run over an area.
+#[derive(Debug, Clone)]
+pub(super) struct Area {
+    pub(super) contacts: Contacts,
+    spacing_mm: f64,
+    /// The first and the last row at the driven edge; none where other contacts are driven as well.
+    driven_rows: Option<[u32; 2]>,
+    is_driven: bool,
+}
+
+/// What is free beside the driven edge, and how thick its mark is, over the length of the slider.
+const MARGIN: f64 = 0.035;
+const EDGE: f64 = 0.012;
+
+/// About how far apart arrows are, over the length of the slider.
+const BETWEEN_ARROWS: f64 = 0.035;
+
+impl Area {
+    /// That of a run; in words, why it has none.
+    pub(super) fn of(run: &RunEvents) -> Result<Area, String> {
+        if run.of_one_row().is_some() {
+            return Err(format!(
+                "the contacts of run {} lie in a single row (accepted: a run over an area, slider.across of 2 or \
+                 more)",
+                run.name
+            ));
+        }
+        Ok(Area {
+            contacts: run.header.contacts(),
+            spacing_mm: run.plan.spacing_m * 1e3,
+            driven_rows: run.plan.driven_rows(),
+            is_driven: !run.plan.drive.springs.is_empty(),
+        })
+    }
+
+    /// Numbers of all contacts.
+    pub(super) fn all(&self) -> impl Iterator<Item = u32> + use<> {
+        1..=self.contacts.count()
+    }
+
+    /// Where a contact is, or a corner of its cell, given its distance from there in halves of a spacing.
+    fn corner(&self, contact: u32, halves: [f64; 2]) -> (f64, f64) {
+        let at = |place: u32, half: f64| (f64::from(place - 1) + half / 2.0) * self.spacing_mm;
+        (at(self.contacts.column(contact), halves[0]), at(self.contacts.row(contact), halves[1]))
+    }
+
+    /// Where a contact is.
+    pub(super) fn place(&self, contact: u32) -> (f64, f64) {
+        self.corner(contact, [0.0, 0.0])
+    }
+
+    /// The cell of a contact.
+    pub(super) fn cell(&self, contact: u32, color: RGBColor) -> Item {
+        Item::Cell(self.corner(contact, [-1.0, -1.0]), self.corner(contact, [1.0, 1.0]), color)
+    }
+
+    fn length_mm(&self) -> f64 {
+        f64::from(self.contacts.columns() - 1) * self.spacing_mm
+    }
+
+    /// The outlines of a set of contacts, along the edges of their cells.
+    pub(super) fn outlines(&self, has: &dyn Fn(u32) -> bool) -> Vec<Points> {
+        let (columns, rows) = (self.contacts.columns(), self.contacts.rows());
+        // Columns and rows from 1; beyond them there is nothing.
+        let inside = |column: u32, row: u32| {
+            (1..=columns).contains(&column) && (1..=rows).contains(&row) && has((row - 1) * columns + column)
+        };
+        let mut edges = Vec::new();
+        for (column, row) in (0..=columns).flat_map(|column| (0..=rows).map(move |row| (column, row))) {
+            // The corner above and at the right of a contact, and the edges from there back.
+            let corner = (column, row);
+            if row > 0 && inside(column, row) != inside(column + 1, row) {
+                edges.push([(column, row - 1), corner]);
+            }
+            if column > 0 && inside(column, row) != inside(column, row + 1) {
+                edges.push([(column - 1, row), corner]);
+            }
+        }
+        let at = |corner: u32| (f64::from(corner) - 0.5) * self.spacing_mm;
+        let lines = joined(&edges).into_iter();
+        lines.map(|line| line.into_iter().map(|(column, row)| (at(column), at(row))).collect()).collect()
+    }
+
+    /// Lines along which a quantity has a level, between contacts that all have a value: those of squares of
+    /// four contacts, by straight lines between them.
+    pub(super) fn contours(&self, values: &[Option<f64>], level: f64) -> Vec<Points> {
+        let columns = self.contacts.columns();
+        let mut crossings: BTreeMap<[u32; 2], (f64, f64)> = BTreeMap::new();
+        let mut edges = Vec::new();
+        for contact in self.all() {
+            let is_last =
+                self.contacts.column(contact) == columns || contact + columns > self.contacts.count();
+            if is_last {
+                continue;
+            }
+            // Around the square.
+            let corners = [contact, contact + 1, contact + columns + 1, contact + columns];
+            let at = |corner: u32| values[corner as usize - 1];
+            let Some(of) = corners.map(at).into_iter().collect::<Option<Vec<f64>>>() else { continue };
+            let mut crossed = Vec::new();
+            for side in 0..4 {
+                let (a, b) = (side, (side + 1) % 4);
+                if (of[a] < level) == (of[b] < level) {
+                    continue;
+                }
+                let share = (level - of[a]) / (of[b] - of[a]);
+                let ((x0, y0), (x1, y1)) = (self.place(corners[a]), self.place(corners[b]));
+                let key = [corners[a].min(corners[b]), corners[a].max(corners[b])];
+                crossings.insert(key, (x0 + share * (x1 - x0), y0 + share * (y1 - y0)));
+                crossed.push(key);
+            }
+            match crossed[..] {
+                [a, b] => edges.push([a, b]),
+                // At a saddle the two lines keep to the corners that are not as the middle is.
+                [a, b, c, d] => {
+                    let middle = of.iter().sum::<f64>() / 4.0;
+                    let is_first = (middle < level) == (of[0] < level);
+                    edges.extend(if is_first { [[a, b], [c, d]] } else { [[d, a], [b, c]] });
+                }
+                _ => {}
+            }
+        }
+        let lines = joined(&edges).into_iter();
+        lines.map(|line| line.into_iter().map(|key| crossings[&key]).collect()).collect()
+    }
+
+    /// Arrows of a vector at contacts that are far enough apart in `panels` panels on a sheet, with the
+    /// size of the longest; none of zero alone.
+    pub(super) fn arrows(&self, vectors: &[[f64; 2]], longest: f64, panels: usize) -> Option<Item> {
+        // Several panels are in two columns.
+        let smaller = if panels > 3 { 2.0 } else { 1.0 };
+        let apart = (smaller * BETWEEN_ARROWS * self.length_mm() / self.spacing_mm).round().max(1.0) as u32;
+        let longest_mm = 0.9 * f64::from(apart) * self.spacing_mm;
+        let is_drawn = |contact: &u32| {
+            // From both edges the same, so that what is symmetric looks so.
+            let is_on = |place: u32, count: u32| {
+                let from = (count - 1) % apart / 2;
+                (place + apart - 1 - from).is_multiple_of(apart)
+            };
+            is_on(self.contacts.column(*contact), self.contacts.columns())
+                && is_on(self.contacts.row(*contact), self.contacts.rows())
+        };
+        let arrow = |contact: u32| {
+            let (x, y) = self.place(contact);
+            // About the contact.
+            let [half_x, half_y] =
+                vectors[contact as usize - 1].map(|part| part / longest * longest_mm / 2.0);
+            [(x - half_x, y - half_y), (x + half_x, y + half_y)]
+        };
+        (longest > 0.0).then(|| Item::Arrows(self.all().filter(is_drawn).map(arrow).collect()))
+    }
+
+    /// The mark of the driven edge.
+    fn drive(&self) -> Option<Item> {
+        let [first, last] = self.driven_rows?;
+        let (x, thick) = (-0.5 * self.spacing_mm, EDGE * self.length_mm());
+        let y = [f64::from(first) - 1.5, f64::from(last) - 0.5].map(|row| row * self.spacing_mm);
+        let outline = vec![(x - thick, y[0]), (x, y[0]), (x, y[1]), (x - thick, y[1])];
+        Some(Item::Surface(outline, RED, 1.0))
+    }
+
+    /// Panels over the area with one colour bar, and rows of the key, to which the drive is added.
+    pub(super) fn paper(
+        &self,
+        mut panels: Vec<Panel>,
+        bar: Option<Colours>,
+        mut rows: Vec<(Sample, String)>,
+    ) -> Paper {
+        let drive = self.drive();
+        panels.iter_mut().for_each(|panel| panel.items.extend(drive.clone()));
+        match (drive, self.is_driven) {
+            (Some(_), _) => rows.push((Sample::Line(Dash::Solid, RED), "driven edge".to_owned())),
+            (None, true) => rows.push((Sample::Nothing, "driven from the top".to_owned())),
+            (None, false) => {}
+        }
+        let half = 0.5 * self.spacing_mm;
+        let (length, width) = (self.length_mm(), f64::from(self.contacts.rows() - 1) * self.spacing_mm);
+        let (left, right) = (-half - MARGIN * length, length + half);
+        let x = Scale::between("x (mm)", left, right);
+        let y = Scale::between("y (mm)", -half, width + half);
+        let shape = Some((width + 2.0 * half) / (right - left));
+        Paper { shape, bar, is_close: true, ..Paper::new(x, y, panels, rows) }
+    }
+}
+
+/// A quantity along the slider: over an area the mean of each column of contacts.
+pub(super) fn along(run: &RunEvents, values: &[f64]) -> Vec<f64> {
+    let contacts = run.header.contacts();
+    if contacts.rows() == 1 {
+        return values.to_vec();
+    }
+    let columns = contacts.columns() as usize;
+    let mean =
+        |column: usize| values[column..].iter().step_by(columns).sum::<f64>() / f64::from(contacts.rows());
+    (0..columns).map(mean).collect()
+}
+
+/// Sizes of vectors.
+pub(super) fn sizes(vectors: &[[f64; 2]]) -> Vec<f64> {
+    vectors.iter().map(|vector| magnitude(*vector)).collect()
+}
+
+/// Lines through edges that meet, each edge once.
+fn joined<P: Copy + Ord>(edges: &[[P; 2]]) -> Vec<Vec<P>> {
+    let mut at: BTreeMap<P, Vec<usize>> = BTreeMap::new();
+    for (n, edge) in edges.iter().enumerate() {
+        edge.iter().for_each(|end| at.entry(*end).or_default().push(n));
+    }
+    let mut is_used = vec![false; edges.len()];
+    let mut lines = Vec::new();
+    // From open ends first, so that no line begins in its middle.
+    let ends = at.iter().filter(|(_, met)| met.len() % 2 == 1).map(|(end, _)| *end);
+    let starts: Vec<P> = ends.chain(edges.iter().map(|edge| edge[0])).collect();
+    for start in starts {
+        let mut line = vec![start];
+        let mut here = start;
+        while let Some(&n) = at[&here].iter().find(|n| !is_used[**n]) {
+            is_used[n] = true;
+            here = if edges[n][0] == here { edges[n][1] } else { edges[n][0] };
+            line.push(here);
+        }
+        if line.len() > 1 {
+            lines.push(line);
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Area, Item, Points, joined};
+    use asperity_testkit::made_up;
+
+    /// Four columns of three rows, 100/3 mm apart.
+    fn area() -> Area {
+        Area::of(&made_up::sheet(&[])).unwrap()
+    }
+
+    const A: f64 = 100.0 / 3.0;
+
+    fn length(lines: &[Points]) -> f64 {
+        let of =
+            |line: &Points| line.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum::<f64>();
+        lines.iter().map(of).sum()
+    }
+
+    #[test]
+    fn an_outline_goes_once_around_what_it_encloses() {
+        let area = area();
+        let of = |set: &[u32]| area.outlines(&|contact| set.contains(&contact));
+        let all: Vec<u32> = area.all().collect();
+        let [whole] = &of(&all)[..] else { panic!("one line") };
+        assert!(
+            (length(std::slice::from_ref(whole)) - 14.0 * A).abs() < 1e-9 && whole.first() == whole.last()
+        );
+        // A single contact, two that touch at a corner alone, and a ring about a hole.
+        assert!((length(&of(&[6])) - 4.0 * A).abs() < 1e-9);
+        assert!((length(&of(&[1, 6])) - 8.0 * A).abs() < 1e-9);
+        let ring: Vec<u32> = all.iter().copied().filter(|n| ![4, 8, 12, 6].contains(n)).collect();
+        let lines = of(&ring);
+        assert!(lines.len() == 2 && (length(&lines) - 16.0 * A).abs() < 1e-9, "{lines:?}");
+        assert!(of(&[]).is_empty());
+    }
+
+    #[test]
+    fn contours_are_where_the_value_is() {
+        let area = area();
+        // A plane that rises along x and y: each level is a straight line.
+        let plane: Vec<Option<f64>> =
+            area.all().map(|n| area.place(n)).map(|(x, y)| Some(x + 0.5 * y)).collect();
+        let lines = area.contours(&plane, 50.0);
+        assert_eq!(lines.len(), 1);
+        assert!(lines[0].iter().all(|(x, y)| (x + 0.5 * y - 50.0).abs() < 1e-9), "{lines:?}");
+        let ends = [lines[0][0], lines[0][lines[0].len() - 1]];
+        assert!((length(&lines) - (ends[0].0 - ends[1].0).hypot(ends[0].1 - ends[1].1)).abs() < 1e-9);
+        // Around a hill the line is closed.
+        let hill: Vec<Option<f64>> = area.all().map(|n| Some(f64::from(u8::from(n == 6)))).collect();
+        let lines = area.contours(&hill, 0.5);
+        assert!(lines.len() == 1 && lines[0].first() == lines[0].last() && lines[0].len() == 5, "{lines:?}");
+        // At a saddle lines do not cross, and where a value is missing there is none.
+        let saddle: Vec<Option<f64>> =
+            area.all().map(|n| Some(f64::from(u8::from([2, 5].contains(&n))))).collect();
+        assert_eq!(area.contours(&saddle, 0.4).len(), 2);
+        let gaps: Vec<Option<f64>> = plane.iter().map(|value| value.filter(|value| *value < 50.0)).collect();
+        assert!(area.contours(&gaps, 60.0).is_empty() && area.contours(&plane, 1e3).is_empty());
+    }
+
+    #[test]
+    fn arrows_are_as_long_as_their_vectors() {
+        let area = area();
+        let vectors: Vec<[f64; 2]> = area.all().map(|n| [f64::from(n), 0.0]).collect();
+        let Some(Item::Arrows(arrows)) = area.arrows(&vectors, 12.0, 1) else { panic!("arrows") };
+        let lengths: Vec<f64> = arrows.iter().map(|[from, to]| to.0 - from.0).collect();
+        assert_eq!(lengths.len(), 12);
+        assert!(
+            lengths.iter().zip(1..).all(|(l, n)| (l / (0.9 * A * f64::from(n) / 12.0) - 1.0).abs() < 1e-9)
+        );
+        assert!(area.arrows(&vectors, 0.0, 1).is_none());
+    }
+
+    #[test]
+    fn the_driven_rows_are_marked() {
+        assert_eq!(area().driven_rows, Some([1, 3]));
+        let refused = Area::of(&made_up::run("", &[])).unwrap_err();
+        assert!(refused.contains("run test lie in a single row (accepted: a run over an area"), "{refused}");
+    }
+
+    #[test]
+    fn edges_are_joined_to_lines() {
+        assert_eq!(joined(&[[3, 4], [1, 2], [2, 3]]), [[1, 2, 3, 4]]);
+        assert_eq!(joined(&[[1, 2], [2, 3], [3, 1]]), [[1, 2, 3, 1]]);
+        assert!(joined::<u32>(&[]).is_empty());
+    }
+}

@@ -1,0 +1,207 @@
+//! A quantity over the area of contact at chosen times: stress, slip, velocity or normal load, with arrows of
+//! its direction.
+
+use asperity_model::NodeState;
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::{RunData, load_at};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::area::{Area, sizes};
+use super::kind::{Figure, keys, of_one_run};
+use super::of_study::colours::{Colours, On};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{Dash, INK, Sheet};
+use super::scale::{Scale, number};
+
+keys! {
+    AreaField: file;
+
+    /// The run, of a sheet or a body.
+    run: String,
+    /// Title above the figure.
+    #[serde(default)]
+    title: String,
+    /// One panel per instant, s.
+    at_s: Vec<f64>,
+    /// The quantity that colours show.
+    shows: Quantity,
+    /// Whether to show its direction by arrows; a normal load has none.
+    #[serde(default)]
+    arrows: bool,
+}
+
+/// A quantity of each contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Quantity {
+    /// `|tau_n| / p_n`; a contact that bears nothing is left out.
+    Stress,
+    /// How far the contact is from its place at the start, in micrometres.
+    Slip,
+    /// The size of the velocity, m/s.
+    Velocity,
+    /// `p_n` over the mean of all contacts.
+    NormalLoad,
+}
+
+impl Quantity {
+    fn label(self) -> &'static str {
+        match self {
+            Quantity::Stress => "|τ_n|/p_n",
+            Quantity::Slip => "slip since the start (µm)",
+            Quantity::Velocity => "|v_n| (m/s)",
+            Quantity::NormalLoad => "p_n/(F_N/N)",
+        }
+    }
+
+    /// The quantity of each contact as a vector; what has no direction is along x. NaN where there is none.
+    fn of(self, run: &RunData, state: &NodeState) -> Vec<[f64; 2]> {
+        let (nodes, contacts) = (state.lattice.nodes(), state.lattice.contacts());
+        let both = |values: &[f64], of_axis: usize, n: usize| [values[n], values[of_axis + n]];
+        let mean_n = state.normal_load_n.iter().sum::<f64>() / contacts as f64;
+        let of = |n: usize| match self {
+            Quantity::Stress => {
+                let p_n = state.normal_load_n[n];
+                let tau_n = both(&state.tangential_force_n, contacts, n);
+                if p_n > 0.0 { tau_n.map(|tau_n| tau_n / p_n) } else { [f64::NAN; 2] }
+            }
+            Quantity::Slip => {
+                let [now, rest] =
+                    [&state.displacement_m, &run.plan.initial.displacement_m].map(|u| both(u, nodes, n));
+                [(now[0] - rest[0]) * 1e6, (now[1] - rest[1]) * 1e6]
+            }
+            Quantity::Velocity => both(&state.velocity_m_per_s, nodes, n),
+            Quantity::NormalLoad if mean_n > 0.0 => [state.normal_load_n[n] / mean_n, 0.0],
+            Quantity::NormalLoad => [f64::NAN; 2],
+        };
+        (0..contacts).map(of).collect()
+    }
+
+    /// Panels of states, each with its title, in the same colours, with the outlines of what slides.
+    ///
+    /// # Errors
+    /// In words, if there is no state, or the quantity has no direction for arrows.
+    pub(super) fn paper(
+        self,
+        run: &RunData,
+        states: &[(String, &NodeState)],
+        has_arrows: bool,
+    ) -> Result<Paper, String> {
+        let area = Area::of(run)?;
+        if has_arrows && self == Quantity::NormalLoad {
+            return Err("arrows: true is not accepted with shows = \"normal-load\", which has no direction \
+                        (accepted: false)"
+                .to_owned());
+        }
+        let all: Vec<Vec<[f64; 2]>> = states.iter().map(|(_, state)| self.of(run, state)).collect();
+        let values: Vec<Vec<f64>> = all.iter().map(|vectors| sizes(vectors)).collect();
+        let finite = || values.iter().flatten().copied().filter(|value| value.is_finite());
+        let largest = finite().fold(0.0, f64::max);
+        // Loads differ little from their mean.
+        let smallest = if self == Quantity::NormalLoad { finite().fold(largest, f64::min) } else { 0.0 };
+        let colours =
+            Colours::of(Scale::of(self.label(), false, 0.0, [smallest, largest].into_iter()), On::Surfaces);
+        let mut rows = Vec::new();
+        let panels = states.iter().zip(&all).zip(&values).map(|(((title, state), vectors), values)| {
+            let shown = area.all().zip(values).filter(|(_, value)| value.is_finite());
+            let mut items: Vec<Item> = shown
+                .map(|(contact, value)| area.cell(contact, colours.at(colours.scale.nearest_share(*value))))
+                .collect();
+            let sliding = area.outlines(&|contact| state.slides[contact as usize - 1] != 0.0);
+            if !sliding.is_empty() {
+                items.push(Item::Contours(sliding));
+                rows = vec![(Sample::Line(Dash::Solid, INK), "sliding".to_owned())];
+            }
+            if has_arrows {
+                items.extend(area.arrows(vectors, largest, states.len()));
+            }
+            Panel { title: title.clone(), items }
+        });
+        let panels = panels.collect();
+        if has_arrows && largest > 0.0 {
+            rows.push((Sample::Nothing, format!("longest arrow: {}", number(largest))));
+        }
+        Ok(area.paper(panels, Some(colours), rows))
+    }
+}
+
+impl Figure for AreaField {
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData { nodes_at_s: self.at_s.clone(), ..RequiredData::LOADS }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        if self.at_s.is_empty() {
+            return Err("at_s: no time is given (accepted: one or more)".to_owned());
+        }
+        Area::of(run)?;
+        let states = self.at_s.iter().map(|at_s| {
+            let state = run.nodes_at(*at_s)?.ok_or_else(|| {
+                format!("run {} has no nodes at {at_s} s: only `reproduce` computes them", run.name)
+            })?;
+            // No record is before the first step, and nothing pulls there.
+            let load = load_at(run.loads()?, state.step).filter(|_| state.step > 0);
+            let load = load.map(|load| format!(", F_T/F_N = {:.4}", load.load_ratio()));
+            let at = if state.step == 0 { "0".to_owned() } else { format!("{:.5}", state.time_s) };
+            Ok((format!("t = {at} s{}", load.unwrap_or_else(|| ", at rest".to_owned())), state))
+        });
+        let states = states.collect::<Result<Vec<_>, String>>()?;
+        Ok(self.shows.paper(run, &states, self.arrows)?.sheet(&self.title))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AreaField, Quantity};
+    use crate::draw::kind::Figure;
+    use asperity_model::NodeState;
+    use asperity_numbers::required_data::RequiredData;
+    use asperity_numbers::run_data::RunData;
+    use asperity_testkit::made_up;
+
+    /// A sheet of twelve contacts that bear 1 to 12 N, each pulled by (3, 4) N, displaced by (n, 0) µm and as
+    /// fast as that.
+    fn run() -> (RunData, NodeState) {
+        let mut run = made_up::sheet(&[]);
+        run.kept = RequiredData { nodes_at_s: vec![0.0], ..RequiredData::LOADS };
+        let count = |n: usize| if n < 12 { n as f64 } else { 0.0 };
+        let mut state = made_up::nodes(&run, 0, (0..24).map(|n| count(n) * 1e-6).collect());
+        state.normal_load_n = (1..=12).map(f64::from).collect();
+        state.tangential_force_n = [vec![3.0; 12], vec![4.0; 12]].concat();
+        state.velocity_m_per_s = state.displacement_m.clone();
+        run.nodes = vec![state.clone()];
+        (run, state)
+    }
+
+    #[test]
+    fn quantities_are_those_of_the_contacts() {
+        let (run, mut state) = run();
+        let of = |quantity: Quantity, state: &NodeState| super::sizes(&quantity.of(&run, state));
+        assert_eq!(of(Quantity::Stress, &state)[4], 1.0);
+        assert!((of(Quantity::Slip, &state)[7] - 7.0).abs() < 1e-9);
+        assert!((of(Quantity::Velocity, &state)[7] - 7e-6).abs() < 1e-15);
+        assert!((of(Quantity::NormalLoad, &state)[11] - 12.0 / 6.5).abs() < 1e-12);
+        state.normal_load_n[0] = 0.0;
+        assert!(of(Quantity::Stress, &state)[0].is_nan());
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_refused_with_the_reason() {
+        let figure = |toml: &str| -> AreaField {
+            toml::from_str(&format!("file = 'f.png'\nrun = 'test'\n{toml}")).unwrap()
+        };
+        let (mut run, _) = run();
+        let loads = "shows = 'normal-load'\narrows = true\nat_s = [0.0]";
+        assert!(figure(loads).part(&run).unwrap_err().starts_with("arrows: true is not accepted with shows"));
+        assert!(figure("shows = 'slip'\nat_s = []").part(&run).unwrap_err().starts_with("at_s: no time"));
+        figure("shows = 'slip'\nat_s = [0.0]").part(&run).unwrap();
+        run.nodes.clear();
+        let refused = figure("shows = 'slip'\nat_s = [0.0]").part(&run).unwrap_err();
+        assert!(refused.contains("run test has no nodes at 0 s"), "{refused}");
+        let refused = figure("shows = 'slip'\nat_s = [0.0]").part(&made_up::slab(&[])).unwrap_err();
+        assert!(refused.contains("lie in a single row"), "{refused}");
+    }
+}

@@ -1,0 +1,246 @@
+//! One rupture over the area of contact: when its front came to each contact, or how far each slid.
+
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::RunData;
+use asperity_record::{Arrival, Rupture};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::area::{Area, sizes};
+use super::kind::{Figure, keys, of_one_run};
+use super::of_study::colours::{Colours, On};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{Dash, INK, Marker, Sheet};
+use super::rupture_selector::{Clock, Film, RuptureSelector, sorted};
+use super::scale::{Scale, number};
+
+keys! {
+    ArrivalMap: file;
+
+    /// The run, of a sheet or a body.
+    run: String,
+    /// Title above the figure; by default the number, kind, onset and load of the rupture.
+    #[serde(default)]
+    title: String,
+    /// The number of the rupture, as in its table.
+    rupture: Option<u64>,
+    /// The rupture, where `rupture` gives no number; if absent that of the most contacts.
+    which: Option<RuptureSelector>,
+    /// The quantity that colours show.
+    #[serde(default)]
+    shows: Shown,
+    /// The end of the colour scale of arrivals, s after the onset; later arrivals have its colour. By default
+    /// that of the last one.
+    to_s: Option<f64>,
+}
+
+/// What can be shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum Shown {
+    /// The time from the onset to the arrival, with isochrones.
+    #[default]
+    Arrival,
+    /// The size of the slip from the first detachment to the last re-attachment, with arrows of its direction.
+    Slip,
+}
+
+impl Figure for ArrivalMap {
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData::arrivals()
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let (paper, title) = self.paper(run)?;
+        Ok(paper.sheet(&title))
+    }
+}
+
+/// Radius of the discs that mark the nucleation, in pixels.
+const DISC: i32 = 10;
+
+/// About how many isochrones there are.
+const ISOCHRONES: f64 = 16.0;
+
+impl ArrivalMap {
+    /// The map, and its title.
+    fn paper(&self, run: &RunData) -> Result<(Paper, String), String> {
+        let area = Area::of(run)?;
+        if let Some(to_s) = self.to_s.filter(|to_s| !(to_s.is_finite() && *to_s > 0.0)) {
+            return Err(format!("to_s: {to_s} is not accepted (accepted: a number above 0)"));
+        }
+        let film = Film {
+            rupture: self.rupture,
+            which: self.which.unwrap_or(RuptureSelector::Widest),
+            count: 0,
+            until_s: None,
+        };
+        let rupture = film.rupture(run)?;
+        let arrivals: Vec<&Arrival> =
+            run.arrivals()?.iter().filter(|arrival| arrival.rupture == rupture.rupture).collect();
+        if arrivals.is_empty() {
+            return Err(format!(
+                "the log of run {} lacks the arrivals of rupture {}",
+                run.name, rupture.rupture
+            ));
+        }
+        let (items, colours, rows) = match self.shows {
+            Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
+            Shown::Slip => slips(&area, &arrivals),
+        };
+        let mut items = items;
+        let first: Vec<(f64, f64)> = arrivals
+            .iter()
+            .filter(|arrival| arrival.arrival_step == rupture.onset_step)
+            .map(|arrival| area.place(arrival.block))
+            .collect();
+        items.push(Item::Discs(first.clone(), DISC, plotters::prelude::WHITE));
+        items.push(Item::Marks(first, Marker::Circle, INK));
+        let mut rows = rows;
+        rows.insert(0, (Sample::Marks(Marker::Circle, INK), "nucleation".to_owned()));
+        let title = if self.title.is_empty() { title(run, rupture)? } else { self.title.clone() };
+        let panel = Panel { title: String::new(), items };
+        Ok((area.paper(vec![panel], Some(colours), rows), title))
+    }
+
+    fn arrivals(
+        &self,
+        area: &Area,
+        rupture: &Rupture,
+        arrivals: &[&Arrival],
+        step_s: f64,
+    ) -> (Vec<Item>, Colours, Vec<(Sample, String)>) {
+        let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
+        let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
+        let to_s = self.to_s.unwrap_or(last_s);
+        let clock = Clock::of(0.0, to_s, 0.0);
+        let label = clock.label.replace("t (", "t − t_0 (");
+        let scale = Scale::of(&label, false, 0.0, [0.0, clock.place(to_s)].into_iter());
+        let colours = Colours::of(scale, On::Surfaces);
+        let mut came = vec![None; area.contacts.count() as usize];
+        let mut items = Vec::new();
+        for arrival in arrivals {
+            let at = clock.place(since_s(arrival));
+            came[arrival.block as usize - 1] = Some(at);
+            items.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(at))));
+        }
+        let levels: Vec<f64> =
+            colours.scale.ticks_at_most(ISOCHRONES).into_iter().map(|tick| tick.at).collect();
+        // Half a step aside, so that no contact is on a line.
+        let aside = clock.place(step_s / 2.0);
+        let contours: Vec<_> = levels.iter().flat_map(|level| area.contours(&came, *level - aside)).collect();
+        let mut rows = Vec::new();
+        if let ([a, b, ..], false) = (&levels[..], contours.is_empty()) {
+            let unit = clock.label.rsplit('(').next().unwrap_or_default().trim_end_matches(')');
+            rows.push((
+                Sample::Line(Dash::Solid, INK),
+                format!("isochrones, every {} {unit}", number(b - a)),
+            ));
+        }
+        items.push(Item::Contours(contours));
+        (items, colours, rows)
+    }
+}
+
+/// The size of the slip of each contact, with arrows.
+fn slips(area: &Area, arrivals: &[&Arrival]) -> (Vec<Item>, Colours, Vec<(Sample, String)>) {
+    let mut vectors = vec![[0.0; 2]; area.contacts.count() as usize];
+    for arrival in arrivals {
+        let slip = arrival.slip_m.zip(arrival.slip_across_m);
+        vectors[arrival.block as usize - 1] =
+            slip.map_or([f64::NAN; 2], |(along_m, across_m)| [along_m * 1e6, across_m * 1e6]);
+    }
+    let sizes = sizes(&vectors);
+    let longest = sizes.iter().copied().filter(|size| size.is_finite()).fold(0.0, f64::max);
+    let scale = Scale::of("slip (µm)", false, 0.0, [0.0, longest].into_iter());
+    let colours = Colours::of(scale, On::Surfaces);
+    let mut items = Vec::new();
+    for arrival in arrivals {
+        let size = sizes[arrival.block as usize - 1];
+        if size.is_finite() {
+            items.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(size))));
+        }
+    }
+    vectors.iter_mut().filter(|vector| vector[0].is_nan()).for_each(|vector| *vector = [0.0; 2]);
+    items.extend(area.arrows(&vectors, longest, 1));
+    (items, colours, vec![(Sample::Nothing, format!("longest arrow: {} µm", number(longest)))])
+}
+
+/// What a rupture was, and when.
+pub(super) fn title(run: &RunData, rupture: &Rupture) -> Result<String, String> {
+    let sorted = sorted(run)?;
+    let sort =
+        sorted.iter().find(|(other, _)| other.rupture == rupture.rupture).map(|(_, sort)| sort.label());
+    Ok(format!(
+        "rupture {}, {}: {} of {} contacts, t_0 = {:.5} s, F_T/F_N = {:.4}",
+        rupture.rupture,
+        sort.unwrap_or_default(),
+        rupture.slipped(),
+        run.header.blocks,
+        rupture.onset_s,
+        rupture.ft_fn_onset
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ArrivalMap, Item, Marker};
+    use crate::draw::kind::Figure;
+    use asperity_numbers::run_data::RunData;
+    use asperity_testkit::made_up;
+
+    /// A precursor of four contacts, from both ends of the driven edge at once.
+    fn run() -> RunData {
+        let mut run = made_up::sheet(&[]);
+        made_up::with_ruptures(
+            &mut run,
+            &[
+                &[(1, 100, Some(900)), (9, 100, Some(900)), (5, 120, Some(900)), (6, 200, Some(900))],
+                &[(4, 1000, None)],
+            ],
+        );
+        run
+    }
+
+    fn figure(toml: &str) -> ArrivalMap {
+        toml::from_str(&format!("file = 'f.png'\nrun = 'test'\n{toml}")).unwrap()
+    }
+
+    #[test]
+    fn each_contact_has_the_colour_of_its_arrival() {
+        let run = run();
+        let (paper, title) = figure("").paper(&run).unwrap();
+        let items = &paper.panels[0].items;
+        let cells: Vec<_> = items.iter().filter(|item| matches!(item, Item::Cell(..))).collect();
+        let bar = paper.bar.as_ref().unwrap();
+        assert_eq!(cells.len(), 4);
+        // Steps of 0.1 µs: the last one after 10 µs has the end of the scale.
+        assert!(bar.scale.label().contains("(µs)") && bar.scale.share(10.0).unwrap() > 1.0 - 1e-9);
+        let Item::Cell(.., last) = cells[3] else { panic!() };
+        assert_eq!(*last, bar.at(1.0));
+        let marks = items.iter().find_map(|item| match item {
+            Item::Marks(points, Marker::Circle, _) => Some(points.clone()),
+            _ => None,
+        });
+        let marks = marks.unwrap();
+        assert!(marks.len() == 2 && marks[0] == (0.0, 0.0) && (marks[1].1 - 200.0 / 3.0).abs() < 1e-9);
+        assert!(title.starts_with("rupture 0, precursor: 4 of 12 contacts, t_0 = 0.00001 s"), "{title}");
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_refused_with_the_reason() {
+        let mut run = run();
+        let refused = |toml: &str, run: &RunData| figure(toml).part(run).unwrap_err();
+        assert_eq!(refused("to_s = 0.0", &run), "to_s: 0 is not accepted (accepted: a number above 0)");
+        assert_eq!(refused("rupture = 2", &run), "run test has no rupture 2 (accepted: 0 to 1)");
+        assert_eq!(refused("which = 'first-global-slip'", &run), "run test has no global slip");
+        run.arrivals.clear();
+        assert_eq!(refused("", &run), "the log of run test lacks the arrivals of rupture 0");
+        assert!(refused("", &made_up::run("", &[])).contains("lie in a single row"));
+        let unknown = "file = 'f.png'\nrun = 'test'\nshows = 'speed'";
+        let error = toml::from_str::<ArrivalMap>(unknown).unwrap_err().to_string();
+        assert!(error.contains("`arrival` or `slip`"), "{error}");
+    }
+}

@@ -1,0 +1,122 @@
+//! How far precursors reached over the area of contact: the outline of each, in the colour of its load.
+
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::RunData;
+use asperity_record::{Extent, counted};
+
+use super::area::Area;
+use super::kind::{Figure, keys, of_one_run};
+use super::of_study::colours::{Colours, On};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
+use super::plot::{Dash, INK, Sheet};
+use super::rupture_selector::{Sort, sorted};
+use super::scale::Scale;
+
+keys! {
+    Outlines: file, run, title;
+
+    /// Fewest contacts of a precursor that is shown.
+    #[serde(default = "one")]
+    from_contacts: u32,
+}
+
+fn one() -> u32 {
+    1
+}
+
+impl Figure for Outlines {
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData::arrivals()
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        Ok(self.paper(run)?.sheet(&self.title))
+    }
+}
+
+impl Outlines {
+    fn paper(&self, run: &RunData) -> Result<Paper, String> {
+        let area = Area::of(run)?;
+        let arrivals = run.arrivals()?;
+        let precursors = sorted(run)?
+            .into_iter()
+            .filter(|(rupture, sort)| *sort == Sort::Precursor && rupture.slipped() >= self.from_contacts);
+        let extents: Vec<(f64, Extent)> = precursors
+            .map(|(rupture, _)| {
+                let of = arrivals.iter().filter(|arrival| arrival.rupture == rupture.rupture);
+                (rupture.ft_fn_onset, Extent::with(area.contacts, of.map(|arrival| arrival.block)))
+            })
+            .filter(|(_, extent)| extent.count() > 0)
+            .collect();
+        if extents.is_empty() {
+            return Err(format!(
+                "run {} has no precursor of {} contacts or more with arrivals",
+                run.name, self.from_contacts
+            ));
+        }
+        let scale = Scale::of("F_T/F_N", false, 0.0, extents.iter().map(|(load, _)| *load));
+        let colours = Colours::of(scale, On::Surfaces);
+        // A contact has the colour of the first precursor that it slid in.
+        let mut items: Vec<Item> = area
+            .all()
+            .filter_map(|contact| {
+                let (load, _) = extents.iter().find(|(_, extent)| extent.contains(contact))?;
+                Some(area.cell(contact, colours.at(colours.scale.nearest_share(*load))))
+            })
+            .collect();
+        let outlines =
+            extents.iter().flat_map(|(_, extent)| area.outlines(&|contact| extent.contains(contact)));
+        items.push(Item::Contours(outlines.collect()));
+        let rows = vec![(
+            Sample::Line(Dash::Solid, INK),
+            format!("{}, outlined, by F_T/F_N at the onset", counted(extents.len() as u64, "precursor")),
+        )];
+        Ok(area.paper(vec![Panel { title: String::new(), items }], Some(colours), rows))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Item, Outlines};
+    use asperity_testkit::made_up;
+
+    #[test]
+    fn each_precursor_has_an_outline_and_the_color_of_its_load() {
+        let mut run = made_up::sheet(&[]);
+        made_up::with_ruptures(
+            &mut run,
+            &[
+                &[(1, 100, Some(200)), (5, 110, Some(200))],
+                &[(12, 300, Some(400))],
+                &[(1, 500, Some(600)), (2, 510, Some(600)), (6, 520, Some(600))],
+            ],
+        );
+        let figure = |toml: &str| -> Outlines {
+            toml::from_str(&format!("file = 'f.png'\nrun = 'test'\n{toml}")).unwrap()
+        };
+        let shown = |toml: &str| {
+            let paper = figure(toml).paper(&run).unwrap();
+            let items = &paper.panels[0].items;
+            let color = |item: &Item| match item {
+                Item::Cell(.., color) => Some(*color),
+                _ => None,
+            };
+            let lines = items.iter().find_map(|item| match item {
+                Item::Contours(lines) => Some(lines.len()),
+                _ => None,
+            });
+            (items.iter().filter_map(color).collect::<Vec<_>>(), lines.unwrap())
+        };
+        // Contacts 1 and 5 of the first, 2 and 6 of the other; that of contact 12 is none.
+        let (colors, lines) = shown("");
+        assert_eq!(lines, 2);
+        assert!(
+            colors.len() == 4 && colors[0] == colors[2] && colors[1] == colors[3] && colors[0] != colors[1]
+        );
+        assert_eq!(shown("from_contacts = 3").1, 1);
+        let refused = figure("from_contacts = 4").paper(&run).unwrap_err();
+        assert_eq!(refused, "run test has no precursor of 4 contacts or more with arrivals");
+    }
+}

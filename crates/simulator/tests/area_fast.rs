@@ -1,0 +1,234 @@
+//! Compares the fast solver of sheets and bodies with single steps: equal switches in equal steps, and equal
+//! numbers within rounding.
+
+#[expect(dead_code, reason = "the tests of slabs use more of it")]
+mod fast_and_plain;
+
+use asperity_model::Plan;
+use asperity_simulator::SolverKind;
+use asperity_testkit::{Random, plan};
+use fast_and_plain::{Compared, entries, resumes_to_the_bit, run, samples_agree, switches};
+
+/// Steps of a random sheet or body.
+const STEPS: u64 = 150_000;
+
+/// A random sheet or body, small, and driven so that it slips a few times: a scenario with changes.
+fn random_area(seed: u64) -> (&'static str, Vec<String>) {
+    let mut noise = Random::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 11);
+    let is_body = noise.pick(&[true, true, false]);
+    let (columns, across) = (noise.pick(&[3, 5, 8, 13]), noise.pick(&[2, 3, 4, 5]));
+    let layers = if is_body { noise.pick(&[2, 3, 5]) } else { 1 };
+    let (length_m, thickness_m, modulus_pa) = (0.14, 0.006, 3e9);
+    let spacing_m = length_m / f64::from(columns - 1);
+    let nodes = f64::from(columns * across * layers);
+    let k = if is_body { 0.4 * modulus_pa * spacing_m } else { 0.75 * modulus_pa * thickness_m };
+    let node_kg = noise.log_uniform(0.05, 5.0) * k / 1.35e7;
+    let damping = noise.pick(&[0.1, 0.1, 0.31622776601683794, 0.31622776601683794, 1.0]);
+    let (friction, foundation) = (noise.pick(&[1.0, 0.3, 2.0]), noise.pick(&[0.5, 0.2, 1.5]));
+    let drive_n_per_m = k * noise.log_uniform(0.01, 1.0);
+    // Within the stability of the scheme.
+    let (springs, dashpots) = if is_body { (12.0, 24.0) } else { (6.0, 12.0) };
+    let held = f64::max(friction * k + drive_n_per_m, if is_body { foundation * k } else { 0.0 });
+    let omega2 = (springs * k + held) / node_kg;
+    let gamma = dashpots * damping * (k * node_kg).sqrt() / node_kg;
+    let longest_s = 4.0 / (gamma + (gamma * gamma + 4.0 * omega2).sqrt());
+    let step_s = format!("{:.2e}", longest_s * noise.uniform(0.1, 0.5)).parse::<f64>().expect("a number");
+    let mu_s = noise.uniform(0.3, 0.8);
+    let total_n = 1e-6 * k * f64::from(columns * across);
+    let reach_m = total_n * mu_s * (1.0 / drive_n_per_m + 1.0 / k) * noise.uniform(1.0, 3.0);
+    let time_s = STEPS as f64 * step_s;
+    let height_m = if is_body { spacing_m * f64::from(layers - 1) } else { thickness_m };
+    let mut sets = vec![
+        format!("slider.blocks={columns}"),
+        format!("slider.across={across}"),
+        format!("slider.rows={layers}"),
+        format!("slider.length_m={length_m}"),
+        format!("slider.width_m={}", spacing_m * f64::from(across - 1)),
+        format!("slider.height_m={height_m}"),
+        format!("slider.youngs_modulus_pa={modulus_pa}"),
+        format!("slider.mass_kg={}", node_kg * nodes),
+        format!("slider.relative_damping={damping}"),
+        format!("friction.interfacial_stiffness_ratio={friction}"),
+        format!("friction.static_coefficient={mu_s}"),
+        format!("friction.dynamic_coefficient={}", mu_s * noise.uniform(0.3, 0.9)),
+        format!("friction.static_spread={}", noise.pick(&[0.0, 0.0, 0.1])),
+        format!("normal_load.total_n={total_n}"),
+        format!("drive.stiffness_n_per_m={drive_n_per_m}"),
+        format!("drive.velocity_m_per_s={}", reach_m / time_s),
+        format!("time.step_s={step_s}"),
+        format!("time.duration_s={}", format!("{time_s:.10e}").parse::<f64>().expect("a number")),
+        "recording.sample_s=0".to_owned(),
+        "recording.fields_s=0".to_owned(),
+    ];
+    if is_body {
+        sets.push(format!("normal_load.foundation_stiffness_ratio={foundation}"));
+    }
+    if noise.pick(&[true, true, false]) {
+        let layer = noise.below(layers as u64) as u32;
+        sets.push(format!("drive.height_m={}", spacing_m * f64::from(layer)));
+        if noise.pick(&[true, false]) {
+            sets.push(format!("drive.across={}", 1 + noise.below(across as u64)));
+        }
+    } else {
+        sets.extend(["drive.kind=top".to_owned(), "drive.height_m=0".to_owned()]);
+    }
+    if noise.pick(&[true, false, false]) {
+        sets.push(format!("normal_load.tilt={}", noise.uniform(-0.5, 0.5)));
+    }
+    let at = |share: f64| ((STEPS as f64 * share) as u64 / 10 * 10) as f64 * step_s;
+    match noise.below(5) {
+        0 => sets.push(format!("drive.hold_from_s={}", at(0.6))),
+        1 => sets.push(format!("drive.until_load_ratio={}", 0.4 * mu_s)),
+        2 => sets.extend([
+            format!("normal_load.schedule_s=[{},{}]", at(0.3), at(0.8)),
+            format!("normal_load.schedule_n=[{total_n},{}]", total_n * noise.pick(&[0.5, 1.3])),
+        ]),
+        _ => {}
+    }
+    (if is_body { "body-coarse" } else { "sheet-coarse" }, sets)
+}
+
+/// A small body whose run is long enough for modes.
+fn body(sets: &[&str]) -> Plan {
+    let small = [
+        "slider.blocks=5",
+        "slider.across=3",
+        "slider.rows=3",
+        "slider.width_m=0.07",
+        "slider.height_m=0.07",
+        "slider.mass_kg=7.56",
+        "drive.height_m=0.035",
+        "drive.velocity_m_per_s=2e-3",
+        "time.step_s=5e-6",
+        "time.duration_s=0.5",
+        "recording.fields_s=0",
+    ];
+    plan("body-coarse", &[&small[..], sets].concat())
+}
+
+/// A small sheet, likewise.
+fn sheet(sets: &[&str]) -> Plan {
+    let small = [
+        "slider.blocks=9",
+        "slider.across=4",
+        "slider.width_m=0.0375",
+        "drive.velocity_m_per_s=2e-3",
+        "time.step_s=1e-6",
+        "time.duration_s=0.1",
+        "recording.fields_s=0",
+    ];
+    plan("sheet-coarse", &[&small[..], sets].concat())
+}
+
+#[test]
+fn what_is_recorded_changes_nothing() {
+    for plan in [body, sheet] {
+        let none = run(&plan(&["recording.sample_s=0"]), SolverKind::Fast);
+        assert!(none.1.jumps > 5 && none.1.jump_steps > 80_000 && none.1.switches > 50, "{:?}", none.1);
+        for sets in [
+            &["recording.sample_s=1e-4"][..],
+            &["recording.sample_s=1.3e-3", "recording.fields_s=2e-3"],
+            &["recording.sample_s=0.1", "recording.event_fields=false"],
+        ] {
+            let some = run(&plan(sets), SolverKind::Fast);
+            assert_eq!(switches(&some.0), switches(&none.0), "{sets:?}");
+            assert_eq!(some.1, none.1, "{sets:?}");
+        }
+    }
+}
+
+#[test]
+fn samples_are_those_of_single_steps() {
+    let samples = ["recording.sample_s=1e-3", "recording.fields_s=1e-2"];
+    for sets in [
+        &[][..],
+        &["drive.across=1"],
+        &["drive.kind=top", "drive.height_m=0"],
+        &["drive.hold_from_s=0.3"],
+        &["friction.static_spread=0.1", "normal_load.tilt=0.3", "time.duration_s=0.8"],
+        &["normal_load.schedule_s=[0.1,0.4]", "normal_load.schedule_n=[6400,4000]"],
+    ] {
+        samples_agree(&body(&[sets, &samples[..]].concat()), 10_000);
+    }
+    let samples = ["recording.sample_s=2e-4", "recording.fields_s=2e-3"];
+    for sets in [
+        &[][..],
+        &["drive.across=1"],
+        &["drive.kind=top", "drive.velocity_m_per_s=1e-2"],
+        &["drive.hold_from_s=0.06"],
+        &["friction.static_spread=0.1", "normal_load.tilt=0.3"],
+        &["normal_load.schedule_s=[0.02,0.08]", "normal_load.schedule_n=[400,300]"],
+    ] {
+        samples_agree(&sheet(&[sets, &samples[..]].concat()), 20_000);
+    }
+}
+
+/// Pulled at its top edge, the body tilts, and its trailing contacts lift off and land again.
+#[test]
+fn contacts_that_lift_off_are_followed() {
+    let sets = ["drive.height_m=0.07", "normal_load.total_n=2000", "friction.static_coefficient=0.8"];
+    let plan = body(&[&sets[..], &["friction.dynamic_coefficient=0.3", "recording.sample_s=0"]].concat());
+    let (fast, counters, _) = run(&plan, SolverKind::Fast);
+    let (plain, of_plain, _) = run(&plan, SolverKind::Plain);
+    assert_eq!(entries(&fast), entries(&plain));
+    assert!(counters.contact_steps_in_air > 100 && counters.jumps > 3, "{counters:?}");
+    assert_eq!(counters.contact_steps_in_air, of_plain.contact_steps_in_air);
+}
+
+#[test]
+fn a_run_that_is_resumed_is_the_run() {
+    for plan in [
+        body(&["recording.sample_s=5e-3"]),
+        body(&["recording.sample_s=5e-3", "drive.across=1"]),
+        sheet(&["recording.sample_s=2e-3"]),
+        sheet(&["recording.sample_s=2e-3", "drive.across=1"]),
+    ] {
+        let inside = resumes_to_the_bit(&plan, 11);
+        assert!(inside > 3, "{inside}");
+    }
+}
+
+/// With drive and contacts that are their own mirror images, so is every state, to the bit.
+#[test]
+fn runs_stay_symmetric_through_jumps() {
+    for plan in [body(&["recording.fields_s=1e-3"]), sheet(&["recording.fields_s=1e-3"])] {
+        let (records, counters, _) = run(&plan, SolverKind::Fast);
+        assert!(counters.jumps > 3, "{counters:?}");
+        let lattice = plan.elastic.as_lattice();
+        let (mut compared, mut largest_m) = (0, 0.0_f64);
+        for record in &records {
+            let asperity_record::Record::Fields(state) = record else { continue };
+            for n in 0..lattice.contacts() {
+                let [column, lane, _] = lattice.place(n);
+                let mirrored = (lattice.lanes - 1 - lane) * lattice.columns + column;
+                assert_eq!(state.displacement_m[n], state.displacement_m[mirrored], "step {}", state.step);
+                largest_m = largest_m.max(state.displacement_m[n].abs());
+                compared += 1;
+            }
+        }
+        assert!(compared > 1000 && largest_m > 1e-6, "{compared} {largest_m}");
+    }
+}
+
+#[test]
+fn random_sheets_and_bodies_give_the_same_switches() {
+    compare_random(0..8);
+}
+
+#[test]
+#[ignore = "minutes of single steps: a stage of cargo xtask ci"]
+fn more_random_sheets_and_bodies_give_the_same_switches() {
+    compare_random(8..48);
+}
+
+fn compare_random(seeds: std::ops::Range<u64>) {
+    let count = seeds.end - seeds.start;
+    let mut compared = Compared::default();
+    for seed in seeds {
+        let (scenario, set) = random_area(seed);
+        compared.add(seed, &set, &plan(scenario, &set), true);
+    }
+    let Compared { total, stopped, ties, parted } = compared;
+    assert!(total.switches > 20 * count && total.jump_steps > 50_000 * count, "{total:?}");
+    assert!(stopped.is_empty() && ties.len() + parted.len() <= 4, "{stopped:?} {ties:?} {parted:?}");
+}

@@ -50,7 +50,7 @@ fn random_area(seed: u64) -> (&'static str, Vec<String>) {
         format!("slider.relative_damping={damping}"),
         format!("friction.interfacial_stiffness_ratio={friction}"),
         format!("friction.static_coefficient={mu_s}"),
-        format!("friction.dynamic_coefficient={}", mu_s * noise.uniform(0.3, 0.9)),
+        format!("friction.dynamic_coefficient={}", mu_s * noise.uniform(0.3, 0.6)),
         format!("friction.static_spread={}", noise.pick(&[0.0, 0.0, 0.1])),
         format!("normal_load.total_n={total_n}"),
         format!("drive.stiffness_n_per_m={drive_n_per_m}"),

@@ -1,5 +1,6 @@
 //! `cargo xtask test`: all tests, with the clients of the run log at hand.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
@@ -112,14 +113,15 @@ pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
     })
 }
 
-/// The programs of `asperity-simulator` that have tests which are left out.
-const SOLVERS: [&str; 3] = ["fast", "laws", "slab_fast"];
-
 /// Runs tests that `cargo xtask test` leaves out, given by program and name, in their order.
 pub(crate) fn long(tests: &[&str]) -> Result<(), Failure> {
     run_all(Instant::now(), tests, &variables(), |add| {
         let mut all = root_tests()?;
-        all.extend(of_packages(&["asperity-simulator"], &SOLVERS.map(|test| format!("--test={test}")))?);
+        let names = tests.iter().filter_map(|test| Some(test.split_once(' ')?.0));
+        let of_crates = names.filter(|name| *name != "root" && !name.starts_with("asperity_"));
+        let of_crates: BTreeSet<String> = of_crates.map(|name| format!("--test={name}")).collect();
+        let of_crates: Vec<String> = of_crates.into_iter().collect();
+        all.extend(of_packages(&["asperity-run", "asperity-simulator"], &of_crates)?);
         all.extend(of_packages(&["asperity-figures", "asperity-simulator"], &["--lib".to_owned()])?);
         let mut jobs = Vec::new();
         for test in tests {

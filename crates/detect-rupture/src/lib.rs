@@ -122,19 +122,14 @@ impl Detector for ArrivalDetector {
     }
 }
 
-/// Whether contacts lie in several rows, so that they cover an area.
-fn is_area(contacts: Contacts) -> bool {
-    contacts.rows() > 1
-}
-
 fn kind<P: EventPayload>(contacts: Contacts) -> EventKind {
-    EventKind::of::<P>().with(Parts { area: is_area(contacts), ..Parts::default() })
+    EventKind::of::<P>().with(Parts { area: contacts.is_area(), ..Parts::default() })
 }
 
 /// How far a contact slid, m: along a single row, or the size of a vector.
 fn slip_m(passage: &Passage, contacts: Contacts) -> Option<f64> {
     let slip_m = passage.slip_m()?;
-    Some(if is_area(contacts) { magnitude(slip_m) } else { slip_m[0] })
+    Some(if contacts.is_area() { magnitude(slip_m) } else { slip_m[0] })
 }
 
 /// The contacts of a rupture in the column of nucleation and on one side of it, row by row.
@@ -170,7 +165,7 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let extent = slipped.extent(contacts);
     let BoundingBox { columns: Reach { first, last }, rows } =
         extent.bounding_box().expect("a rupture has a block");
-    let rows = is_area(contacts).then_some(rows);
+    let rows = contacts.is_area().then_some(rows);
     let last_to_slide =
         passages.values().max_by_key(|passage| passage.arrival_step).expect("a rupture has a block");
     let arrival_s = |passage: &Passage| time_grid.time_s(passage.arrival_step);
@@ -246,7 +241,7 @@ fn local_speed_m_per_s(slipped: &Slipped, links: &Links, contacts: Contacts, con
 
 fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn FnMut(Event)) {
     let Links { time_grid, spacing_m, .. } = *links;
-    let is_area = is_area(contacts);
+    let is_area = contacts.is_area();
     for (&block, passage) in &slipped.blocks {
         let towards = match block.cmp(&slipped.nucleation_block) {
             std::cmp::Ordering::Less => Some(block + 1),

@@ -107,6 +107,11 @@ impl Lattice {
         self.row(row).step_by(self.columns)
     }
 
+    /// The first freedom along the normal; `None` where nodes do not move along it.
+    pub fn first_normal(&self) -> Option<usize> {
+        self.table.upward().map(|upward| upward * self.nodes())
+    }
+
     /// The nodes of a row, counted from 0 at the bottom.
     pub fn row(&self, row: usize) -> Range<usize> {
         row * self.contacts()..(row + 1) * self.contacts()

@@ -16,6 +16,8 @@
 
 use std::hint::select_unpredictable;
 
+pub use asperity_record::magnitude;
+
 use crate::junctions::Junctions;
 
 /// A sliding contact before a step.
@@ -167,8 +169,6 @@ pub fn amontons_coulomb_n(sliding: &Sliding<'_>) -> f64 {
     let [v] = sliding.velocity_m_per_s;
     select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))
 }
-
-pub use asperity_record::magnitude;
 
 /// Code to compile for each law.
 pub trait WithLaw {

@@ -92,7 +92,6 @@ mod resolve;
 pub mod scenario;
 mod show;
 pub mod slab;
-
 pub mod source;
 mod splitmix;
 mod suggest;

@@ -53,6 +53,11 @@ impl Contacts {
         self.rows
     }
 
+    /// Whether they cover an area: whether there are several rows.
+    pub fn is_area(self) -> bool {
+        self.rows > 1
+    }
+
     /// The column of a contact, counted from 1.
     pub fn column(self, contact: u32) -> u32 {
         (contact - 1) % self.columns + 1

@@ -43,7 +43,7 @@ type MapRow = (Vec<u32>, Vec<u64>, Vec<Option<f64>>);
 
 /// Whether a run is over an area.
 fn is_over_area(run: &Run) -> bool {
-    run.header.contacts().rows() > 1
+    run.header.contacts().is_area()
 }
 
 /// Whether a page has such a run.

@@ -202,7 +202,7 @@ impl PageCollector {
         let stride = self.cell_stride;
         let is_on = |place: u32| place > 0 && (place - 1).is_multiple_of(stride);
         let is_within = column <= self.contacts.columns() && row <= self.contacts.rows();
-        if self.contacts.rows() > 1 && is_within && is_on(column) && is_on(row) {
+        if self.contacts.is_area() && is_within && is_on(column) && is_on(row) {
             let place = (row - 1) / stride * self.contacts.columns().div_ceil(stride) + (column - 1) / stride;
             let (arrival_step, slip_m) = (arrival.arrival_step, arrival.slip_size_m());
             let cells = self.cells.entry(arrival.rupture).or_default();

@@ -103,7 +103,7 @@ pub(crate) fn data(run: &Run) -> (String, String) {
     let known = Known {
         name: &run.name,
         blocks: contacts.columns(),
-        rows: (contacts.rows() > 1).then(|| contacts.rows()),
+        rows: contacts.is_area().then(|| contacts.rows()),
         dt: run.header.time_step_s,
         last: last_step(run),
         lacks: run.lacks.as_deref(),

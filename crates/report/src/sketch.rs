@@ -19,7 +19,7 @@ const DRAWN: usize = 7;
 /// The sketch of a scenario as SVG, with words for those who do not see it.
 pub(crate) fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
-    if plan.elastic.layout().rows() > 1 {
+    if plan.elastic.layout().is_area() {
         return area_sketch::sketch(&plan, scenario.slider.height_m, scenario.drive.kind);
     }
     if plan.elastic.has_inside() {
@@ -39,7 +39,7 @@ pub fn sketch_alone(scenario: &Scenario) -> String {
 /// Features that distinguish the sketches of scenarios: where the drive pulls, and how blocks stick.
 pub(crate) fn kind(scenario: &Scenario) -> (&'static str, String) {
     let plan = Plan::new(scenario);
-    if plan.elastic.layout().rows() > 1 {
+    if plan.elastic.layout().is_area() {
         return (area_sketch::body(&plan), area_sketch::drive(&plan, scenario.drive.kind));
     }
     if plan.elastic.has_inside() {

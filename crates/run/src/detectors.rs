@@ -71,7 +71,7 @@ pub fn all(header: &RunHeader, scenario_toml: &str) -> Detectors {
 /// The registered detectors for a run of that plan.
 pub(crate) fn of_plan(plan: &Plan) -> Detectors {
     let contacts = plan.elastic.layout();
-    let parts = Parts { area: contacts.rows() > 1, ..Parts::default() };
+    let parts = Parts { area: contacts.is_area(), ..Parts::default() };
     Settings::default().for_run(contacts, plan.grid, Some(plan.scales), parts)
 }
 

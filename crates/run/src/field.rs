@@ -166,7 +166,7 @@ impl Field {
 
 /// Refuses a quantity that contacts in a single row do not have.
 fn there_is(quantity: Quantity, contacts: Contacts) -> Result<(), StatesError> {
-    if quantity.is_across() && contacts.rows() == 1 { Err(StatesError::SingleRow) } else { Ok(()) }
+    if quantity.is_across() && !contacts.is_area() { Err(StatesError::SingleRow) } else { Ok(()) }
 }
 
 fn is_in(plan: &Plan, span: Span, last_step: u64) -> Result<(), StatesError> {

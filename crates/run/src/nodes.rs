@@ -125,7 +125,7 @@ impl Nodes {
 
 /// The step nearest to each time, in descending order.
 fn steps_at(plan: &Plan, at_s: &[f64]) -> Result<Vec<u64>, StatesError> {
-    if plan.elastic.freedoms_per_node() == 1 {
+    if plan.elastic.as_chain().is_some() {
         return Err(StatesError::Chain);
     }
     if let Some(at_s) = at_s.iter().copied().find(|at_s| at_s.is_nan() || *at_s < 0.0) {

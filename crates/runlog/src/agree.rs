@@ -235,7 +235,7 @@ pub(crate) fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), Lo
     let next = u64::from(record.first_block) + count as u64;
     if record.first_block == 0 || count == 0 || next > u64::from(blocks) + 1 {
         let what =
-            format!("a window of {count} blocks from block {} of a chain of {blocks}", record.first_block);
+            format!("a window of {count} blocks from block {} of {}", record.first_block, all_of(header));
         return Err(LogProblem::Contradiction { step, what });
     }
     Ok(())
@@ -287,7 +287,8 @@ pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Ev
         let &Onset { nucleation_block, nucleation_blocks, .. } = &onset;
         if !in_chain(nucleation_block) || !in_chain(nucleation_blocks) {
             return wrong(format!(
-                "{nucleation_blocks} blocks from block {nucleation_block} of a chain of {blocks}"
+                "{nucleation_blocks} blocks from block {nucleation_block} of {}",
+                all_of(header)
             ));
         }
         if onset.tangential_force_across_n.is_some() != header.parts().area {
@@ -318,6 +319,15 @@ fn kind_of(header: &RunHeader) -> String {
     }
 }
 
+/// All contacts of a run, in words.
+pub(crate) fn all_of(header: &RunHeader) -> String {
+    let contacts = header.contacts();
+    match header.parts().area {
+        false => format!("a chain of {}", header.blocks),
+        true => format!("{} columns and {} rows", contacts.columns(), contacts.rows()),
+    }
+}
+
 /// The ends of the box of an event, in words: first and last block, or column and row.
 fn ends(of: BoundingBox, header: &RunHeader) -> String {
     let BoundingBox { columns: Reach { first, last }, rows } = of;
@@ -340,14 +350,11 @@ fn event_box(of: BoundingBox, across: [Option<u32>; 2], header: &RunHeader) -> R
         return Ok(of.count());
     }
     let Reach { first: first_row, last: last_row } = rows;
-    Err(match header.parts().area {
-        false => format!("blocks {first} to {last} of a chain of {}", header.blocks),
-        true => format!(
-            "columns {first} to {last} and rows {first_row} to {last_row} of {} columns and {} rows",
-            contacts.columns(),
-            contacts.rows()
-        ),
-    })
+    let of = match header.parts().area {
+        false => format!("blocks {first} to {last}"),
+        true => format!("columns {first} to {last} and rows {first_row} to {last_row}"),
+    };
+    Err(format!("{of} of {}", all_of(header)))
 }
 
 /// Checks that an event began within its box.
@@ -391,7 +398,7 @@ fn rupture(rupture: &Rupture, header: &RunHeader) -> Result<(), String> {
     let (blocks, count) = (header.blocks, slipped(rupture, most, header)?);
     if rupture.reached_every_block != (count == blocks) {
         let said = rupture.reached_every_block;
-        return Err(format!("reached_every_block = {said} of {count} blocks of a chain of {blocks}"));
+        return Err(format!("reached_every_block = {said} of {count} blocks of {}", all_of(header)));
     }
     if rupture.detachments < u64::from(count) {
         return Err(format!("{} detachments of {count} blocks", rupture.detachments));
@@ -418,7 +425,7 @@ fn arrival(arrival: &Arrival, header: &RunHeader) -> Result<(), String> {
     let &Arrival { block, arrival_step, stop_step, detachments, column, across, .. } = arrival;
     let blocks = header.blocks;
     if !(1..=blocks).contains(&block) {
-        return Err(format!("block {block} of a chain of {blocks}"));
+        return Err(format!("block {block} of {}", all_of(header)));
     }
     if detachments == 0 {
         return Err(format!("block {block} is passed without a detachment"));

@@ -219,7 +219,8 @@ impl<'a> Walk<'a> {
                 agree::parts_of_switch(self.header, &message).map_err(words)?;
                 let SwitchMessage { step, block, .. } = message;
                 if !(1..=blocks).contains(&block) {
-                    return Err(format!("step {step}: a switch of block {block} of a chain of {blocks}"));
+                    let all = agree::all_of(self.header);
+                    return Err(format!("step {step}: a switch of block {block} of {all}"));
                 }
                 Kind::Switch { step }
             }

@@ -8,7 +8,7 @@
 
 use asperity_model::Plan;
 
-use crate::slow_modes::{first_normal, pressed};
+use crate::slow_modes::pressed;
 use crate::state::SliderState;
 use crate::strength::{Load, StopForce, aged_coefficient, aged_threshold_n};
 
@@ -225,7 +225,7 @@ impl<'a> Exact<'a> {
                 (0..plan.elastic.tangential_axes()).map(|axis| axis * lattice.nodes() + n).collect();
             let of = |all: &[Wide]| freedoms.iter().map(|freedom| all[*freedom]).collect::<Vec<Wide>>();
             let (u, v, tau) = (of(&self.displacement_m), of(&self.velocity_m_per_s), of(&self.force_n));
-            let sliding_friction = match first_normal(&lattice) {
+            let sliding_friction = match lattice.first_normal() {
                 Some(normal) => {
                     let rise = self.displacement_m[normal + n];
                     let bears = if rise.high < 0.0 { rise * -lattice.foundation_n_per_m } else { Wide::ZERO };

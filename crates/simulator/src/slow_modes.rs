@@ -13,5 +13,5 @@ mod precomputed;
 mod stuck;
 
 pub(crate) use arnoldi::sizes;
-pub(crate) use precomputed::{ClassModes, Precomputed, first_normal, pressed};
+pub(crate) use precomputed::{ClassModes, Precomputed, pressed};
 pub(crate) use stuck::{Sizes, StuckLattice};

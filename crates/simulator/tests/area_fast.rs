@@ -1,13 +1,14 @@
 //! Compares the fast solver of sheets and bodies with single steps: equal switches in equal steps, and equal
 //! numbers within rounding.
 
-#[expect(dead_code, reason = "the tests of slabs use more of it")]
 mod fast_and_plain;
 
 use asperity_model::Plan;
-use asperity_simulator::SolverKind;
+use asperity_simulator::{SliderState, SolverKind};
 use asperity_testkit::{Random, plan};
-use fast_and_plain::{Compared, entries, resumes_to_the_bit, run, samples_agree, switches};
+use fast_and_plain::{
+    Compared, entries, from_state, recording_changes_nothing, resumes_to_the_bit, run, samples_agree,
+};
 
 /// Steps of a random sheet or body.
 const STEPS: u64 = 150_000;
@@ -123,17 +124,8 @@ fn sheet(sets: &[&str]) -> Plan {
 #[test]
 fn what_is_recorded_changes_nothing() {
     for plan in [body, sheet] {
-        let none = run(&plan(&["recording.sample_s=0"]), SolverKind::Fast);
-        assert!(none.1.jumps > 5 && none.1.jump_steps > 80_000 && none.1.switches > 50, "{:?}", none.1);
-        for sets in [
-            &["recording.sample_s=1e-4"][..],
-            &["recording.sample_s=1.3e-3", "recording.fields_s=2e-3"],
-            &["recording.sample_s=0.1", "recording.event_fields=false"],
-        ] {
-            let some = run(&plan(sets), SolverKind::Fast);
-            assert_eq!(switches(&some.0), switches(&none.0), "{sets:?}");
-            assert_eq!(some.1, none.1, "{sets:?}");
-        }
+        let counters = recording_changes_nothing(plan);
+        assert!(counters.jumps > 5 && counters.jump_steps > 80_000 && counters.switches > 50, "{counters:?}");
     }
 }
 
@@ -202,11 +194,57 @@ fn runs_stay_symmetric_through_jumps() {
                 let [column, lane, _] = lattice.place(n);
                 let mirrored = (lattice.lanes - 1 - lane) * lattice.columns + column;
                 assert_eq!(state.displacement_m[n], state.displacement_m[mirrored], "step {}", state.step);
+                let across_m = &state.displacement_across_m;
+                assert_eq!(across_m[n], -across_m[mirrored], "step {}", state.step);
                 largest_m = largest_m.max(state.displacement_m[n].abs());
                 compared += 1;
             }
         }
         assert!(compared > 1000 && largest_m > 1e-6, "{compared} {largest_m}");
+    }
+}
+
+/// Body and sheet vibrate with growing amplitude, along and across, until contacts detach by it at once, while
+/// the drive would bring them there later.
+#[test]
+fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
+    let quick = ["recording.sample_s=0", "slider.relative_damping=0.05"];
+    for (plan, speed) in [
+        (body(&[&quick[..], &["time.duration_s=0.5"]].concat()), 0.06),
+        (sheet(&[&quick[..], &["time.duration_s=0.1"]].concat()), 0.1),
+    ] {
+        let (start, lattice) = (SliderState::initial(&plan), plan.elastic.as_lattice());
+        let nodes = lattice.nodes();
+        let mut jumped = 0;
+        for shape in 0..3 {
+            let (mut quiet, mut loud) = (0, 0);
+            for amplitude in 1..=6 {
+                let mut state = start.clone();
+                for node in 0..nodes {
+                    let counts = [lattice.columns, lattice.lanes, lattice.rows];
+                    let place = lattice.place(node);
+                    // From -1 to 1, and up from the bottom.
+                    let at = |axis: usize| 2.0 * place[axis] as f64 / (counts[axis] - 1) as f64 - 1.0;
+                    let height = if lattice.rows > 1 { place[2] as f64 } else { 1.0 };
+                    let v = speed * f64::from(amplitude) * height;
+                    let (along, across) = (&mut 0.0, &mut 0.0);
+                    match shape {
+                        // Stretched along and across, and sheared.
+                        0 => *along = v * at(0),
+                        1 => *across = v * at(1),
+                        _ => *along = v * at(1),
+                    }
+                    state.velocity_m_per_s[node] = *along;
+                    state.velocity_m_per_s[nodes + node] = *across;
+                }
+                let (found, counters) = from_state(&plan, &state);
+                let switched = found.iter().any(|(step, _, switches)| *step < 1000 && !switches.is_empty());
+                (quiet, loud) = if switched { (quiet, loud + 1) } else { (quiet + 1, loud) };
+                jumped += counters.jump_steps;
+            }
+            assert!(quiet > 0 && loud > 0, "{nodes} nodes, shape {shape}: {quiet} {loud}");
+        }
+        assert!(jumped > 50_000, "{jumped}");
     }
 }
 

@@ -8,7 +8,9 @@ use asperity_model::law::Affine;
 use asperity_record::Record;
 use asperity_simulator::{SliderState, SolverKind};
 use asperity_testkit::{Random, SMALL_SLAB, plan};
-use fast_and_plain::{Compared, entries, from_state, resumes_to_the_bit, run, samples_agree, switches};
+use fast_and_plain::{
+    Compared, entries, from_state, recording_changes_nothing, resumes_to_the_bit, run, samples_agree,
+};
 
 /// Steps of a random slab.
 const STEPS: u64 = 150_000;
@@ -84,17 +86,8 @@ fn small(sets: &[&str]) -> Plan {
 
 #[test]
 fn what_is_recorded_changes_nothing() {
-    let none = run(&small(&["recording.sample_s=0"]), SolverKind::Fast);
-    assert!(none.1.jumps > 5 && none.1.jump_steps > 80_000 && none.1.switches > 20, "{:?}", none.1);
-    for sets in [
-        &["recording.sample_s=1e-3"][..],
-        &["recording.sample_s=1.3e-4", "recording.fields_s=2e-3"],
-        &["recording.sample_s=0.1", "recording.event_fields=false"],
-    ] {
-        let some = run(&small(sets), SolverKind::Fast);
-        assert_eq!(switches(&some.0), switches(&none.0), "{sets:?}");
-        assert_eq!(some.1, none.1, "{sets:?}");
-    }
+    let counters = recording_changes_nothing(small);
+    assert!(counters.jumps > 5 && counters.jump_steps > 80_000 && counters.switches > 20, "{counters:?}");
 }
 
 /// Samples inside jumps, states and energies, equal those of single steps.

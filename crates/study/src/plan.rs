@@ -388,7 +388,7 @@ impl Plan {
         let firsts = rows.filter(|row| seen.insert(deciding.map(|place| value(row, place))));
         firsts.filter_map(|row| self.resolve(row).ok()).fold(Parts::default(), |parts, run| Parts {
             junctions: parts.junctions || run.junction_count() > 0,
-            area: parts.area || run.elastic().layout().rows() > 1,
+            area: parts.area || run.elastic().layout().is_area(),
         })
     }
 

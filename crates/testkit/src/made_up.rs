@@ -126,7 +126,7 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
         let columns = blocks.clone().map(|block| contacts.column(block));
         let (low, high) = (columns.clone().min().unwrap(), columns.max().unwrap());
         let rows = blocks.map(|block| contacts.row(block));
-        let over_area = |value: Option<u32>| value.filter(|_| contacts.rows() > 1);
+        let over_area = |value: Option<u32>| value.filter(|_| contacts.is_area());
         let end_step = passed.iter().map(|(.., stop)| *stop).collect::<Option<Vec<u64>>>();
         let end_step = end_step.map(|stops| stops.into_iter().max().unwrap());
         let last = passed[passed.len() - 1];

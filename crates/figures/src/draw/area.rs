@@ -203,7 +203,7 @@ impl Area {
 /// A quantity along the slider: over an area the mean of each column of contacts.
 pub(super) fn along(run: &RunEvents, values: &[f64]) -> Vec<f64> {
     let contacts = run.header.contacts();
-    if contacts.rows() == 1 {
+    if !contacts.is_area() {
         return values.to_vec();
     }
     let columns = contacts.columns() as usize;

@@ -30,7 +30,7 @@ fn examples() -> Figures {
 fn with_records(mut run: RunData) -> RunData {
     let blocks = run.plan.blocks;
     let rest = || vec![0.0; blocks];
-    let is_area = run.plan.elastic.layout().rows() > 1;
+    let is_area = run.plan.elastic.layout().is_area();
     let across = || if is_area { rest() } else { Vec::new() };
     let loads_n = if run.plan.elastic.has_foundation() { rest() } else { Vec::new() };
     let state = FieldRecord {

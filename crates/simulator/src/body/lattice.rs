@@ -30,7 +30,7 @@ use crate::kernels::{After, Forces, MovedContacts, MovedWork, Rubbed, Simd};
 use crate::lattice_energy::stored_j;
 use crate::law::{ContactLoops, loops, loops_over_area};
 use crate::state::SliderState;
-use crate::strength::Load;
+use crate::strength::{Load, Strength};
 
 /// A lattice whose contacts have `D` tangential freedoms.
 #[derive(Debug, Clone)]
@@ -49,12 +49,10 @@ pub(crate) struct LatticeBody<const D: usize = 1> {
     /// Directions of slip of the contacts before the step, axis by axis
     /// ([`Turn::direction`](asperity_model::law::Turn)).
     direction: Vec<f64>,
-    /// Of each contact, `mu_s p` without ageing, `mu_d p`, and friction axis by axis.
-    threshold_n: Vec<f64>,
-    sliding_friction_n: Vec<f64>,
+    /// `mu_s p` without ageing and `mu_d p`; of contacts on the foundation, at their heights.
+    strength: Strength,
+    /// Friction of each contact, axis by axis.
     friction_n: Vec<f64>,
-    /// The load to which given normal loads, and with them the two before, were last scaled.
-    load: Option<Load>,
     work: MovedWork,
 }
 
@@ -63,7 +61,7 @@ impl OfPlan for LatticeBody {
 
     fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, simd: Simd, _: Bookkeeping) -> LatticeBody {
         let junctions = JunctionLoops::of(plan, simd);
-        LatticeBody { junctions, ..LatticeBody::new(*lattice, simd, loops(plan.friction.law)) }
+        LatticeBody { junctions, ..LatticeBody::new(plan, *lattice, simd, loops(plan.friction.law)) }
     }
 }
 
@@ -71,13 +69,18 @@ impl OfPlan for LatticeBody<2> {
     type Elastic = Lattice;
 
     fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, simd: Simd, _: Bookkeeping) -> Self {
-        LatticeBody::new(*lattice, simd, loops_over_area(plan.friction.law))
+        LatticeBody::new(plan, *lattice, simd, loops_over_area(plan.friction.law))
     }
 }
 
 impl<const D: usize> LatticeBody<D> {
     /// A lattice at rest, with this law at its contacts.
-    pub(crate) fn new(lattice: Lattice, simd: Simd, law: Arc<dyn ContactLoops<D>>) -> LatticeBody<D> {
+    pub(crate) fn new(
+        plan: &Plan,
+        lattice: Lattice,
+        simd: Simd,
+        law: Arc<dyn ContactLoops<D>>,
+    ) -> LatticeBody<D> {
         let (contacts, zeros) = (lattice.contacts(), || vec![0.0; lattice.freedoms()]);
         let of_axes = || vec![0.0; lattice.axes() * contacts];
         LatticeBody {
@@ -86,10 +89,8 @@ impl<const D: usize> LatticeBody<D> {
             outer_n: zeros(),
             former_displacement_m: of_axes(),
             direction: vec![0.0; D * contacts],
-            threshold_n: vec![0.0; contacts],
-            sliding_friction_n: vec![0.0; contacts],
+            strength: Strength::new(plan),
             friction_n: vec![0.0; D * contacts],
-            load: None,
             work: MovedWork::default(),
             lattice,
             simd,
@@ -104,20 +105,6 @@ impl<const D: usize> LatticeBody<D> {
         self.lattice.table.upward().map(|axis| axis * nodes..(axis + 1) * nodes)
     }
 
-    /// Brings the strength of contacts whose normal load is given to the load of a step.
-    fn follow_load(&mut self, plan: &Plan, load: Load) {
-        if self.load != Some(load) {
-            self.load = Some(load);
-            let friction = &plan.friction;
-            for (to, from) in [
-                (&mut self.threshold_n, &friction.static_threshold_n),
-                (&mut self.sliding_friction_n, &friction.dynamic_friction_n),
-            ] {
-                *to = from.iter().map(|at_start_n| load.scaled_n(*at_start_n)).collect();
-            }
-        }
-    }
-
     /// Brings the strength of contacts on the foundation to their heights, and returns the normal loads as
     /// forces on their nodes.
     fn bear(&mut self, plan: &Plan, state: &mut SliderState, upward: Range<usize>) {
@@ -127,8 +114,8 @@ impl<const D: usize> LatticeBody<D> {
         for n in 0..plan.blocks {
             let normal_load_n = self.lattice.normal_load_n(rise_m[n]);
             state.normal_load_n[n] = normal_load_n;
-            self.threshold_n[n] = friction.static_coefficients[n] * normal_load_n;
-            self.sliding_friction_n[n] = friction.dynamic_coefficients[n] * normal_load_n;
+            self.strength.threshold_n[n] = friction.static_coefficients[n] * normal_load_n;
+            self.strength.sliding_friction_n[n] = friction.dynamic_coefficients[n] * normal_load_n;
             outer_n[n] = normal_load_n;
         }
     }
@@ -140,10 +127,10 @@ fn along<const D: usize>(values: &[f64], from_one_to_next: usize, count: usize) 
 }
 
 impl<const D: usize> Body for LatticeBody<D> {
-    fn press(&mut self, plan: &Plan, _: &SliderState, load: Load) {
+    fn press(&mut self, plan: &Plan, state: &SliderState, load: Load) {
         let nodes = self.lattice.nodes();
         match self.upward() {
-            None => self.follow_load(plan, load),
+            None => self.strength.follow(plan, state, load),
             Some(upward) => {
                 let outer_n = &mut self.outer_n[upward];
                 for (node, load_n) in self.lattice.top_row().zip(&plan.top_load_n) {
@@ -194,7 +181,8 @@ impl<const D: usize> Body for LatticeBody<D> {
         let dt_over_m = dt / plan.block_mass_kg;
         let may_switch = match (&mut self.junctions, &mut state.junctions) {
             (Some(junctions), Some(pinned)) => {
-                let loaded = Loaded::new(state.step, u, &self.threshold_n, &self.sliding_friction_n);
+                let loaded =
+                    Loaded::new(state.step, u, &self.strength.threshold_n, &self.strength.sliding_friction_n);
                 junctions.pull(pinned, &mut state.stick_position_m, outer_n, &loaded);
                 true
             }
@@ -208,8 +196,8 @@ impl<const D: usize> Body for LatticeBody<D> {
                     tau: along(&state.tangential_force_n, contacts, contacts),
                     slip: &state.slip,
                     any_slides: state.sliding > 0,
-                    threshold: &self.threshold_n,
-                    sliding_friction: &self.sliding_friction_n,
+                    threshold: &self.strength.threshold_n,
+                    sliding_friction: &self.strength.sliding_friction_n,
                     memory: &state.memory,
                     kt: plan.friction.interfacial_stiffness_n_per_m,
                     dt_over_m,
@@ -222,8 +210,12 @@ impl<const D: usize> Body for LatticeBody<D> {
         let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
         self.work = simd.lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
-            let loaded =
-                Loaded::new(state.step, &state.displacement_m, &self.threshold_n, &self.sliding_friction_n);
+            let loaded = Loaded::new(
+                state.step,
+                &state.displacement_m,
+                &self.strength.threshold_n,
+                &self.strength.sliding_friction_n,
+            );
             return junctions.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded);
         }
         may_switch
@@ -239,14 +231,14 @@ impl<const D: usize> Body for LatticeBody<D> {
             direction: along(&self.direction, contacts, contacts),
             v_new: along(&state.velocity_m_per_s, nodes, contacts),
             tau: along(&state.tangential_force_n, contacts, contacts),
-            threshold: &self.threshold_n,
+            threshold: &self.strength.threshold_n,
             memory: &state.memory,
         };
         self.law.switching(self.simd, marks, &after);
     }
 
     fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]) {
-        self.law.remember(plan, state, &self.sliding_friction_n, switched);
+        self.law.remember(plan, state, &self.strength.sliding_friction_n, switched);
     }
 
     fn former_displacement_m(&self, freedom: usize) -> f64 {
@@ -413,7 +405,7 @@ mod tests {
         let plan = Arc::new(plan);
         let mut state = SliderState::initial(&plan);
         state.tangential_force_n.resize(2 * contacts, 0.0);
-        let body = LatticeBody::new(lattice, Simd::detect(), loops_over_area(plan.friction.law));
+        let body = LatticeBody::new(&plan, lattice, Simd::detect(), loops_over_area(plan.friction.law));
         (Arc::clone(&plan), Stepper::of(plan, state, body))
     }
 

@@ -26,7 +26,7 @@ use crate::jump::lattice::account::{Account, Start};
 use crate::jump::lattice::certificate::{Certificate, Part};
 use crate::modes::Coordinates;
 use crate::norms::{ROUNDING, invariant_of_products};
-use crate::slow_modes::{Precomputed, first_normal, pressed, sizes};
+use crate::slow_modes::{Precomputed, pressed, sizes};
 use crate::state::SliderState;
 use crate::strength::static_coefficient;
 
@@ -110,7 +110,7 @@ impl<const D: usize> Jump<D> {
     pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Attempt {
         let refused = Attempt::Wait(PATIENCE_STEPS);
         let lattice = self.precomputed.stuck.lattice;
-        let are_lifted = first_normal(&lattice).is_some_and(|normal| {
+        let are_lifted = lattice.first_normal().is_some_and(|normal| {
             state.displacement_m[normal..][..plan.blocks].iter().any(|rise_m| *rise_m >= 0.0)
         });
         self.cost_steps = 0;
@@ -148,7 +148,7 @@ impl<const D: usize> Jump<D> {
         let off_after = |steps: u64| self.parts.iter().map(|part| off(part, steps)).sum::<f64>();
         let (mut most_steps, mut off) = (most_steps, off_after(most_steps));
         // The swing of a sheet hardly decays, and its error grows with the length of the jump.
-        while first_normal(&lattice).is_none() && off > enough && most_steps > SHORTEST {
+        while lattice.first_normal().is_none() && off > enough && most_steps > SHORTEST {
             most_steps /= 2;
             off = off_after(most_steps);
         }

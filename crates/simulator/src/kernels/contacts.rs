@@ -6,6 +6,7 @@ use std::hint::select_unpredictable;
 use asperity_model::law::{ContactLaw, Sliding, memory_of};
 
 use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::step::is_positive;
 
 impl Simd {
     dispatch! {
@@ -64,7 +65,7 @@ const SURELY_BELOW: f64 = 1.0 - 8.0 * f64::EPSILON;
 #[inline(always)]
 fn rub<const D: usize, L: ContactLaw<D>>(contacts: &mut Rubbed<'_, D>, law: &L) -> bool {
     match contacts.any_slides {
-        true => rub_all::<D, L, true>(contacts, law) | true,
+        true => rub_all::<D, L, true>(contacts, law),
         false => rub_all::<D, L, false>(contacts, law),
     }
 }
@@ -114,7 +115,7 @@ fn rub_all<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
         };
         beyond &= detached_by.to_bits();
     }
-    beyond >> 63 == 0
+    SLIDES || is_positive(beyond)
 }
 
 /// Contacts after a step. Vectors have one array for each tangential freedom.

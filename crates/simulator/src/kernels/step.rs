@@ -103,7 +103,7 @@ fn step<L: ContactLaw>(
 /// Whether the sign bit is clear. Applied to the AND of the bits of several numbers: whether any of them
 /// was 0 or above.
 #[inline(always)]
-fn is_positive(bits: u64) -> bool {
+pub(super) fn is_positive(bits: u64) -> bool {
     bits >> 63 == 0
 }
 

@@ -149,8 +149,8 @@ impl SlowModes {
         }
         let (by_stiffness, by_damping) =
             (stuck.step_s * stuck.step_s / stuck.mass_kg, stuck.step_s / stuck.mass_kg);
-        stuck.products_in(self.class, stiff_re, damped_re, re, re);
-        stuck.products_in(self.class, stiff_im, damped_im, im, im);
+        stuck.products_in(self.class, stiff_re, damped_re, re);
+        stuck.products_in(self.class, stiff_im, damped_im, im);
         for x in stiff_re.iter_mut().chain(&mut *stiff_im) {
             *x *= by_stiffness;
         }

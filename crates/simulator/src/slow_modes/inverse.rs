@@ -69,7 +69,7 @@ impl<'a> Inverse<'a> {
     pub(crate) fn apply(&mut self, a: &[f64], b: &[f64], to_a: &mut [f64], to_b: &mut [f64]) -> bool {
         let Inverse { stuck, class, unit, shifted, stiff, damped } = self;
         let (dt, mass) = (stuck.step_s, stuck.mass_kg);
-        stuck.products_in(*class, stiff, damped, a, a);
+        stuck.products_in(*class, stiff, damped, a);
         let Some(Shifted { factor, place, x }) = shifted else {
             for n in 0..a.len() {
                 // `M^-1` is `dt^2 / m` times `K^-1`.

@@ -42,15 +42,10 @@ pub(crate) struct ClassModes<const D: usize> {
     pub(crate) pressed_j: Vec<Complex>,
 }
 
-/// The first freedom along the normal, of a lattice on a foundation.
-pub(crate) fn first_normal(lattice: &Lattice) -> Option<usize> {
-    lattice.table.upward().map(|upward| upward * lattice.nodes())
-}
-
 /// The nodes of the top row that a load presses on, as their freedoms along the normal, with the load at the
 /// start.
 pub(crate) fn pressed<'a>(plan: &'a Plan, lattice: &Lattice) -> impl Iterator<Item = (usize, f64)> + 'a {
-    let normal = first_normal(lattice).unwrap_or(0);
+    let normal = lattice.first_normal().unwrap_or(0);
     lattice.top_row().zip(&plan.top_load_n).map(move |(node, load_n)| (normal + node, *load_n))
 }
 
@@ -98,7 +93,7 @@ impl<const D: usize> Precomputed<D> {
             let factor = s * s / (Complex::ONE + s) * inertia + Complex::from(kt);
             for n in 0..contacts {
                 force_n.push(array::from_fn(|axis| shape(axis * nodes + n) * factor * weight));
-                let load = first_normal(&stuck.lattice).map(|normal| shape(normal + n));
+                let load = stuck.lattice.first_normal().map(|normal| shape(normal + n));
                 let foundation = -weight * stuck.lattice.foundation_n_per_m;
                 load_n.push(load.map_or(Complex::ZERO, |rise| rise * foundation));
             }

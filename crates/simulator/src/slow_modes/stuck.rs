@@ -97,17 +97,17 @@ struct Coupling {
 }
 
 impl StuckLattice {
-    /// Numbers that the factors of a lattice have.
+    /// Numbers that the factor of a slab has.
     pub(crate) fn numbers(lattice: &Lattice) -> usize {
-        lattice.freedoms() * width(lattice) / classes(lattice)
+        lattice.freedoms() * width(lattice)
     }
 
     /// `None` if the stiffness is not positive by its numbers.
     pub(crate) fn of(plan: &Plan, lattice: Lattice, simd: Simd) -> Option<StuckLattice> {
         let nodes = lattice.nodes();
         let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let tangential = lattice.table.axes.iter().filter(|axis| **axis != 2).count();
-        let friction = (0..tangential).flat_map(|axis| lattice.row(0).map(move |n| (axis * nodes + n, kt)));
+        let friction = (0..lattice.tangential_axes())
+            .flat_map(|axis| lattice.row(0).map(move |n| (axis * nodes + n, kt)));
         let upward = lattice.table.upward().into_iter();
         let foundation = upward
             .flat_map(|axis| lattice.row(0).map(move |n| (axis * nodes + n, lattice.foundation_n_per_m)));
@@ -207,24 +207,16 @@ impl StuckLattice {
         }
     }
 
-    /// [`StuckLattice::products`] in the basis of a class.
-    pub(crate) fn products_in(
-        &self,
-        class: usize,
-        stiff: &mut [f64],
-        damped: &mut [f64],
-        u: &[f64],
-        v: &[f64],
-    ) {
+    /// [`StuckLattice::products`] with the same vector, in the basis of a class.
+    pub(crate) fn products_in(&self, class: usize, stiff: &mut [f64], damped: &mut [f64], x: &[f64]) {
         let motions = &self.classes[class];
         if motions.are_all() {
-            return self.products(stiff, damped, u, v);
+            return self.products(stiff, damped, x, x);
         }
         let zeros = || vec![0.0; self.freedoms()];
-        let [mut all_u, mut all_v, mut all_stiff, mut all_damped] = [zeros(), zeros(), zeros(), zeros()];
-        motions.add(&mut all_u, u);
-        motions.add(&mut all_v, v);
-        self.products(&mut all_stiff, &mut all_damped, &all_u, &all_v);
+        let [mut all_x, mut all_stiff, mut all_damped] = [zeros(), zeros(), zeros()];
+        motions.add(&mut all_x, x);
+        self.products(&mut all_stiff, &mut all_damped, &all_x, &all_x);
         stiff.copy_from_slice(&motions.fold(&all_stiff));
         damped.copy_from_slice(&motions.fold(&all_damped));
     }
@@ -280,11 +272,6 @@ impl Factor {
             *x = placed[*place];
         }
     }
-}
-
-/// Number of classes of motions that have factors of their own.
-fn classes(lattice: &Lattice) -> usize {
-    if lattice.lanes > 1 { 2 } else { 1 }
 }
 
 #[cfg(test)]

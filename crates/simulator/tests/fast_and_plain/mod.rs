@@ -32,12 +32,27 @@ pub(crate) fn entries(records: &[Record]) -> Vec<Entry> {
 }
 
 /// All numbers of steps in which a contact switches, to the bit.
-pub(crate) fn switches(records: &[Record]) -> Vec<String> {
+fn switches(records: &[Record]) -> Vec<String> {
     let steps = records.iter().filter_map(|record| match record {
         Record::Step(step) if !step.switches.is_empty() => Some(format!("{step:?}")),
         _ => None,
     });
     steps.collect()
+}
+
+/// Recording of any density changes neither switches, to the bit, nor counters; returns these.
+pub(crate) fn recording_changes_nothing(plan: impl Fn(&[&str]) -> Plan) -> Counters {
+    let (none, counters, _) = run(&plan(&["recording.sample_s=0"]), SolverKind::Fast);
+    for sets in [
+        &["recording.sample_s=1e-3"][..],
+        &["recording.sample_s=1.3e-4", "recording.fields_s=2e-3"],
+        &["recording.sample_s=0.1", "recording.event_fields=false"],
+    ] {
+        let (some, with, _) = run(&plan(sets), SolverKind::Fast);
+        assert_eq!(switches(&some), switches(&none), "{sets:?}");
+        assert_eq!(with, counters, "{sets:?}");
+    }
+    counters
 }
 
 /// Samples inside jumps, states and energies, equal those of single steps.
@@ -68,6 +83,9 @@ pub(crate) fn samples_agree(plan: &Plan, least_jump_steps: u64) {
                     (2, &fast.displacement_m, &plain.displacement_m),
                     (3, &fast.velocity_m_per_s, &plain.velocity_m_per_s),
                     (4, &fast.tangential_force_n, &plain.tangential_force_n),
+                    (2, &fast.displacement_across_m, &plain.displacement_across_m),
+                    (3, &fast.velocity_across_m_per_s, &plain.velocity_across_m_per_s),
+                    (4, &fast.tangential_force_across_n, &plain.tangential_force_across_n),
                     (5, &fast.normal_load_n, &plain.normal_load_n),
                 ] {
                     for (fast, plain) in fast.iter().zip(plain) {

@@ -11,7 +11,7 @@ use crate::jump::lattice::certificate::Part;
 use crate::lattice_energy::stored_j;
 use crate::ledger::Ledger;
 use crate::modes::Coordinates;
-use crate::slow_modes::{StuckLattice, first_normal, pressed};
+use crate::slow_modes::{StuckLattice, pressed};
 use crate::state::SliderState;
 
 /// Largest number of orders for the work of the scheme, and the share of it that is negligible.
@@ -156,7 +156,7 @@ impl<const D: usize> Account<'_, D> {
                 let (freedom, place) = (axis * nodes + n, axis * plan.blocks + n);
                 dv[freedom] -= kt * (u[freedom] - state.stick_position_m[place]);
             }
-            if let Some(normal) = first_normal(&stuck.lattice) {
+            if let Some(normal) = stuck.lattice.first_normal() {
                 dv[normal + n] -= stuck.lattice.foundation_n_per_m * u[normal + n];
             }
         }

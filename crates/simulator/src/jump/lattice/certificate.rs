@@ -24,7 +24,7 @@ use crate::jump::Forced;
 use crate::kernels::Simd;
 use crate::modes::Coordinates;
 use crate::norms::ROUNDING;
-use crate::slow_modes::{ClassModes, first_normal, sizes};
+use crate::slow_modes::{ClassModes, sizes};
 use crate::state::SliderState;
 use crate::strength::StopForce;
 
@@ -100,7 +100,7 @@ impl<const D: usize> Certificate<'_, D> {
     }
 
     fn stretches(&self) -> Stretches {
-        if first_normal(self.lattice).is_some() { LONG } else { SHORT }
+        if self.lattice.first_normal().is_some() { LONG } else { SHORT }
     }
 
     /// The largest number of steps that is certified.
@@ -169,7 +169,7 @@ impl<const D: usize> Certificate<'_, D> {
 
     /// Normal load of a contact in the forced part `into` steps after the first, and its change in a step.
     fn forced_load_n(&self, contact: usize, into: f64) -> (f64, f64) {
-        let Some(normal) = first_normal(self.lattice) else {
+        let Some(normal) = self.lattice.first_normal() else {
             let (at_start_n, ramp) = (self.plan.normal_load_n[contact], self.forced.ramp);
             return (ramp.ahead(into).scaled_n(at_start_n), ramp.change_n(at_start_n));
         };

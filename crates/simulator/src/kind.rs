@@ -72,12 +72,30 @@ mod tests {
             "time.duration_s=0.8",
             "drive.velocity_m_per_s=2e-3",
         ];
+        let body = [
+            "slider.blocks=5",
+            "slider.across=3",
+            "slider.rows=3",
+            "slider.width_m=0.07",
+            "slider.height_m=0.07",
+            "slider.mass_kg=7.56",
+            "drive.height_m=0.035",
+            "drive.velocity_m_per_s=2e-3",
+            "time.step_s=5e-6",
+            "time.duration_s=0.5",
+        ];
+        let sheet = ["drive.velocity_m_per_s=1e-3", "time.duration_s=0.05"];
+        let at_corner = "drive.across=1";
         for (scenario, set) in [
             ("default", &["parameter_set=as-coded", "time.duration_s=0.25"][..]),
             ("default", &["parameter_set=as-stated", "time.duration_s=0.25"]),
             ("default", &["parameter_set=as-coded", "slider.blocks=300", "time.duration_s=0.06"]),
             ("default", &block),
             ("slab", &slab),
+            ("body-coarse", &body),
+            ("body-coarse", &[&body[..], &[at_corner]].concat()),
+            ("sheet-coarse", &sheet),
+            ("sheet-coarse", &[&sheet[..], &[at_corner]].concat()),
         ] {
             let scenario = resolve(scenario, set).unwrap_or_else(|error| panic!("{error}"));
             let plan = Arc::new(Plan::new(&scenario));

@@ -6,6 +6,7 @@
 
 #![expect(clippy::print_stdout, reason = "the tables are what a benchmark is for")]
 
+mod area;
 mod chains;
 mod diff;
 mod junctions;
@@ -31,7 +32,7 @@ const ROUNDS: usize = 5;
 const SCALAR_STEPS: u64 = 2_000_000;
 
 /// The available measurements, by name.
-const PARTS: [(&str, fn()); 12] = [
+const PARTS: [(&str, fn()); 13] = [
     ("loop", against_c),
     ("runs", default_runs),
     ("chains", long_chains),
@@ -39,6 +40,7 @@ const PARTS: [(&str, fn()); 12] = [
     ("resolution", chains::resolution),
     ("pays", pays::pays),
     ("slab", slabs::slabs),
+    ("area", area::area),
     ("junctions", junctions::junctions),
     ("studies", studies::studies),
     ("logs", logs::logs),

@@ -156,9 +156,11 @@ impl<const D: usize> Jump<D> {
         if excess > 1.0 {
             // Steps until the modes that are not used have decayed to that level.
             let rates = self.parts.iter().map(|part| part.modes.slow.next_falls_by);
-            let steps = libm::log(excess) / (DECAY[D - 1] * rates.fold(f64::INFINITY, f64::min));
+            let rate = DECAY[D - 1] * rates.fold(f64::INFINITY, f64::min);
+            let steps = if D == 1 || left_out > enough { libm::log(excess) / rate } else { 0.0 };
             let is_told = steps < (1 << 20) as f64;
-            return Attempt::Wait(if is_told { (steps as u64).max(PATIENCE_STEPS / 4) } else { 1 << 12 });
+            let steps = if is_told { (steps as u64).max(PATIENCE_STEPS / 4) } else { 1 << 12 };
+            return Attempt::Wait(if D == 1 { steps } else { self.until_exact(most_steps, enough, steps) });
         }
         let missed = left_out + off;
         let reach_m = u_scale + largest(&self.forced.advance_m) * most_steps as f64;
@@ -175,6 +177,22 @@ impl<const D: usize> Jump<D> {
         let start = self.account(plan).start(state);
         self.start = start;
         Attempt::Jump(steps)
+    }
+
+    /// Steps, at least as many as given, until the error of the modes is small enough: it falls as they do.
+    fn until_exact(&self, most_steps: u64, enough: f64, least_steps: u64) -> u64 {
+        let off_behind = |steps: u64| {
+            let parts = self.parts.iter().map(|part| {
+                let fallen = part.grown(steps);
+                off(&Part { modes: Arc::clone(&part.modes), coordinates: fallen }, most_steps)
+            });
+            parts.sum::<f64>()
+        };
+        let mut steps = least_steps;
+        while steps < most_steps && off_behind(steps) > enough {
+            steps += steps / 8;
+        }
+        steps
     }
 
     /// Cost of the last attempt, including landing, in single steps.

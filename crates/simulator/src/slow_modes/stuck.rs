@@ -280,24 +280,59 @@ mod tests {
 
     use super::StuckLattice;
     use crate::kernels::Simd;
+    use crate::slow_modes::pressed;
+
+    fn stuck(scenario: &str, sets: &[&str]) -> (Plan, StuckLattice) {
+        let plan = Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")));
+        let stuck = StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect());
+        (plan, stuck.expect("it is positive"))
+    }
+
+    fn numbers(seed: u64, count: usize) -> Vec<f64> {
+        (0..count).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()
+    }
+
+    const BODY: [&str; 5] = [
+        "slider.blocks=4",
+        "slider.rows=3",
+        "slider.height_m=0.09333333333333334",
+        "slider.mass_kg=7.56",
+        "drive.height_m=0.046666666666666667",
+    ];
 
     #[test]
-    fn what_is_solved_is_the_stuck_slab() {
-        for sets in [
-            &["slider.blocks=9", "slider.rows=5", "slider.height_m=0.07", "drive.height_m=0.0175"][..],
-            &["slider.blocks=4", "slider.rows=9", "slider.height_m=0.37333333333333335", "time.step_s=1e-8"],
+    fn what_is_solved_is_the_stuck_lattice() {
+        let wide = ["slider.across=4", "slider.width_m=0.14"];
+        let narrow = ["slider.across=3", "slider.width_m=0.09333333333333334"];
+        for (scenario, sets) in [
+            (
+                "slab",
+                vec!["slider.blocks=9", "slider.rows=5", "slider.height_m=0.07", "drive.height_m=0.0175"],
+            ),
+            (
+                "slab",
+                vec![
+                    "slider.blocks=4",
+                    "slider.rows=9",
+                    "slider.height_m=0.37333333333333335",
+                    "time.step_s=1e-8",
+                ],
+            ),
+            ("body-coarse", [&BODY[..], &wide].concat()),
+            ("body-coarse", [&BODY[..], &narrow].concat()),
+            ("body-coarse", [&BODY[..], &narrow, &["drive.across=1"]].concat()),
+            ("body-coarse", [&BODY[..], &narrow, &["drive.across=2"]].concat()),
+            ("sheet-coarse", vec![]),
+            ("sheet-coarse", vec!["drive.across=6"]),
         ] {
-            let plan = Plan::new(&resolve("slab", sets).unwrap_or_else(|error| panic!("{error}")));
-            let stuck =
-                StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive");
+            let (plan, stuck) = stuck(scenario, &sets);
             let freedoms = stuck.freedoms();
-            let numbers = |n: usize| mixed(n as u64) as f64 / u64::MAX as f64 - 0.5;
-            let u: Vec<f64> = (0..freedoms).map(numbers).collect();
+            let u = numbers(1, freedoms);
             let (mut force, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
             stuck.products(&mut force, &mut damped, &u, &u);
             assert!(stuck.solve(&mut force));
             for (found, u) in force.iter().zip(&u) {
-                assert!((found - u).abs() < 1e-11, "{found} {u}");
+                assert!((found - u).abs() < 1e-11, "{scenario} {sets:?}: {found} {u}");
             }
             // The state of rest is at rest in it.
             let rest = &plan.initial.displacement_m;
@@ -305,10 +340,82 @@ mod tests {
             for spring in &plan.drive.springs {
                 force[spring.block] -= spring.stiffness_n_per_m * spring.rest_m;
             }
-            for (node, load_n) in stuck.lattice.top_row().zip(&plan.top_load_n) {
-                force[freedoms / 2 + node] += load_n;
+            for (freedom, load_n) in pressed(&plan, &stuck.lattice) {
+                force[freedom] += load_n;
             }
             assert!(force.iter().all(|force| force.abs() < 1e-9), "{force:?}");
+        }
+    }
+
+    /// By elimination in the matrix of all freedoms, which knows no bands, no halves and no coupling.
+    #[test]
+    fn halves_and_coupling_solve_as_elimination_does() {
+        for row in ["drive.across=0", "drive.across=1", "drive.across=2"] {
+            for (across, width) in [("slider.across=3", "0.09333333333333334"), ("slider.across=4", "0.14")] {
+                let width = format!("slider.width_m={width}");
+                let (_, stuck) = stuck("body-coarse", &[&BODY[..], &[across, &width, row]].concat());
+                let freedoms = stuck.freedoms();
+                let mut rows: Vec<Vec<f64>> = (0..freedoms)
+                    .map(|n| {
+                        let mut unit = vec![0.0; freedoms];
+                        unit[n] = 1.0;
+                        let (mut row, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+                        stuck.products(&mut row, &mut damped, &unit, &unit);
+                        row
+                    })
+                    .collect();
+                let mut right = numbers(2, freedoms);
+                let mut found = right.clone();
+                assert!(stuck.solve(&mut found));
+                for i in 0..freedoms {
+                    let (above, below) = rows.split_at_mut(i + 1);
+                    for (j, row) in below.iter_mut().enumerate() {
+                        let factor = row[i] / above[i][i];
+                        for k in i..freedoms {
+                            row[k] -= factor * above[i][k];
+                        }
+                        right[i + 1 + j] -= factor * right[i];
+                    }
+                }
+                for i in (0..freedoms).rev() {
+                    let known: f64 = (i + 1..freedoms).map(|j| rows[i][j] * right[j]).sum();
+                    right[i] = (right[i] - known) / rows[i][i];
+                }
+                let largest = right.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                for (found, expected) in found.iter().zip(&right) {
+                    assert!((found - expected).abs() < 1e-12 * largest, "{row}: {found} {expected}");
+                }
+                let is_coupled = stuck.classes().len() == 1;
+                assert_eq!(
+                    is_coupled,
+                    row != "drive.across=0" && !(row == "drive.across=2" && across == "slider.across=3")
+                );
+            }
+        }
+    }
+
+    /// Even motions have even forces, odd ones odd forces, to the bit, and each class has its own solution.
+    #[test]
+    fn classes_of_motions_do_not_mix() {
+        let (_, stuck) =
+            stuck("body-coarse", &[&BODY[..], &["slider.across=4", "slider.width_m=0.14"]].concat());
+        let freedoms = stuck.freedoms();
+        assert_eq!(stuck.classes().iter().map(|motions| motions.size()).sum::<usize>(), freedoms);
+        for (class, motions) in stuck.classes().iter().enumerate() {
+            let own = numbers(3, motions.size());
+            let mut all = vec![0.0; freedoms];
+            motions.add(&mut all, &own);
+            let (mut stiff, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+            stuck.products(&mut stiff, &mut damped, &all, &all);
+            let other = &stuck.classes()[1 - class];
+            assert!(other.lack(&all) && other.lack(&stiff) && other.lack(&damped));
+            assert!(!motions.lack(&all));
+            let (mut own_stiff, mut own_damped) = (vec![0.0; own.len()], vec![0.0; own.len()]);
+            stuck.products_in(class, &mut own_stiff, &mut own_damped, &own);
+            assert!(stuck.solve_in(class, &mut own_stiff));
+            for (found, own) in own_stiff.iter().zip(&own) {
+                assert!((found - own).abs() < 1e-12, "{found} {own}");
+            }
         }
     }
 }

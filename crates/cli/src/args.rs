@@ -91,7 +91,7 @@ pub(crate) enum Command {
     Report(ReportArguments),
     /// Run the detectors again on the records of a log, and compare the events.
     Replay(ReplayArguments),
-    /// Write run logs as tables for data frames: Parquet, CSV or NDJSON.
+    /// Write run logs as tables for data frames (Parquet, CSV, NDJSON), or all nodes as images (VTK).
     Export(ExportArguments),
     /// Draw figures of one run.
     #[cfg(feature = "analysis")]

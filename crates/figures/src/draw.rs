@@ -181,8 +181,8 @@ kinds! {
     /// One rupture over the area of contact in panels at even times, with outlines of the contacts that slide;
     /// its states are computed by repeating the run's steps.
     "film-strip" film_strip: film_strip::FilmStrip,
-    /// Extents of the precursors over the area of contact as growing outlines, in the colours of the load at
-    /// which each began.
+    /// Extents of the precursors over the area of contact, outlined; each contact has the colour of the load
+    /// at which the first precursor that reached it began.
     "outlines" outlines: outlines::Outlines,
     /// The load curve with its ruptures: precursors and global slips are numbered as in the table of
     /// ruptures.

@@ -74,17 +74,16 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "slider.across",
         symbol: "N_y",
-        doc: "Rows of contacts across the sliding direction: 1 is a chain or a slab; more make contacts over an area, \
-              N x N_y of them, numbered row by row, under a sheet, all of whose nodes rub, or with slider.rows above \
-              1 under a body (docs/area.md).",
+        doc: "Rows of contacts across the sliding direction: 1 for a chain or a slab, more for a sheet, or with \
+              slider.rows above 1 for a body (docs/area.md).",
         kind: Count(1, MOST_ROWS),
         default: Is(Value::Count(1)),
     },
     Key {
         path: "slider.rows",
         symbol: "N_z",
-        doc: "Rows of nodes, one above the other: 1 is the chain of the thesis, or a sheet; more make a slab, a plane \
-              lattice of N x N_z nodes, whose bottom row rubs (docs/slab.md), or a body of N x N_y x N_z nodes.",
+        doc: "Rows of nodes, one above the other: 1 for a chain or a sheet, more for a slab (docs/slab.md) or a body; \
+              the nodes at the bottom rub.",
         kind: Count(1, MOST_ROWS),
         default: Is(Value::Count(1)),
     },
@@ -113,8 +112,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "slider.mass_kg",
         symbol: "M",
-        doc: "Mass of the whole slider; each block has m = M / N, each node of a slab m = M / (N N_z), of a sheet \
-              m = M / (N N_y), of a body m = M / (N N_y N_z).",
+        doc: "Mass of the whole slider; the blocks of a chain share it evenly, m = M / N, and so do the nodes of \
+              other sliders.",
         kind: POSITIVE,
         default: BySet { as_coded: Value::Number(12.0), as_stated: Value::Number(0.012) },
     },
@@ -388,8 +387,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "normal_load.foundation_stiffness_ratio",
         symbol: "k_f / k",
-        doc: "Of a slab or a body: stiffness of the foundation that bears each contact, p_n = -k_f u_z, over that between nodes; \
-              a contact that has lifted off bears nothing.",
+        doc: "Of a slab or a body: stiffness of the foundation that bears each contact, p_n = -k_f u_z, over that \
+              between nodes; a contact that has lifted off bears nothing.",
         kind: POSITIVE,
         default: Is(Value::Number(FOUNDATION_RATIO)),
     },
@@ -514,7 +513,7 @@ pub const KEYS: &[Key] = &[
         path: "time.step_s",
         symbol: "dt",
         doc: "Time step of the Euler-Cromer scheme (4.13, 4.14). `asperity scenario validate` says which is the longest \
-              stable one; beyond 0.4 of that, switches feed energy into the chain.",
+              stable one; beyond 0.4 of that, switches feed energy into the slider.",
         kind: POSITIVE,
         default: Is(Value::Number(1e-8)),
     },

@@ -104,7 +104,9 @@ impl Scenario {
         let longest_s = self.longest_stable_step_s();
         let share = self.time.step_s / longest_s;
         let advice = match share > ADVISED_SHARE {
-            true => "; above this, blocks that switch pump energy into the chain: compare with a shorter one",
+            true => {
+                "; above this, blocks that switch pump energy into the slider: compare with a shorter one"
+            }
             false => "",
         };
         let text = format!(

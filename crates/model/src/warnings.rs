@@ -64,7 +64,7 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     (ratio > ADVISED_SHARE).then(|| {
         format!(
             "time.step_s = {:e} is {ratio:.2} of the longest stable step, {longest_s:.3e} s: beyond \
-             {ADVISED_SHARE} of it every switch feeds energy into the chain, and the number of events \
+             {ADVISED_SHARE} of it every switch feeds energy into the slider, and the number of events \
              depends on the step",
             scenario.time.step_s
         )

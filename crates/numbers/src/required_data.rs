@@ -29,8 +29,8 @@ pub struct RequiredData {
     pub detachments: bool,
     /// How each rupture passed its blocks.
     pub arrivals: bool,
-    /// The states of all nodes of a lattice at these times, s. They are in no record, and there only while a
-    /// pipeline is run.
+    /// The states of all nodes of a lattice at these times, s. They are in no record: `draw`, `reproduce` and
+    /// Python compute them by repeating steps of the run.
     pub nodes_at_s: Vec<f64>,
     /// Where all nodes were at times while ruptures ran.
     pub films: Vec<Film>,

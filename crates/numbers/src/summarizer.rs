@@ -37,7 +37,7 @@ impl Slider {
     /// The properties of a scenario's slider.
     pub fn of(scenario: &Scenario) -> Slider {
         let law = (LengthLaw::natural(scenario), LengthLawParameters::of(scenario));
-        // With both ends pulled, F_T is a difference; slabs have no such theory.
+        // With both ends pulled, F_T is a difference; lattices have no such theory.
         Slider { scales: Some(scenario.scales()), length_law: LengthLaw::is_for(scenario).then_some(law) }
     }
 }

@@ -74,8 +74,8 @@ summary! {
             /// Mean growth from one precursor to the next, in `L_p / L`; null if there are fewer than
             /// two.
             precursor_growth_ratio: Option<f64>,
-            /// The length law that applies to the scenario; null for slabs, for drives that pull both
-            /// ways, where nothing drives, and where a prestress is no smaller than sliding friction,
+            /// The length law that applies to the scenario; null for slabs, sheets and bodies, for drives that
+            /// pull both ways, where nothing drives, and where a prestress is no smaller than sliding friction,
             /// since nothing stops a front there.
             length_law: Option<String>,
             /// Slope of the least-squares line through the residuals of the precursors, `F_T / F_N` at
@@ -200,8 +200,8 @@ summary! {
             joined_event_count: Option<u64>,
         }
         "Contacts without load" {
-            /// Steps in which a contact of a slab had lifted off, summed over the contacts; null if the
-            /// log does not record them, as before version 6.
+            /// Steps in which a contact of a slab or a body had lifted off, summed over the contacts; null
+            /// if the log does not record them, as before version 6.
             contact_steps_in_air: Option<u64>,
             /// Number of contacts that detached without load, at a threshold of 0, because they bore
             /// nothing or have no static friction.

@@ -1,4 +1,4 @@
-//! Fields of a run: a quantity of all contacts over time, and all nodes of a slab at one.
+//! Fields of a run: a quantity of all contacts over time, and all nodes of a lattice at one.
 
 use arrow_buffer::Buffer;
 use asperity_record::RunHeader;
@@ -227,8 +227,9 @@ pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> 
     })
 }
 
-/// All nodes at a time. Arrays of a slab have shape (2, rows, columns): along the sliding direction, upwards; those of
-/// a body (3, rows, rows across, columns): along, across, upwards; those of a sheet lack the last of these.
+/// All nodes at a time. Arrays of a slab have shape (2, rows, columns): along the sliding direction, upwards;
+/// those of a body (3, rows, rows across, columns): along, across, upwards; those of a sheet
+/// (2, 1, rows across, columns): along, across.
 #[pyclass(frozen, module = "asperity")]
 pub(crate) struct Nodes {
     step: u64,

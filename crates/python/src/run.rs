@@ -519,7 +519,7 @@ impl Run {
         field::field(slf.py(), &slf.get().source, &slf.get().header, asked)
     }
 
-    /// All nodes of a slab at a time, s.
+    /// All nodes of a slab, a sheet or a body at a time, s.
     fn nodes(&self, py: Python<'_>, t: f64) -> PyResult<Nodes> {
         self.source.must_be_of(&self.header)?;
         field::nodes(py, &self.source, t)

@@ -50,7 +50,7 @@ impl Source {
         }
     }
 
-    /// The nodes of a slab at these times, s.
+    /// All nodes of a slab, a sheet or a body at these times, s.
     ///
     /// # Errors
     /// If they cannot be computed.

@@ -14,7 +14,7 @@ pub struct Energy {
     /// Work of the drive points on the drive springs, J.
     pub drive_work_j: f64,
     /// Work of the forces from outside other than the drive, J: of a chain's prestress; of the normal
-    /// load on a slab, which sinks and tilts under it.
+    /// load on a slab or a body, which sinks and tilts under it.
     pub prestress_work_j: f64,
     /// Work that sliding contacts have turned into heat, J.
     pub friction_heat_j: f64,

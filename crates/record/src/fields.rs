@@ -4,8 +4,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The state of every block after a step; each array has one value per block. The blocks of a slab
-/// are its contacts.
+/// The state of every block after a step; each array has one value per block. The blocks of a slab, a
+/// sheet or a body are its contacts.
 ///
 /// Written for the initial state, at the onset and end of every slip event, and
 /// at a cadence of its own.
@@ -22,8 +22,8 @@ pub struct FieldRecord {
     pub velocity_m_per_s: Vec<f64>,
     /// Tangential force without friction `tau_n` that this step's update used, N.
     pub tangential_force_n: Vec<f64>,
-    /// Normal load `p_n` that this step's update used, N; none of a chain, whose load follows from
-    /// the scenario.
+    /// Normal load `p_n` that this step's update used, N; none of a chain or a sheet, whose load follows
+    /// from the scenario.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub normal_load_n: Vec<f64>,
     /// Anchor `u_stick,n` of the friction spring, m; without meaning while the

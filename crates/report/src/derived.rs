@@ -23,7 +23,12 @@ type Number = (&'static str, fn(&Preview) -> Option<f64>, &'static str, &'static
 
 const NUMBERS: [Number; 8] = [
     ("rho", |preview| Some(preview.density_kg_per_m3), "kg/m³", "density of the slider"),
-    ("c", |preview| Some(preview.wave_speed_m_per_s), "m/s", "speed of long waves, in a slab of shear waves"),
+    (
+        "c",
+        |preview| Some(preview.wave_speed_m_per_s),
+        "m/s",
+        "speed of long waves; except in a chain, of shear waves",
+    ),
     (
         "l_0",
         |preview| preview.decay_length_m,

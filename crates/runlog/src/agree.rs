@@ -176,7 +176,7 @@ pub(crate) fn fields(
         ("displacement_m", record.displacement_m.len(), blocks),
         ("velocity_m_per_s", record.velocity_m_per_s.len(), blocks),
         ("tangential_force_n", record.tangential_force_n.len(), blocks),
-        // Only slabs have it.
+        // Only slabs and bodies have it.
         (
             "normal_load_n",
             record.normal_load_n.len(),

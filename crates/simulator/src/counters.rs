@@ -29,7 +29,7 @@ pub struct Counters {
     pub applications: u64,
     /// Block switches.
     pub switches: u64,
-    /// Steps in which a contact of a slab had lifted off, summed over the contacts.
+    /// Steps in which a contact of a slab or a body had lifted off, summed over the contacts.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub contact_steps_in_air: u64,
 }

@@ -34,7 +34,7 @@ pub(crate) struct Forced {
     /// `a` and `b` of each freedom.
     position_m: Vec<f64>,
     advance_m: Vec<f64>,
-    /// Of which are the freedoms of nodes along each axis.
+    /// Number of nodes: freedoms lie axis by axis, one for each node.
     nodes: usize,
     /// The step of the state where the jump begins.
     from_step: u64,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Ledger {
     /// Work of the drive point.
     pub drive_work_j: Sum,
-    /// Of a slab, work of the normal load on its top row; 0 in a chain.
+    /// Of a slab or a body, work of the normal load on its top; 0 in a chain and a sheet.
     #[serde(default, skip_serializing_if = "Sum::is_zero")]
     pub load_work_j: Sum,
     /// Work against sliding friction.
@@ -18,7 +18,7 @@ pub struct Ledger {
     pub anchor_change_j: Sum,
     /// Work of the dashpots; 0 where it follows from the balance.
     pub viscous_loss_j: Sum,
-    /// Energy added by the time step; for a slab without the last part, which follows from its state
+    /// Energy added by the time step; for a lattice without the last part, which follows from its state
     /// (`body/lattice.rs`).
     pub scheme_work_j: Sum,
     /// The open span.

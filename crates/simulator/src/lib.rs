@@ -56,8 +56,8 @@
 //! - [`equality`] and `exact`: compare two solvers, and settle what rounding decides.
 //!
 //! Only [`asperity_model::elastic`] defines how nodes pull at each other. Nodes move, contacts
-//! rub; a slab has contacts at its bottom alone; in a chain every node carries one contact, and both
-//! are called *blocks* where the difference does not matter.
+//! rub; a slab and a body have contacts at their bottom alone; in a chain and a sheet every node carries one
+//! contact, and both are called *blocks* where the difference does not matter.
 
 mod bodies;
 mod body;

@@ -35,7 +35,7 @@ pub(crate) const EVENTS: &str = "/events/";
 
 /// The tables of a log's records, in the order in which they are written.
 ///
-/// `parts` selects the optional columns of step records.
+/// `parts` selects the optional columns.
 pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
     let layout = |topic, columns| Layout { topic: Cow::Borrowed(topic), columns };
     vec![
@@ -79,7 +79,7 @@ pub struct StepParts {
     pub end_forces: bool,
     /// Energies, in logs that have them.
     pub energies: bool,
-    /// In states of all blocks, the normal load of each: for slabs.
+    /// In states of all blocks, the normal load of each: of slabs and bodies.
     pub contact_loads: bool,
     /// Counts of junctions, by laws that have junctions.
     pub junctions: bool,

@@ -33,8 +33,8 @@ pub fn of_columns(columns: Vec<(impl AsRef<str>, Cells)>) -> Result<DataFrame, T
     Ok(DataFrame::new_infer_height(columns.collect())?)
 }
 
-/// The raw event table, one row per slip event: those of [`SlipEvent`] that events of the run
-/// have, of which the first seven are pinned.
+/// The raw event table, one row per slip event: the columns of [`SlipEvent`] that the run has, of which a
+/// test pins the first seven.
 ///
 /// # Errors
 /// If polars refuses.
@@ -46,8 +46,8 @@ pub fn events(run: &RunData) -> Result<DataFrame, TableFileError> {
 }
 
 /// The rupture table, one row per rupture, in the order in which they became certain:
-/// the columns of [`Rupture`] that the run has, the slip event in which each began, and whether the slip events of this run
-/// are reliable, by its summary. Without rows where the log has no ruptures.
+/// the columns of [`Rupture`] that the run has, the slip event in which each began, and whether the slip
+/// events of this run are reliable, by its summary. Without rows where the log has no ruptures.
 ///
 /// # Errors
 /// If polars refuses.

@@ -212,14 +212,20 @@ Examples:
   asperity export out/mine.mcap --to ndjson --from-s 0.5 --to-s 0.6 -o out/part
   asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
   asperity export out/slab.mcap --to csv --nodes-at-s 0.2 -o out/nodes
+  asperity export out/body.mcap --to vtk --nodes-at-s 0.2 -o out/images
 
 Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
 NAME.FORMAT.export.json with the header and scenario of the run, the columns
 with their units, and the number of rows of each file. Tables are long: states
 of all blocks (/fields, /window) have one row per block. The whole log is read
-and checked, even if only a part is exported. No log contains the nodes of a
-slab: they are computed by repeating steps of the run, which takes the version
-of the program that made the log.
+and checked, even if only a part is exported. No log contains all nodes of a
+slab, a sheet or a body: they are computed by repeating steps of the run, which
+takes the version of the program that made the log.
+
+--to vtk writes images instead of tables: for each time of --nodes-at-s,
+NAME.nodes.STEP.vti of all nodes and NAME.contacts.STEP.vti of the contacts.
+NAME.nodes.pvd and NAME.contacts.pvd list them with their times; ParaView opens
+these.
 
 Exit codes:
   0  all of every log is exported

@@ -140,7 +140,10 @@ impl Figure for AreaField {
         Area::of(run)?;
         let states = self.at_s.iter().map(|at_s| {
             let state = run.nodes_at(*at_s)?.ok_or_else(|| {
-                format!("run {} has no nodes at {at_s} s: only `reproduce` computes them", run.name)
+                format!(
+                    "run {} has no nodes at {at_s} s: `draw`, `reproduce` and Python compute them",
+                    run.name
+                )
             })?;
             // No record is before the first step, and nothing pulls there.
             let load = load_at(run.loads()?, state.step).filter(|_| state.step > 0);

@@ -80,7 +80,10 @@ impl Figure for FilmStrip {
         let film = self.film();
         let (rupture, states) = (film.rupture(run)?, run.film(&film)?);
         if states.is_empty() {
-            return Err(format!("run {} has no nodes: only `reproduce` computes them", run.name));
+            return Err(format!(
+                "run {} has no nodes: `draw`, `reproduce` and Python compute them",
+                run.name
+            ));
         }
         let last_s = states.iter().map(|state| state.time_s - rupture.onset_s).fold(0.0, f64::max);
         let clock = Clock::of(0.0, last_s, 0.0);

@@ -104,7 +104,10 @@ impl Figure for SlabField {
         let mut maps = Vec::new();
         for at_s in &self.at_s {
             let nodes = run.nodes_at(*at_s)?.ok_or_else(|| {
-                format!("run {} has no nodes at {at_s} s: only `reproduce` computes them", run.name)
+                format!(
+                    "run {} has no nodes at {at_s} s: `draw`, `reproduce` and Python compute them",
+                    run.name
+                )
             })?;
             let load = load_at(run.loads()?, nodes.step).map_or(0.0, |load| load.load_ratio());
             // No record is before the first step, and nothing pulls there.

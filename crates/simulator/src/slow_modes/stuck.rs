@@ -2,8 +2,8 @@
 //!
 //! While every contact sticks and bears load, all forces are linear: springs and dashpots between
 //! nodes, the friction springs `k_t` and the foundation `k_f` of each contact, the drive. The stiffness `M` is a
-//! band ([`super::assembly`]), and Cholesky's factor of it stays within. Even and odd motions ([`super::mirror`]) have factors of their
-//! own, each found when it is first needed.
+//! band ([`super::assembly`]), and so is Cholesky's factor of it. Even and odd motions ([`super::mirror`]) have
+//! factors of their own, each found when it is first needed.
 //!
 //! A driving spring `K` without a mirrored one, as of a drive at one row, couples even and odd motions. It is
 //! left out of the factors, and added by its effect on the solution (Sherman and Morrison 1950): with
@@ -56,7 +56,7 @@ struct Factor {
     place: Vec<usize>,
 }
 
-/// How much of a stuck lattice over an area the modes of a plan are found with.
+/// Sizes of the systems by which the modes of a stuck lattice over an area are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Sizes {
     /// Classes of motions that the run has.

@@ -1,16 +1,16 @@
-//! Numbers of the state before the first step, which of a slab is that of rest under its load.
+//! Numbers of the state before the first step, which of a slab or a body is that of rest under its load.
 //!
-//! A pressed slab would expand along x by Poisson's ratio; the restraint at its foot leaves a shear. The
-//! expansion and the shear determine each other by the theorem of Betti, with a slab stretched evenly along
+//! A pressed slab or body would expand by Poisson's ratio; the restraint at its foot leaves a shear. The
+//! expansion and the shear determine each other by the theorem of Betti, with a slider stretched evenly along
 //! x as the second state,
 //!
 //! ```text
-//! E B H <dL> = nu F_N H - sum of x_n tau_n
+//! E B H <dL> = nu (F_N H + sum of y_n tau_y,n) - sum of x_n tau_x,n
 //! ```
 //!
-//! for a thickness `B`, a height `H`, the mean `<dL>` over the height of the elongation of the slab, and
-//! `x_n` from any origin, since the `tau_n` of a slab at rest add up to 0. The stiffness of contacts and
-//! foundation does not enter.
+//! for a thickness `B`, a height `H`, the mean `<dL>` of the elongation over the faces at its ends, and `x_n`
+//! from any origin, since the `tau_n` at rest add up to 0. Of a slab there is no `tau_y`; a body that is
+//! stretched gets narrower as well as lower. The stiffness of contacts and foundation does not enter.
 
 use crate::run_data::RunEvents;
 use crate::states::States;
@@ -54,23 +54,41 @@ pub(crate) fn shear_beta(run: &RunEvents, states: &States) -> Option<f64> {
     (tau_n.len() > 1).then(|| moment / of_one)
 }
 
-/// Poisson's ratio, from the shear and from how much longer the slab has become; `None` of others: over an
-/// area the shear across enters as well.
+/// Poisson's ratio, from the shear and from how much longer a slab or a body has become; `None` of others.
 pub(crate) fn poisson_ratio(run: &RunEvents, states: &States) -> Option<f64> {
-    if !run.plan.elastic.has_inside() || run.of_one_row().is_none() {
+    if !run.plan.elastic.has_inside() {
         return None;
     }
     let lattice = run.plan.elastic.as_lattice();
     let (tau_n, _) = forces_n(run, states)?;
-    let (u, last) = (&run.plan.initial.displacement_m, lattice.rows - 1);
-    let longer_m = |row: usize| u[lattice.row(row).end - 1] - u[lattice.row(row).start];
-    // The rows at top and bottom represent half a spacing each.
-    let ends_m = 0.5 * (longer_m(0) + longer_m(last));
-    let mean_m = (ends_m + (1..last).map(longer_m).sum::<f64>()) / last as f64;
+    let counts = [lattice.columns, lattice.lanes, lattice.rows];
+    // Of the two faces at the ends, the nodes at an edge represent half as much, those at a corner a quarter.
+    let share = |count: usize, place: usize| match (count, place) {
+        (1, _) => 1.0,
+        (_, 0) => 0.5 / (count - 1) as f64,
+        (_, _) if place + 1 == count => 0.5 / (count - 1) as f64,
+        _ => 1.0 / (count - 1) as f64,
+    };
+    let (mut longer_m, mut moment_n_m, mut moment_across_n_m) = (0.0, 0.0, 0.0);
+    for (node, u) in run.plan.initial.displacement_m[..lattice.nodes()].iter().enumerate() {
+        let [column, lane, row] = lattice.place(node);
+        let of_face = share(counts[1], lane) * share(counts[2], row);
+        longer_m += match column {
+            0 => -of_face * u,
+            _ if column + 1 == lattice.columns => of_face * u,
+            _ => 0.0,
+        };
+        if let Some(tau) = tau_n.get(node) {
+            moment_n_m += column as f64 * run.plan.spacing_m * tau;
+        }
+        if let Some(tau) = states.first()?.tangential_force_across_n.get(node) {
+            moment_across_n_m += lane as f64 * run.plan.spacing_m * tau;
+        }
+    }
     let slider = &run.scenario.slider;
-    let moment_n_m: f64 = tau_n.iter().enumerate().map(|(n, tau)| n as f64 * run.plan.spacing_m * tau).sum();
-    let pulled_n_m = slider.youngs_modulus_pa * slider.width_m * slider.height_m * mean_m;
-    Some((pulled_n_m + moment_n_m) / (run.plan.total_normal_load_n * slider.height_m))
+    let pulled_n_m = slider.youngs_modulus_pa * slider.width_m * slider.height_m * longer_m;
+    let pressed_n_m = run.plan.total_normal_load_n * slider.height_m;
+    Some((pulled_n_m + moment_n_m) / (pressed_n_m + moment_across_n_m))
 }
 
 #[cfg(test)]
@@ -106,22 +124,30 @@ mod tests {
         assert_eq!(poisson_ratio(&chain, &chain.states), None, "of a chain");
     }
 
-    /// Poisson's ratio is that of the sheet, whatever restrains its foot, apart from effects of the edges.
+    /// Poisson's ratio is that of the bonds, whatever restrains the foot, apart from effects of the edges,
+    /// where bonds count in full.
     #[test]
     fn growth_and_shear_add_up_to_poissons_ratio() {
         for ratio in ["1e-3", "1", "10"] {
-            let set = format!("friction.interfacial_stiffness_ratio={ratio}");
-            let mut run = made_up::slab(&[]);
-            run.scenario = resolve("slab", &[set.as_str()]).unwrap();
-            run.plan = Plan::new(&run.scenario);
-            let state = FieldRecord {
-                tangential_force_n: slab::tangential_force_n(&run.plan),
-                normal_load_n: run.plan.normal_load_n.clone(),
-                ..run.states.first().unwrap().clone()
-            };
-            made_up::with_states(&mut run, &[state]);
-            let error = 3.0 * poisson_ratio(&run, &run.states).unwrap() - 1.0;
-            assert!((-0.04..0.0).contains(&error), "{ratio}: {error}");
+            // Half the spacing, half the effect.
+            let scenarios =
+                [("slab", 1.0 / 3.0, -0.04), ("body-coarse", 0.25, -0.09), ("body", 0.25, -0.045)];
+            for (scenario, theory, least) in scenarios {
+                let set = format!("friction.interfacial_stiffness_ratio={ratio}");
+                let mut run = made_up::slab(&[]);
+                run.scenario = resolve(scenario, &[set.as_str()]).unwrap();
+                run.plan = Plan::new(&run.scenario);
+                let mut along_n = slab::tangential_force_n(&run.plan);
+                let state = FieldRecord {
+                    tangential_force_across_n: along_n.split_off(run.plan.blocks),
+                    tangential_force_n: along_n,
+                    normal_load_n: run.plan.normal_load_n.clone(),
+                    ..run.states.first().unwrap().clone()
+                };
+                made_up::with_states(&mut run, &[state]);
+                let error = poisson_ratio(&run, &run.states).unwrap() / theory - 1.0;
+                assert!((least..0.0).contains(&error), "{scenario}, {ratio}: {error}");
+            }
         }
     }
 }

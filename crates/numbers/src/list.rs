@@ -288,11 +288,11 @@ numbers! {
         /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
         ring_down_error_ratio: f64 [was = "ring-down-error"] =
             Windows |run, windows, _| ring_down_error(run.of_chain()?, windows);
-        /// Speed of the longitudinal wave of `near` spacings along a slab, by the pull of the lattice's
+        /// Speed of the longitudinal wave of `near` spacings along a lattice, by the pull of its
         /// bonds, m/s.
         longitudinal_wave_speed_m_per_s: f64 [was = "longitudinal-wave-speed"] =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[_, c]| c);
-        /// Speed of the shear wave of that length along the slab, m/s.
+        /// Speed of the shear wave of that length along the lattice, m/s.
         shear_wave_speed_m_per_s: f64 [was = "shear-wave-speed"] =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[c, _]| c);
     }
@@ -309,7 +309,7 @@ numbers! {
         /// The `beta` of (5.50) that has the same first moment as the shear.
         rest_shear_beta_ratio: f64 [was = "rest-shear-beta"] =
             States |run, states, _| at_rest::shear_beta(run, states);
-        /// Poisson's ratio of a slab, from its shear at rest and its expansion along x.
+        /// Poisson's ratio of a slab or a body, from its shear at rest and its expansion along x.
         rest_poisson_ratio: f64 [was = "rest-poisson-ratio"] =
             States |run, states, _| at_rest::poisson_ratio(run, states);
         /// `tau`: the prestress of the middle block minus sliding friction, over static minus sliding

@@ -83,6 +83,9 @@ enum Command {
     /// The same for slow slip and slow fronts, on contacts of many junctions.
     #[command(name = "reproduce-slow-slip")]
     ReproduceSlowSlip(reproduce::ReproduceArguments),
+    /// The same for sheets and bodies, whose contacts cover an area: width, corners, rest, fronts.
+    #[command(name = "reproduce-area")]
+    ReproduceArea(reproduce::ReproduceArguments),
     /// Reproduce all of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
@@ -118,6 +121,7 @@ fn main() -> ExitCode {
         Command::ReproduceSlipPulses(arguments) => reproduce::command(&arguments, &[reproduce::SLIP_PULSES]),
         Command::ReproduceSlab(arguments) => reproduce::command(&arguments, &[reproduce::SLAB]),
         Command::ReproduceSlowSlip(arguments) => reproduce::command(&arguments, &[reproduce::SLOW_SLIP]),
+        Command::ReproduceArea(arguments) => reproduce::command(&arguments, &[reproduce::AREA]),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),

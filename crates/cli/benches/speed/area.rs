@@ -133,7 +133,24 @@ fn median_of(rounds: &[(Run, f64)], of: impl Fn(&Run, f64) -> f64) -> f64 {
     median(rounds.iter().map(|(run, single_ns)| of(run, *single_ns)).collect())
 }
 
+/// Nanoseconds of a single step for each node, beside slabs that are stepped in turn with them.
+fn single_steps() {
+    println!("## Single steps of sheets and bodies beside those of a slab\n");
+    println!("| | a node and step, ns | over the slab |\n|---|---|---|");
+    let slab = Case { name: "slab", scenario: "slab", sets: &[] }.plan();
+    let ns_of_node = |plan: &Plan| plain_ns(plan) / plan.elastic.nodes() as f64;
+    for case in CASES.iter().filter(|case| case.sets.is_empty()) {
+        let plan = case.plan();
+        let rounds: Vec<[f64; 2]> = (0..ROUNDS).map(|_| [ns_of_node(&plan), ns_of_node(&slab)]).collect();
+        let own = median(rounds.iter().map(|[own, _]| *own).collect());
+        let over = median(rounds.iter().map(|[own, slab]| own / slab).collect());
+        println!("| {} | {own:.1} | {over:.2} |", case.name);
+    }
+    println!();
+}
+
 pub(crate) fn area() {
+    single_steps();
     println!("## Sheets and bodies: whole runs beside single steps\n");
     println!(
         "| | steps | switches | jumps | in jumps | a single step, us | time, s | speed-up over single steps | memory, MB |\n|---|---|---|---|---|---|---|---|---|"

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::calls::Call;
 use crate::file;
-use crate::ground::{Error, Ground, OTHER, RUN, SMALL, emptied};
+use crate::ground::{AREA, Error, Ground, OTHER, RUN, SMALL, emptied};
 
 /// A command that writes.
 pub(crate) struct Writer {
@@ -62,6 +62,8 @@ impl Writer {
         let export = |format: &'static str, more: &[&'static str]| {
             on(&["export"], &[out, &["--quiet", "--to", format], more].concat())
         };
+        let images =
+            |log| vec!["export", log, "--to", "vtk", "--nodes-at-s", "0.1", "--quiet", "--out", "out"];
         let diff = |old, new| {
             vec!["diff", old, new, "--page", "page.html", "--matches", "matches.parquet", "--force"]
         };
@@ -82,6 +84,7 @@ impl Writer {
             writer("export csv --force", export("csv", &["--force"]), true),
             writer("export parquet", export("parquet", &[]), false),
             writer("export parquet --force", export("parquet", &["--force"]), true),
+            writer("export vtk", ["in/a/area.mcap", "in/b/area.mcap"].map(images), false),
             writer("draw", on(&["draw"], out), false),
             writer("draw --force", on(&["draw"], &[out, &["--force"]].concat()), true),
             writer("reduce", on(&["reduce"], out), false),
@@ -152,6 +155,11 @@ fn make_inputs(ground: &Ground) -> Result<(), Error> {
     emptied(&inputs)?;
     let a = ground.genuine("small", &SMALL)?;
     let b = ground.genuine("small-tilted", &[&SMALL[..], &OTHER].concat())?;
+    for (name, more) in [("a", &[][..]), ("b", &OTHER)] {
+        let log = ground.genuine_of(&format!("area-{name}"), &[&AREA, more].concat())?;
+        fs::create_dir_all(inputs.join(name))?;
+        fs::write(inputs.join(name).join("area.mcap"), &log.bytes)?;
+    }
     for (name, log) in [("a", &a), ("a2", &a), ("b", &b), ("b2", &b)] {
         fs::create_dir_all(inputs.join(name))?;
         fs::write(inputs.join(name).join("run.mcap"), &log.bytes)?;

@@ -64,6 +64,12 @@ impl Plain {
 
     /// A solver at the start of a plan.
     pub fn new(plan: impl Into<Arc<Plan>>) -> Plain {
+        Plain::at_start(plan.into())
+    }
+
+    /// Without type parameters: a function with them is compiled, loops and all, in the crate that calls it,
+    /// which may not be optimised.
+    fn at_start(plan: Arc<Plan>) -> Plain {
         struct Start<'a>(&'a Arc<Plan>);
         impl WithBody for Start<'_> {
             type Output = Box<dyn AnyStepper>;
@@ -72,7 +78,6 @@ impl Plain {
                 Box::new(Stepper::<B>::new(plan, elastic, Simd::detect(), Bookkeeping::EveryStep))
             }
         }
-        let plan = plan.into();
         let stepper = with_body(&plan, Start(&plan));
         Plain { recorder: Recorder::new(&plan, &*stepper), stepper, plan }
     }

@@ -159,9 +159,16 @@ impl Area {
         };
         let arrow = |contact: u32| {
             let (x, y) = self.place(contact);
-            // About the contact.
             let [half_x, half_y] =
                 vectors[contact as usize - 1].map(|part| part / longest * longest_mm / 2.0);
+            // About the contact, but within the map: an arrow that leaves the axes would not be drawn.
+            let within = |at: f64, half: f64, count: u32| {
+                let margin = half.abs() - 0.49 * self.spacing_mm;
+                let last = f64::from(count - 1) * self.spacing_mm;
+                if 2.0 * margin < last { at.clamp(margin, last - margin) } else { 0.5 * last }
+            };
+            let x = within(x, half_x, self.contacts.columns());
+            let y = within(y, half_y, self.contacts.rows());
             [(x - half_x, y - half_y), (x + half_x, y + half_y)]
         };
         (longest > 0.0).then(|| Item::Arrows(self.all().filter(is_drawn).map(arrow).collect()))
@@ -313,6 +320,19 @@ mod tests {
             lengths.iter().zip(1..).all(|(l, n)| (l / (0.9 * A * f64::from(n) / 12.0) - 1.0).abs() < 1e-9)
         );
         assert!(area.arrows(&vectors, 0.0, 1).is_none());
+        // At the edges they are moved into the map, whichever way they point.
+        let half = 0.5 * area.spacing_mm;
+        let last = [area.contacts.columns(), area.contacts.rows()]
+            .map(|count| f64::from(count - 1) * area.spacing_mm + half);
+        for vector in [[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
+            let Some(Item::Arrows(arrows)) = area.arrows(&[vector; 12], 0.5, 1) else { panic!("arrows") };
+            for (x, y) in arrows.into_iter().flatten() {
+                assert!(
+                    (-half..=last[0]).contains(&x) && (-half..=last[1]).contains(&y),
+                    "{vector:?}: {x} {y}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub(super) fn four() -> u32 {
 pub(super) fn over(run: &RunData, across: u32) -> String {
     match run.of_one_row() {
         Some(_) => format!("over {} spacings", across.max(1)),
-        None => "by the contacts around".to_owned(),
+        None => "over an area: by the contacts around".to_owned(),
     }
 }
 

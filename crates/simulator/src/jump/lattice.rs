@@ -179,7 +179,8 @@ impl<const D: usize> Jump<D> {
         Attempt::Jump(steps)
     }
 
-    /// Steps, at least as many as given, until the error of the modes is small enough: it falls as they do.
+    /// Steps, at least as many as given and hardly more than the most, until the error of the modes over the most
+    /// steps is small enough: it falls as they do.
     fn until_exact(&self, most_steps: u64, enough: f64, least_steps: u64) -> u64 {
         let off_behind = |steps: u64| {
             let parts = self.parts.iter().map(|part| {

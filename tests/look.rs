@@ -157,7 +157,12 @@ fn a_legend_says_a_thing_once(drawing: &Drawing) -> Vec<String> {
 /// and a light edge of a fourth.
 fn strokes_have_one_width(drawing: &Drawing) -> Vec<String> {
     let odd = |item: &&Item| item.stroke_width.is_some_and(|width| ![4.0, 2.0, 3.0, 8.0].contains(&width));
-    drawing.of("data").filter(odd).map(|item| format!("a stroke is {:?} wide", item.stroke_width)).collect()
+    let flaws =
+        drawing.of("data").filter(odd).map(|item| format!("a stroke is {:?} wide", item.stroke_width));
+    let count = |width: f64| drawing.of("data").filter(|item| item.stroke_width == Some(width)).count();
+    let without_edge =
+        (count(3.0) != count(8.0)).then(|| "a stroke on a map has no edge of its own".to_owned());
+    flaws.chain(without_edge).collect()
 }
 
 /// Least share of an axis that data must cover, for axes without given ends.
@@ -303,6 +308,7 @@ fn figures_look_right(folders: &Drawn) {
             flaws.extend(check(&drawing).into_iter().map(|flaw| format!("{name}: {rule}: {flaw}")));
         }
     }
+    assert!(EMPTY_BY_REQUEST.iter().all(|name| drawn.contains_key(*name)), "{:?}", drawn.keys());
     assert!(flaws.is_empty(), "{}", flaws.join("\n"));
     assert!(bars >= 5, "{bars} colour bars");
 }

@@ -114,7 +114,7 @@ fn python() -> Result<(), Failure> {
     python::command(&PythonArguments::default())
 }
 
-/// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of each property.
+/// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of nearly each property.
 /// Program and test, the longest first, so that no core runs one alone at the end.
 const LONG_TESTS: [&str; 36] = [
     "root reference::the_plain_solver_gives_the_table_as_coded",

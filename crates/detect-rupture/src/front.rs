@@ -47,10 +47,7 @@ pub(crate) fn speed_m_per_s(rows: &[Vec<Passed>], spacing_m: f64) -> Option<f64>
 /// Most contacts of each row that are compared, for the pairs of all rows to be no more than those of
 /// [`MOST_ROWS`] rows of [`MOST_OF_A_ROW`].
 fn most_of_a_row(rows: usize) -> usize {
-    (FEWEST_CONTACTS..=MOST_OF_A_ROW)
-        .rev()
-        .find(|most| rows * most * most <= MOST_ROWS * MOST_OF_A_ROW * MOST_OF_A_ROW)
-        .unwrap_or(FEWEST_CONTACTS)
+    (MOST_ROWS * MOST_OF_A_ROW * MOST_OF_A_ROW / rows).isqrt().clamp(FEWEST_CONTACTS, MOST_OF_A_ROW)
 }
 
 /// Fewest arrivals among the 3 x 3 contacts around one for a local speed: six cannot lie on one line.

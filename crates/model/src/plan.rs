@@ -174,7 +174,7 @@ pub struct InitialState {
 }
 
 /// Cadences of optional records. Cadences are in steps; 0 means never. None of it influences the run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct RecordingPlan {
     /// Cadence of load samples.
     pub sample_every_steps: u64,

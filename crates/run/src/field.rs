@@ -195,10 +195,8 @@ fn compute(
     let recording = RecordingPlan {
         // As in the run, so that the caller can stop it before the range.
         sample_every_steps: plan.recording.sample_every_steps,
-        fields_every_steps: 0,
-        event_fields: false,
         windows: vec![window],
-        rupture_fields: None,
+        ..RecordingPlan::default()
     };
     let mut solver = kind.start(Plan { recording, steps: to_step, ..plan });
     if let Some(state) = &from {

@@ -98,10 +98,7 @@ fn plain_step_s(plan: Plan, trial: Duration) -> f64 {
     let first = plan.initial.step;
     let recording = RecordingPlan {
         sample_every_steps: (BLOCK_STEPS_OF_A_LOOK / plan.blocks as u64).max(1),
-        fields_every_steps: 0,
-        event_fields: false,
-        windows: Vec::new(),
-        rupture_fields: None,
+        ..RecordingPlan::default()
     };
     let mut solver = SolverKind::Plain.start(Plan { recording, ..plan });
     let started = Instant::now();

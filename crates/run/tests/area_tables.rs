@@ -127,14 +127,7 @@ fn the_plain_solver_gives_the_tables() {
 
 fn compare(table: &Table, kind: SolverKind) {
     let scenario = resolve(table.scenario, table.sets).unwrap_or_else(|error| panic!("{error}"));
-    let recording = RecordingPlan {
-        sample_every_steps: 0,
-        fields_every_steps: 0,
-        event_fields: false,
-        windows: Vec::new(),
-        rupture_fields: None,
-    };
-    let plan = Plan { recording, ..Plan::new(&scenario) };
+    let plan = Plan { recording: RecordingPlan::default(), ..Plan::new(&scenario) };
     let mut tracker = SlipTracker::new(plan.elastic.layout(), SlipRules::EVERY_SLIP);
     let (mut changes, mut switches) = (Vec::new(), 0);
     let mut solver = kind.start(plan);

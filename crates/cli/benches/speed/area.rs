@@ -57,14 +57,7 @@ impl Case {
     /// The plan, with records of switches and events alone.
     fn plan(&self) -> Plan {
         let scenario = resolve(self.scenario, self.sets).unwrap_or_else(|error| panic!("{error}"));
-        let recording = RecordingPlan {
-            sample_every_steps: 0,
-            fields_every_steps: 0,
-            event_fields: false,
-            windows: Vec::new(),
-            rupture_fields: None,
-        };
-        Plan { recording, ..Plan::new(&scenario) }
+        Plan { recording: RecordingPlan::default(), ..Plan::new(&scenario) }
     }
 }
 

@@ -59,7 +59,7 @@ pub enum Start {
     /// At rest at time 0.
     #[default]
     AtRest,
-    /// Just before the first detachment.
+    /// Just before the first detachment; by rate-and-state friction, in balance with it at time 0.
     Loaded,
 }
 
@@ -72,6 +72,17 @@ pub enum JunctionStart {
     Even,
     /// Drawn from a uniform distribution.
     Drawn,
+}
+
+/// How the state of rate-and-state friction evolves.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Evolution {
+    /// Contacts at rest strengthen: `theta' = 1 - |V| theta / D_c` (Dieterich).
+    #[default]
+    Ageing,
+    /// The state changes by slip alone: `theta' = -(|V| theta / D_c) ln(|V| theta / D_c)` (Ruina).
+    Slip,
 }
 
 /// Which records had the energies of the slider in older versions of the program.

@@ -3,6 +3,7 @@
 use crate::chain::{SteadyLoading, Stiffness};
 use crate::elastic::{Elastic, gaps};
 use crate::plan::{Drive, InitialState, Plan};
+use crate::rate_and_state::RateAndState;
 use crate::scenario::Scenario;
 
 /// The state at time 0 of a run that starts at rest.
@@ -47,7 +48,7 @@ pub(crate) fn state(
             amplitude * libm::cos(phase)
         })
         .collect();
-    InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m }
+    InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m, state: Vec::new() }
 }
 
 /// Moves the mean anchors of junctions, found for friction springs of stiffness `kt`, to where contacts of these
@@ -142,7 +143,37 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
         displacement_m,
         velocity_m_per_s: steady.velocity_m_per_s,
         stick_position_m: anchors,
+        state: Vec::new(),
     };
+}
+
+/// Sets the start of a plan by rate-and-state: the state of each contact is that of steady sliding at `V_l`, the
+/// velocity of the drive, `theta = D_c / V_l`.
+///
+/// Loaded, every block moves at `V = V_l e^x`, and springs and drive balance the friction at that velocity and the
+/// damping `E V`: `M u = tau_p - F - E V`, with `M` the stiffness of chain and drive. The kick `x` must be in `u`:
+/// one of the velocity alone dies within `m V / (a p)` seconds. Otherwise blocks are at rest with relaxed springs.
+pub(crate) fn start_in_state(plan: &mut Plan, law: &RateAndState, is_loaded: bool) {
+    let drive_m_per_s = plan.drive.velocity_m_per_s;
+    let effects = &plan.friction.evolution_effects;
+    plan.initial.state = effects.iter().map(|b| law.steady_state(*b, drive_m_per_s)).collect();
+    let Some(chain) = plan.elastic.as_chain().filter(|_| is_loaded) else { return };
+    let velocity_m_per_s = drive_m_per_s * libm::exp(law.initial_kick);
+    let mut pull_n: Vec<f64> = plan
+        .normal_load_n
+        .iter()
+        .zip(&plan.initial.state)
+        .map(|(p, state)| {
+            -(p * law.coefficient(velocity_m_per_s, *state) + law.radiation_kg_per_s * velocity_m_per_s)
+        })
+        .collect();
+    for (pull, prestress) in pull_n.iter_mut().zip(&plan.prestress_n) {
+        *pull += prestress;
+    }
+    chain.stuck(0.0, &plan.drive.stiffness_n_per_m(plan.blocks)).solve(&mut pull_n);
+    plan.initial.stick_position_m.clone_from(&pull_n);
+    plan.initial.displacement_m = pull_n;
+    plan.initial.velocity_m_per_s = vec![velocity_m_per_s; plan.blocks];
 }
 
 /// `tau0_n = beta p_n (2 x_n / L - 1)` (5.50) at `x_n = (n - 1) a`.

@@ -19,6 +19,7 @@ use std::hint::select_unpredictable;
 pub use asperity_record::magnitude;
 
 use crate::junctions::Junctions;
+use crate::rate_and_state::RateAndState;
 
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]
@@ -71,7 +72,7 @@ pub struct Affine {
     pub forward_only: bool,
 }
 
-/// The parameters of a scenario's `[friction]` that laws use.
+/// The parameters of a scenario that laws use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawKeys {
     /// Whether `friction.reattach` is `two-way`.
@@ -82,6 +83,8 @@ pub struct LawKeys {
     pub radiation_kg_per_s: f64,
     /// The numbers of junctions.
     pub junctions: Junctions,
+    /// The numbers of rate-and-state friction.
+    pub rate_and_state: RateAndState,
 }
 
 /// The law of one contact with `D` tangential freedoms.
@@ -94,7 +97,11 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// rest where it was before the step.
     const HOLDS: bool = false;
 
-    /// The keys of `[friction]` that have a meaning for this law and not for every law.
+    /// Whether contacts stick at all, up to a static threshold. Otherwise `mu_s`, `mu_d` and what is added to them
+    /// have no meaning.
+    const STICKS: bool = true;
+
+    /// The keys that have a meaning for this law and not for every law.
     const KEYS: &'static [&'static str];
 
     /// The law with the numbers of a scenario.

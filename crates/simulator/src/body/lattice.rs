@@ -401,6 +401,7 @@ mod tests {
             displacement_m: vec![0.0; 3 * nodes],
             velocity_m_per_s: vec![0.0; 3 * nodes],
             stick_position_m: vec![0.0; 2 * contacts],
+            state: Vec::new(),
         };
         let plan = Arc::new(plan);
         let mut state = SliderState::initial(&plan);

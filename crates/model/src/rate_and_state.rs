@@ -1,0 +1,79 @@
+//! Rate-and-state friction (Dieterich 1979, Ruina 1983): strength depends on the velocity and on a state,
+//! and changes over a slip of the length `D_c`.
+//!
+//! In the form of the SEAS benchmarks (Erickson et al. 2020), a contact that bears `p` feels
+//!
+//! `F(V, psi) = p a asinh[(V / 2 V_0) exp(psi / a)]`, with `psi = f_0 + b ln(V_0 theta / D_c)`,
+//!
+//! which is odd in `V` and has the limits `p (f_0 + a ln(V / V_0) + b ln(V_0 theta / D_c))` at velocities far
+//! above `V_0 exp(-psi / a)`, and 0 at rest. The state evolves by
+//!
+//! - ageing: `psi' = (b V_0 / D_c) [exp((f_0 - psi) / b) - |V| / V_0]`, that is `theta' = 1 - |V| theta / D_c`;
+//! - slip: `psi' = -(|V| / D_c) [psi - f_0 + b ln(|V| / V_0)]`, 0 at rest.
+//!
+//! Sliding backwards wears contacts as well, hence `|V|`. In steady sliding `theta = D_c / |V|`, and the coefficient
+//! is `f_0 + (a - b) ln(V / V_0)`. The load enters `F` at its present value; the state does not depend on it.
+
+pub use crate::choices::Evolution;
+
+/// The numbers of the law that all contacts share; `b` may differ from contact to contact
+/// ([`crate::Friction::evolution_effects`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RateAndState {
+    /// `a`: by how much friction, over the load, rises with the logarithm of the velocity.
+    pub direct_effect: f64,
+    /// `b` without offsets: by how much it falls with that of the velocity of the past.
+    pub evolution_effect: f64,
+    /// `D_c`: the slip over which the state changes, m.
+    pub critical_slip_m: f64,
+    /// `V_0`, at which steady friction over the load is `f_0`, m/s.
+    pub reference_velocity_m_per_s: f64,
+    /// `f_0`.
+    pub reference_coefficient: f64,
+    /// How the state evolves.
+    pub evolution: Evolution,
+    /// Whether blocks have inertia. Without it, forces balance at every time (quasi-dynamic), and
+    /// `radiation_kg_per_s` is above 0.
+    pub inertia: bool,
+    /// `E`, of the force `-E v` on each block, kg/s.
+    pub radiation_kg_per_s: f64,
+    /// `x`: a loaded start begins at the velocity `V_l e^x`, with `V_l` that of the drive at the start.
+    pub initial_kick: f64,
+    /// `V_th`: a block slides from where its speed rises above this to where it falls below half of it, m/s.
+    pub event_speed_m_per_s: f64,
+    /// Relative error that the solver accepts in a step.
+    pub tolerance: f64,
+}
+
+/// Threshold of event speeds without a key, over the velocity of the drive at the start.
+pub const EVENT_SPEED_RATIO: f64 = 10.0;
+
+/// From this `l` on, `asinh(e^l)` is `l + ln 2` to `e^(-2 l) / 4 < 2e-18`, less than rounding.
+const LARGE: f64 = 20.0;
+
+impl RateAndState {
+    /// The state `psi` in steady sliding at a velocity, with the evolution effect `b`: `f_0 - b ln(|V| / V_0)`.
+    pub fn steady_state(&self, b: f64, velocity_m_per_s: f64) -> f64 {
+        self.reference_coefficient - b * libm::log(velocity_m_per_s.abs() / self.reference_velocity_m_per_s)
+    }
+
+    /// Friction over the normal load, of the sign of the velocity: `a asinh[(V / 2 V_0) exp(psi / a)]`.
+    /// `exp(psi / a)` is of the order of `e^60` and is never formed.
+    pub fn coefficient(&self, velocity_m_per_s: f64, state: f64) -> f64 {
+        let a = self.direct_effect;
+        let l = libm::log(velocity_m_per_s.abs() / (2.0 * self.reference_velocity_m_per_s)) + state / a;
+        let y = if l > LARGE { l + std::f64::consts::LN_2 } else { libm::asinh(libm::exp(l)) };
+        (a * y).copysign(velocity_m_per_s)
+    }
+
+    /// `psi'`, 1/s, with the evolution effect `b`.
+    pub fn state_rate_per_s(&self, b: f64, velocity_m_per_s: f64, state: f64) -> f64 {
+        let (slip_m, v0_m_per_s) = (self.critical_slip_m, self.reference_velocity_m_per_s);
+        let (speed_m_per_s, above) = (velocity_m_per_s.abs(), state - self.reference_coefficient);
+        match self.evolution {
+            Evolution::Ageing => b / slip_m * (v0_m_per_s * libm::exp(-above / b) - speed_m_per_s),
+            Evolution::Slip if speed_m_per_s == 0.0 => 0.0,
+            Evolution::Slip => -speed_m_per_s / slip_m * (above + b * libm::log(speed_m_per_s / v0_m_per_s)),
+        }
+    }
+}

@@ -432,6 +432,39 @@ mod tests {
     }
 
     #[test]
+    fn a_drive_with_a_course_moves_by_its_integral() {
+        let source = ScenarioSource::new(
+            "test",
+            "friction.law = \"rate-and-state\"\ndrive.course_s = [1, 2, 2, 3]\n\
+             drive.course_m_per_s = [1e-4, 1e-4, 1e-3, 0]\ndrive.hold_from_s = 4\ntime.step_s = 1e-7",
+        );
+        let plan = Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")));
+        let at = |time_s: f64| plan.grid.nearest_step(time_s);
+        let is = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-15, "{found}, not {expected}");
+        };
+        for (time_s, velocity, point_m) in [
+            (0.0, 1e-4, 0.0),
+            (1.5, 1e-4, 1.5e-4),
+            (2.0, 1e-3, 2e-4),
+            (2.5, 5e-4, 2e-4 + 3.75e-4),
+            (3.0, 0.0, 7e-4),
+            (9.0, 0.0, 7e-4),
+        ] {
+            is(plan.drive_velocity_m_per_s(at(time_s), u64::MAX), velocity);
+            is(plan.drive_point_m(at(time_s), u64::MAX), point_m);
+        }
+        // It stops where it is held.
+        is(plan.drive_velocity_m_per_s(at(2.5), at(2.5)), 0.0);
+        is(plan.drive_point_m(at(9.0), at(2.5)), 5.75e-4);
+        let constant = Plan::new(&Scenario::resolve(&ScenarioSource::new("test", "")).unwrap());
+        assert_eq!(
+            [constant.drive_velocity_m_per_s(7, 8), constant.drive_velocity_m_per_s(8, 8)],
+            [1e-4, 0.0]
+        );
+    }
+
+    #[test]
     fn seeds_and_coefficients_have_spreads_of_their_own() {
         let spread = |seed: u32| {
             let set = format!("friction.spread_seed={seed}");

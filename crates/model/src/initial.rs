@@ -242,6 +242,52 @@ mod tests {
     }
 
     #[test]
+    fn a_start_in_steady_sliding_is_in_balance_with_its_friction() {
+        let cases: [&[&str]; 5] = [
+            &[],
+            &["drive.kind=top", "drive.tilt=0.5", "prestress.ratio=0.2"],
+            &["normal_load.tilt=-1", "friction.radiation_kg_per_s=1e4", "friction.initial_kick=-3"],
+            &[
+                "slider.blocks=1",
+                "friction.inertia=false",
+                "friction.radiation_kg_per_s=50",
+                "slider.relative_damping=0",
+            ],
+            &["slider.blocks=3", "friction.evolution_offsets=[0.01,-0.002,0]", "friction.evolution=slip"],
+        ];
+        for sets in cases {
+            let plan = plan(&[&["friction.law=rate-and-state"], sets].concat());
+            let (law, initial) = (plan.friction.law.rate_and_state().unwrap(), &plan.initial);
+            let (u, v) = (&initial.displacement_m, 1e-4 * law.initial_kick.exp());
+            let mut pull_n: Vec<f64> = (0..plan.blocks).map(|n| plan.elastic.spring_force_n(u, n)).collect();
+            plan.drive
+                .springs
+                .iter()
+                .for_each(|spring| pull_n[spring.block] += spring.force_n(0.0, u[spring.block]));
+            for (n, pull_n) in pull_n.iter().enumerate() {
+                let (b, p) = (plan.friction.evolution_effects[n], plan.normal_load_n[n]);
+                // f_0 + a ln(V / V_0) + b ln(V_0 / V_l).
+                let friction = 0.6 + 0.01 * (v / 1e-6).ln() - b * 100.0_f64.ln();
+                let expected_n = p * friction + law.radiation_kg_per_s * v;
+                let prestress_n = plan.prestress_n.get(n).copied().unwrap_or(0.0);
+                assert!(
+                    (pull_n + prestress_n - expected_n).abs() < 1e-8 * 400.0,
+                    "{sets:?}, block {n}: {pull_n}"
+                );
+                assert!((initial.velocity_m_per_s[n] / v - 1.0).abs() < 1e-14);
+                assert!((initial.state[n] - (0.6 - b * 100.0_f64.ln())).abs() < 1e-14);
+                assert_eq!(plan.friction.static_threshold_n[n], 0.6 * p);
+            }
+            let state = initial.state.clone();
+            let rest =
+                self::plan(&[&["friction.law=rate-and-state", "time.start=at-rest"], sets].concat()).initial;
+            assert_eq!((rest.state, rest.step), (state, 0));
+            assert!(rest.displacement_m.iter().chain(&rest.velocity_m_per_s).all(|number| *number == 0.0));
+        }
+        assert!(plan(&[]).initial.state.is_empty() && plan(&[]).friction.evolution_effects.is_empty());
+    }
+
+    #[test]
     fn prestress_is_balanced_by_the_friction_springs() {
         let profile = format!(
             "prestress.profile={:?}",

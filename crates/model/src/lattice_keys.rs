@@ -130,7 +130,8 @@ pub(crate) fn of_a_lattice(scenario: &Scenario) -> Vec<Refusal> {
             or("0"),
         );
     }
-    if scenario.time.start == Start::Loaded {
+    // The default of laws by which nothing sticks, known for chains alone.
+    if scenario.time.start == Start::Loaded && law.sticks() {
         refuse(
             "time.start",
             format!("\"loaded\" is where a chain follows its drive; a {what} begins at rest"),

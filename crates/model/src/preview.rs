@@ -42,9 +42,9 @@ pub struct Preview {
     /// Length over which a stuck chain screens a force on its end, `l_0`; `None` for others, and for laws
     /// without friction springs.
     pub decay_length_m: Option<f64>,
-    /// The time step over the longest stable one.
+    /// The time step over the longest stable one; `None` where the solver chooses its steps.
     #[serde(skip)]
-    pub step_ratio: f64,
+    pub step_ratio: Option<f64>,
     /// The time at which the first contact reaches its static friction; `None` if none ever does.
     pub first_slip_s: Option<f64>,
     /// That contact; `None` as well if several reach it together.
@@ -88,7 +88,7 @@ impl Preview {
             density_kg_per_m3: scenario.density_kg_per_m3(),
             wave_speed_m_per_s: plan.scales.wave_speed_m_per_s(),
             decay_length_m: None,
-            step_ratio: plan.step_share(),
+            step_ratio: Some(plan.step_share()).filter(|_| plan.longest_stable_step_s.is_finite()),
             first_slip_s: None,
             first_slip_block: None,
             dynamic_load_s: None,

@@ -77,3 +77,83 @@ impl RateAndState {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Evolution, RateAndState};
+    use crate::resolve;
+
+    fn law(sets: &[&str]) -> RateAndState {
+        let all = [&["friction.law=rate-and-state"], sets].concat();
+        let scenario = resolve("default", &all).unwrap_or_else(|error| panic!("{error}"));
+        scenario.contact_law().rate_and_state().expect("it is this law")
+    }
+
+    /// Velocities and states `theta` over the steady one at that velocity.
+    const CASES: [(f64, f64); 7] =
+        [(1e-12, 1.0), (1e-9, 40.0), (1e-6, 1.0), (1e-4, 0.01), (0.3, 1.0), (0.3, 1e-5), (-1e-4, 3.0)];
+
+    #[test]
+    fn friction_is_the_logarithm_of_older_laws_where_they_are_known() {
+        let law = law(&[]);
+        let (a, b, dc_m, v0) = (0.01, 0.015, 1e-6, 1e-6);
+        for (velocity, ratio) in CASES {
+            let theta_s = ratio * dc_m / f64::abs(velocity);
+            let state = 0.6 + b * (v0 * theta_s / dc_m).ln();
+            let older = 0.6 + a * (velocity.abs() / v0).ln() + b * (v0 * theta_s / dc_m).ln();
+            let found = law.coefficient(velocity, state);
+            assert!((found.abs() / older - 1.0).abs() < 1e-14, "{velocity}: {found} {older}");
+            assert!(found.signum() == velocity.signum());
+        }
+        assert_eq!([law.coefficient(0.0, 0.6), law.coefficient(0.0, -0.6)], [0.0; 2]);
+        // Near rest it is odd and linear: a (V / 2 V_0) e^(psi / a).
+        let slow = law.coefficient(-1e-40, 0.6) / (-0.01 * 0.5e-34 * 60.0_f64.exp());
+        assert!((slow - 1.0).abs() < 1e-13, "{slow}");
+        // Where the two forms of asinh meet.
+        let at = |l: f64| law.coefficient(2e-6 * (l - 30.0).exp(), 0.3);
+        let rise = (at(20.0 + 1e-9) - at(20.0 - 1e-9)) / 0.01;
+        assert!(
+            (rise - 2e-9).abs() < 1e-13 && (at(20.0) / 0.01 - 20.0 - 2.0_f64.ln()).abs() < 1e-13,
+            "{rise}"
+        );
+    }
+
+    #[test]
+    fn the_state_changes_as_theta_does() {
+        for (law, of_theta) in [
+            (law(&[]), (|x| 1.0 - x) as fn(f64) -> f64),
+            (law(&["friction.evolution=slip"]), |x: f64| -x * x.ln()),
+        ] {
+            for (velocity, ratio) in CASES {
+                for b in [0.005, 0.015] {
+                    let theta_s = ratio * 1e-6 / f64::abs(velocity);
+                    let state = 0.6 + b * theta_s.ln();
+                    let rate = law.state_rate_per_s(b, velocity, state);
+                    let (expected, scale) = (b * of_theta(ratio) / theta_s, b / theta_s);
+                    assert!(
+                        (rate - expected).abs() < 1e-12 * scale.max(expected.abs()),
+                        "{velocity}: {rate} {expected}"
+                    );
+                    let steady = law.steady_state(b, velocity);
+                    assert!(
+                        law.state_rate_per_s(b, velocity, steady).abs() < 1e-12 * b * velocity.abs() / 1e-6
+                    );
+                }
+            }
+        }
+        // At rest contacts strengthen by the one law alone.
+        assert_eq!(law(&["friction.evolution=slip"]).state_rate_per_s(0.015, 0.0, 0.7), 0.0);
+        let (ageing, theta_s) = (law(&[]), 25.0_f64);
+        let rate = ageing.state_rate_per_s(0.015, 0.0, 0.6 + 0.015 * theta_s.ln());
+        assert!((rate * theta_s / 0.015 - 1.0).abs() < 1e-12, "{rate}");
+        assert_eq!(ageing.evolution, Evolution::Ageing);
+    }
+
+    #[test]
+    fn a_key_of_0_is_an_event_speed_of_ten_times_the_drive() {
+        let m_per_s = |sets: &[&str]| law(sets).event_speed_m_per_s;
+        assert!((m_per_s(&["drive.velocity_m_per_s=2e-5"]) / 2e-4 - 1.0).abs() < 1e-15);
+        assert_eq!(m_per_s(&["friction.event_speed_m_per_s=0.01"]), 0.01);
+        assert_eq!(law(&["time.tolerance=1e-9"]).tolerance, 1e-9);
+    }
+}

@@ -106,3 +106,140 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     }
     refused
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Scenario, ScenarioSource};
+
+    fn errors(text: &str) -> String {
+        Scenario::resolve(&ScenarioSource::new("test.toml", text)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_has_no_meaning_is_refused_with_place_key_value_and_reason() {
+        let by_law =
+            "by friction.law = \"rate-and-state\" shear and velocities at the start follow from time.start";
+        for (line, expected) in [
+            (
+                "slider.rows = 3\nslider.blocks = 11",
+                "1:15: slider.rows: friction.law = \"rate-and-state\" is known for chains, not for a slab \
+                 (accepted: 1, or another friction.law)",
+            ),
+            (
+                "drive.kind = \"left-right\"",
+                "1:14: drive.kind: by friction.law = \"rate-and-state\" blocks begin in steady sliding, in one direction \
+                 (accepted: \"side\" or \"top\")",
+            ),
+            (
+                "drive.velocity_m_per_s = 0",
+                "1:26: drive.velocity_m_per_s: 0: contacts begin in the state of steady sliding at this velocity \
+                 (accepted: a number above 0; drive.hold_from_s stops the drive)",
+            ),
+            (
+                "friction.event_speed_m_per_s = 0.00005",
+                "1:32: friction.event_speed_m_per_s: 0.00005 is not above drive.velocity_m_per_s = 0.0001, at which \
+                 blocks creep without an event (accepted: a number above 0.0001, or 0 for 10 times it)",
+            ),
+            (
+                "drive.stiffness_n_per_m = 0",
+                "1:27: drive.stiffness_n_per_m: 0: nothing balances friction in steady sliding (accepted: a number above \
+                 0, or time.start = \"at-rest\")",
+            ),
+            (
+                "drive.until_load_ratio = 0.3",
+                "1:26: drive.until_load_ratio: 0.3: the steps of the adaptive solver do not end at a load (accepted: 0, \
+                 or drive.hold_from_s)",
+            ),
+            (
+                "friction.inertia = false\nslider.relative_damping = 0",
+                "test.toml: friction.radiation_kg_per_s: 0: without inertia only radiation bounds the velocity of a slip \
+                 (accepted: a number above 0, or friction.inertia = true)",
+            ),
+            (
+                "slider.relative_damping = 0.2\nfriction.inertia = false\nfriction.radiation_kg_per_s = 1",
+                "1:27: slider.relative_damping: 0.2: without inertia the velocity of a block follows from the forces on \
+                 it alone, not from its neighbours' (accepted: 0, or friction.inertia = true)",
+            ),
+            (
+                "slider.blocks = 2\nfriction.evolution_offsets = [0, -0.015]",
+                "2:30: friction.evolution_offsets: block 2 gets b = 0 (accepted: b > 0 for every block)",
+            ),
+            (
+                "friction.evolution_offsets = [0.1]",
+                "1:30: friction.evolution_offsets: 1 number for 100 blocks",
+            ),
+            ("initial_shear.beta = 0.1", &format!("1:22: initial_shear.beta: 0.1: {by_law} (accepted: 0)")),
+            (
+                "initial_velocity.amplitude_m_per_s = 0.1",
+                &format!("1:38: initial_velocity.amplitude_m_per_s: 0.1: {by_law} (accepted: 0)"),
+            ),
+            (
+                "initial_shear.profile_csv = \"p.csv\"",
+                &format!("1:29: initial_shear.profile_csv: a profile: {by_law} (accepted: none)"),
+            ),
+            (
+                "time.tolerance = 0.1",
+                "1:18: time.tolerance: 0.1 is not accepted (accepted: a number from 0.000000000001 to 0.01)",
+            ),
+            (
+                "drive.course_s = [1, 2]",
+                "drive.course_m_per_s: 0 velocities at 2 times (accepted: as many as drive.course_s",
+            ),
+            (
+                "drive.course_s = [1, 1, 1]\ndrive.course_m_per_s = [1e-4, 0, 1]",
+                "1:18: drive.course_s: goes from 1 to 1 (accepted: times that ascend; two may be equal, for a jump)",
+            ),
+            (
+                "drive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-3, 0]",
+                "2:24: drive.course_m_per_s: begins with 0.001, but the velocity before it is 0.0001 (accepted: a first \
+                 velocity of drive.velocity_m_per_s)",
+            ),
+            (
+                "drive.course_s = [1, 2.000000001]\ndrive.course_m_per_s = [1e-4, 0]",
+                "1:18: drive.course_s: 2.000000001 is not a whole number of steps of 1e-8 s",
+            ),
+        ] {
+            let found = errors(&format!("{line}\nfriction.law = \"rate-and-state\""));
+            let expected = expected.strip_prefix("test.toml: ").unwrap_or(expected);
+            assert!(found.contains(expected) && found.lines().count() == 1, "{line}: {found}");
+        }
+    }
+
+    #[test]
+    fn other_laws_refuse_a_course_of_the_drive_and_the_adaptive_solver() {
+        let course = "drive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, 0]";
+        assert_eq!(
+            errors(course),
+            "test.toml:1:18: drive.course_s: the solvers of this law need a drive of constant velocity, until it stops \
+             (accepted: none, or friction.law = \"rate-and-state\")"
+        );
+        assert!(
+            errors("time.tolerance = 1e-5")
+                .contains("has no meaning for friction.law = \"interfacial-springs\"")
+        );
+        let this = "friction.law = \"rate-and-state\"\nfriction.static_coefficient = 0.8";
+        assert!(errors(this).starts_with(
+            "test.toml:2:31: friction.static_coefficient: 0.8 has no meaning for friction.law = \"rate-and-state\" \
+             (accepted: 0.7, or friction.law = \"interfacial-springs\" or "
+        ));
+    }
+
+    #[test]
+    fn a_run_begins_in_steady_sliding_unless_it_is_to_begin_at_rest() {
+        let resolve = |start: &str| {
+            let text = format!("friction.law = \"rate-and-state\"\n{start}");
+            Scenario::resolve(&ScenarioSource::new("test.toml", text))
+                .unwrap_or_else(|errors| panic!("{errors}"))
+        };
+        let (default, loaded) = (resolve(""), resolve("time.start = \"loaded\""));
+        let rest = resolve("time.start = \"at-rest\"");
+        assert_eq!((default.hash(), &default), (loaded.hash(), &loaded));
+        assert_ne!(default.hash(), rest.hash());
+        for scenario in [default, rest] {
+            for shown in [scenario.to_commented_toml(), scenario.to_editable_toml()] {
+                let again = Scenario::resolve(&ScenarioSource::logged("run.mcap", &shown)).unwrap();
+                assert_eq!(again, scenario);
+            }
+        }
+    }
+}

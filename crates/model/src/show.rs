@@ -46,7 +46,7 @@ impl Scenario {
                 law_keys::is_decided_by_law(key.path, self.friction.law, found).then_some("friction.law")
             };
             comment_and_value(&mut out, key, name, found, left_to);
-            if leave_to_parameter_set && key.path == "time.step_s" {
+            if leave_to_parameter_set && key.path == "time.step_s" && self.friction.law.sticks() {
                 out.push_str(&self.comment_on_step());
             }
         }

@@ -40,7 +40,7 @@ pub struct RunHeader {
     /// Time step `dt`, s.
     pub time_step_s: f64,
     /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
-    /// none in logs that were written before it was.
+    /// none in logs that were written before it was, and where the solver chooses its steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longest_stable_step_s: Option<f64>,
     /// Number of steps that the run is to take.

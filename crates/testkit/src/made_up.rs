@@ -78,7 +78,7 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
         rows: plan.elastic.layout().rows(),
         junction_count: 0,
         time_step_s: plan.grid.step_s(),
-        longest_stable_step_s: Some(plan.longest_stable_step_s),
+        longest_stable_step_s: Some(plan.longest_stable_step_s).filter(|longest_s| longest_s.is_finite()),
         steps: plan.steps,
         scales: None,
     };

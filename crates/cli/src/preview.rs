@@ -170,15 +170,15 @@ mod tests {
         assert_eq!(
             chain[1..],
             [
-                "stability: at V = 0.0001 m/s 1 of 16 modes grows; where the stiffness is below k_c = 125400 N/m per block",
-                "nucleation: over sqrt(k D_c / (b p)) = 8.531 blocks (warning below 3)",
+                "stability: at V = 1e-4 m/s 1 of 16 modes grows; where the stiffness is below k_c = 1.276e5 N/m per block",
+                "nucleation: over sqrt(k D_c / (b p)) = 8.532 blocks (warning below 3)",
             ]
         );
         let slider = of("spring-slider", &["friction.evolution_effect=0.005"]);
         assert_eq!(
             slider[1..],
             [
-                "stability: at V = 0.00001 m/s steady sliding is stable; friction does not fall with velocity",
+                "stability: at V = 1e-5 m/s steady sliding is stable; friction does not fall with velocity",
                 "nucleation: of the block as a whole",
             ]
         );

@@ -23,9 +23,10 @@
 //!
 //! In reading order; a file uses those above it, and none below:
 //!
+//! - `drawn_keys`: the keys of random draws.
 //! - [`keys`]: every scenario key: symbol, unit, range, default, meaning. The checks,
 //!   `asperity scenario show` and the key reference are generated from this table.
-//! - `window_keys`: the keys of a dense window; `drawn_keys`: those of random draws.
+//! - `window_keys`: the keys of a dense window.
 //! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reads texts and names places in them.
 //! - [`typed`]: reads texts that are no scenarios into types.
@@ -37,10 +38,12 @@
 //! - [`lattice`]: bodies given by a table of bonds, such as the slab.
 //! - `node_state`: all nodes at one time.
 //! - [`elastic`]: the elastic body, chain or lattice.
+//! - [`rate_and_state`]: the numbers and formulas of rate-and-state friction.
 //! - [`law`]: how a contact sticks and slides; [`laws`]: the laws, a file for each.
 //! - [`load`]: normal load per block.
 //! - [`course`]: the course in time of the load, and of the velocity of the drive.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
+//! - [`stability`]: the modes of steady sliding by rate-and-state friction that grow.
 //! - [`chain`]: the stuck chain in static equilibrium or in steady motion.
 //! - [`initial`]: displacements, velocities and friction springs at the start.
 //! - [`slab`]: a body on a foundation in static equilibrium under its load.
@@ -53,7 +56,6 @@
 //! - `show`: formats a scenario as commented TOML.
 //! - `implausible`: values that no solid has, and the unit that was probably mistaken.
 //! - [`junctions`]: the numbers of contacts of many junctions.
-//! - [`rate_and_state`]: the numbers of rate-and-state friction; [`stability`]: of steady sliding by it.
 //! - `warnings`: accepted values that may surprise.
 //! - [`analytic`]: predictions of the theory.
 //! - [`front`]: the theory of the speed of fronts.

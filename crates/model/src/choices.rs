@@ -74,17 +74,6 @@ pub enum JunctionStart {
     Drawn,
 }
 
-/// How the state of rate-and-state friction evolves.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Evolution {
-    /// Contacts at rest strengthen: `theta' = 1 - |V| theta / D_c` (Dieterich).
-    #[default]
-    Ageing,
-    /// The state changes by slip alone: `theta' = -(|V| theta / D_c) ln(|V| theta / D_c)` (Ruina).
-    Slip,
-}
-
 /// Which records had the energies of the slider in older versions of the program.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -112,7 +112,7 @@ pub mod typed;
 mod warnings;
 mod window_keys;
 
-pub use choices::{DriveKind, Energies, Evolution, JunctionStart, ParameterSet, Reattach};
+pub use choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach};
 pub use course::Course;
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
@@ -124,7 +124,7 @@ pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 pub use preview::Preview;
-pub use rate_and_state::RateAndState;
+pub use rate_and_state::{Evolution, RateAndState};
 pub use resolve::{ResolveError, find, resolve, source};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};

@@ -6,15 +6,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{
-    DriveKind, Energies, Evolution, JunctionStart, ParameterSet, Reattach, ScheduleFrom, Start,
-};
+use crate::choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach, ScheduleFrom, Start};
 use crate::elastic::gaps;
 use crate::junctions::Junctions;
 use crate::keys::FOUNDATION_RATIO;
 use crate::law::LawKeys;
 use crate::laws::{FrictionLaw, Law};
-use crate::rate_and_state::{EVENT_SPEED_RATIO, RateAndState};
+use crate::rate_and_state::{EVENT_SPEED_RATIO, Evolution, RateAndState};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

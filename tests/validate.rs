@@ -65,7 +65,7 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
         "error: {path}:3:12: friction.reattach: \"one-way\" has no meaning for friction.law = \"rigid\", which stops a \
          block where its velocity changes sign (accepted: \"two-way\", or friction.law = \"interfacial-springs\")\n\
          error: {path}:4:22: friction.radiation_kg_per_s: 2 has no meaning for friction.law = \"rigid\" (accepted: 0.0, \
-         or friction.law = \"velocity-weakening\")\n"
+         or friction.law = \"velocity-weakening\" or \"rate-and-state\")\n"
     );
     assert_eq!(validated, (Some(2), expected));
     assert_eq!(said(&["run", text(&file), "--out", text(&log)]), validated);

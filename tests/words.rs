@@ -367,6 +367,7 @@ fn the_columns_of_every_table_are_those_of_the_code() {
         contact_loads: true,
         junctions: true,
         area: true,
+        radiation: true,
     };
     let layouts = asperity_tables::layout::record_layouts(all);
     let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);

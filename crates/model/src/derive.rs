@@ -324,6 +324,11 @@ impl Scenario {
         self.friction.contact_law().junctions().map_or(0, |_| self.friction.junction_count)
     }
 
+    /// Whether sliding contacts radiate.
+    pub fn radiates(&self) -> bool {
+        self.friction.contact_law().radiation_kg_per_s() > 0.0
+    }
+
     /// The scales of the scenario's slider, without deriving the rest of its plan.
     pub fn scales(&self) -> Scales {
         Springs::of(self).scales(self)

@@ -12,7 +12,8 @@
 //! `mu_s p`, which may grow while it sticks, or more by its law ([`ContactLaw::strength_n`]). A sliding
 //! contact feels [`ContactLaw::drag_n`], until [`ContactLaw::re_attaches`]. A law may remember numbers of
 //! each contact ([`ContactLaw::MEMORY`]) and change them at steps known in advance. The work of drag is
-//! heat; energy is stored in friction springs alone.
+//! heat, but for what it radiates ([`ContactLaw::radiation_kg_per_s`]); energy is stored in friction springs
+//! alone.
 
 use std::hint::select_unpredictable;
 
@@ -138,6 +139,11 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
 
     /// Damping of a sliding contact, for the bound of the time step.
     fn damping_kg_per_s(&self) -> f64 {
+        self.radiation_kg_per_s()
+    }
+
+    /// `E` of the part `E v` of drag that radiates: its work is not heat.
+    fn radiation_kg_per_s(&self) -> f64 {
         0.0
     }
 

@@ -127,6 +127,13 @@ macro_rules! laws {
                 }
             }
 
+            /// [`ContactLaw::radiation_kg_per_s`].
+            pub fn radiation_kg_per_s(self) -> f64 {
+                match self {
+                    $(Law::$law(law) => law.radiation_kg_per_s(),)*
+                }
+            }
+
             /// Runs the code compiled for this law.
             pub fn with<W: WithLaw>(self, what: W) -> W::Output {
                 match self {

@@ -415,6 +415,7 @@ mod tests {
             blocks: 10,
             rows: 1,
             junction_count: 0,
+            radiates: false,
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 10_000,

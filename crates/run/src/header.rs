@@ -21,6 +21,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         blocks: scenario.slider.contacts(),
         rows: plan.elastic.layout().rows(),
         junction_count: scenario.junction_count(),
+        radiates: scenario.radiates(),
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s),
         steps: plan.steps,

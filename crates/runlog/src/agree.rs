@@ -43,7 +43,7 @@ pub(crate) fn time(
 }
 
 /// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
-/// energies, all present or absent; the totals of junctions against the header and those `before`.
+/// energies, all present or absent, the radiated one where the header says so; the totals of junctions against the header and those `before`.
 ///
 /// # Errors
 /// If they disagree.
@@ -64,6 +64,11 @@ pub(crate) fn step(
     }
     if let Err(missing) = message.energy() {
         let what = format!("it has energies without {missing}");
+        return Err(LogProblem::Contradiction { step: message.step, what });
+    }
+    if message.radiated_j.is_some() != (message.drive_work_j.is_some() && header.radiates) {
+        let what =
+            format!("radiated_j = {:?}, in a run with radiates = {}", message.radiated_j, header.radiates);
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
     junctions(header, message, before.unwrap_or_default())
@@ -409,6 +414,9 @@ fn rupture(rupture: &Rupture, header: &RunHeader) -> Result<(), String> {
     let ends = [end_step.is_some(), rupture.end_s.is_some(), rupture.ft_fn_end.is_some()];
     if ends.iter().any(|is_there| *is_there != ends[0]) || (!ends[0] && !open) {
         return Err(format!("open = {open}, and it ends in step {end_step:?}"));
+    }
+    if rupture.radiated_j.is_some() && !header.radiates {
+        return Err("it has radiated_j, in a run without radiation".to_owned());
     }
     // Logs of other runs may lack all of these, by their versions.
     let potencies = [("potency_m2", rupture.potency_m2, false), ("potency_m3", rupture.potency_m3, true)];

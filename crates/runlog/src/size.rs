@@ -81,7 +81,7 @@ impl MostBytes {
     pub fn step(&self, pulls_both_ways: bool) -> u64 {
         self.message(&StepMessage::new(&StepRecord {
             end_forces_n: pulls_both_ways.then_some([0.0; 2]),
-            energy: Some(Energy::default()),
+            energy: Some(Energy { radiated_j: self.parts.radiation.then_some(0.0), ..Energy::default() }),
             junctions: self.parts.junctions.then(JunctionTotals::default),
             ..step()
         }))
@@ -253,7 +253,11 @@ mod tests {
             tangential_force_across_n: vec![-f64::MIN_POSITIVE; across],
             stick_position_across_m: vec![-f64::MIN_POSITIVE; across],
         };
-        let of = |junctions, area| MostBytes { topics: 9, frame: 0, parts: Parts { junctions, area } };
+        let of = |junctions, area| MostBytes {
+            topics: 9,
+            frame: 0,
+            parts: Parts { junctions, area, ..Parts::default() },
+        };
         for (blocks, has_loads, has_junctions, has_area) in [
             (2, false, false, false),
             (100, false, false, false),

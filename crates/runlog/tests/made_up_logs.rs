@@ -39,6 +39,7 @@ fn header() -> RunHeader {
         blocks: 2,
         rows: 1,
         junction_count: 0,
+        radiates: false,
         time_step_s: 1.0,
         longest_stable_step_s: None,
         steps: STEPS,

@@ -6,7 +6,8 @@
 //!
 //! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
 //!   from that of the step before, the nodes fixed;
-//! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts; *viscous loss* `v C w`;
+//! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts, without the part `E v` of `f`
+//!   that radiates; *radiated energy* `E v w` over them; *viscous loss* `v C w`;
 //! - *anchor change*: energy of friction springs at re-attachment, less their energy at detachment;
 //! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction springs:
 //!   the error of the scheme, whose springs keep their initial pull for the whole step, and whose
@@ -219,9 +220,16 @@ impl Accounts {
         }
     }
 
-    /// Adds the terms of a single step, given the velocities after it: those computed by the kernels, and
-    /// the energy of the driving springs.
-    pub(crate) fn add_step(&self, plan: &Plan, ledger: &mut Ledger, work: &StepWork, after: &[f64]) {
+    /// Adds the terms of a single step, given the contacts that slid in it and the velocities before and after
+    /// it: those computed by the kernels, and the energy of the driving springs.
+    pub(crate) fn add_step(
+        &self,
+        plan: &Plan,
+        ledger: &mut Ledger,
+        work: &StepWork,
+        slip: &[f64],
+        [before, after]: [&[f64]; 2],
+    ) {
         let dt = plan.grid.step_s();
         let driven: f64 = plan
             .drive
@@ -229,7 +237,14 @@ impl Accounts {
             .iter()
             .map(|spring| 0.5 * spring.stiffness_n_per_m * after[spring.block] * after[spring.block])
             .sum();
-        ledger.friction_heat_j.add(dt * work.friction_w);
+        match radiation_kg_per_s(plan) {
+            0.0 => ledger.friction_heat_j.add(dt * work.friction_w),
+            radiation => {
+                let radiated_w = radiation * self.simd.sliding_product(slip, before, after);
+                ledger.friction_heat_j.add(dt * (work.friction_w - radiated_w));
+                ledger.radiated_j.add(dt * radiated_w);
+            }
+        }
         if !self.balances {
             ledger.viscous_loss_j.add(dt * work.dampers_w);
         }
@@ -309,6 +324,7 @@ impl Accounts {
             kinetic_j,
             elastic_j,
             scheme_work_j: scheme_j,
+            radiated_j: (radiation_kg_per_s(plan) > 0.0).then(|| ledger.radiated_j.value()),
         };
         if self.balances {
             self.balance(&mut energy);
@@ -320,7 +336,7 @@ impl Accounts {
     fn balance(&self, energy: &mut Energy) {
         energy.viscous_loss_j = (energy.drive_work_j + energy.prestress_work_j)
             + (energy.anchor_change_j + energy.scheme_work_j)
-            - energy.friction_heat_j
+            - (energy.friction_heat_j + energy.radiated_j.unwrap_or(0.0))
             - (energy.kinetic_j - self.initial_kinetic_j)
             - (energy.elastic_j - self.initial_elastic_j);
     }
@@ -471,6 +487,11 @@ impl Accounts {
         };
         Potential { heat_j, scheme_j }
     }
+}
+
+/// `E` of sliding contacts; 0 where nothing radiates.
+fn radiation_kg_per_s(plan: &Plan) -> f64 {
+    plan.friction.law.radiation_kg_per_s()
 }
 
 /// Work of the prestress up to a state.

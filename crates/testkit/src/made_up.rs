@@ -77,6 +77,7 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
         blocks: plan.blocks as u32,
         rows: plan.elastic.layout().rows(),
         junction_count: 0,
+        radiates: false,
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s),
         steps: plan.steps,
@@ -170,6 +171,7 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
             last_across: over_area(rows.max()),
             contacts: over_area(Some(slipped)),
             potency_m3: None,
+            radiated_j: None,
         });
         for (n, (block, arrival_step, stop_step)) in passed.iter().enumerate() {
             arrivals.push(Arrival {

@@ -41,7 +41,7 @@ impl ContactLaw for VelocityWeakening {
         Rigid.turned_by(turn)
     }
 
-    fn damping_kg_per_s(&self) -> f64 {
+    fn radiation_kg_per_s(&self) -> f64 {
         self.radiation_kg_per_s
     }
 }

@@ -272,7 +272,9 @@ impl LoadCurve {
     /// and sliding friction in proportion to the normal load. `None` for others.
     pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
         let (friction, prestress) = (&scenario.friction, &scenario.prestress);
-        let is_plain_friction = friction.contact_law().affine().is_some()
+        let law = friction.contact_law();
+        let is_plain_friction = law.affine().is_some()
+            && law.radiation_kg_per_s() == 0.0
             && friction.dynamic_offsets.iter().all(|offset| *offset == 0.0)
             && friction.dynamic_spread == 0.0;
         let is_unstrained = initial::beta(scenario) == 0.0 && scenario.initial_shear.profile.is_empty();

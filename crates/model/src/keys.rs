@@ -182,7 +182,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.radiation_kg_per_s",
         symbol: "E",
-        doc: "Of velocity-weakening: damping -E v of a sliding block, as by waves that it radiates (2.4).",
+        doc: "Damping -E v of a sliding block, as by waves that it radiates (2.4); chains only.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },

@@ -64,7 +64,8 @@ pub struct Stepped<const D: usize = 1> {
 }
 
 /// How solvers may leap over many steps in which no contact switches: sliding friction is
-/// `-mu_d p sign(v)` and nothing else, so that a step is an affine map of the state.
+/// `-mu_d p sign(v) - E v` and nothing else, with `E` of [`ContactLaw::radiation_kg_per_s`], so that a step
+/// is an affine map of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Affine {
     /// A sliding contact re-attaches at a velocity of 0 or below, whichever way it slid before;

@@ -87,7 +87,7 @@ impl RuptureDetector {
         RuptureDetector { links, contacts: blocks.into(), radiates: false }
     }
 
-    /// The same in a run whose contacts radiate, if `radiates`.
+    /// This detector in a run whose contacts radiate, if `radiates`.
     #[must_use]
     pub fn radiating(self, radiates: bool) -> RuptureDetector {
         RuptureDetector { radiates, ..self }

@@ -1,6 +1,7 @@
 //! Runs a scenario: simulator, detectors and log writer, connected by the stream.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use asperity_detect::Detector;
@@ -8,8 +9,9 @@ use asperity_model::{Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
 use asperity_record::{Notice, Observer};
 use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
-use asperity_simulator::{Counters, SimulationError, Solver, SolverKind};
+use asperity_simulator::{Counters, Crew, SimulationError, Solver, SolverKind};
 
+use crate::crew::Pool;
 use crate::detectors::{self, TopicError};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
@@ -41,8 +43,10 @@ pub struct Task<'a> {
 /// The threads of a run. The result is the same either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Threads {
-    /// Solver and detectors on a thread each, which finishes a single run fastest.
+    /// As [`Threads::Several`], and all cores for the steps of a large body, which finishes a single run fastest.
     #[default]
+    All,
+    /// Solver and detectors on a thread each, for fewer runs than cores.
     Several,
     /// Everything on the calling thread, for one run per core.
     One,
@@ -222,8 +226,13 @@ pub fn run(
     let mut detectors = detectors::all(&header, "");
     own.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors)?;
+    let pool = if threads == Threads::All { Pool::of(&plan).map(Arc::new) } else { None };
+    let mut solver = solver.start(plan.clone());
+    if let Some(pool) = &pool {
+        solver.work_with(&(Arc::<Pool>::clone(pool) as Arc<dyn Crew>));
+    }
     let mut source = Source {
-        solver: solver.start(plan.clone()),
+        solver,
         stop,
         again: None,
         before: Before::default(),
@@ -271,7 +280,9 @@ pub fn run(
         writing.as_mut().map_or(Ok(()), |log| log.take(item))
     };
     let outcome = match threads {
-        Threads::Several => crate::stream::run(|| source.next(), detectors, sink),
+        Threads::All | Threads::Several => {
+            crate::stream::run_led_by(pool.as_deref(), || source.next(), detectors, sink)
+        }
         Threads::One => crate::stream::run_in_turn(|| source.next(), detectors, sink),
     };
     if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(log)) = (&outcome, &mut writing) {

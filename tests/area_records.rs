@@ -71,6 +71,7 @@ fn records(header: &RunHeader) -> Vec<Record> {
         tangential_force_n: numbers(2.0),
         stick_position_m: numbers(0.125),
         detached: (1..=count).map(|contact| u8::from([3, 6].contains(&contact))).collect(),
+        state: Vec::new(),
         displacement_across_m: numbers(-0.5),
         velocity_across_m_per_s: numbers(-0.25),
         tangential_force_across_n: numbers(-2.0),

@@ -19,8 +19,8 @@ const STATED: [&str; 5] = [
 
 const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
 
-/// Thirteen runs over all laws, drives, courses of the load and starts.
-const CASES: [(&str, &[&str]); 13] = [
+/// Fifteen runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 15] = [
     ("stated", &[]),
     ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
     ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
@@ -31,6 +31,8 @@ const CASES: [(&str, &[&str]); 13] = [
     ("scatter", &["friction.static_spread=0.1", "friction.dynamic_spread=0.05", "friction.spread_seed=7"]),
     ("ageing", &["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-3"]),
     ("rigid", &["friction.law=rigid", "slider.blocks=20"]),
+    ("radiating", &["friction.radiation_kg_per_s=3"]),
+    ("rigid-radiating", &["friction.law=rigid", "slider.blocks=20", "friction.radiation_kg_per_s=3"]),
     (
         "weakening",
         &[

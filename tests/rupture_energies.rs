@@ -46,7 +46,7 @@ fn logged(log: &Path) -> Run {
 }
 
 /// All changes within steps, without switches: the energy of friction springs less the anchor change.
-fn in_steps(energy: &Energy) -> [f64; 7] {
+fn in_steps(energy: &Energy) -> [f64; 8] {
     [
         energy.drive_work_j,
         energy.prestress_work_j,
@@ -55,13 +55,14 @@ fn in_steps(energy: &Energy) -> [f64; 7] {
         energy.scheme_work_j,
         energy.kinetic_j,
         energy.elastic_j - energy.anchor_change_j,
+        energy.radiated_j.unwrap_or(0.0),
     ]
 }
 
 const FRICTION_HEAT: usize = 2;
 
 /// The energies of a rupture, if they are known, with its anchor change.
-fn of_rupture(rupture: &Rupture) -> Option<([f64; 7], f64)> {
+fn of_rupture(rupture: &Rupture) -> Option<([f64; 8], f64)> {
     let anchor_j = rupture.anchor_change_j?;
     Some((
         [
@@ -72,6 +73,7 @@ fn of_rupture(rupture: &Rupture) -> Option<([f64; 7], f64)> {
             rupture.scheme_work_j?,
             rupture.kinetic_change_j?,
             rupture.elastic_change_j? - anchor_j,
+            rupture.radiated_j.unwrap_or(0.0),
         ],
         anchor_j,
     ))
@@ -109,13 +111,13 @@ fn adds_up(what: &str, run: &Run) -> usize {
     let (first, last) = (run.steps[0].step, run.steps.last().expect("it has records").step);
     let change = |from: u64, to: u64| {
         let (before, after) = (in_steps(&run.energy(from)), in_steps(&run.energy(to)));
-        std::array::from_fn::<f64, 7, _>(|n| after[n] - before[n])
+        std::array::from_fn::<f64, 8, _>(|n| after[n] - before[n])
     };
     let total = change(first, last);
     let largest_j = total.iter().fold(0.0, |most: f64, part| most.max(part.abs()));
     let is_near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * largest_j;
-    let mut sum = [0.0; 7];
-    let mut add = |parts: [f64; 7]| sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+    let mut sum = [0.0; 8];
+    let mut add = |parts: [f64; 8]| sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
 
     // Intervals between ruptures: blocks stick, and neither rub nor switch.
     let union = run.union();
@@ -139,9 +141,9 @@ fn adds_up(what: &str, run: &Run) -> usize {
         match within.as_slice() {
             [rupture] if !rupture.open => {
                 let (parts, anchor_j) = of_rupture(rupture).expect("it slides alone");
-                let [drive, prestress, heat, viscous, scheme, kinetic, springs] = parts;
-                let left =
-                    drive + prestress + anchor_j + scheme - heat - viscous - kinetic - (springs + anchor_j);
+                let [drive, prestress, heat, viscous, scheme, kinetic, springs, radiated] = parts;
+                let put_in = drive + prestress + anchor_j + scheme;
+                let left = put_in - heat - viscous - radiated - kinetic - (springs + anchor_j);
                 assert!(is_near(left, 0.0), "{what}: {left} J are left of {rupture:?}");
                 add(parts);
             }
@@ -187,12 +189,13 @@ fn all_add_up(solver: &str) -> (usize, usize) {
     ];
     let both = ["time.step_s=1e-7", "time.duration_s=1.5"];
     let front = ["slider.blocks=60", "time.step_s=1e-9", "time.duration_s=5e-5"];
-    let cases: [(&str, &[&str], &[&str]); 12] = [
+    let cases: [(&str, &[&str], &[&str]); 13] = [
         ("ten-blocks", &ten, &[]),
         ("ten-blocks", &ten, &["parameter_set=as-stated"]),
         ("ten-blocks", &ten, &["friction.ageing_coefficient=0.02"]),
         ("ten-blocks", &ten, &["friction.law=rigid"]),
         ("ten-blocks", &ten, &["friction.law=velocity-weakening"]),
+        ("ten-blocks", &ten, &["friction.law=velocity-weakening", "friction.radiation_kg_per_s=70"]),
         ("ten-blocks", &ten, &["friction.reattach=two-way"]),
         ("default", &creeping, &[]),
         ("left-right-driven", &both, &[]),

@@ -198,6 +198,7 @@ fn what_a_slab_cannot_have_is_refused_with_the_reason() {
             "0.075 over 30 rows is no square lattice with slider.length_m = 0.14 over 57 blocks",
         ),
         ("friction.law=rigid", "a slab at rest is held by friction springs"),
+        ("friction.radiation_kg_per_s=2", "a slab carries the waves away itself"),
         ("drive.kind=top", "0.005 has no meaning for this drive"),
         (
             "drive.height_m=0.08",

@@ -57,15 +57,15 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
 
     let folder = asperity_testkit::folder();
     let (file, log) = (folder.path().join("mine.toml"), folder.path().join("mine.mcap"));
-    fs::write(&file, "[friction]\nlaw = \"rigid\"\nreattach = \"one-way\"\nradiation_kg_per_s = 2\n")
+    fs::write(&file, "[friction]\nlaw = \"rigid\"\nreattach = \"one-way\"\nsliding_share = 0.25\n")
         .expect("it can be written");
     let validated = said(&["scenario", "validate", text(&file)]);
     let path = text(&file);
     let expected = format!(
         "error: {path}:3:12: friction.reattach: \"one-way\" has no meaning for friction.law = \"rigid\", which stops a \
          block where its velocity changes sign (accepted: \"two-way\", or friction.law = \"interfacial-springs\")\n\
-         error: {path}:4:22: friction.radiation_kg_per_s: 2 has no meaning for friction.law = \"rigid\" (accepted: 0.0, \
-         or friction.law = \"velocity-weakening\")\n"
+         error: {path}:4:17: friction.sliding_share: 0.25 has no meaning for friction.law = \"rigid\" (accepted: 0.5, \
+         or friction.law = \"junctions\")\n"
     );
     assert_eq!(validated, (Some(2), expected));
     assert_eq!(said(&["run", text(&file), "--out", text(&log)]), validated);

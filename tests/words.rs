@@ -367,6 +367,8 @@ fn the_columns_of_every_table_are_those_of_the_code() {
         contact_loads: true,
         junctions: true,
         area: true,
+        radiation: true,
+        state: true,
     };
     let layouts = asperity_tables::layout::record_layouts(all);
     let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);
@@ -586,6 +588,7 @@ pages_that_run! {
     outputs_run: "docs/outputs.md",
     precursor_study_runs: "docs/precursor-study.md",
     python_runs: "docs/python.md",
+    rate_and_state_runs: "docs/rate-and-state.md",
     report_runs: "docs/report.md",
     run_logs_run: "docs/run-logs.md",
     ruptures_run: "docs/ruptures.md",

@@ -199,12 +199,12 @@ class Slider:
         tau = second_difference(u) * self.k + second_difference(v) * self.eta
         tau = tau + (self.prestress + pulls)
         drag = factor * self.dynamic * np.sign(v)
+        if friction["law"] == "velocity-weakening":
+            drag = drag / (1.0 + np.abs(v) * (1.0 / friction["weakening_velocity_m_per_s"]))
+        drag = drag + friction["radiation_kg_per_s"] * v
         if self.springs:
             resistance = np.where(slides, drag, self.kt * (u - self.anchor))
         else:
-            if friction["law"] == "velocity-weakening":
-                drag = drag / (1.0 + np.abs(v) * (1.0 / friction["weakening_velocity_m_per_s"]))
-                drag = drag + friction["radiation_kg_per_s"] * v
             resistance = np.where(slides, drag, tau)
         new_v = v + (tau - resistance) * (self.dt / self.mass)
         new_u = u + new_v * self.dt

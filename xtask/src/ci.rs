@@ -116,7 +116,7 @@ fn python() -> Result<(), Failure> {
 
 /// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of nearly each property.
 /// Program and test, the longest first, so that no core runs one alone at the end.
-const LONG_TESTS: [&str; 36] = [
+const LONG_TESTS: [&str; 38] = [
     "root reference::the_plain_solver_gives_the_table_as_coded",
     "root reference::the_plain_solver_gives_the_table_as_stated",
     "root reference::the_plain_solver_gives_the_other_tables",
@@ -142,6 +142,8 @@ const LONG_TESTS: [&str; 36] = [
     "fast long_chains_that_are_pushed_jump_by_waves",
     "fast more_random_scenarios_give_the_same_switches",
     "slab_fast more_random_slabs_give_the_same_switches",
+    "radiation more_random_chains_that_radiate_switch_alike",
+    "front_speed all_steady_fronts_of_the_table_run_as_the_theory_says",
     "root flips::two_thousand_flipped_bits_are_seen",
     "root hostile::committed_forgeries_are_refused_by_all_commands",
     "root bounds::every_forged_checkpoint_is_refused_or_seen_by_making_the_run_again",

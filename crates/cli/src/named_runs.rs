@@ -49,8 +49,7 @@ pub(crate) fn of_plan(
     }
     let jobs = plan.common.runs.iter().map(Named::job).collect::<Result<Vec<Job>, _>>().map_err(refused)?;
     let inputs = inputs([file.as_path()], plan.common.runs.iter().map(|run| run.scenario.as_str()), &jobs);
-    let solver = SolverKind::default();
-    let source = Source { pipeline: &pipeline, jobs, out: folder, solver, provenance, beside };
+    let source = Source { pipeline: &pipeline, jobs, out: folder, solver: None, provenance, beside };
     source.reduce(inputs, Missing::Refuse, board)
 }
 
@@ -67,7 +66,7 @@ pub(crate) struct Source<'a> {
     pub(crate) pipeline: &'a Pipeline,
     pub(crate) jobs: Vec<Job>,
     pub(crate) out: &'a Path,
-    pub(crate) solver: SolverKind,
+    pub(crate) solver: Option<SolverKind>,
     pub(crate) provenance: bool,
     pub(crate) beside: Beside,
 }
@@ -170,7 +169,7 @@ pub(crate) fn inputs<'a>(
 /// A reduction that receives each run once, record by record.
 struct Reducing<'a> {
     reduction: Reduction<'a>,
-    solver: SolverKind,
+    solver: Option<SolverKind>,
     runs_folder: &'a Path,
 }
 

@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use asperity_model::stability::FEWEST_NUCLEATION_BLOCKS;
 use asperity_model::text::short;
-use asperity_model::{Preview, Scenario, Warning};
+use asperity_model::{Preview, Scenario, Stability, Warning};
+use asperity_record::counted;
 
-/// Material, load and first slip of a run, one line each, with the topic of the line.
+/// Material, load and first slip of a run, one line each, with the topic of the line; of a run in which nothing
+/// sticks, material, stability and nucleation.
 pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, String); 3] {
     let Preview { density_kg_per_m3, wave_speed_m_per_s, decay_length_m, .. } = preview;
     let decay = decay_length_m.map(|length_m| format!(", decay length l_0 = {} m", short(length_m)));
@@ -15,6 +18,10 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         short(*wave_speed_m_per_s),
         decay.unwrap_or_default()
     );
+    if let Some(stability) = preview.stability {
+        let [stability, nucleation] = of_sliding(scenario, &stability);
+        return [("material", material), ("stability", stability), ("nucleation", nucleation)];
+    }
     let reaches = |name: &str, ratio: f64, time_s: Option<f64>| match time_s {
         Some(time_s) => format!("reaches {name} = {ratio} at {} s", short(time_s)),
         None => format!("never reaches {name} = {ratio}"),
@@ -37,6 +44,31 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
     [("material", material), ("load", load), ("first slip", first_slip)]
 }
 
+/// The modes of steady sliding that grow, and the length over which slip nucleates.
+fn of_sliding(scenario: &Scenario, stability: &Stability) -> [String; 2] {
+    let Stability { modes, unstable_modes, critical_stiffness_n_per_m, nucleation_blocks } = *stability;
+    let velocity = short(scenario.drive.velocity_m_per_s);
+    let grow = match unstable_modes {
+        0 => "steady sliding is stable".to_owned(),
+        1 => format!("1 of {} grows", counted(modes.into(), "mode")),
+        many => format!("{many} of {modes} modes grow"),
+    };
+    let critical = match critical_stiffness_n_per_m > 0.0 {
+        true => {
+            format!("where the stiffness is below k_c = {} N/m per block", short(critical_stiffness_n_per_m))
+        }
+        false => "friction does not fall with velocity".to_owned(),
+    };
+    let nucleation = match nucleation_blocks {
+        Some(blocks) => format!(
+            "over sqrt(k D_c / (b p)) = {} blocks (warning below {FEWEST_NUCLEATION_BLOCKS})",
+            short(blocks)
+        ),
+        None => "of the block as a whole".to_owned(),
+    };
+    [format!("at V = {velocity} m/s {grow}; {critical}"), nucleation]
+}
+
 /// Load, first slip and time step of several runs, from the least to the greatest; empty without runs.
 pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
     let range = |value: fn(&Preview) -> Option<f64>| {
@@ -48,7 +80,11 @@ pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
             (least, most) => format!("{least} to {most}"),
         })
     };
-    let never = previews.iter().filter(|preview| preview.first_slip_s.is_none()).count();
+    // What never sticks has no first slip.
+    let never = previews
+        .iter()
+        .filter(|preview| preview.first_slip_s.is_none() && preview.stability.is_none())
+        .count();
     let slip = match (range(|preview| preview.first_slip_s), never) {
         (Some(range), 0) => Some(format!("the first slip comes at {range} s")),
         (Some(range), never) => Some(format!("the first slip comes at {range} s; {never} without slip")),
@@ -59,7 +95,7 @@ pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
         range(|preview| preview.largest_load_ratio)
             .map(|range| format!("F_T/F_N is at most {range}, if nothing slides")),
         slip,
-        range(|preview| Some(preview.step_ratio))
+        range(|preview| preview.step_ratio)
             .map(|range| format!("the time step is {range} of the longest stable one")),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
@@ -122,6 +158,31 @@ mod tests {
         let apart = said(&["drive.kind=left-right", "friction.reattach=two-way"]);
         assert_eq!(apart[1], "load: F_T/F_N stays about 0, since the two ends are pulled apart");
         assert!(apart[2].ends_with(" s, of several blocks at once"), "{apart:?}");
+    }
+
+    #[test]
+    fn steady_sliding_is_described_by_its_modes() {
+        let of = |name: &str, sets: &[&str]| {
+            let scenario = resolve(name, sets).expect("it is accepted");
+            lines(&scenario, &scenario.preview()).map(|(what, words)| format!("{what}: {words}"))
+        };
+        let chain = of("rate-and-state", &[]);
+        assert_eq!(
+            chain[1..],
+            [
+                "stability: at V = 1e-4 m/s 1 of 16 modes grows; where the stiffness is below k_c = 1.276e5 N/m per block",
+                "nucleation: over sqrt(k D_c / (b p)) = 8.532 blocks (warning below 3)",
+            ]
+        );
+        let slider = of("spring-slider", &["friction.evolution_effect=0.005"]);
+        assert_eq!(
+            slider[1..],
+            [
+                "stability: at V = 1e-5 m/s steady sliding is stable; friction does not fall with velocity",
+                "nucleation: of the block as a whole",
+            ]
+        );
+        assert_eq!(ranges(&[&resolve::<&str>("spring-slider", &[]).unwrap().preview()]), None);
     }
 
     #[test]

@@ -132,8 +132,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     let (study, jobs) = read_study(file, set, board)?;
     let mut beside = Beside::default();
     if study.grid.is_some() {
-        let is_plain = SolverKind::from(*solver) != SolverKind::default();
-        let of_names = [("--set", !set.is_empty()), ("--fresh", *fresh), ("--solver", is_plain)];
+        let of_names = [("--set", !set.is_empty()), ("--fresh", *fresh), ("--solver", solver.is_some())];
         if let Some((option, _)) = of_names.into_iter().find(|(_, given)| *given) {
             return Err(Failure::BadInput(format!(
                 "{option}: {} has runs over axes (accepted: {option} for studies without)",
@@ -152,7 +151,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         pipeline: &study.pipeline,
         jobs,
         out,
-        solver: SolverKind::from(*solver),
+        solver: solver.map(SolverKind::from),
         provenance: !no_provenance,
         beside,
     };

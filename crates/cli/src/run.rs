@@ -21,7 +21,7 @@ use crate::summary;
 pub(crate) struct Making<'a> {
     pub(crate) scenario: &'a Scenario,
     pub(crate) out: &'a Path,
-    pub(crate) solver: SolverKind,
+    pub(crate) solver: Option<SolverKind>,
     pub(crate) checkpoint_interval: Duration,
     /// Whether to continue the run in an unfinished log, and to leave a whole one as it is.
     pub(crate) resume: bool,
@@ -35,7 +35,7 @@ impl<'a> Making<'a> {
         Making {
             scenario,
             out,
-            solver: SolverKind::default(),
+            solver: None,
             checkpoint_interval: CHECKPOINT_INTERVAL,
             resume: false,
             stats: false,
@@ -54,7 +54,14 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     })?;
     let &RunArguments { solver, resume, stats, .. } = arguments;
     make(
-        &Making { scenario: &scenario, out, solver: solver.into(), checkpoint_interval, resume, stats },
+        &Making {
+            scenario: &scenario,
+            out,
+            solver: solver.map(SolverKind::from),
+            checkpoint_interval,
+            resume,
+            stats,
+        },
         board,
     )
 }
@@ -63,7 +70,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
 pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
     let &Making { scenario, out, solver, checkpoint_interval, resume, stats } = making;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
-    let task = Task { solver, ..Task::new(scenario) }.log_to(log);
+    let task = Task::new(scenario).solved_by(solver).log_to(log);
     if is_taken(out) {
         if !(resume && task.is_whole(out).map_err(Failure::failed)?) {
             return Err(taken(out));
@@ -133,6 +140,7 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
         }
         RunError::Left(LeftError::OtherRun(_)) => Failure::BadInput(format!("--resume: {error}")),
         RunError::LogTarget(_) => Failure::bad_input(error),
+        RunError::Solver { .. } => Failure::BadInput(format!("--solver: {error}")),
         RunError::Write(WriteError::File(error)) => refused("--out", &error, false),
         RunError::Write(WriteError::Foreign(_)) => {
             Failure::BadInput(format!("--out: {error} (accepted: another file)"))

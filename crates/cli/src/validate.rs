@@ -20,7 +20,9 @@ const TRIAL: Duration = Duration::from_millis(250);
 /// the same on every machine.
 pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board) -> Result<(), Failure> {
     let forecast = Forecast::of(scenario);
-    let forecast = if board.is_quiet() { forecast } else { forecast.with_plain_solver(scenario, TRIAL) };
+    // The plain solver does not run what never sticks.
+    let is_timed = !board.is_quiet() && scenario.friction.law.sticks();
+    let forecast = if is_timed { forecast.with_plain_solver(scenario, TRIAL) } else { forecast };
     match format {
         ForecastFormat::Json => {
             let text = serde_json::to_string_pretty(&forecast).expect("texts and finite numbers are JSON");
@@ -61,10 +63,17 @@ fn say(scenario: &Scenario, forecast: &Forecast) -> io::Result<()> {
     for (what, words) in preview::lines(scenario, &forecast.preview) {
         terminal::say(format_args!("  {what:12} {words}"))?;
     }
-    terminal::say(format_args!(
-        "  time step    {time_step_s:e} s, {step_ratio:.2e} of the longest stable one, {longest_stable_step_s:.3e} s \
-         (warning above {ADVISED_SHARE})"
-    ))?;
+    match longest_stable_step_s.is_finite() {
+        true => terminal::say(format_args!(
+            "  time step    {time_step_s:e} s, {step_ratio:.2e} of the longest stable one, {longest_stable_step_s:.3e} s \
+             (warning above {ADVISED_SHARE})"
+        ))?,
+        false => terminal::say(format_args!(
+            "  time step    {time_step_s:e} s, to which times are rounded; the solver chooses its steps by \
+             time.tolerance = {:e}",
+            scenario.time.tolerance
+        ))?,
+    }
     terminal::say(format_args!("  steps        {steps}"))?;
     let MostLogBytes { samples, states, window_records, .. } = log;
     let windows = match *window_records {

@@ -47,8 +47,7 @@ mod front;
 
 use asperity_detect::{Detector, Passage, RuptureTracker, Slipped};
 use asperity_record::{
-    Arrival, BoundingBox, Contacts, Energy, Event, EventKind, EventPayload, Parts, Reach, Rupture, TimeGrid,
-    magnitude,
+    Arrival, BoundingBox, Contacts, Energy, Event, EventKind, Parts, Reach, Rupture, TimeGrid, magnitude,
 };
 
 /// The link time, and the scales that convert blocks and steps to lengths and times.
@@ -79,18 +78,29 @@ impl Links {
 pub struct RuptureDetector {
     links: Links,
     contacts: Contacts,
+    radiates: bool,
 }
 
 impl RuptureDetector {
-    /// A detector for these contacts.
+    /// A detector for these contacts, in a run without radiation.
     pub fn new(blocks: impl Into<Contacts>, links: Links) -> RuptureDetector {
-        RuptureDetector { links, contacts: blocks.into() }
+        RuptureDetector { links, contacts: blocks.into(), radiates: false }
+    }
+
+    /// This detector in a run whose contacts radiate, if `radiates`.
+    #[must_use]
+    pub fn radiating(self, radiates: bool) -> RuptureDetector {
+        RuptureDetector { radiates, ..self }
     }
 }
 
 impl Detector for RuptureDetector {
     fn emits(&self) -> EventKind {
-        kind::<Rupture>(self.contacts)
+        EventKind::of::<Rupture>().with(Parts {
+            area: self.contacts.is_area(),
+            radiation: self.radiates,
+            ..Parts::default()
+        })
     }
 
     fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
@@ -114,16 +124,12 @@ impl ArrivalDetector {
 
 impl Detector for ArrivalDetector {
     fn emits(&self) -> EventKind {
-        kind::<Arrival>(self.contacts)
+        EventKind::of::<Arrival>().with(Parts { area: self.contacts.is_area(), ..Parts::default() })
     }
 
     fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
         arrivals(slipped, &self.links, self.contacts, emit);
     }
-}
-
-fn kind<P: EventPayload>(contacts: Contacts) -> EventKind {
-    EventKind::of::<P>().with(Parts { area: contacts.is_area(), ..Parts::default() })
 }
 
 /// How far a contact slid, m: along a single row, or the size of a vector.
@@ -224,6 +230,10 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         last_across: rows.map(|rows| rows.last),
         contacts: rows.map(|_| extent.count()),
         potency_m3: rows.and(potency_m2).map(|potency_m2| potency_m2 * spacing_m),
+        radiated_j: slipped
+            .energies
+            .and_then(|[before, after]| after.radiated_j.zip(before.radiated_j))
+            .map(|(after_j, before_j)| after_j - before_j),
     }
 }
 

@@ -81,11 +81,12 @@ fn energy(step: u64) -> Energy {
         kinetic_j: 6.0 * step,
         elastic_j: 7.0 * step,
         scheme_work_j: 8.0 * step,
+        radiated_j: Some(9.0 * step),
     }
 }
 
 /// The energies of a rupture, in the order of the fields of [`energy`].
-fn energies(rupture: &Rupture) -> [Option<f64>; 8] {
+fn energies(rupture: &Rupture) -> [Option<f64>; 9] {
     [
         rupture.drive_work_j,
         rupture.prestress_work_j,
@@ -95,6 +96,7 @@ fn energies(rupture: &Rupture) -> [Option<f64>; 8] {
         rupture.kinetic_change_j,
         rupture.elastic_change_j,
         rupture.scheme_work_j,
+        rupture.radiated_j,
     ]
 }
 
@@ -216,7 +218,7 @@ fn ruptures_are_the_connected_sets_of_detachments() {
             let anchor_j = anchored_j(component);
             let own = one.end_step.filter(|_| !overlapping && !one.open);
             budgets += u64::from(own.is_some());
-            let mut changes = [1, 2, 3, 0, 5, 6, 7 - 4, 8]
+            let mut changes = [1, 2, 3, 0, 5, 6, 7 - 4, 8, 9]
                 .map(|times| own.map(|end_step| (times * (end_step - one.onset_step)) as f64));
             changes[3] = Some(anchor_j);
             changes[6] = changes[6].map(|in_steps_j| in_steps_j + anchor_j);
@@ -273,7 +275,7 @@ fn without_energies_in_the_records_there_are_none_of_ruptures() {
     for record in &mut records {
         record.energy = None;
     }
-    assert_eq!(energies(&ruptures(&records, 3)[0]), [None; 8]);
+    assert_eq!(energies(&ruptures(&records, 3)[0]), [None; 9]);
 }
 
 #[test]

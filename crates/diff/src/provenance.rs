@@ -129,6 +129,8 @@ mod tests {
                 blocks: 2,
                 rows: 1,
                 junction_count: 0,
+                radiates: false,
+                has_state: false,
                 time_step_s: 1e-8,
                 longest_stable_step_s: None,
                 steps: 1,

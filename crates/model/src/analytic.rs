@@ -53,7 +53,8 @@ impl LengthLaw {
     pub fn is_for(scenario: &Scenario) -> bool {
         let drive = &scenario.drive;
         let is_driven = drive.velocity_m_per_s > 0.0 && drive.stiffness_n_per_m > 0.0;
-        if drive.kind == DriveKind::LeftRight || !scenario.elastic().has_theory() || !is_driven {
+        let is_known = scenario.elastic().has_theory() && scenario.friction.law.sticks();
+        if drive.kind == DriveKind::LeftRight || !is_known || !is_driven {
             return false;
         }
         let plan = Plan::new(scenario);
@@ -272,7 +273,9 @@ impl LoadCurve {
     /// and sliding friction in proportion to the normal load. `None` for others.
     pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
         let (friction, prestress) = (&scenario.friction, &scenario.prestress);
-        let is_plain_friction = friction.contact_law().affine().is_some()
+        let law = scenario.contact_law();
+        let is_plain_friction = law.affine().is_some()
+            && law.radiation_kg_per_s() == 0.0
             && friction.dynamic_offsets.iter().all(|offset| *offset == 0.0)
             && friction.dynamic_spread == 0.0;
         let is_unstrained = initial::beta(scenario) == 0.0 && scenario.initial_shear.profile.is_empty();

@@ -62,4 +62,6 @@ scenarios![
     "slab-junctions",
     "chain-junctions",
     "junction-slider",
+    "spring-slider",
+    "rate-and-state",
 ];

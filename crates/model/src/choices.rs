@@ -59,7 +59,7 @@ pub enum Start {
     /// At rest at time 0.
     #[default]
     AtRest,
-    /// Just before the first detachment.
+    /// Just before the first detachment; by rate-and-state friction, in balance with it at time 0.
     Loaded,
 }
 

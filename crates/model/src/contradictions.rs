@@ -2,13 +2,15 @@
 
 use asperity_record::{TimeGrid, counted, rounded, short};
 
-use crate::choices::{DriveKind, ScheduleFrom, Start};
+use crate::choices::{DriveKind, Start};
 use crate::derive::{coefficients, longest_stable_step_s};
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
-use crate::lattice_keys;
+use crate::lattice_keys::{self, Refusal};
 use crate::one_block;
 use crate::plan::Plan;
+use crate::rate_and_state_keys;
 use crate::scenario::{Friction, Scenario};
+use crate::schedules;
 use crate::slab;
 use crate::source::{Entries, ScenarioError};
 use crate::window_keys::WINDOW;
@@ -25,14 +27,12 @@ const RULES: &[Rule] = &[
     top_drives_tilt_or_decay,
     left_right_drives_have_no_load_to_stop_at,
     drives_stop_at_a_load_or_a_time,
-    schedules_have_a_load_for_each_time,
-    schedules_ascend,
-    schedules_begin_at_the_load,
-    schedules_from_the_hold_need_one,
+    courses_ascend_from_the_start,
     lists_have_a_number_for_each_block,
     every_block_has_ordered_coefficients,
     bodies_have_what_they_can,
     keys_of_several_blocks_are_for_these,
+    steady_sliding_is_a_start,
     only_springs_let_stuck_blocks_move,
     junctions_bear_load_and_fit,
     loaded_starts_leave_out_nothing,
@@ -80,7 +80,7 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
         }
         return;
     }
-    if scenario.time.start == Start::AtRest {
+    if !starts_just_before_a_slip(scenario) {
         return;
     }
     let plan = Plan::new(scenario);
@@ -114,6 +114,12 @@ impl Refusals<'_> {
         });
     }
 
+    fn refuse_all(&mut self, refused: Vec<Refusal>) {
+        for (key, problem, accepted) in refused {
+            self.refuse(key, problem, accepted);
+        }
+    }
+
     /// Refuses a key of a window, counted from 0.
     fn refuse_in_window(&mut self, index: usize, key: &str, problem: String, accepted: String) {
         self.errors.push(ScenarioError {
@@ -123,6 +129,11 @@ impl Refusals<'_> {
             accepted: Some(accepted),
         });
     }
+}
+
+/// Whether a run starts where the first block is about to detach.
+fn starts_just_before_a_slip(scenario: &Scenario) -> bool {
+    scenario.time.start == Start::Loaded && scenario.friction.law.sticks()
 }
 
 fn sticks_by_springs(scenario: &Scenario) -> bool {
@@ -202,50 +213,8 @@ fn drives_stop_at_a_load_or_a_time(scenario: &Scenario, refusals: &mut Refusals<
     }
 }
 
-fn schedules_have_a_load_for_each_time(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let (times, loads) = (&scenario.normal_load.schedule_s, &scenario.normal_load.schedule_n);
-    if times.len() != loads.len() || times.len() == 1 {
-        refusals.refuse(
-            "normal_load.schedule_n",
-            format!("{} loads at {} times", loads.len(), times.len()),
-            "as many as normal_load.schedule_s, none or at least 2",
-        );
-    }
-}
-
-fn schedules_ascend(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let times = &scenario.normal_load.schedule_s;
-    let grid = TimeGrid::new(scenario.time.step_s);
-    let step = |at: usize| grid.nearest_step(times[at]);
-    if let Some(at) = (1..times.len()).find(|&at| step(at) <= step(at - 1)) {
-        refusals.refuse(
-            "normal_load.schedule_s",
-            format!("goes from {} to {}", times[at - 1], times[at]),
-            "times that ascend, by at least time.step_s",
-        );
-    }
-}
-
-fn schedules_begin_at_the_load(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let load = &scenario.normal_load;
-    if let Some(first) = load.schedule_n.first().filter(|first| **first != load.total_n) {
-        refusals.refuse(
-            "normal_load.schedule_n",
-            format!("begins with {first}, but the load before it is {}", load.total_n),
-            "a first load of normal_load.total_n",
-        );
-    }
-}
-
-fn schedules_from_the_hold_need_one(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let stops = scenario.drive.hold_from_s > 0.0 || scenario.drive.until_load_ratio > 0.0;
-    if scenario.normal_load.schedule_from == ScheduleFrom::Hold && !stops {
-        refusals.refuse(
-            "normal_load.schedule_from",
-            "the drive never stops",
-            "\"start\", or drive.hold_from_s or drive.until_load_ratio above 0",
-        );
-    }
+fn courses_ascend_from_the_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    refusals.refuse_all(schedules::refused(scenario));
 }
 
 fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusals<'_>) {
@@ -253,6 +222,7 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
     for (key, values) in [
         ("friction.static_offsets", &scenario.friction.static_offsets),
         ("friction.dynamic_offsets", &scenario.friction.dynamic_offsets),
+        ("friction.evolution_offsets", &scenario.friction.evolution_offsets),
         ("initial_shear.profile", &scenario.initial_shear.profile),
         ("prestress.profile", &scenario.prestress.profile),
     ] {
@@ -297,16 +267,16 @@ fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refu
 }
 
 fn bodies_have_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let refused = lattice_keys::of_a_lattice(scenario).into_iter().chain(lattice_keys::of_others(scenario));
-    for (key, problem, accepted) in refused {
-        refusals.refuse(key, problem, accepted);
-    }
+    refusals.refuse_all(lattice_keys::of_a_lattice(scenario));
+    refusals.refuse_all(lattice_keys::of_others(scenario));
 }
 
 fn keys_of_several_blocks_are_for_these(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    for (key, problem, accepted) in one_block::refused(scenario) {
-        refusals.refuse(key, problem, accepted);
-    }
+    refusals.refuse_all(one_block::refused(scenario));
+}
+
+fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    refusals.refuse_all(rate_and_state_keys::refused(scenario));
 }
 
 fn moves_at_the_start(scenario: &Scenario) -> bool {
@@ -327,8 +297,8 @@ fn only_springs_let_stuck_blocks_move(scenario: &Scenario, refusals: &mut Refusa
 const MOST_JUNCTIONS: u64 = 1_000_000;
 
 fn junctions_bear_load_and_fit(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let (friction, slider, tilt) = (&scenario.friction, &scenario.slider, scenario.normal_load.tilt);
-    let Some(law) = friction.contact_law().junctions() else { return };
+    let (slider, tilt) = (&scenario.slider, scenario.normal_load.tilt);
+    let Some(law) = scenario.contact_law().junctions() else { return };
     let all = law.count as u64 * u64::from(slider.contacts());
     if all > MOST_JUNCTIONS {
         refusals.refuse(
@@ -356,7 +326,7 @@ fn ramp_matters(scenario: &Scenario) -> bool {
 }
 
 fn loaded_starts_leave_out_nothing(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    if scenario.time.start == Start::Loaded && ramp_matters(scenario) {
+    if starts_just_before_a_slip(scenario) && ramp_matters(scenario) {
         refusals.refuse(
             "time.start",
             "\"loaded\" leaves out the ramp, on which initial velocities die away, contacts age and the drive may stop at a load",
@@ -367,10 +337,10 @@ fn loaded_starts_leave_out_nothing(scenario: &Scenario, refusals: &mut Refusals<
 
 fn loaded_starts_know_the_stuck_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let known = sticks_by_springs(scenario)
-        && scenario.friction.contact_law().junctions().is_none()
+        && scenario.contact_law().junctions().is_none()
         && scenario.drive.kind != DriveKind::LeftRight
         && scenario.normal_load.schedule_s.is_empty();
-    if scenario.time.start == Start::Loaded && !ramp_matters(scenario) && !known {
+    if starts_just_before_a_slip(scenario) && !ramp_matters(scenario) && !known {
         refusals.refuse(
             "time.start",
             "\"loaded\" needs interfacial springs, a constant load and a drive in one direction",
@@ -422,10 +392,9 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
             )
         })
     };
-    let schedule =
-        scenario.normal_load.schedule_s.iter().map(|time_s| ("normal_load.schedule_s", *time_s, true));
+    let of_courses = schedules::times_s(scenario).map(|(key, time_s)| (key, time_s, true));
     let times =
-        [("drive.hold_from_s", scenario.drive.hold_from_s, true)].into_iter().chain(schedule).chain([
+        [("drive.hold_from_s", scenario.drive.hold_from_s, true)].into_iter().chain(of_courses).chain([
             ("time.duration_s", scenario.time.duration_s, false),
             ("recording.sample_s", scenario.recording.sample_s, true),
             ("recording.fields_s", scenario.recording.fields_s, true),
@@ -664,6 +633,10 @@ mod tests {
             "slider.blocks = 1\nnormal_load.tilt = 0.5",
             "normal_load.tilt: 0.5 shifts load from one block to another, and there is one (accepted: 0, or \
              slider.blocks from 2)",
+        ),
+        (
+            "friction.law = \"rate-and-state\"\nfriction.event_speed_m_per_s = 1e-4",
+            "friction.event_speed_m_per_s: 0.0001 is not above drive.velocity_m_per_s = 0.0001",
         ),
         ("initial_shear.profile_csv = \"no such file\"", "initial_shear.profile_csv: no such file: "),
     ];

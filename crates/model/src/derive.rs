@@ -1,12 +1,13 @@
 //! From a resolved scenario to a plan.
 
 use crate::choices::{DriveKind, ScheduleFrom, Start};
+use crate::course::Course;
 use crate::elastic::{Chain, Elastic, gaps};
 use crate::initial;
 use crate::junctions::Junctions;
 use crate::lattice::{self, Lattice};
 use crate::laws::Law;
-use crate::load::{self, LoadCourse};
+use crate::load;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 use crate::scenario::Scenario;
 use crate::slab;
@@ -26,6 +27,7 @@ impl Plan {
         };
         let friction = &scenario.friction;
         let (mu_s, mu_d) = coefficients(scenario);
+        let [mean_mu_s, mean_mu_d] = scenario.mean_coefficients();
         let scaled = |factors: &[f64]| factors.iter().zip(&normal_load_n).map(|(mu, p)| mu * p).collect();
         let grid = TimeGrid::new(scenario.time.step_s);
         let steps =
@@ -53,7 +55,7 @@ impl Plan {
                 &prestress_n,
             ),
         };
-        let law = friction.contact_law();
+        let law = scenario.contact_law();
         let contact_stiffness_n_per_m = contact_stiffness_n_per_m(law, &normal_load_n);
         initial::anchor_junctions(&mut initial, &contact_stiffness_n_per_m, kt);
         let mut plan = Plan {
@@ -64,8 +66,8 @@ impl Plan {
             elastic: springs.elastic.clone(),
             friction: Friction {
                 law,
-                static_coefficient: friction.static_coefficient,
-                dynamic_coefficient: friction.dynamic_coefficient,
+                static_coefficient: mean_mu_s,
+                dynamic_coefficient: mean_mu_d,
                 interfacial_stiffness_n_per_m: kt,
                 contact_stiffness_n_per_m,
                 static_threshold_n: scaled(&mu_s),
@@ -73,9 +75,11 @@ impl Plan {
                 static_coefficients: mu_s,
                 dynamic_coefficients: mu_d,
                 ageing,
+                evolution_effects: evolution_effects(scenario),
             },
             total_normal_load_n: load.total_n,
-            load_course: LoadCourse::new(
+            load_course: Course::new(
+                1.0,
                 load.schedule_s.iter().map(|time_s| steps(*time_s)).collect(),
                 load.schedule_n.iter().map(|total_n| total_n / load.total_n).collect(),
                 load.schedule_from == ScheduleFrom::Hold,
@@ -113,8 +117,12 @@ impl Plan {
                 },
             },
         };
-        if scenario.time.start == Start::Loaded {
-            initial::start_loaded(&mut plan);
+        match plan.friction.law.rate_and_state() {
+            Some(law) => {
+                initial::start_in_state(&mut plan, &law, scenario.time.start == Start::Loaded);
+            }
+            None if scenario.time.start == Start::Loaded => initial::start_loaded(&mut plan),
+            None => {}
         }
         plan
     }
@@ -150,6 +158,10 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
     Drive {
         springs,
         velocity_m_per_s: drive.velocity_m_per_s,
+        course: (!drive.course_s.is_empty()).then(|| {
+            let knots = drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
+            Course::new(drive.velocity_m_per_s, knots, drive.course_m_per_s.clone(), false)
+        }),
         hold_from_step: (drive.hold_from_s > 0.0).then(|| steps(drive.hold_from_s)),
         until_load_ratio: (drive.until_load_ratio > 0.0).then_some(drive.until_load_ratio),
     }
@@ -189,6 +201,13 @@ fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
     of_row.collect::<Vec<f64>>().repeat(across)
 }
 
+/// `b` of every block, offsets included; empty by laws other than rate-and-state.
+pub(crate) fn evolution_effects(scenario: &Scenario) -> Vec<f64> {
+    let Some(law) = scenario.contact_law().rate_and_state() else { return Vec::new() };
+    let offset = |n: usize| scenario.friction.evolution_offsets.get(n).copied().unwrap_or(0.0);
+    (0..scenario.slider.contacts() as usize).map(|n| law.evolution_effect + offset(n)).collect()
+}
+
 /// `mu_s` and `mu_d` of every block, including offsets and random spread.
 pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     let friction = &scenario.friction;
@@ -198,10 +217,8 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
         let at = |values: &[f64], n: usize| values.get(n).copied().unwrap_or(0.0);
         (0..blocks).map(|n| mean + at(offsets, n) + at(drawn, n)).collect()
     };
-    (
-        of(friction.static_coefficient, &friction.static_offsets, &drawn_s),
-        of(friction.dynamic_coefficient, &friction.dynamic_offsets, &drawn_d),
-    )
+    let [mean_s, mean_d] = scenario.mean_coefficients();
+    (of(mean_s, &friction.static_offsets, &drawn_s), of(mean_d, &friction.dynamic_offsets, &drawn_d))
 }
 
 /// The random contributions to `mu_s` and `mu_d` of every block; empty without a spread.
@@ -280,8 +297,8 @@ impl Springs {
             block_mass_kg,
             elastic,
             modulus_n_per_m,
-            interfacial_stiffness_n_per_m: match scenario.friction.contact_law() {
-                law if law.holds() => 0.0,
+            interfacial_stiffness_n_per_m: match scenario.contact_law() {
+                law if law.holds() || !law.word().sticks() => 0.0,
                 Law::Junctions(law) => {
                     law.stiffness_n_per_m(scenario.normal_load.total_n / f64::from(slider.contacts()))
                 }
@@ -304,7 +321,7 @@ impl Springs {
         let given_ratio = scenario.detection.link_time_ratio;
         // Switches of junctions neither stretch nor relax a friction spring, and a slow front may rest at a
         // contact until junctions behind it are pinned.
-        let (link_time_ratio, kt) = match scenario.friction.contact_law() {
+        let (link_time_ratio, kt) = match scenario.contact_law() {
             Law::Junctions(law) => (given_ratio.max(2.0 * law.healing_time_s / block_time_s), 0.0),
             _ => (given_ratio, self.interfacial_stiffness_n_per_m),
         };
@@ -321,7 +338,25 @@ impl Springs {
 impl Scenario {
     /// How many junctions each contact has, `N_s`; 0 by laws without junctions.
     pub fn junction_count(&self) -> u32 {
-        self.friction.contact_law().junctions().map_or(0, |_| self.friction.junction_count)
+        self.contact_law().junctions().map_or(0, |_| self.friction.junction_count)
+    }
+
+    /// `mu_s` and `mu_d` without offsets; of rate-and-state, which has neither, `f_0`.
+    pub fn mean_coefficients(&self) -> [f64; 2] {
+        match self.contact_law().rate_and_state() {
+            Some(law) => [law.reference_coefficient; 2],
+            None => [self.friction.static_coefficient, self.friction.dynamic_coefficient],
+        }
+    }
+
+    /// Whether sliding contacts radiate.
+    pub fn radiates(&self) -> bool {
+        self.contact_law().radiation_kg_per_s() > 0.0
+    }
+
+    /// Whether contacts have a state, by rate-and-state friction.
+    pub fn has_state(&self) -> bool {
+        self.contact_law().rate_and_state().is_some()
     }
 
     /// The scales of the scenario's slider, without deriving the rest of its plan.
@@ -334,7 +369,8 @@ impl Scenario {
         Springs::of(self).elastic
     }
 
-    /// The time step above which the scheme is unstable for this slider while no block switches.
+    /// The time step above which the scheme is unstable for this slider while no block switches; infinite by
+    /// rate-and-state, whose solver chooses its steps.
     pub fn longest_stable_step_s(&self) -> f64 {
         longest_stable_step_s(self)
     }
@@ -352,7 +388,7 @@ impl Plan {
     }
 }
 
-/// The time step above which the scheme is unstable for a scenario's slider.
+/// The time step above which the scheme is unstable for a scenario's slider; infinite if it takes no such steps.
 pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
     let springs = Springs::of(scenario);
     let stiffest_drive = match scenario.drive.kind {
@@ -361,7 +397,10 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
         DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
     };
     let kt = springs.interfacial_stiffness_n_per_m;
-    let law = scenario.friction.contact_law();
+    let law = scenario.contact_law();
+    if !law.word().sticks() {
+        return f64::INFINITY;
+    }
     let stiffest_contact = law.junctions().map_or(kt, |_| {
         let pressed_n = pressed_n(scenario);
         let normal_load_n = springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
@@ -400,6 +439,39 @@ mod tests {
         let falling = stiffness("drive.decay_length_m=0.025");
         assert!((falling.iter().sum::<f64>() / 8e5 - 1.0).abs() < 1e-12);
         assert!((falling[1] / falling[0] - (-1.0f64).exp()).abs() < 1e-12, "{falling:?}");
+    }
+
+    #[test]
+    fn a_drive_with_a_course_moves_by_its_integral() {
+        let source = ScenarioSource::new(
+            "test",
+            "friction.law = \"rate-and-state\"\ndrive.course_s = [1, 2, 2, 3]\n\
+             drive.course_m_per_s = [1e-4, 1e-4, 1e-3, 0]\ndrive.hold_from_s = 4\ntime.step_s = 1e-7",
+        );
+        let plan = Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")));
+        let at = |time_s: f64| plan.grid.nearest_step(time_s);
+        let is = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-15, "{found}, not {expected}");
+        };
+        for (time_s, velocity, point_m) in [
+            (0.0, 1e-4, 0.0),
+            (1.5, 1e-4, 1.5e-4),
+            (2.0, 1e-3, 2e-4),
+            (2.5, 5e-4, 2e-4 + 3.75e-4),
+            (3.0, 0.0, 7e-4),
+            (9.0, 0.0, 7e-4),
+        ] {
+            is(plan.drive_velocity_m_per_s(at(time_s), u64::MAX), velocity);
+            is(plan.drive_point_m(at(time_s), u64::MAX), point_m);
+        }
+        // It stops where it is held.
+        is(plan.drive_velocity_m_per_s(at(2.5), at(2.5)), 0.0);
+        is(plan.drive_point_m(at(9.0), at(2.5)), 5.75e-4);
+        let constant = Plan::new(&Scenario::resolve(&ScenarioSource::new("test", "")).unwrap());
+        assert_eq!(
+            [constant.drive_velocity_m_per_s(7, 8), constant.drive_velocity_m_per_s(8, 8)],
+            [1e-4, 0.0]
+        );
     }
 
     #[test]

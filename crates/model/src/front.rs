@@ -3,8 +3,8 @@
 //! Units of this file: length `a` and time `sqrt(m / k)`, so speeds are relative to
 //! `c = a sqrt(k / m)`, the chain's wave speed; forces `(mu_s - mu_d) p`, measured from `mu_d p`,
 //! so that a block detaches at 1 and slides without friction; displacements `(mu_s - mu_d) p / k`.
-//! Three parameters remain: `tau`, the prestress; `beta`, the damping `eta / sqrt(k m)`; and
-//! `gamma = K_n / k`, the stiffness of a stopped top drive.
+//! Four parameters remain: `tau`, the prestress; `beta`, the damping `eta / sqrt(k m)`; `alpha`, the
+//! radiation `E / sqrt(k m)`; and `gamma = K_n / k`, the stiffness of a stopped top drive.
 //!
 //! # Speed
 //!
@@ -13,12 +13,12 @@
 //! `D u = u(s + 1/v) + u(s - 1/v) - 2 u(s)`,
 //!
 //! ```text
-//! u'' = -gamma u + tau + D u + beta D u'  for s > 0,   u = 0 for s < 0,
+//! u'' = -gamma u - alpha u' + tau + D u + beta D u'  for s > 0,   u = 0 for s < 0,
 //! tau + u(1/v) + beta u'(1/v) = 1:  the block ahead is pulled just hard enough.
 //! ```
 //!
 //! The Laplace transform is `L(p) U(p) = tau / p - G(p)`, where
-//! `L(p) = p^2 + gamma + (1 + beta p) (2 - 2 cosh(p / v))` and `G` belongs to the force on blocks
+//! `L(p) = p^2 + alpha p + gamma + (1 + beta p) (2 - 2 cosh(p / v))` and `G` belongs to the force on blocks
 //! that are still stuck. Wiener and Hopf's method splits `L = (p^2 + 2 delta p + Omega^2) M_+ M_-`
 //! into factors without zeros or poles to the right and left of the imaginary axis, respectively,
 //! that tend to 1 at infinity. Both sides of the equation, divided by `M_-`, are then one entire
@@ -38,6 +38,23 @@
 //! Under a stopped top drive blocks re-attach behind the front. The theory neglects that: it cannot
 //! affect a front faster than every wave, and otherwise hardly matters only while a pulse is longer
 //! than a few blocks.
+//!
+//! **With radiation** the chain behind the front drifts at `tau / alpha` instead of accelerating, and fronts of
+//! every speed occur, also slower than all waves. The divisor is then `Q = p^2 + alpha p + gamma`, so `M(0) = 1`
+//! and, with both phases between 0 and `pi`,
+//!
+//! ```text
+//! tau = exp(1/pi int_0^inf [arg L(i omega) - arg Q(i omega)] / omega d omega).
+//! ```
+//!
+//! If `alpha beta = 1` and `gamma = 0`, `L = (1 + beta p) (alpha p + 2 - 2 cosh(p / v))`, and `v alpha` depends on
+//! `tau` alone: it is that of the front without inertia, the limit for large `alpha`.
+//!
+//! The theory assumes that a block which slides goes on sliding. With `alpha` below 1 and little prestress blocks
+//! come to rest behind the front, and it advances by fits or halts: below `tau` = 0.029, 0.044, 0.068, 0.107, 0.132,
+//! 0.109, 0.033 for `alpha` = 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1 (chains of 300 blocks, transients included; from
+//! `alpha` = 1.05 on for none tried). There the speed found here is that of no front. Small `tau` takes long to
+//! become steady, some `1 / tau` blocks.
 //!
 //! # Slip and arrest
 //!
@@ -60,6 +77,8 @@ pub struct Front {
     pub relative_damping: f64,
     /// `gamma = K_n / k` of a stopped top drive; 0 without drive.
     pub top_stiffness: f64,
+    /// `alpha = E / sqrt(k m)` of radiation; 0 without.
+    pub relative_radiation: f64,
 }
 
 /// `tau` of a block, counted from 0: its prestress minus sliding friction, over static minus
@@ -87,18 +106,24 @@ impl Front {
         if !plain_friction || !even || plan.drive.velocity_m_per_s != 0.0 {
             return None;
         }
+        let impedance_kg_per_s = (k * plan.block_mass_kg).sqrt();
         Some(Front {
             prestress: relative_prestress(plan, block)?,
-            relative_damping: plan.elastic.damping_kg_per_s() / (k * plan.block_mass_kg).sqrt(),
+            relative_damping: plan.elastic.damping_kg_per_s() / impedance_kg_per_s,
             top_stiffness: held[0] / k,
+            relative_radiation: plan.friction.law.radiation_kg_per_s() / impedance_kg_per_s,
         })
     }
 
     /// The speed of a steady front over the chain's wave speed. None if the prestress is not
-    /// between 0 and 1, or, under a stopped top drive, drives no front faster than [`slowest`].
+    /// between 0 and 1, or, under a stopped top drive, drives no front faster than [`Front::slowest`].
     pub fn speed_over_c(&self) -> Option<f64> {
-        let prestress_at = |speed: f64| prestress_at(speed, self.relative_damping, self.top_stiffness);
-        let (mut low, mut high) = (slowest(self.top_stiffness), 1e3);
+        let prestress_at = |speed: f64| self.prestress_at(speed);
+        let (mut low, mut high) = (self.slowest(), 1e3);
+        if self.relative_radiation > 0.0 {
+            // Half the speed at which the drift behind the front strains a spring by 1.
+            low = f64::min(0.5 * self.prestress / self.relative_radiation, 0.5);
+        }
         if !(prestress_at(low)..prestress_at(high)).contains(&self.prestress) {
             return None;
         }
@@ -125,41 +150,91 @@ impl Front {
     pub fn arrest_prestress(&self) -> f64 {
         self.top_stiffness / (2.0 + self.top_stiffness)
     }
+
+    /// Prestress and speed over `c` of fronts that differ from this one in their prestress alone, up to the speed
+    /// `fastest`, both ascending. The curve begins at [`Front::slowest`] or, where damping makes slower fronts
+    /// need more prestress, at the minimum of the prestress.
+    pub fn curve(&self, fastest: f64) -> Vec<(f64, f64)> {
+        const POINTS: u32 = 120;
+        let slowest = self.slowest();
+        let mut points: Vec<(f64, f64)> = (0..=POINTS)
+            .map(|n| {
+                // Denser where the prestress changes fastest with speed.
+                let share = f64::from(n) / f64::from(POINTS);
+                let speed = slowest + (fastest - slowest) * share * share;
+                (self.prestress_at(speed), speed)
+            })
+            .collect();
+        let rising = points.windows(2).rposition(|pair| pair[1].0 <= pair[0].0).map_or(0, |last| last + 1);
+        points.drain(..rising);
+        points
+    }
+
+    /// The slowest front that the theory describes, over `c`: at the wave speed in a free slider; under a
+    /// stopped top drive, the front whose wave alternates from block to block. With radiation there is none, and
+    /// curves begin here.
+    pub fn slowest(&self) -> f64 {
+        match (self.relative_radiation > 0.0, self.top_stiffness) {
+            (true, _) => 2e-3,
+            // Slightly more, since zero prestress belongs to the wave speed.
+            (false, 0.0) => 1.0 + 1e-9,
+            (false, gamma) => (gamma + 4.0).sqrt() / PI,
+        }
+    }
+
+    /// The prestress that drives a front at this speed over `c`: above 0 with radiation, otherwise at least
+    /// [`Front::slowest`].
+    pub fn prestress_at(&self, speed: f64) -> f64 {
+        match self.relative_radiation > 0.0 {
+            true => radiating_prestress_at(speed, self),
+            false => prestress_at(speed, self.relative_damping, self.top_stiffness),
+        }
+    }
 }
 
-/// Prestress and speed over `c` of fronts with this damping and stopped top drive, up to the speed
-/// `fastest`, both ascending. The curve begins at [`slowest`] or, where damping makes slower fronts
-/// need more prestress, at the minimum of the prestress.
-pub fn curve(relative_damping: f64, top_stiffness: f64, fastest: f64) -> Vec<(f64, f64)> {
-    const POINTS: u32 = 120;
-    let slowest = slowest(top_stiffness);
-    let mut points: Vec<(f64, f64)> = (0..=POINTS)
-        .map(|n| {
-            // Denser where the prestress changes fastest with speed.
-            let share = f64::from(n) / f64::from(POINTS);
-            let speed = slowest + (fastest - slowest) * share * share;
-            (prestress_at(speed, relative_damping, top_stiffness), speed)
-        })
-        .collect();
-    let rising = points.windows(2).rposition(|pair| pair[1].0 <= pair[0].0).map_or(0, |last| last + 1);
-    points.drain(..rising);
-    points
+/// `4 sin^2(omega / 2v)`: what `2 - 2 cosh(p / v)` is on the imaginary axis.
+fn curvature_at(omega: f64, speed: f64) -> f64 {
+    let sine = libm::sin(omega / (2.0 * speed));
+    4.0 * sine * sine
 }
 
-/// The slowest front that the theory describes, over `c`: at the wave speed in a free slider; under a
-/// stopped top drive, the front whose wave alternates from block to block.
-pub fn slowest(top_stiffness: f64) -> f64 {
-    // Slightly more, since zero prestress belongs to the wave speed.
-    if top_stiffness == 0.0 { 1.0 + 1e-9 } else { (top_stiffness + 4.0).sqrt() / PI }
-}
-
-/// The prestress that drives a front at this speed over `c`, at least [`slowest`].
-pub fn prestress_at(speed: f64, relative_damping: f64, top_stiffness: f64) -> f64 {
-    let (beta, gamma) = (relative_damping, top_stiffness);
-    let curvature = |omega: f64| {
-        let sine = libm::sin(omega / (2.0 * speed));
-        4.0 * sine * sine
+/// [`Front::prestress_at`] with radiation.
+fn radiating_prestress_at(speed: f64, front: &Front) -> f64 {
+    /// Points of the integral over frequencies beyond the resolved ones, and how far they reach.
+    const POINTS: u32 = 1000;
+    const REACH: f64 = 1e3;
+    let &Front { relative_damping: beta, top_stiffness: gamma, relative_radiation: alpha, .. } = front;
+    let of_divisor = |omega: f64| libm::atan2(alpha * omega, gamma - omega * omega);
+    let phase = |omega: f64| {
+        let curved = curvature_at(omega, speed);
+        libm::atan2(omega * (alpha + beta * curved), gamma + curved - omega * omega) - of_divisor(omega)
     };
+    // Over a period of `omega / v = theta`, `L = A - B cos theta` with slowly changing `A` and `B`, and the mean of
+    // `ln L` is that of `((root(A - B) + root(A + B)) / 2)^2`. Phases are even in `theta`, so that what periods that
+    // begin at 0 leave out is of the order `(v / omega)^2` of the phase.
+    let mean_phase = |omega: f64| {
+        let root = |curved: f64| {
+            let (re, im) = (gamma + curved - omega * omega, omega * (alpha + beta * curved));
+            let (size, half) = (libm::hypot(re, im).sqrt(), 0.5 * libm::atan2(im, re));
+            [size * libm::cos(half), size * libm::sin(half)]
+        };
+        let [[a, b], [c, d]] = [root(0.0), root(4.0)];
+        2.0 * libm::atan2(b + d, a + c) - of_divisor(omega)
+    };
+    let beyond = |end: f64| {
+        let last = REACH * end.max(alpha).max(1.0);
+        let step = libm::log(last / end) / f64::from(POINTS);
+        simpson(POINTS, step, |n| mean_phase(end * libm::exp(step * n))) - 2.0 * beta / last
+    };
+    // Phases have steps of the width `alpha`.
+    let finer = if alpha < 0.3 { 8 } else { 2 };
+    libm::exp(over_frequencies(&phase, speed, finer, &beyond) / PI)
+}
+
+/// [`Front::prestress_at`] without radiation.
+fn prestress_at(speed: f64, relative_damping: f64, top_stiffness: f64) -> f64 {
+    let (beta, gamma) = (relative_damping, top_stiffness);
+    let curvature = |omega: f64| curvature_at(omega, speed);
     if gamma == 0.0 {
         let undamped = (1.0 - 1.0 / (speed * speed)).sqrt();
         if beta == 0.0 {
@@ -169,7 +244,7 @@ pub fn prestress_at(speed: f64, relative_damping: f64, top_stiffness: f64) -> f6
             let share = curvature(omega) / (omega * omega);
             libm::atan2(-beta * omega * share, 1.0 - share)
         };
-        return undamped * libm::exp(over_frequencies(&phase, speed, -2.0 * beta) / PI);
+        return undamped * libm::exp(over_frequencies(&phase, speed, 1, &|end| -2.0 * beta / end) / PI);
     }
     let omega = undamped_wave(gamma, &curvature);
     if beta == 0.0 {
@@ -184,7 +259,7 @@ pub fn prestress_at(speed: f64, relative_damping: f64, top_stiffness: f64) -> f6
         libm::atan2(beta * at * curved, gamma + curved - at * at)
             - libm::atan2(two_delta * at, omega * omega - at * at)
     };
-    let rest = over_frequencies(&phase, speed, two_delta - 2.0 * beta);
+    let rest = over_frequencies(&phase, speed, 1, &|end| (two_delta - 2.0 * beta) / end);
     gamma.sqrt() / omega * libm::exp(rest / PI)
 }
 
@@ -202,9 +277,10 @@ fn undamped_wave(gamma: f64, curvature: &dyn Fn(f64) -> f64) -> f64 {
     (low + high) / 2.0
 }
 
-/// `int_0^inf phase(omega) / omega d omega` of a phase that vanishes at both ends: at infinity as
-/// `tail / omega`, times `sin^2(omega / 2v)` averaged over its period.
-fn over_frequencies(phase: &dyn Fn(f64) -> f64, speed: f64, tail: f64) -> f64 {
+/// `int_0^inf phase(omega) / omega d omega` of a phase that vanishes at both ends, on grids `finer` by that factor.
+/// `beyond` is the integral from a frequency, a whole number of periods of `sin^2(omega / 2v)`, to infinity: `tail`
+/// over it, if the phase averaged over a period falls as `tail / omega`.
+fn over_frequencies(phase: &dyn Fn(f64) -> f64, speed: f64, finer: u32, beyond: &dyn Fn(f64) -> f64) -> f64 {
     /// Start of the logarithmic grid; below, the phase is proportional to frequency.
     const FROM: f64 = 1e-9;
     /// The logarithmic grid covers one period, the others have the given number of pieces each;
@@ -212,16 +288,17 @@ fn over_frequencies(phase: &dyn Fn(f64) -> f64, speed: f64, tail: f64) -> f64 {
     const LOGARITHMIC: u32 = 3000;
     const PERIODS: u32 = 60;
     const PIECES: u32 = 48;
+    let (logarithmic, pieces) = (LOGARITHMIC * finer, PIECES * finer);
     let period = 2.0 * PI * speed;
-    let step = libm::log(period / FROM) / f64::from(LOGARITHMIC);
-    let slow = simpson(LOGARITHMIC, step, |n| phase(FROM * libm::exp(step * n)));
-    let piece = period / f64::from(PIECES);
-    let fast = simpson(PERIODS * PIECES, piece, |n| {
+    let step = libm::log(period / FROM) / f64::from(logarithmic);
+    let slow = simpson(logarithmic, step, |n| phase(FROM * libm::exp(step * n)));
+    let piece = period / f64::from(pieces);
+    let fast = simpson(PERIODS * pieces, piece, |n| {
         let omega = period + piece * n;
         phase(omega) / omega
     });
     let end = period * f64::from(1 + PERIODS);
-    phase(FROM) + slow + fast + tail / end
+    phase(FROM) + slow + fast + beyond(end)
 }
 
 /// Simpson's rule over an even number of steps.
@@ -244,7 +321,7 @@ mod tests {
     }
 
     fn front(prestress: f64, relative_damping: f64, top_stiffness: f64) -> Front {
-        Front { prestress, relative_damping, top_stiffness }
+        Front { prestress, relative_damping, top_stiffness, relative_radiation: 0.0 }
     }
 
     #[test]
@@ -306,7 +383,7 @@ mod tests {
     #[test]
     fn a_curve_rises_and_holds_single_speeds() {
         for (beta, gamma) in [(0.0, 0.0), (0.3, 0.0), (0.01, 0.65)] {
-            let curve = curve(beta, gamma, 4.0);
+            let curve = front(0.5, beta, gamma).curve(4.0);
             assert!(curve.is_sorted_by(|a, b| a.0 < b.0 && a.1 < b.1), "{beta} {gamma}");
             let (prestress, speed) = curve[curve.len() / 2];
             assert!(curve.len() > 100, "{beta} {gamma}: {} points", curve.len());
@@ -335,7 +412,14 @@ mod tests {
         let found = with(none).unwrap();
         // (0.6 - 0.45) / (0.7 - 0.45)
         assert!((found.prestress - 0.6).abs() < 1e-12 && found.top_stiffness == 0.0, "{found:?}");
-        assert!((found.relative_damping - 0.2).abs() < 1e-12, "{found:?}");
+        assert!((found.relative_damping - 0.2).abs() < 1e-12 && found.relative_radiation == 0.0, "{found:?}");
+        // m = 12 kg or 0.012 kg over eleven blocks, by the parameter set.
+        let radiating = with(&[&none[..], &["friction.radiation_kg_per_s=5"]].concat()).unwrap();
+        let mass_kg = plan(&sets).block_mass_kg;
+        assert!(
+            (radiating.relative_radiation * (2.5e7 * mass_kg).sqrt() - 5.0).abs() < 1e-9,
+            "{radiating:?}"
+        );
         // k = 2.5e7 N/m on eleven blocks.
         let held = ["drive.kind=top", "drive.stiffness_n_per_m=1.375e8", "drive.velocity_m_per_s=0"];
         assert!((with(&held).unwrap().top_stiffness - 0.5).abs() < 1e-9);

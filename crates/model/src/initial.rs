@@ -3,6 +3,7 @@
 use crate::chain::{SteadyLoading, Stiffness};
 use crate::elastic::{Elastic, gaps};
 use crate::plan::{Drive, InitialState, Plan};
+use crate::rate_and_state::RateAndState;
 use crate::scenario::Scenario;
 
 /// The state at time 0 of a run that starts at rest.
@@ -47,7 +48,7 @@ pub(crate) fn state(
             amplitude * libm::cos(phase)
         })
         .collect();
-    InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m }
+    InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m, state: Vec::new() }
 }
 
 /// Moves the mean anchors of junctions, found for friction springs of stiffness `kt`, to where contacts of these
@@ -142,7 +143,37 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
         displacement_m,
         velocity_m_per_s: steady.velocity_m_per_s,
         stick_position_m: anchors,
+        state: Vec::new(),
     };
+}
+
+/// Sets the start of a plan by rate-and-state: the state of each contact is that of steady sliding at `V_l`, the
+/// velocity of the drive, `theta = D_c / V_l`.
+///
+/// Loaded, every block moves at `V = V_l e^x`, and springs and drive balance the friction at that velocity and the
+/// damping `E V`: `M u = tau_p - F - E V`, with `M` the stiffness of chain and drive. The kick `x` must be in `u`:
+/// one of the velocity alone dies within `m V / (a p)` seconds. Otherwise blocks are at rest with relaxed springs.
+pub fn start_in_state(plan: &mut Plan, law: &RateAndState, is_loaded: bool) {
+    let drive_m_per_s = plan.drive.velocity_m_per_s;
+    let effects = &plan.friction.evolution_effects;
+    plan.initial.state = effects.iter().map(|b| law.steady_state(*b, drive_m_per_s)).collect();
+    let Some(chain) = plan.elastic.as_chain().filter(|_| is_loaded) else { return };
+    let velocity_m_per_s = drive_m_per_s * libm::exp(law.initial_kick);
+    let mut pull_n: Vec<f64> = plan
+        .normal_load_n
+        .iter()
+        .zip(&plan.initial.state)
+        .map(|(p, state)| {
+            -(p * law.coefficient(velocity_m_per_s, *state) + law.radiation_kg_per_s * velocity_m_per_s)
+        })
+        .collect();
+    for (pull, prestress) in pull_n.iter_mut().zip(&plan.prestress_n) {
+        *pull += prestress;
+    }
+    chain.stuck(0.0, &plan.drive.stiffness_n_per_m(plan.blocks)).solve(&mut pull_n);
+    plan.initial.stick_position_m.clone_from(&pull_n);
+    plan.initial.displacement_m = pull_n;
+    plan.initial.velocity_m_per_s = vec![velocity_m_per_s; plan.blocks];
 }
 
 /// `tau0_n = beta p_n (2 x_n / L - 1)` (5.50) at `x_n = (n - 1) a`.
@@ -208,6 +239,52 @@ mod tests {
             assert!((spring - expected).abs() < 1e-6, "block {}: {spring} against {expected}", n + 1);
         }
         assert_eq!(plan.initial.displacement_m[0], 0.0);
+    }
+
+    #[test]
+    fn a_start_in_steady_sliding_is_in_balance_with_its_friction() {
+        let cases: [&[&str]; 5] = [
+            &[],
+            &["drive.kind=top", "drive.tilt=0.5", "prestress.ratio=0.2"],
+            &["normal_load.tilt=-1", "friction.radiation_kg_per_s=1e4", "friction.initial_kick=-3"],
+            &[
+                "slider.blocks=1",
+                "friction.inertia=false",
+                "friction.radiation_kg_per_s=50",
+                "slider.relative_damping=0",
+            ],
+            &["slider.blocks=3", "friction.evolution_offsets=[0.01,-0.002,0]", "friction.evolution=slip"],
+        ];
+        for sets in cases {
+            let plan = plan(&[&["friction.law=rate-and-state"], sets].concat());
+            let (law, initial) = (plan.friction.law.rate_and_state().unwrap(), &plan.initial);
+            let (u, v) = (&initial.displacement_m, 1e-4 * law.initial_kick.exp());
+            let mut pull_n: Vec<f64> = (0..plan.blocks).map(|n| plan.elastic.spring_force_n(u, n)).collect();
+            plan.drive
+                .springs
+                .iter()
+                .for_each(|spring| pull_n[spring.block] += spring.force_n(0.0, u[spring.block]));
+            for (n, pull_n) in pull_n.iter().enumerate() {
+                let (b, p) = (plan.friction.evolution_effects[n], plan.normal_load_n[n]);
+                // f_0 + a ln(V / V_0) + b ln(V_0 / V_l).
+                let friction = 0.6 + 0.01 * (v / 1e-6).ln() - b * 100.0_f64.ln();
+                let expected_n = p * friction + law.radiation_kg_per_s * v;
+                let prestress_n = plan.prestress_n.get(n).copied().unwrap_or(0.0);
+                assert!(
+                    (pull_n + prestress_n - expected_n).abs() < 1e-8 * 400.0,
+                    "{sets:?}, block {n}: {pull_n}"
+                );
+                assert!((initial.velocity_m_per_s[n] / v - 1.0).abs() < 1e-14);
+                assert!((initial.state[n] - (0.6 - b * 100.0_f64.ln())).abs() < 1e-14);
+                assert_eq!(plan.friction.static_threshold_n[n], 0.6 * p);
+            }
+            let state = initial.state.clone();
+            let rest =
+                self::plan(&[&["friction.law=rate-and-state", "time.start=at-rest"], sets].concat()).initial;
+            assert_eq!((rest.state, rest.step), (state, 0));
+            assert!(rest.displacement_m.iter().chain(&rest.velocity_m_per_s).all(|number| *number == 0.0));
+        }
+        assert!(plan(&[]).initial.state.is_empty() && plan(&[]).friction.evolution_effects.is_empty());
     }
 
     #[test]

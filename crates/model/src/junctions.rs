@@ -157,7 +157,7 @@ mod tests {
 
     fn law(sets: &[&str]) -> Junctions {
         let scenario = resolve("slab-junctions", sets).unwrap_or_else(|error| panic!("{error}"));
-        scenario.friction.contact_law().junctions().expect("it is this law")
+        scenario.contact_law().junctions().expect("it is this law")
     }
 
     #[test]

@@ -7,6 +7,7 @@ use asperity_record::MOST_BLOCKS;
 
 use crate::laws::{self, FrictionLaw};
 
+pub use crate::drawn_keys::DRAWN_KEYS;
 pub use crate::key::{Bound, Default, Key, Kind, Value};
 pub(crate) use crate::key::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 
@@ -25,6 +26,9 @@ const MOST_JUNCTIONS: u64 = 10_000;
 
 pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
 pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
+
+/// Largest kick of a start, `ln(V / V_l)`: from nanometres to kilometres per second.
+const MOST_KICK: f64 = 30.0;
 
 /// No contact bears more than a few times its normal load; far beyond that forces overflow.
 pub(crate) const MOST_SHEAR_RATIO: f64 = 1e6;
@@ -182,7 +186,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.radiation_kg_per_s",
         symbol: "E",
-        doc: "Of velocity-weakening: damping -E v of a sliding block, as by waves that it radiates (2.4).",
+        doc: "Damping -E v of a sliding block, as by waves that it radiates (2.4); chains only.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },
@@ -243,6 +247,84 @@ pub const KEYS: &[Key] = &[
         doc: "Of junctions: a contact slides while at least this share of its junctions slips.",
         kind: Number(Excluding(0.0), Including(1.0)),
         default: Is(Value::Number(0.5)),
+    },
+    Key {
+        path: "friction.direct_effect",
+        symbol: "a",
+        doc: "Of rate-and-state: the rise of friction over the normal load with the logarithm of the velocity, while \
+              the state is the same.",
+        kind: POSITIVE,
+        default: Is(Value::Number(0.01)),
+    },
+    Key {
+        path: "friction.evolution_effect",
+        symbol: "b",
+        doc: "Of rate-and-state: the rise of friction over the normal load with the logarithm of the state theta. \
+              Steady friction falls with velocity where b > a.",
+        kind: POSITIVE,
+        default: Is(Value::Number(0.015)),
+    },
+    Key {
+        path: "friction.evolution_offsets",
+        symbol: "",
+        doc: "What is added to b, block by block; empty for nothing. Every sum is above 0.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "friction.critical_slip_m",
+        symbol: "D_c",
+        doc: "Of rate-and-state: the slip over which the state changes.",
+        kind: POSITIVE,
+        default: Is(Value::Number(1e-6)),
+    },
+    Key {
+        path: "friction.reference_velocity_m_per_s",
+        symbol: "V_0",
+        doc: "Of rate-and-state: the velocity at which steady friction over the normal load is f_0.",
+        kind: POSITIVE,
+        default: Is(Value::Number(1e-6)),
+    },
+    Key {
+        path: "friction.reference_coefficient",
+        symbol: "f_0",
+        doc: "Of rate-and-state: friction over the normal load in steady sliding at V_0.",
+        kind: POSITIVE,
+        default: Is(Value::Number(0.6)),
+    },
+    Key {
+        path: "friction.evolution",
+        symbol: "",
+        doc: "Of rate-and-state, how the state theta changes: ageing, by 1 - |v| theta / D_c, at rest as well; slip, by \
+              -(|v| theta / D_c) ln(|v| theta / D_c), by slip alone.",
+        kind: Word(&["ageing", "slip"]),
+        default: Is(Value::Text("ageing")),
+    },
+    Key {
+        path: "friction.inertia",
+        symbol: "",
+        doc: "Of rate-and-state: whether blocks have inertia. Without it (quasi-dynamic) the forces on each block, \
+              -E v among them, balance at every time; radiation_kg_per_s must be above 0 and \
+              slider.relative_damping 0, and slider.mass_kg has no effect.",
+        kind: Flag,
+        default: Is(Value::Flag(true)),
+    },
+    Key {
+        path: "friction.initial_kick",
+        symbol: "x",
+        doc: "Of rate-and-state with time.start = \"loaded\": blocks begin at the velocity V e^x in the state of steady \
+              sliding at V, the velocity of the drive, with springs that balance the friction of this start.",
+        kind: Number(Including(-MOST_KICK), Including(MOST_KICK)),
+        default: Is(Value::Number(0.01)),
+    },
+    Key {
+        path: "friction.event_speed_m_per_s",
+        symbol: "V_th",
+        doc: "Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th \
+              to where it falls below V_th / 2. Must exceed the velocity of the drive; 0 for 10 times that. Never \
+              changes the run, but onsets and durations of events depend on it.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
     },
     Key {
         path: "friction.ageing_coefficient",
@@ -318,9 +400,25 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "drive.velocity_m_per_s",
         symbol: "V",
-        doc: "Velocity of the drive point.",
+        doc: "Velocity of the drive point; with a course, that of the start.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(1e-4)),
+    },
+    Key {
+        path: "drive.course_s",
+        symbol: "",
+        doc: "Of rate-and-state: times of a piecewise-linear course of the velocity of the drive point, not descending, \
+              each a whole number of steps; two equal times are a step of the velocity. Empty for a constant velocity.",
+        kind: Numbers(Including(0.0), Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "drive.course_m_per_s",
+        symbol: "",
+        doc: "Velocities at these times, the first being velocity_m_per_s; before the first and after the last the \
+              velocity is constant.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
     },
     Key {
         path: "drive.tilt",
@@ -505,7 +603,8 @@ pub const KEYS: &[Key] = &[
         symbol: "",
         doc: "Where the run begins: at-rest, at time 0; loaded, just before the first block would detach, \
               as the stuck chain follows the drive in steady motion, step by step and with the lag of its damping: \
-              without the ramp, and without the vibration that it leaves.",
+              without the ramp, and without the vibration that it leaves. By rate-and-state: loaded, its default, at \
+              time 0 in steady sliding (friction.initial_kick); at-rest, with relaxed springs and the same state.",
         kind: Word(&["at-rest", "loaded"]),
         default: Is(Value::Text("at-rest")),
     },
@@ -513,7 +612,8 @@ pub const KEYS: &[Key] = &[
         path: "time.step_s",
         symbol: "dt",
         doc: "Time step of the Euler-Cromer scheme (4.13, 4.14). `asperity scenario validate` says which is the longest \
-              stable one; beyond 0.4 of that, switches feed energy into the slider.",
+              stable one; beyond 0.4 of that, switches feed energy into the slider. By rate-and-state, whose solver \
+              chooses its steps, the grid to which times are rounded.",
         kind: POSITIVE,
         default: Is(Value::Number(1e-8)),
     },
@@ -523,6 +623,14 @@ pub const KEYS: &[Key] = &[
         doc: "Simulated time, a whole number of steps.",
         kind: POSITIVE,
         default: Is(Value::Number(5.0)),
+    },
+    Key {
+        path: "time.tolerance",
+        symbol: "",
+        doc: "Of rate-and-state: the relative error that the adaptive solver accepts in a step, in each unknown over \
+              its scale.",
+        kind: Number(Including(1e-12), Including(1e-2)),
+        default: Is(Value::Number(1e-7)),
     },
     Key {
         path: "detection.link_time_ratio",
@@ -579,24 +687,5 @@ pub const KEYS: &[Key] = &[
               the value none left them out.",
         kind: Word(&["every-record", "none"]),
         default: Is(Value::Text("every-record")),
-    },
-];
-
-/// Random draws, written into texts for other programs; they follow from the other keys.
-pub const DRAWN_KEYS: &[Key] = &[
-    Key {
-        path: "drawn.static_offsets",
-        symbol: "",
-        doc: "Offsets that friction.static_spread adds to mu_s, block by block, drawn with \
-              friction.spread_seed; for information, they cannot be set.",
-        kind: Numbers(Open, Open),
-        default: Is(Value::NoNumbers),
-    },
-    Key {
-        path: "drawn.dynamic_offsets",
-        symbol: "",
-        doc: "Offsets that friction.dynamic_spread adds to mu_d, likewise.",
-        kind: Numbers(Open, Open),
-        default: Is(Value::NoNumbers),
     },
 ];

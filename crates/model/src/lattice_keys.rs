@@ -77,6 +77,11 @@ pub(crate) fn of_a_lattice(scenario: &Scenario) -> Vec<Refusal> {
             "\"interfacial-springs\", or slider.across = 1".to_owned(),
         );
     }
+    if scenario.friction.radiation_kg_per_s != 0.0 {
+        let problem =
+            format!("a {what} carries the waves away itself; radiation is that of a chain's contacts");
+        refuse("friction.radiation_kg_per_s", problem, or("0"));
+    }
     if scenario.drive.kind == DriveKind::LeftRight {
         refuse(
             "drive.kind",
@@ -130,7 +135,8 @@ pub(crate) fn of_a_lattice(scenario: &Scenario) -> Vec<Refusal> {
             or("0"),
         );
     }
-    if scenario.time.start == Start::Loaded {
+    // The default of laws by which nothing sticks, known for chains alone.
+    if scenario.time.start == Start::Loaded && law.sticks() {
         refuse(
             "time.start",
             format!("\"loaded\" is where a chain follows its drive; a {what} begins at rest"),

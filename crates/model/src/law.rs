@@ -12,13 +12,15 @@
 //! `mu_s p`, which may grow while it sticks, or more by its law ([`ContactLaw::strength_n`]). A sliding
 //! contact feels [`ContactLaw::drag_n`], until [`ContactLaw::re_attaches`]. A law may remember numbers of
 //! each contact ([`ContactLaw::MEMORY`]) and change them at steps known in advance. The work of drag is
-//! heat; energy is stored in friction springs alone.
+//! heat, but for what it radiates ([`ContactLaw::radiation_kg_per_s`]); energy is stored in friction springs
+//! alone.
 
 use std::hint::select_unpredictable;
 
 pub use asperity_record::magnitude;
 
 use crate::junctions::Junctions;
+use crate::rate_and_state::RateAndState;
 
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +65,8 @@ pub struct Stepped<const D: usize = 1> {
 }
 
 /// How solvers may leap over many steps in which no contact switches: sliding friction is
-/// `-mu_d p sign(v)` and nothing else, so that a step is an affine map of the state.
+/// `-mu_d p sign(v) - E v` and nothing else, with `E` of [`ContactLaw::radiation_kg_per_s`], so that a step
+/// is an affine map of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Affine {
     /// A sliding contact re-attaches at a velocity of 0 or below, whichever way it slid before;
@@ -71,7 +74,7 @@ pub struct Affine {
     pub forward_only: bool,
 }
 
-/// The parameters of a scenario's `[friction]` that laws use.
+/// The parameters of a scenario that laws use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawKeys {
     /// Whether `friction.reattach` is `two-way`.
@@ -82,6 +85,8 @@ pub struct LawKeys {
     pub radiation_kg_per_s: f64,
     /// The numbers of junctions.
     pub junctions: Junctions,
+    /// The numbers of rate-and-state friction.
+    pub rate_and_state: RateAndState,
 }
 
 /// The law of one contact with `D` tangential freedoms.
@@ -94,7 +99,11 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// rest where it was before the step.
     const HOLDS: bool = false;
 
-    /// The keys of `[friction]` that have a meaning for this law and not for every law.
+    /// Whether contacts stick at all, up to a static threshold. Otherwise `mu_s`, `mu_d` and what is added to them
+    /// have no meaning.
+    const STICKS: bool = true;
+
+    /// The keys that have a meaning for this law and not for every law.
     const KEYS: &'static [&'static str];
 
     /// The law with the numbers of a scenario.
@@ -138,6 +147,11 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
 
     /// Damping of a sliding contact, for the bound of the time step.
     fn damping_kg_per_s(&self) -> f64 {
+        self.radiation_kg_per_s()
+    }
+
+    /// `E` of the part `E v` of drag that radiates: its work is not heat.
+    fn radiation_kg_per_s(&self) -> f64 {
         0.0
     }
 

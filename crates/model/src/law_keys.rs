@@ -1,5 +1,6 @@
 //! Keys that only some friction laws use. Other laws fix what such a key would choose; a scenario
-//! that sets it to anything else is refused, because the value would have no effect.
+//! that sets it to anything else is refused, because the value would have no effect. A law may also have a default
+//! of its own for a key of all laws.
 
 use toml::Value;
 
@@ -19,7 +20,7 @@ struct LawKey {
 fn law_keys() -> impl Iterator<Item = LawKey> {
     let mut paths: Vec<&str> = Vec::new();
     for path in FrictionLaw::ALL.iter().flat_map(|law| law.keys()) {
-        if !paths.contains(path) {
+        if !paths.contains(&path) {
             paths.push(path);
         }
     }
@@ -37,7 +38,7 @@ impl LawKey {
     }
 
     fn is_of(&self, law: FrictionLaw) -> bool {
-        law.keys().contains(&self.path)
+        law.uses(self.path)
     }
 
     /// The laws that use it, in the order of the key table: `friction.law = "..."`.
@@ -46,6 +47,14 @@ impl LawKey {
         let words: Vec<String> = laws.map(|law| format!("{:?}", law.word())).collect();
         format!("friction.law = {}", words.join(" or "))
     }
+}
+
+/// The start of a run without a key, by laws that have a default of their own.
+const START: &str = "time.start";
+
+/// Whether the law brings a default of its own for the key, and which.
+fn own_default(path: &str, law: FrictionLaw) -> Option<Value> {
+    (path == START && !law.sticks()).then(|| Value::String("loaded".to_owned()))
 }
 
 /// Sets keys that the law alone determines to the behaviour of the law, in a table with all keys. Other
@@ -61,6 +70,7 @@ pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Ve
                 Some(_) if takes.is_some_and(|law| law.holds()) => {
                     ", which stops a block where its velocity changes sign"
                 }
+                Some(_) if takes.is_some_and(|law| !law.sticks()) => ", by which nothing sticks",
                 Some(_) => ", whose contacts stop whichever way they slid",
                 None => "",
             };
@@ -73,6 +83,10 @@ pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Ve
         }
         insert(table, key.path, idle);
     }
+    let of_law = takes.and_then(|law| own_default(START, *law));
+    if let Some(start) = of_law.filter(|_| !entries.values.contains_key(START)) {
+        insert(table, START, start);
+    }
 }
 
 fn text<'a>(table: &'a toml::Table, path: &str) -> Option<&'a Value> {
@@ -80,9 +94,10 @@ fn text<'a>(table: &'a toml::Table, path: &str) -> Option<&'a Value> {
     table.get(section)?.get(name)
 }
 
-/// Whether this law fixes a key of another law to a value other than the key's default.
-pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw) -> bool {
-    law_keys().any(|key| key.path == path && key.elsewhere.is_some() && !key.is_of(law))
+/// Whether a key has its value from this law: fixed to another than the key's default, or the law's own default.
+pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw, value: &Value) -> bool {
+    let is_fixed = law_keys().any(|key| key.path == path && key.elsewhere.is_some() && !key.is_of(law));
+    is_fixed || own_default(path, law).as_ref() == Some(value)
 }
 
 #[cfg(test)]
@@ -109,6 +124,21 @@ mod tests {
             "friction.junction_start" => "\"drawn\"",
             "friction.junction_seed" => "2",
             "friction.sliding_share" => "0.25",
+            "friction.static_coefficient" => "0.8",
+            "friction.dynamic_coefficient" => "0.3",
+            "friction.static_offsets" | "friction.dynamic_offsets" | "friction.evolution_offsets" => "[0.01]",
+            "friction.static_spread" | "friction.dynamic_spread" => "0.02",
+            "friction.spread_seed" => "2",
+            "friction.direct_effect" => "0.02",
+            "friction.evolution_effect" => "0.02",
+            "friction.critical_slip_m" => "0.00001",
+            "friction.reference_velocity_m_per_s" => "0.00001",
+            "friction.reference_coefficient" => "0.5",
+            "friction.evolution" => "\"slip\"",
+            "friction.inertia" => "false",
+            "friction.initial_kick" => "0.1",
+            "friction.event_speed_m_per_s" => "0.01",
+            "time.tolerance" => "0.000001",
             _ => panic!("{path} needs a value here"),
         }
     }
@@ -120,7 +150,15 @@ mod tests {
             (key, value)
         }) {
             for &law in FrictionLaw::ALL {
-                let text = format!("friction.law = {:?}\n{} = {value}\n", law.word(), key.path);
+                // A list has as many numbers as there are blocks, and without inertia blocks need radiation.
+                let also = match key.path {
+                    path if path.ends_with("_offsets") => "slider.blocks = 1\n",
+                    "friction.inertia" if key.is_of(law) => {
+                        "friction.radiation_kg_per_s = 1\nslider.relative_damping = 0\n"
+                    }
+                    _ => "",
+                };
+                let text = format!("friction.law = {:?}\n{} = {value}\n{also}", law.word(), key.path);
                 let written = Scenario::resolve(&ScenarioSource::new("mine.toml", &text));
                 if key.is_of(law) {
                     written.unwrap_or_else(|errors| panic!("{text}: {errors}"));
@@ -137,7 +175,7 @@ mod tests {
                 assert!(errors.starts_with(&expected) && errors.ends_with(&accepted), "{errors}");
 
                 let logged = Scenario::resolve(&ScenarioSource::logged("run.mcap", &text)).unwrap();
-                let plain = format!("parameter_set = \"as-coded\"\nfriction.law = {:?}", law.word());
+                let plain = format!("parameter_set = \"as-coded\"\nfriction.law = {:?}\n{also}", law.word());
                 assert_eq!(logged, Scenario::resolve(&ScenarioSource::new("plain", plain)).unwrap());
                 let set =
                     ScenarioSource::logged("run.mcap", "").with_override(&format!("{}={value}", key.path));

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::junctions::Junctions;
 use crate::law::{Affine, ContactLaw, LawKeys, WithLaw, memory_of};
+use crate::rate_and_state::RateAndState;
 pub use springs::SpringsOverArea;
 
 /// The laws' text in the key table: each word and its meaning.
@@ -42,10 +43,20 @@ macro_rules! laws {
                 }
             }
 
-            /// [`ContactLaw::KEYS`].
-            pub fn keys(self) -> &'static [&'static str] {
-                match self {
+            /// The keys that have a meaning for this law and not for every law: [`ContactLaw::KEYS`], and those of
+            /// laws whose contacts stick.
+            pub fn keys(self) -> impl Iterator<Item = &'static str> {
+                let own = match self {
                     $(FrictionLaw::$law => <$file::$law as ContactLaw>::KEYS,)*
+                };
+                let of_thresholds = if self.sticks() { THRESHOLD_KEYS } else { &[] };
+                of_thresholds.iter().chain(own).copied()
+            }
+
+            /// [`ContactLaw::STICKS`].
+            pub fn sticks(self) -> bool {
+                match self {
+                    $(FrictionLaw::$law => <$file::$law as ContactLaw>::STICKS,)*
                 }
             }
 
@@ -127,6 +138,13 @@ macro_rules! laws {
                 }
             }
 
+            /// [`ContactLaw::radiation_kg_per_s`].
+            pub fn radiation_kg_per_s(self) -> f64 {
+                match self {
+                    $(Law::$law(law) => law.radiation_kg_per_s(),)*
+                }
+            }
+
             /// Runs the code compiled for this law.
             pub fn with<W: WithLaw>(self, what: W) -> W::Output {
                 match self {
@@ -137,7 +155,23 @@ macro_rules! laws {
     };
 }
 
+/// The keys of static and sliding friction.
+const THRESHOLD_KEYS: &[&str] = &[
+    "friction.static_coefficient",
+    "friction.dynamic_coefficient",
+    "friction.static_offsets",
+    "friction.dynamic_offsets",
+    "friction.static_spread",
+    "friction.dynamic_spread",
+    "friction.spread_seed",
+];
+
 impl FrictionLaw {
+    /// Whether a key has a meaning for this law and not for every law.
+    pub fn uses(self, path: &str) -> bool {
+        self.keys().any(|key| key == path)
+    }
+
     /// Whether the law is known for contacts that slip along a vector.
     pub(crate) fn is_known_over_an_area(self) -> bool {
         matches!(self, FrictionLaw::InterfacialSprings)
@@ -157,6 +191,14 @@ impl Law {
             _ => None,
         }
     }
+
+    /// The numbers of rate-and-state friction.
+    pub fn rate_and_state(self) -> Option<RateAndState> {
+        match self {
+            Law::RateAndState(law) => Some(law),
+            _ => None,
+        }
+    }
 }
 
 impl Default for FrictionLaw {
@@ -171,4 +213,5 @@ laws! {
     Rigid in rigid: "rigid", "without it (2.7): a stuck block does not move";
     VelocityWeakening in velocity_weakening: "velocity-weakening", "rigid with sliding friction that falls with velocity (Burridge and Knopoff, 2.4)";
     Junctions in junctions: "junctions", "many junctions that break one by one and heal after a random time (docs/junctions.md)";
+    RateAndState in rate_and_state: "rate-and-state", "friction that depends on velocity and state (docs/rate-and-state.md): nothing sticks";
 }

@@ -23,6 +23,7 @@
 //!
 //! In reading order; a file uses those above it, and none below:
 //!
+//! - `drawn_keys`: the keys of random draws.
 //! - [`keys`]: every scenario key: symbol, unit, range, default, meaning. The checks,
 //!   `asperity scenario show` and the key reference are generated from this table.
 //! - `window_keys`: the keys of a dense window.
@@ -37,9 +38,12 @@
 //! - [`lattice`]: bodies given by a table of bonds, such as the slab.
 //! - `node_state`: all nodes at one time.
 //! - [`elastic`]: the elastic body, chain or lattice.
+//! - [`rate_and_state`]: the numbers and formulas of rate-and-state friction.
 //! - [`law`]: how a contact sticks and slides; [`laws`]: the laws, a file for each.
-//! - [`load`]: normal load per block, and its course in time.
+//! - [`load`]: normal load per block.
+//! - [`course`]: the course in time of the load, and of the velocity of the drive.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
+//! - [`stability`]: the modes of steady sliding by rate-and-state friction that grow.
 //! - [`chain`]: the stuck chain in static equilibrium or in steady motion.
 //! - [`initial`]: displacements, velocities and friction springs at the start.
 //! - [`slab`]: a body on a foundation in static equilibrium under its load.
@@ -56,6 +60,8 @@
 //! - [`analytic`]: predictions of the theory.
 //! - [`front`]: the theory of the speed of fronts.
 //! - `contradictions`: rules between keys.
+//! - `schedules`: rules of courses in time.
+//! - `rate_and_state_keys`: rules of rate-and-state friction.
 //! - `lattice_keys`: keys that only chains can have, or only slabs, sheets and bodies.
 //! - `profile`: initial shear and prestress from CSV files.
 //! - [`builtin`]: the built-in scenarios.
@@ -67,8 +73,10 @@ pub mod builtin;
 pub mod chain;
 mod choices;
 mod contradictions;
+pub mod course;
 mod defaults;
 mod derive;
+mod drawn_keys;
 pub mod elastic;
 pub mod front;
 mod implausible;
@@ -88,12 +96,16 @@ pub mod plan;
 pub mod preview;
 mod profile;
 mod random_offsets;
+pub mod rate_and_state;
+mod rate_and_state_keys;
 mod resolve;
 pub mod scenario;
+mod schedules;
 mod show;
 pub mod slab;
 pub mod source;
 mod splitmix;
+pub mod stability;
 mod suggest;
 pub mod text;
 pub mod typed;
@@ -101,20 +113,22 @@ mod warnings;
 mod window_keys;
 
 pub use choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach};
+pub use course::Course;
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use junctions::Junctions;
 pub use lattice::Lattice;
 pub use laws::Law;
-pub use load::LoadCourse;
 pub use node_state::NodeState;
 pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 pub use preview::Preview;
+pub use rate_and_state::{Evolution, RateAndState};
 pub use resolve::{ResolveError, find, resolve, source};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
 pub use splitmix::mixed;
+pub use stability::Stability;
 pub use suggest::{among, key_suggestion, suggestion};
 pub use warnings::{WRONG_FRONT, Warning};

@@ -1,8 +1,8 @@
 //! The plan: the numbers of the physics. `derive.rs` derives them from a scenario, once.
 
+use crate::course::Course;
 use crate::elastic::Elastic;
 use crate::laws::Law;
-use crate::load::LoadCourse;
 use asperity_record::{Scales, TimeGrid};
 
 /// All inputs of a solver, in SI units; per-block arrays have length [`Plan::blocks`].
@@ -26,8 +26,8 @@ pub struct Plan {
     pub normal_load_n: Vec<f64>,
     /// Vertical load on each node at the top of a body on a foundation at the start; empty for others.
     pub top_load_n: Vec<f64>,
-    /// Course of the load over time, for all blocks alike.
-    pub load_course: LoadCourse,
+    /// Course of the load over time, for all blocks alike, as a factor on its value at the start.
+    pub load_course: Course,
     /// A constant force from outside on each block, besides the drive; empty for none.
     pub prestress_n: Vec<f64>,
     /// The driving springs.
@@ -71,6 +71,9 @@ pub struct Friction {
     pub dynamic_friction_n: Vec<f64>,
     /// How thresholds grow while a block sticks.
     pub ageing: Option<Ageing>,
+    /// Of rate-and-state, `b` of each contact, offsets included; empty by other laws. Its thresholds and sliding
+    /// friction are `f_0 p_n`.
+    pub evolution_effects: Vec<f64>,
 }
 
 /// Logarithmic ageing, `mu_s + b ln(1 + t_w / t_0)`.
@@ -84,14 +87,16 @@ pub struct Ageing {
     pub time_s: f64,
 }
 
-/// Springs from blocks to a point that moves at constant velocity until it stops: (5.8),
+/// Springs from blocks to a point that moves until it stops, at constant velocity unless it has a course: (5.8),
 /// (5.53).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
     /// The springs, by ascending block.
     pub springs: Vec<DriveSpring>,
-    /// Velocity of the point, `V`.
+    /// Velocity of the point, `V`; with a course, that of the start.
     pub velocity_m_per_s: f64,
+    /// The course of its velocity, m/s; `None` for a constant one.
+    pub course: Option<Course>,
     /// The step from which on the point rests, if given.
     pub hold_from_step: Option<u64>,
     /// The load `F_T / F_N` that stops it, if any.
@@ -160,7 +165,7 @@ impl Drive {
 }
 
 /// Displacements from the grid, velocities and friction springs before the first step;
-/// all contacts are stuck. One value per freedom (`u`, `v`) or tangential freedom of a contact.
+/// all contacts are stuck, except by rate-and-state. One value per freedom (`u`, `v`) or tangential freedom of a contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialState {
     /// The step after which the run begins: 0, or a later one for a loaded start.
@@ -171,6 +176,8 @@ pub struct InitialState {
     pub velocity_m_per_s: Vec<f64>,
     /// `u_stick,n`, along each axis of the surface.
     pub stick_position_m: Vec<f64>,
+    /// Of rate-and-state, the state `psi_n` of each contact; empty by other laws.
+    pub state: Vec<f64>,
 }
 
 /// Cadences of optional records. Cadences are in steps; 0 means never. None of it influences the run.
@@ -239,17 +246,32 @@ impl Plan {
     /// not).
     #[inline]
     pub fn drive_point_m(&self, step: u64, hold_step: u64) -> f64 {
-        self.drive.velocity_m_per_s * self.grid.time_s(step.min(hold_step))
+        let moved = step.min(hold_step);
+        match &self.drive.course {
+            None => self.drive.velocity_m_per_s * self.grid.time_s(moved),
+            Some(course) => course.integral(moved, u64::MAX) * self.grid.step_s(),
+        }
+    }
+
+    /// Velocity of the drive point at a step, likewise; 0 from the step in which it stopped. Between the knots of its
+    /// course it is linear in time, at the rate [`Course::rate`] per step.
+    #[inline]
+    pub fn drive_velocity_m_per_s(&self, step: u64, hold_step: u64) -> f64 {
+        match &self.drive.course {
+            _ if step >= hold_step => 0.0,
+            None => self.drive.velocity_m_per_s,
+            Some(course) => course.value(step, u64::MAX),
+        }
     }
 
     /// The normal load of a step, over that of the start.
     #[inline]
     pub fn load_factor(&self, step: u64, hold_step: u64) -> f64 {
-        self.load_course.factor(step, hold_step)
+        self.load_course.value(step, hold_step)
     }
 
     /// The last step up to which drive point and load change at the rates of the two steps after `step`;
-    /// `u64::MAX` if they never change.
+    /// `u64::MAX` if they never change. For drives of constant velocity.
     pub fn steady_until_step(&self, step: u64, hold_step: u64) -> u64 {
         let stop = if hold_step > step + 1 { hold_step } else { u64::MAX };
         stop.min(self.load_course.next_knot(step + 1, hold_step))

@@ -26,6 +26,7 @@ use crate::choices::Start;
 use crate::plan::Plan;
 use crate::scenario::{Scenario, Time};
 use crate::slab;
+use crate::stability::Stability;
 
 /// Contacts slip together if their times differ relatively by at most this: some rounding errors of the
 /// displacements.
@@ -41,9 +42,9 @@ pub struct Preview {
     /// Length over which a stuck chain screens a force on its end, `l_0`; `None` for others, and for laws
     /// without friction springs.
     pub decay_length_m: Option<f64>,
-    /// The time step over the longest stable one.
+    /// The time step over the longest stable one; `None` where the solver chooses its steps.
     #[serde(skip)]
-    pub step_ratio: f64,
+    pub step_ratio: Option<f64>,
     /// The time at which the first contact reaches its static friction; `None` if none ever does.
     pub first_slip_s: Option<f64>,
     /// That contact; `None` as well if several reach it together.
@@ -56,6 +57,10 @@ pub struct Preview {
     /// The largest `F_T / F_N` within the duration of the run if nothing slides; sliding lowers it. `None`
     /// for a left-right drive.
     pub largest_load_ratio: Option<f64>,
+    /// By rate-and-state, of which nothing sticks and all of the above but density and speed is `None`: the stability
+    /// of steady sliding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stability: Option<Stability>,
 }
 
 impl Scenario {
@@ -79,6 +84,21 @@ impl Scenario {
 impl Preview {
     /// The preview of a scenario whose plan, with a start at rest, is given.
     pub(crate) fn of(scenario: &Scenario, plan: &Plan) -> Preview {
+        let sliding = Preview {
+            density_kg_per_m3: scenario.density_kg_per_m3(),
+            wave_speed_m_per_s: plan.scales.wave_speed_m_per_s(),
+            decay_length_m: None,
+            step_ratio: Some(plan.step_share()).filter(|_| plan.longest_stable_step_s.is_finite()),
+            first_slip_s: None,
+            first_slip_block: None,
+            dynamic_load_s: None,
+            static_load_s: None,
+            largest_load_ratio: None,
+            stability: Stability::of(plan),
+        };
+        if sliding.stability.is_some() {
+            return sliding;
+        }
         let stuck = Stuck::of(plan);
         let stretches = stretches(plan, stuck.hold_step(plan));
         let time_s = |step: f64| step * plan.grid.step_s();
@@ -91,15 +111,13 @@ impl Preview {
         };
         let has_decay = plan.elastic.has_theory() && plan.friction.interfacial_stiffness_n_per_m > 0.0;
         Preview {
-            density_kg_per_m3: scenario.density_kg_per_m3(),
-            wave_speed_m_per_s: plan.scales.wave_speed_m_per_s(),
             decay_length_m: has_decay.then(|| plan.screening_length_m()),
-            step_ratio: plan.step_share(),
             first_slip_s: first_slip_step.map(time_s),
             first_slip_block,
             dynamic_load_s: reaches(plan.friction.dynamic_coefficient),
             static_load_s: reaches(plan.friction.static_coefficient),
             largest_load_ratio: pulls_one_way.then(|| stuck.largest_load_ratio(plan, &stretches)),
+            ..sliding
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::junctions::Junctions;
 use crate::keys::FOUNDATION_RATIO;
 use crate::law::LawKeys;
 use crate::laws::{FrictionLaw, Law};
+use crate::rate_and_state::{EVENT_SPEED_RATIO, Evolution, RateAndState};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -84,6 +85,26 @@ pub struct Friction {
     pub junction_seed: u32,
     #[serde(skip_serializing_if = "is_first_sliding_share")]
     pub sliding_share: f64,
+    #[serde(skip_serializing_if = "is_first_direct_effect")]
+    pub direct_effect: f64,
+    #[serde(skip_serializing_if = "is_first_evolution_effect")]
+    pub evolution_effect: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub evolution_offsets: Vec<f64>,
+    #[serde(skip_serializing_if = "is_first_critical_slip")]
+    pub critical_slip_m: f64,
+    #[serde(skip_serializing_if = "is_first_reference_velocity")]
+    pub reference_velocity_m_per_s: f64,
+    #[serde(skip_serializing_if = "is_first_reference_coefficient")]
+    pub reference_coefficient: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub evolution: Evolution,
+    #[serde(skip_serializing_if = "is_true")]
+    pub inertia: bool,
+    #[serde(skip_serializing_if = "is_first_initial_kick")]
+    pub initial_kick: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub event_speed_m_per_s: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub ageing_coefficient: f64,
     #[serde(skip_serializing_if = "is_one")]
@@ -105,6 +126,10 @@ pub struct Friction {
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
+}
+
+fn is_true(value: &bool) -> bool {
+    *value
 }
 
 /// Declares functions that return whether a value is the first default of its key, to the bit.
@@ -129,6 +154,13 @@ first_defaults! {
     is_first_healing_deviation: f64 = 0.0006;
     is_first_junction_width: f64 = 0.05;
     is_first_sliding_share: f64 = 0.5;
+    is_first_direct_effect: f64 = 0.01;
+    is_first_evolution_effect: f64 = 0.015;
+    is_first_critical_slip: f64 = 1e-6;
+    is_first_reference_velocity: f64 = 1e-6;
+    is_first_reference_coefficient: f64 = 0.6;
+    is_first_initial_kick: f64 = 0.01;
+    is_first_tolerance: f64 = 1e-7;
 }
 
 /// `[drive]`
@@ -140,6 +172,10 @@ pub struct Drive {
     pub kind: DriveKind,
     pub stiffness_n_per_m: f64,
     pub velocity_m_per_s: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub course_s: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub course_m_per_s: Vec<f64>,
     #[serde(skip_serializing_if = "is_default")]
     pub tilt: f64,
     #[serde(skip_serializing_if = "is_default")]
@@ -215,6 +251,8 @@ pub struct Time {
     pub start: Start,
     pub step_s: f64,
     pub duration_s: f64,
+    #[serde(skip_serializing_if = "is_first_tolerance")]
+    pub tolerance: f64,
 }
 
 /// `[detection]`
@@ -284,26 +322,6 @@ impl Slider {
 }
 
 impl Friction {
-    /// The contact law with its numbers.
-    pub fn contact_law(&self) -> Law {
-        let keys = LawKeys {
-            is_two_way: self.is_two_way(),
-            weakening_velocity_m_per_s: self.weakening_velocity_m_per_s,
-            radiation_kg_per_s: self.radiation_kg_per_s,
-            junctions: Junctions {
-                count: self.junction_count as usize,
-                constant_n_per_m2: self.junction_constant_n_per_m2,
-                healing_time_s: self.healing_time_s,
-                healing_deviation_s: self.healing_deviation_s,
-                width: self.junction_width,
-                are_drawn: self.junction_start == JunctionStart::Drawn,
-                seed: self.junction_seed,
-                sliding_share: self.sliding_share,
-            },
-        };
-        Law::of(self.law, &keys)
-    }
-
     /// Whether a sliding contact re-attaches where its velocity changes sign, whichever way it slid.
     pub(crate) fn is_two_way(&self) -> bool {
         self.reattach == Reattach::TwoWay
@@ -311,6 +329,44 @@ impl Friction {
 }
 
 impl Scenario {
+    /// The contact law with its numbers.
+    pub fn contact_law(&self) -> Law {
+        let friction = &self.friction;
+        let event_speed_m_per_s = match friction.event_speed_m_per_s {
+            0.0 => EVENT_SPEED_RATIO * self.drive.velocity_m_per_s,
+            given_m_per_s => given_m_per_s,
+        };
+        let keys = LawKeys {
+            is_two_way: friction.is_two_way(),
+            weakening_velocity_m_per_s: friction.weakening_velocity_m_per_s,
+            radiation_kg_per_s: friction.radiation_kg_per_s,
+            junctions: Junctions {
+                count: friction.junction_count as usize,
+                constant_n_per_m2: friction.junction_constant_n_per_m2,
+                healing_time_s: friction.healing_time_s,
+                healing_deviation_s: friction.healing_deviation_s,
+                width: friction.junction_width,
+                are_drawn: friction.junction_start == JunctionStart::Drawn,
+                seed: friction.junction_seed,
+                sliding_share: friction.sliding_share,
+            },
+            rate_and_state: RateAndState {
+                direct_effect: friction.direct_effect,
+                evolution_effect: friction.evolution_effect,
+                critical_slip_m: friction.critical_slip_m,
+                reference_velocity_m_per_s: friction.reference_velocity_m_per_s,
+                reference_coefficient: friction.reference_coefficient,
+                evolution: friction.evolution,
+                inertia: friction.inertia,
+                radiation_kg_per_s: friction.radiation_kg_per_s,
+                initial_kick: friction.initial_kick,
+                event_speed_m_per_s,
+                tolerance: self.time.tolerance,
+            },
+        };
+        Law::of(friction.law, &keys)
+    }
+
     /// The BLAKE3 hash, hexadecimal, of everything that influences a run or its log; name and
     /// summary are excluded.
     pub fn hash(&self) -> String {
@@ -319,7 +375,7 @@ impl Scenario {
         anonymous.initial_shear.profile_csv.clear();
         anonymous.prestress.profile_csv.clear();
         // These laws determine the rule; older programs did not always resolve it that way.
-        if !anonymous.friction.law.keys().contains(&"friction.reattach") {
+        if !anonymous.friction.law.uses("friction.reattach") {
             anonymous.friction.reattach = Reattach::OneWay;
         }
         let canonical =

@@ -43,10 +43,10 @@ impl Scenario {
                 Some("parameter_set")
             } else {
                 // Left out, so that another law brings its own default.
-                law_keys::is_decided_by_law(key.path, self.friction.law).then_some("friction.law")
+                law_keys::is_decided_by_law(key.path, self.friction.law, found).then_some("friction.law")
             };
             comment_and_value(&mut out, key, name, found, left_to);
-            if leave_to_parameter_set && key.path == "time.step_s" {
+            if leave_to_parameter_set && key.path == "time.step_s" && self.friction.law.sticks() {
                 out.push_str(&self.comment_on_step());
             }
         }

@@ -153,6 +153,7 @@ pub(crate) fn at_rest(displacement_m: Vec<f64>, anchors: usize, drive: &mut Driv
         step: 0,
         velocity_m_per_s: vec![0.0; displacement_m.len()],
         stick_position_m: vec![0.0; anchors],
+        state: Vec::new(),
         displacement_m,
     }
 }

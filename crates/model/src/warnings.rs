@@ -9,6 +9,7 @@ use crate::plan::Plan;
 use crate::preview::Preview;
 use crate::scenario::Scenario;
 use crate::slab;
+use crate::stability::{FEWEST_NUCLEATION_BLOCKS, Stability};
 
 /// Smallest driving force at the start, over the normal load, that exceeds rounding.
 const LEAST_LOAD_RATIO: f64 = 1e-9;
@@ -30,7 +31,7 @@ pub struct Warning {
 type Check = fn(&Scenario, &Plan) -> Option<String>;
 
 /// All checks, each with the kind of its warnings.
-const CHECKS: [(&str, Check); 13] = [
+const CHECKS: [(&str, Check); 14] = [
     ("time-step", step),
     ("without-effect", without_effect),
     ("front-speed", fronts),
@@ -42,6 +43,7 @@ const CHECKS: [(&str, Check); 13] = [
     ("no-weakening", no_weakening),
     ("broken-at-start", broken_at_start),
     ("healing-times", healing_times),
+    ("nucleation-length", nucleation_length),
     ("no-solid", |scenario, _| implausible::no_solid(scenario)),
     ("no-slip", |scenario, plan| implausible::no_slip(scenario, &Preview::of(scenario, plan))),
 ];
@@ -161,7 +163,7 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let force_n = slab::shear_sizes_at_start_n(plan);
     let threshold_n = &plan.friction.static_threshold_n;
     let ratio = |n: usize| force_n[n] / threshold_n[n];
-    if plan.friction.law.junctions().is_some() {
+    if plan.friction.law.junctions().is_some() || !plan.friction.law.word().sticks() {
         return None;
     }
     let beyond: Vec<usize> = (0..plan.blocks).filter(|&n| threshold_n[n] > 0.0 && ratio(n) >= 1.0).collect();
@@ -258,8 +260,24 @@ fn healing_times(scenario: &Scenario, plan: &Plan) -> Option<String> {
     ))
 }
 
+/// Warns of blocks that are too large for the length over which slip nucleates.
+fn nucleation_length(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let blocks = Stability::of(plan)?.nucleation_blocks?;
+    (blocks < FEWEST_NUCLEATION_BLOCKS).then(|| {
+        format!(
+            "friction.critical_slip_m = {:e}: the nucleation length sqrt(k D_c / (b p)) is {blocks:.2} blocks: below \
+             {FEWEST_NUCLEATION_BLOCKS} blocks fail one by one, and the results depend on slider.blocks \
+             (docs/rate-and-state.md)",
+            scenario.friction.critical_slip_m
+        )
+    })
+}
+
 /// Warns of blocks without a static threshold.
 fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    if !plan.friction.law.word().sticks() {
+        return None;
+    }
     let free: Vec<usize> = (0..plan.blocks).filter(|&n| plan.friction.static_threshold_n[n] == 0.0).collect();
     if free.is_empty() {
         return None;

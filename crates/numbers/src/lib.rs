@@ -21,6 +21,8 @@
 //!     blocks: 10,
 //!     rows: 1,
 //!     junction_count: 0,
+//!     radiates: false,
+//!     has_state: false,
 //!     time_step_s: 1e-7,
 //!     longest_stable_step_s: None,
 //!     steps: 20_000_000,

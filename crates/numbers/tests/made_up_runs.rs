@@ -25,6 +25,8 @@ fn header() -> RunHeader {
         blocks: 10,
         rows: 1,
         junction_count: 0,
+        radiates: false,
+        has_state: false,
         time_step_s: 1e-3,
         longest_stable_step_s: None,
         steps: 10_000,
@@ -94,6 +96,7 @@ fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_
         last_across: None,
         contacts: None,
         potency_m3: None,
+        radiated_j: None,
     }
 }
 

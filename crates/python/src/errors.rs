@@ -89,7 +89,9 @@ pub(crate) fn of_run(error: RunError) -> PyErr {
     };
     let class = match &error {
         RunError::Stopped { .. } => "Interrupted",
-        RunError::LogTarget(_) | RunError::Left(_) | RunError::Topic(_) => "Refused",
+        RunError::LogTarget(_) | RunError::Solver { .. } | RunError::Left(_) | RunError::Topic(_) => {
+            "Refused"
+        }
         _ => "Error",
     };
     with(class, error, |set| match (class, log) {

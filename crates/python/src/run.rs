@@ -55,6 +55,7 @@ pub(crate) struct Run {
 ///
 /// `overrides` are values by dotted key, as of a `Scenario`. `log` is the path of a new run log (MCAP).
 /// `solver="plain"` takes every step; `"fast"` finds the same events some hundred times faster (docs/model.md).
+/// `"adaptive"` solves rate-and-state friction alone, and is the default there; `"fast"` is that of other laws.
 /// `progress` is True for a bar, or is called with the steps done and in all. `detectors` are objects with
 /// `observe(record)`, see `Detector`; their tables are in `Run.found`.
 ///
@@ -65,21 +66,25 @@ pub(crate) struct Run {
 /// Raises `ScenarioError` for a scenario that is not accepted, `Refused` for other values, `Error` for a run
 /// that cannot continue or a log that cannot be written.
 #[pyfunction]
-#[pyo3(signature = (scenario = None, overrides = None, *, log = None, solver = "fast", progress = None, detectors = None, stop = None))]
+#[pyo3(signature = (scenario = None, overrides = None, *, log = None, solver = None, progress = None, detectors = None, stop = None))]
 #[expect(clippy::too_many_arguments, reason = "the keywords of a function of the package")]
 pub(crate) fn run(
     py: Python<'_>,
     scenario: Option<&Bound<'_, PyAny>>,
     overrides: Option<&Bound<'_, PyMapping>>,
     log: Option<PathBuf>,
-    solver: &str,
+    solver: Option<&str>,
     progress: Option<Bound<'_, PyAny>>,
     detectors: Option<&Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Py<Run>> {
     let scenario = Scenario::given(scenario, overrides)?;
-    let solver = SolverKind::named(solver)
-        .ok_or_else(|| refused(format!("solver = {solver:?} (accepted: \"fast\", \"plain\")")))?;
+    let named = |name| {
+        let accepted = "None, \"fast\", \"plain\", \"adaptive\"";
+        SolverKind::named(name).ok_or_else(|| refused(format!("solver = {name:?} (accepted: {accepted})")))
+    };
+    let solver = solver.map(named).transpose()?;
+    let solver = Task::new(&scenario).solved_by(solver).solver;
     let log = log.map(absolute).transpose()?;
     if let Some(log) = &log {
         if is_taken(log) {

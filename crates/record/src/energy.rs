@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// so that their balance is a check:
 ///
 /// `drive_work + prestress_work + anchor_change + scheme_work = friction_heat + viscous_loss
-/// + change of kinetic + change of elastic`
+/// + radiated + change of kinetic + change of elastic`
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Energy {
@@ -29,15 +29,16 @@ pub struct Energy {
     pub elastic_j: f64,
     /// What the time step itself added: Euler-Cromer keeps energy only on average, J.
     pub scheme_work_j: f64,
+    /// Work of radiation damping on sliding contacts, `E v^2`, J; `None` in runs without, and in logs of
+    /// runs that counted it as friction heat.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radiated_j: Option<f64>,
 }
 
 impl Energy {
-    /// How many there are.
-    pub const COUNT: usize = 8;
-
-    /// Names and values of all energies, in the order of the fields.
-    pub fn parts(&self) -> [(&'static str, f64); Energy::COUNT] {
-        [
+    /// Names and values of all energies that the run has, in the order of the fields.
+    pub fn parts(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
+        let always = [
             ("drive_work_j", self.drive_work_j),
             ("prestress_work_j", self.prestress_work_j),
             ("friction_heat_j", self.friction_heat_j),
@@ -46,14 +47,15 @@ impl Energy {
             ("kinetic_j", self.kinetic_j),
             ("elastic_j", self.elastic_j),
             ("scheme_work_j", self.scheme_work_j),
-        ]
+        ];
+        always.into_iter().chain(self.radiated_j.map(|radiated_j| ("radiated_j", radiated_j)))
     }
 
     /// Energy put in less energy lost and stored: constant over a run except for rounding, and equal to
     /// minus the energy at the start.
     pub fn balance_j(&self) -> f64 {
         (self.drive_work_j + self.prestress_work_j) + (self.anchor_change_j + self.scheme_work_j)
-            - (self.friction_heat_j + self.viscous_loss_j)
+            - (self.friction_heat_j + self.viscous_loss_j + self.radiated_j.unwrap_or(0.0))
             - (self.kinetic_j + self.elastic_j)
     }
 }

@@ -42,6 +42,9 @@ pub struct FieldRecord {
     /// that, over the same load; 0 likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pinned_width_ratio: Vec<f64>,
+    /// State of rate-and-state friction, `psi_n = f_0 + b_n ln(V_0 theta_n / D_c)`; none by other laws.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub state: Vec<f64>,
     /// Displacement across the sliding direction, from the initial grid, m; none where contacts lie in a
     /// single row, as below.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use crate::{Contacts, Energy, Parts, Scales, TimeGrid};
 
 /// Version of the meaning and layout of records, events and header, raised with every change to them.
-/// Keys added to `run_end` do not raise it, since older readers ignore them, nor do [`Parts`] of runs
-/// that older readers refuse for their scenario.
+/// Keys added to `run_end` do not raise it, since older readers ignore them, nor do [`Parts`], since older
+/// readers refuse the scenarios or the records of runs that have them.
 pub const RECORD_SCHEMA_VERSION: u32 = 6;
 
 /// What a run is, known before it starts.
@@ -37,10 +37,16 @@ pub struct RunHeader {
     /// How many junctions each contact has, `N_s`; 0 by laws without junctions.
     #[serde(default, skip_serializing_if = "is_none")]
     pub junction_count: u32,
+    /// Whether sliding contacts radiate, and records have that energy as one of its own.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub radiates: bool,
+    /// Whether contacts have a state, by rate-and-state friction.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_state: bool,
     /// Time step `dt`, s.
     pub time_step_s: f64,
     /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
-    /// none in logs that were written before it was.
+    /// none in logs that were written before it was, and where the solver chooses its steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longest_stable_step_s: Option<f64>,
     /// Number of steps that the run is to take.
@@ -74,7 +80,12 @@ impl RunHeader {
 
     /// What this run has that others lack.
     pub fn parts(&self) -> Parts {
-        Parts { junctions: self.junction_count > 0, area: self.rows > 1 }
+        Parts {
+            junctions: self.junction_count > 0,
+            area: self.rows > 1,
+            radiation: self.radiates,
+            state: self.has_state,
+        }
     }
 
     /// The grid of this run's time steps.

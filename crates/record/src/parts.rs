@@ -7,6 +7,10 @@ pub enum Part {
     Junctions,
     /// Components across the sliding direction, and extents of rows, where contacts lie in several rows.
     Area,
+    /// Radiated energy, where sliding contacts radiate.
+    Radiation,
+    /// The state of contacts, by rate-and-state friction.
+    State,
 }
 
 /// What one run has; nothing by default.
@@ -16,17 +20,23 @@ pub struct Parts {
     pub junctions: bool,
     /// [`Part::Area`].
     pub area: bool,
+    /// [`Part::Radiation`].
+    pub radiation: bool,
+    /// [`Part::State`].
+    pub state: bool,
 }
 
 impl Parts {
     /// What any run may have.
-    pub const ALL: Parts = Parts { junctions: true, area: true };
+    pub const ALL: Parts = Parts { junctions: true, area: true, radiation: true, state: true };
 
     /// Whether the run has this.
     pub fn has(self, part: Part) -> bool {
         match part {
             Part::Junctions => self.junctions,
             Part::Area => self.area,
+            Part::Radiation => self.radiation,
+            Part::State => self.state,
         }
     }
 }

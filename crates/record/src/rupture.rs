@@ -104,6 +104,10 @@ payload! {
         /// still slid at the end of the run.
         pub potency_m3: Option<f64>,
     }
+    only Radiation {
+        /// What sliding contacts radiated, J; null as the other energies.
+        pub radiated_j: Option<f64>,
+    }
 }
 
 impl Rupture {

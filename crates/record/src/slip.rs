@@ -138,7 +138,7 @@ mod tests {
         let json = r#"{"onset_s":1.0,"end_s":null,"first_block":1,"last_block":2,"max_sliding":1,"ft_fn_onset":0.5,"ft_fn_end":null,"event":0,"onset_step":4,"end_step":null,"blocks_slipped":2,"nucleation_block":1,"ft_fn_min":0.25,"ft_fn_max":0.5,"open":true}"#;
         let counts = r#","breaks_onset":7,"repins_onset":3"#;
         let rows = r#","first_across":2,"last_across":4"#;
-        let of = |junctions, area| Parts { junctions, area };
+        let of = |junctions, area| Parts { junctions, area, ..Parts::default() };
         for (parts, more, last) in [
             (of(false, false), String::new(), "true"),
             (of(true, false), counts.to_owned(), "true,7,,3,"),

@@ -58,6 +58,23 @@ impl TimeGrid {
         (time_s / self.step_s).round() as u64
     }
 
+    /// The first step that does not end before `time_s`; `u64::MAX` if it is beyond all that a run can have.
+    pub fn first_step_from(&self, time_s: f64) -> u64 {
+        let steps = (time_s / self.step_s).ceil();
+        if steps > 2f64.powi(53) {
+            return u64::MAX;
+        }
+        let mut step = steps as u64;
+        // The quotient is rounded.
+        while self.time_s(step) < time_s {
+            step += 1;
+        }
+        while step > 0 && self.time_s(step - 1) >= time_s {
+            step -= 1;
+        }
+        step
+    }
+
     /// The length of a step in nanoseconds, if that is a whole number.
     pub fn step_ns(&self) -> Option<u64> {
         let ns = self.step_s * 1e9;
@@ -110,6 +127,21 @@ mod tests {
         assert_eq!([0.0, 0.3, 0.45, 0.75].map(|time_s| grid.nearest_step(time_s)), [0, 1, 2, 3]);
         // In doubles the quotient is a little less.
         assert_eq!(TimeGrid::new(1e-8).nearest_step(0.29), 29_000_000);
+    }
+
+    #[test]
+    fn the_first_step_from_a_time_ends_then_or_later() {
+        let grid = TimeGrid::new(0.25);
+        assert_eq!([0.0, 0.25, 0.26, 1e300].map(|time_s| grid.first_step_from(time_s)), [0, 1, 2, u64::MAX]);
+        for step_s in [1e-8, 3e-7, 1.0 / 3.0] {
+            let grid = TimeGrid::new(step_s);
+            for step in [1, 29_000_000, 123_456_789] {
+                let time_s = grid.time_s(step);
+                assert_eq!(grid.first_step_from(time_s), step);
+                assert_eq!(grid.first_step_from(time_s.next_up()), step + 1);
+                assert_eq!(grid.first_step_from(time_s.next_down()), step);
+            }
+        }
     }
 
     #[test]

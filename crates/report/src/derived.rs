@@ -35,7 +35,7 @@ const NUMBERS: [Number; 8] = [
         "m",
         "length over which stuck blocks screen a force on the end",
     ),
-    ("dt / dt_max", |preview| Some(preview.step_ratio), "", "time step over the longest stable one"),
+    ("dt / dt_max", |preview| preview.step_ratio, "", "time step over the longest stable one"),
     (
         "first slip at",
         |preview| preview.first_slip_s,

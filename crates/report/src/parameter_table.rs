@@ -37,7 +37,7 @@ impl Parameters {
             ("initial_velocity.mode", &["initial_velocity.amplitude_m_per_s"]),
             ("normal_load.schedule_from", &["normal_load.schedule_s"]),
         ];
-        let of_law = |law: &FrictionLaw| law.keys().contains(&key.path);
+        let of_law = |law: &FrictionLaw| law.uses(key.path);
         let word = self.get("friction.law").and_then(Value::as_str);
         let is_this = |law: &&FrictionLaw| Some(law.word()) == word;
         if FrictionLaw::ALL.iter().any(of_law) && !FrictionLaw::ALL.iter().find(is_this).is_some_and(of_law) {

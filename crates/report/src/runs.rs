@@ -50,7 +50,7 @@ struct Known<'a> {
     /// Speed of waves, m/s.
     c: Option<f64>,
     /// Lines across the load curve.
-    lines: [(&'static str, f64); 2],
+    lines: Vec<(&'static str, f64)>,
     /// Fronts have passages of block 1 and of blocks that far apart.
     stride: u32,
     /// Over an area: how ruptures passed the contacts.
@@ -108,7 +108,11 @@ pub(crate) fn data(run: &Run) -> (String, String) {
         last: last_step(run),
         lacks: run.lacks.as_deref(),
         c: run.summary.wave_speed_m_per_s,
-        lines: [("μ_s", friction.static_coefficient), ("μ_d", friction.dynamic_coefficient)],
+        lines: if run.scenario.has_state() {
+            vec![("f_0", friction.reference_coefficient)]
+        } else {
+            vec![("μ_s", friction.static_coefficient), ("μ_d", friction.dynamic_coefficient)]
+        },
         stride: run.collected.block_stride,
         area: over_area::data(run),
         at: run.collected.curve.iter().map(|point| point.0).collect(),
@@ -415,6 +419,8 @@ mod tests {
             blocks: 10,
             rows: 1,
             junction_count: 0,
+            radiates: false,
+            has_state: false,
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 10_000,

@@ -28,8 +28,8 @@ const NO_RUPTURES: &str = "the log has no ruptures, and lacks some of the step r
 
 fn global_slip(run: &Run) -> [String; 2] {
     let summary = &run.summary;
-    let friction = &run.scenario.friction;
-    let coefficient = format!("μ<sub>d</sub> = {}", rounded(friction.dynamic_coefficient, 4));
+    let symbol = if run.scenario.has_state() { "f<sub>0</sub>" } else { "μ<sub>d</sub>" };
+    let coefficient = format!("{symbol} = {}", rounded(run.scenario.mean_coefficients()[1], 4));
     let ratio = "F<sub>T</sub>/F<sub>N</sub>";
     match (summary.first_global_rupture_onset_s, summary.global_rupture_count) {
         // By its digits and not by decimals: short runs slip within microseconds.

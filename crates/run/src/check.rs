@@ -449,9 +449,7 @@ fn not_finite(record: &Record) -> Option<&'static str> {
                 (
                     "a load on an end or an energy",
                     record.end_forces_n.is_none_or(|ends| all(&ends))
-                        && record
-                            .energy
-                            .is_none_or(|energy| energy.parts().iter().all(|(_, j)| j.is_finite())),
+                        && record.energy.is_none_or(|energy| energy.parts().all(|(_, j)| j.is_finite())),
                 ),
             ]
         }
@@ -487,6 +485,8 @@ mod tests {
             blocks: 2,
             rows: 1,
             junction_count: 0,
+            radiates: false,
+            has_state: false,
             time_step_s: 0.5,
             longest_stable_step_s: None,
             steps: 9,

@@ -8,7 +8,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use asperity_detect::{Detector, Detectors, SlipRules};
-use asperity_detect_rupture::Links;
+use asperity_detect_rupture::{Links, RuptureDetector};
 use asperity_model::text::{self, Lines};
 use asperity_model::{Plan, Scenario, ScenarioSource, typed};
 use asperity_record::bounds::check_toml;
@@ -35,7 +35,7 @@ const DETECTORS: &[(&str, Start)] = &[
     ("onset", |run| boxed(asperity_detect_onset::OnsetDetector { parts: run.parts })),
     ("extent", |run| boxed(asperity_detect_extent::ExtentDetector { parts: run.parts })),
     ("global", |_| boxed(asperity_detect_global::GlobalDetector::default())),
-    ("rupture", |run| boxed(asperity_detect_rupture::RuptureDetector::new(run.blocks, run.links?))),
+    ("rupture", |run| boxed(RuptureDetector::new(run.blocks, run.links?).radiating(run.parts.radiation))),
     ("arrival", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links?))),
 ];
 
@@ -71,7 +71,8 @@ pub fn all(header: &RunHeader, scenario_toml: &str) -> Detectors {
 /// The registered detectors for a run of that plan.
 pub(crate) fn of_plan(plan: &Plan) -> Detectors {
     let contacts = plan.elastic.layout();
-    let parts = Parts { area: contacts.is_area(), ..Parts::default() };
+    let radiation = plan.friction.law.radiation_kg_per_s() > 0.0;
+    let parts = Parts { area: contacts.is_area(), radiation, ..Parts::default() };
     Settings::default().for_run(contacts, plan.grid, Some(plan.scales), parts)
 }
 

@@ -23,7 +23,8 @@ pub struct Forecast {
     pub scenario_hash: String,
     /// The time step, s.
     pub time_step_s: f64,
-    /// The longest time step that is stable while no block switches, s.
+    /// The longest time step that is stable while no block switches, s; infinite, in JSON `null`, where the solver
+    /// chooses its steps.
     pub longest_stable_step_s: f64,
     /// The time step over the longest stable one.
     pub step_ratio: f64,

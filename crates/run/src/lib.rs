@@ -43,6 +43,7 @@ mod at_once;
 mod check;
 #[cfg(test)]
 mod code_version;
+mod crew;
 pub mod detectors;
 mod event_check;
 mod field;

@@ -1,15 +1,18 @@
 //! Runs a scenario: simulator, detectors and log writer, connected by the stream.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use asperity_detect::Detector;
+use asperity_model::laws::FrictionLaw;
 use asperity_model::{Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
 use asperity_record::{Notice, Observer};
 use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
-use asperity_simulator::{Counters, SimulationError, Solver, SolverKind};
+use asperity_simulator::{Counters, Crew, SimulationError, Solver, SolverKind};
 
+use crate::crew::Pool;
 use crate::detectors::{self, TopicError};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
@@ -41,19 +44,21 @@ pub struct Task<'a> {
 /// The threads of a run. The result is the same either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Threads {
-    /// Solver and detectors on a thread each, which finishes a single run fastest.
+    /// As [`Threads::Several`], and all cores for the steps of a large body, which finishes a single run fastest.
     #[default]
+    All,
+    /// Solver and detectors on a thread each, for fewer runs than cores.
     Several,
     /// Everything on the calling thread, for one run per core.
     One,
 }
 
 impl<'a> Task<'a> {
-    /// A run with the default solver and the registered detectors, without a log.
+    /// A run with the default solver of its law and the registered detectors, without a log.
     pub fn new(scenario: &'a Scenario) -> Task<'a> {
         Task {
             scenario,
-            solver: SolverKind::default(),
+            solver: SolverKind::of(scenario.friction.law)[0],
             log: None,
             detectors: Vec::new(),
             threads: Threads::default(),
@@ -64,6 +69,12 @@ impl<'a> Task<'a> {
     #[must_use]
     pub fn log_to(self, log: LogTo<'a>) -> Task<'a> {
         Task { log: Some(log), ..self }
+    }
+
+    /// Solves it by this solver instead of its law's default.
+    #[must_use]
+    pub fn solved_by(self, solver: Option<SolverKind>) -> Task<'a> {
+        Task { solver: solver.unwrap_or(self.solver), ..self }
     }
 
     /// Runs everything on the calling thread.
@@ -152,6 +163,19 @@ impl Outcome {
 /// Why a run did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
+    /// The solver is not one of the law's.
+    #[error(
+        "the solver {} does not solve friction.law = {:?} (accepted: {})",
+        solver.name(),
+        law.word(),
+        SolverKind::of(*law).iter().map(|kind| kind.name()).collect::<Vec<_>>().join(", ")
+    )]
+    Solver {
+        /// The solver.
+        solver: SolverKind,
+        /// The law.
+        law: FrictionLaw,
+    },
     /// The solver stopped. The log, if any, contains all records up to there.
     #[error(
         "stopped: {error}{}",
@@ -213,6 +237,10 @@ pub fn run(
     stop: &(dyn Fn() -> bool + Sync),
     observer: &mut dyn Observer,
 ) -> Result<Outcome, RunError> {
+    let law = task.scenario.friction.law;
+    if !SolverKind::of(law).contains(&task.solver) {
+        return Err(RunError::Solver { solver: task.solver, law });
+    }
     let plan = Plan::new(task.scenario);
     let header = header(task.scenario, &plan, task.solver.name());
     for warning in task.scenario.warnings() {
@@ -222,8 +250,13 @@ pub fn run(
     let mut detectors = detectors::all(&header, "");
     own.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors)?;
+    let pool = if threads == Threads::All { Pool::of(&plan).map(Arc::new) } else { None };
+    let mut solver = solver.start(plan.clone());
+    if let Some(pool) = &pool {
+        solver.work_with(&(Arc::<Pool>::clone(pool) as Arc<dyn Crew>));
+    }
     let mut source = Source {
-        solver: solver.start(plan.clone()),
+        solver,
         stop,
         again: None,
         before: Before::default(),
@@ -271,7 +304,9 @@ pub fn run(
         writing.as_mut().map_or(Ok(()), |log| log.take(item))
     };
     let outcome = match threads {
-        Threads::Several => crate::stream::run(|| source.next(), detectors, sink),
+        Threads::All | Threads::Several => {
+            crate::stream::run_led_by(pool.as_deref(), || source.next(), detectors, sink)
+        }
         Threads::One => crate::stream::run_in_turn(|| source.next(), detectors, sink),
     };
     if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(log)) = (&outcome, &mut writing) {

@@ -67,6 +67,8 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, Self
             ("blocks", header.blocks.to_string()),
             ("rows", header.rows.to_string()),
             ("junction_count", header.junction_count.to_string()),
+            ("radiates", header.radiates.to_string()),
+            ("has_state", header.has_state.to_string()),
             ("time_step_s", format!("{:e}", header.time_step_s)),
             (
                 "longest_stable_step_s",

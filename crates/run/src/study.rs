@@ -51,14 +51,14 @@ impl Job {
         folder.join(format!("{}.mcap", self.name))
     }
 
-    /// The header of the run's log.
-    pub fn header(&self, solver: SolverKind) -> RunHeader {
-        Task { solver, ..Task::new(&self.scenario) }.header()
+    /// The header of the run's log, by a solver or the default of its law.
+    pub fn header(&self, solver: Option<SolverKind>) -> RunHeader {
+        Task::new(&self.scenario).solved_by(solver).header()
     }
 
     /// Looks for a usable log of the run. `observer` sees its contents if its header is that of
     /// this run, even if the log turns out to be unusable.
-    pub fn stored(&self, folder: &Path, solver: SolverKind, observer: &mut dyn Observer) -> Stored {
+    pub fn stored(&self, folder: &Path, solver: Option<SolverKind>, observer: &mut dyn Observer) -> Stored {
         let log = self.log(folder);
         let wanted = self.header(solver);
         // Observers rely on the blocks and steps of this run.
@@ -84,7 +84,7 @@ impl Job {
     pub fn check_log_target(
         &self,
         folder: &Path,
-        solver: SolverKind,
+        solver: Option<SolverKind>,
         fresh: bool,
     ) -> Result<(), LogTargetError> {
         log_target::check(&self.log(folder), &self.header(solver), fresh)
@@ -98,7 +98,7 @@ impl Job {
     pub fn make(
         &self,
         folder: &Path,
-        solver: SolverKind,
+        solver: Option<SolverKind>,
         fresh: bool,
         threads: Threads,
         stop: &(dyn Fn() -> bool + Sync),
@@ -107,7 +107,7 @@ impl Job {
         self.check_log_target(folder, solver, fresh)?;
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
-        let task = Task { solver, threads, ..Task::new(&self.scenario) }.log_to(log);
+        let task = Task { threads, ..Task::new(&self.scenario) }.solved_by(solver).log_to(log);
         let begin = if !fresh && task.is_begun() { Begin::GoOn } else { Begin::Anew };
         run(task, begin, stop, observer)
     }

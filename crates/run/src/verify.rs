@@ -1,10 +1,12 @@
-//! Compares the fast solver with the plain one, over a run or its beginning.
+//! Compares the solvers of a law, over a run or its beginning: the fast with the plain one, or the adaptive one with
+//! itself at a hundredth of its tolerance.
 
 use std::collections::BTreeMap;
 
-use asperity_model::{Plan, Scenario};
-use asperity_record::{Event, EventPayload, SlipEvent, StepRecord};
-use asperity_simulator::equality::{self, Agreement, Disagreement, NearTie, TOLERANCE};
+use asperity_model::{Law, Plan, RateAndState, Scenario};
+use asperity_record::{Event, EventPayload, Record, SlipEvent, StepRecord};
+use asperity_simulator::equality::{self, Agreement, Deviation, Disagreement, NearTie, TOLERANCE};
+use asperity_simulator::{SimulationError, SolverKind};
 use serde::{Deserialize, Serialize};
 
 use crate::detectors;
@@ -61,6 +63,24 @@ pub enum VerifyError {
     /// In their records.
     #[error(transparent)]
     Records(#[from] Disagreement),
+    /// Of the adaptive solver, in a switch or its time.
+    #[error(
+        "switch {index}: {coarse} at the run's tolerance, {fine} at a hundredth of it (accepted: the same block and \
+         direction, times within {accepted_s:.1e} s)"
+    )]
+    Tolerance {
+        /// Its number, from 0.
+        index: usize,
+        /// The switch at the tolerance of the run.
+        coarse: String,
+        /// At a hundredth of it.
+        fine: String,
+        /// The largest accepted difference of times.
+        accepted_s: f64,
+    },
+    /// A run stopped.
+    #[error(transparent)]
+    Stopped(#[from] SimulationError),
     /// In the number of events.
     #[error("{plain} events of the plain solver, {fast} of the fast")]
     EventCount {
@@ -81,12 +101,77 @@ pub enum VerifyError {
     },
 }
 
+/// Largest difference of the times of switches at two tolerances, over the tolerance and the duration of the run. Near
+/// an instability, a slider multiplies the error of each step by what it multiplies any disturbance.
+const TIME_ERROR: f64 = 100.0;
+
+/// Runs a plan by the adaptive solver at its tolerance and at a hundredth of it, and compares the switches.
+fn verify_tolerance(
+    plan: &Plan,
+    law: &RateAndState,
+    mut reached: impl FnMut(u64),
+) -> Result<Verified, VerifyError> {
+    let mut run = |tolerance: f64| {
+        let mut plan = plan.clone();
+        plan.friction.law = Law::RateAndState(RateAndState { tolerance, ..*law });
+        let mut solver = SolverKind::Adaptive.start(plan.clone());
+        let (mut switches, mut records) = (Vec::new(), Vec::new());
+        while let Some(record) = solver.next_record()? {
+            let Record::Step(record) = record else { continue };
+            reached(record.step);
+            let of_record =
+                record.switches.iter().map(|switch| (record.time_s, switch.block, switch.direction));
+            switches.extend(of_record);
+            records.push(record);
+        }
+        Ok::<_, VerifyError>((switches, records))
+    };
+    let ((mut coarse, records), (mut fine, _)) = (run(law.tolerance)?, run(law.tolerance / 100.0)?);
+    // Block by block: blocks that switch at almost the same time may do so in another order.
+    for switches in [&mut coarse, &mut fine] {
+        switches.sort_by_key(|(_, block, _)| *block);
+    }
+    let duration_s = plan.grid.time_s(plan.steps);
+    let accepted_s = TIME_ERROR * law.tolerance * duration_s + 2.0 * plan.grid.step_s();
+    let mut worst_s = 0.0_f64;
+    for index in 0..coarse.len().max(fine.len()) {
+        let (left, right) = (coarse.get(index), fine.get(index));
+        let late_s = left.zip(right).filter(|(left, right)| left.1 == right.1 && left.2 == right.2);
+        let late_s = late_s.map(|(left, right)| (left.0 - right.0).abs());
+        match late_s.filter(|late_s| *late_s <= accepted_s) {
+            Some(late_s) => worst_s = worst_s.max(late_s),
+            None => {
+                let [coarse, fine] = [left, right].map(|switch| format!("{switch:?}"));
+                return Err(VerifyError::Tolerance { index, coarse, fine, accepted_s });
+            }
+        }
+    }
+    let events = detectors::of_plan(plan).all_events(&records);
+    Ok(Verified {
+        agreement: Agreement {
+            records: records.len() as u64,
+            switches: coarse.len() as u64,
+            deviations: vec![Deviation {
+                what: "time of a switch",
+                largest: duration_s,
+                share: worst_s / duration_s,
+            }],
+            near_ties: Vec::new(),
+        },
+        slip_events: events.iter().filter(|event| event.topic() == SlipEvent::TOPIC).count(),
+    })
+}
+
 /// Runs a plan with both solvers, and compares switches, records and the events of the registered
 /// detectors. Calls `reached` with the steps that both have completed.
 ///
 /// # Errors
-/// If they differ; `equality.rs` of the simulator defines equality.
+/// If they differ; `equality.rs` of the simulator defines equality. By rate-and-state friction, whose solver has a
+/// tolerance, the same blocks must switch at times that differ by no more than it allows.
 pub fn verify(plan: &Plan, reached: impl FnMut(u64)) -> Result<Verified, VerifyError> {
+    if let Some(law) = plan.friction.law.rate_and_state() {
+        return verify_tolerance(plan, &law, reached);
+    }
     let mut records: [Vec<StepRecord>; 2] = [Vec::new(), Vec::new()];
     let each = |plain: &StepRecord, fast: &StepRecord| {
         records[0].push(plain.clone());

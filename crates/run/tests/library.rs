@@ -7,8 +7,7 @@ use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEve
 use asperity_run::detectors::{Settings, TopicError};
 use asperity_run::study::{Job, Stored};
 use asperity_run::{
-    Begin, Detector, LogTo, Observer, Replay, ReplayError, RunError, SolverKind, Task, Threads, Verdict,
-    check, run,
+    Begin, Detector, LogTo, Observer, Replay, ReplayError, RunError, Task, Threads, Verdict, check, run,
 };
 use asperity_runlog::partial_path;
 use asperity_testkit::{folder, run_end};
@@ -270,7 +269,7 @@ fn a_replay_of_a_log_that_is_not_whole_fails_with_its_verdict() {
 fn a_stored_log_of_another_run_is_shown_to_nobody() {
     let folder = folder();
     let job = Job { name: "run".to_owned(), scenario: scenario() };
-    let solver = SolverKind::default();
+    let solver = None;
     let mut seen = Seen::ALL;
     job.make(folder.path(), solver, false, Threads::One, NEVER, &mut ()).expect("it runs");
     assert!(matches!(job.stored(folder.path(), solver, &mut seen), Stored::Whole(_)));

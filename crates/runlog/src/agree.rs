@@ -43,7 +43,7 @@ pub(crate) fn time(
 }
 
 /// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
-/// energies, all present or absent; the totals of junctions against the header and those `before`.
+/// energies, all present or absent, the radiated one where the header says so; the totals of junctions against the header and those `before`.
 ///
 /// # Errors
 /// If they disagree.
@@ -64,6 +64,11 @@ pub(crate) fn step(
     }
     if let Err(missing) = message.energy() {
         let what = format!("it has energies without {missing}");
+        return Err(LogProblem::Contradiction { step: message.step, what });
+    }
+    if message.radiated_j.is_some() != (message.drive_work_j.is_some() && header.radiates) {
+        let what =
+            format!("radiated_j = {:?}, in a run with radiates = {}", message.radiated_j, header.radiates);
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
     junctions(header, message, before.unwrap_or_default())
@@ -172,6 +177,7 @@ pub(crate) fn fields(
     let blocks = header.blocks as usize;
     let with_junctions = if header.parts().junctions { blocks } else { 0 };
     let across = if header.parts().area { blocks } else { 0 };
+    let with_state = if header.has_state { blocks } else { 0 };
     let lengths = [
         ("displacement_m", record.displacement_m.len(), blocks),
         ("velocity_m_per_s", record.velocity_m_per_s.len(), blocks),
@@ -187,6 +193,7 @@ pub(crate) fn fields(
         ("junctions_slipping", record.junctions_slipping.len(), with_junctions),
         ("pinned_mean_ratio", record.pinned_mean_ratio.len(), with_junctions),
         ("pinned_width_ratio", record.pinned_width_ratio.len(), with_junctions),
+        ("state", record.state.len(), with_state),
         ("displacement_across_m", record.displacement_across_m.len(), across),
         ("velocity_across_m_per_s", record.velocity_across_m_per_s.len(), across),
         ("tangential_force_across_n", record.tangential_force_across_n.len(), across),
@@ -409,6 +416,9 @@ fn rupture(rupture: &Rupture, header: &RunHeader) -> Result<(), String> {
     let ends = [end_step.is_some(), rupture.end_s.is_some(), rupture.ft_fn_end.is_some()];
     if ends.iter().any(|is_there| *is_there != ends[0]) || (!ends[0] && !open) {
         return Err(format!("open = {open}, and it ends in step {end_step:?}"));
+    }
+    if rupture.radiated_j.is_some() && !header.radiates {
+        return Err("it has radiated_j, in a run without radiation".to_owned());
     }
     // Logs of other runs may lack all of these, by their versions.
     let potencies = [("potency_m2", rupture.potency_m2, false), ("potency_m3", rupture.potency_m3, true)];

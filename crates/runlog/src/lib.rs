@@ -79,6 +79,8 @@
 //!     blocks: 2,
 //!     rows: 1,
 //!     junction_count: 0,
+//!     radiates: false,
+//!     has_state: false,
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,
 //!     steps: 2,

@@ -65,6 +65,9 @@ pub(crate) struct StepMessage {
     /// What the time step itself added, J.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) scheme_work_j: Option<f64>,
+    /// Work of radiation damping, J.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) radiated_j: Option<f64>,
     /// How many junctions broke in all steps before this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) breaks: Option<u64>,
@@ -133,6 +136,7 @@ impl StepMessage {
             kinetic_j: record.energy.map(|energy| energy.kinetic_j),
             elastic_j: record.energy.map(|energy| energy.elastic_j),
             scheme_work_j: record.energy.map(|energy| energy.scheme_work_j),
+            radiated_j: record.energy.and_then(|energy| energy.radiated_j),
             breaks: record.junctions.map(|totals| totals.breaks),
             repins: record.junctions.map(|totals| totals.repins),
         }
@@ -150,7 +154,7 @@ impl StepMessage {
             ("elastic_j", self.elastic_j),
             ("scheme_work_j", self.scheme_work_j),
         ];
-        if given.iter().all(|(_, value)| value.is_none()) {
+        if given.iter().all(|(_, value)| value.is_none()) && self.radiated_j.is_none() {
             return Ok(None);
         }
         let one = |name: &'static str, value: Option<f64>| value.ok_or(name);
@@ -163,6 +167,7 @@ impl StepMessage {
             kinetic_j: one("kinetic_j", self.kinetic_j)?,
             elastic_j: one("elastic_j", self.elastic_j)?,
             scheme_work_j: one("scheme_work_j", self.scheme_work_j)?,
+            radiated_j: self.radiated_j,
         }))
     }
 
@@ -257,7 +262,7 @@ impl Topic {
 }
 
 /// Fields of records that only runs with a part have.
-const OF_PARTS: [(Part, &[&str]); 2] = [
+const OF_PARTS: [(Part, &[&str]); 4] = [
     (Part::Junctions, &["breaks", "repins", "junctions_slipping", "pinned_mean_ratio", "pinned_width_ratio"]),
     (
         Part::Area,
@@ -268,6 +273,8 @@ const OF_PARTS: [(Part, &[&str]); 2] = [
             "stick_position_across_m",
         ],
     ),
+    (Part::Radiation, &["radiated_j"]),
+    (Part::State, &["state"]),
 ];
 
 /// The topics of records of the run with that header.

@@ -20,6 +20,8 @@ const ENERGY: &str = "energy:";
 const FALLBACKS: &str = "solver_fallbacks";
 const ROWS: &str = "rows";
 const JUNCTION_COUNT: &str = "junction_count";
+const RADIATES: &str = "radiates";
+const HAS_STATE: &str = "has_state";
 const BLOCK_LENGTH: &str = "block_length_m";
 const BLOCK_TIME: &str = "block_time_s";
 const LINK_TIME_RATIO: &str = "link_time_ratio";
@@ -57,6 +59,12 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     if header.junction_count > 0 {
         map.insert(JUNCTION_COUNT.to_owned(), header.junction_count.to_string());
     }
+    if header.radiates {
+        map.insert(RADIATES.to_owned(), true.to_string());
+    }
+    if header.has_state {
+        map.insert(HAS_STATE.to_owned(), true.to_string());
+    }
     if let Some(longest_s) = header.longest_stable_step_s {
         map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
     }
@@ -92,6 +100,14 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         junction_count: match map.map.contains_key(JUNCTION_COUNT) {
             true => map.parse(JUNCTION_COUNT, "a whole number")?,
             false => 0,
+        },
+        radiates: match map.map.contains_key(RADIATES) {
+            true => map.parse(RADIATES, "true or false")?,
+            false => false,
+        },
+        has_state: match map.map.contains_key(HAS_STATE) {
+            true => map.parse(HAS_STATE, "true or false")?,
+            false => false,
         },
         time_step_s: map.parse("time_step_s", "a number")?,
         longest_stable_step_s: match map.map.contains_key(LONGEST_STABLE_STEP) {
@@ -201,6 +217,11 @@ fn energy_from_map(map: &Reader<'_>) -> Result<Option<Energy>, MetadataError> {
         kinetic_j: part("energy:kinetic_j")?,
         elastic_j: part("energy:elastic_j")?,
         scheme_work_j: part("energy:scheme_work_j")?,
+        radiated_j: map
+            .map
+            .contains_key("energy:radiated_j")
+            .then(|| part("energy:radiated_j"))
+            .transpose()?,
     }))
 }
 

@@ -544,12 +544,13 @@ impl RunReader {
         if self.topics.steps {
             mismatch("the last step:", end.last_step.to_string(), self.last_step.to_string())?;
             if !salvaged {
-                let given = |energy: Option<Energy>| energy.map(|energy| energy.parts());
-                let (promised, found) = (given(end.energy), given(self.energy));
-                for n in 0..Energy::COUNT {
-                    let text = |parts: &Option<[(&str, f64); Energy::COUNT]>| {
-                        parts.map_or("nothing".to_owned(), |parts| format!("{} = {}", parts[n].0, parts[n].1))
-                    };
+                let texts = |energy: Option<Energy>| {
+                    let parts = energy.into_iter().flat_map(|energy| energy.parts());
+                    parts.map(|(name, energy_j)| format!("{name} = {energy_j}")).collect::<Vec<_>>()
+                };
+                let (promised, found) = (texts(end.energy), texts(self.energy));
+                for n in 0..promised.len().max(found.len()) {
+                    let text = |parts: &[String]| parts.get(n).map_or("nothing".to_owned(), String::clone);
                     mismatch("energies:", text(&promised), text(&found))?;
                 }
             }

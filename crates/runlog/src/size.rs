@@ -81,7 +81,7 @@ impl MostBytes {
     pub fn step(&self, pulls_both_ways: bool) -> u64 {
         self.message(&StepMessage::new(&StepRecord {
             end_forces_n: pulls_both_ways.then_some([0.0; 2]),
-            energy: Some(Energy::default()),
+            energy: Some(Energy { radiated_j: self.parts.radiation.then_some(0.0), ..Energy::default() }),
             junctions: self.parts.junctions.then(JunctionTotals::default),
             ..step()
         }))
@@ -121,6 +121,7 @@ impl MostBytes {
             junctions_slipping: vec![u32::MAX; with_junctions(blocks)],
             pinned_mean_ratio: vec![0.0; with_junctions(blocks)],
             pinned_width_ratio: vec![0.0; with_junctions(blocks)],
+            state: vec![0.0; if self.parts.state { blocks } else { 0 }],
             displacement_across_m: across(blocks),
             velocity_across_m_per_s: across(blocks),
             tangential_force_across_n: across(blocks),
@@ -248,12 +249,17 @@ mod tests {
             junctions_slipping: vec![u32::MAX; junctions],
             pinned_mean_ratio: vec![-f64::MIN_POSITIVE; junctions],
             pinned_width_ratio: vec![-f64::MIN_POSITIVE; junctions],
+            state: Vec::new(),
             displacement_across_m: vec![-f64::MIN_POSITIVE; across],
             velocity_across_m_per_s: vec![-f64::MIN_POSITIVE; across],
             tangential_force_across_n: vec![-f64::MIN_POSITIVE; across],
             stick_position_across_m: vec![-f64::MIN_POSITIVE; across],
         };
-        let of = |junctions, area| MostBytes { topics: 9, frame: 0, parts: Parts { junctions, area } };
+        let of = |junctions, area| MostBytes {
+            topics: 9,
+            frame: 0,
+            parts: Parts { junctions, area, ..Parts::default() },
+        };
         for (blocks, has_loads, has_junctions, has_area) in [
             (2, false, false, false),
             (100, false, false, false),

@@ -39,6 +39,8 @@ fn header() -> RunHeader {
         blocks: 2,
         rows: 1,
         junction_count: 0,
+        radiates: false,
+        has_state: false,
         time_step_s: 1.0,
         longest_stable_step_s: None,
         steps: STEPS,

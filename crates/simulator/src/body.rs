@@ -13,10 +13,12 @@ pub(crate) use chain::ChainBody;
 pub(crate) use lattice::LatticeBody;
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_record::Energy;
 
+use crate::crew::Crew;
 use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::state::SliderState;
@@ -24,6 +26,9 @@ use crate::strength::Load;
 
 /// The part of a step that depends on the body.
 pub(crate) trait Body: Clone + Debug + Send + 'static {
+    /// Lets threads compute parts of its steps.
+    fn work_with(&mut self, _crew: &Arc<dyn Crew>) {}
+
     /// Prepares the energies for a step, the first of at least `steps_ahead` single steps.
     fn begin_step(&mut self, _plan: &Plan, _state: &mut SliderState, _steps_ahead: u64) {}
 

@@ -15,7 +15,8 @@
 //! **Where the eigenvalues lie.** For an eigenvector `x` of unit length let `t = dt^2 x*Mx / m` and
 //! `r = t + dt x*Cx / m`. Its eigenvalue solves `z^2 + r z + t = 0`. Stiffness and damping of the chain go
 //! together, so all of them, for any set of stuck blocks, lie on the roots for `x*Cx = eta L`,
-//! `x*Mx = k L + s`, with `0 <= L <= 4` and `0 <= s <= k_t + K`. The ellipse only determines how many terms
+//! `x*Mx = k L + s`, with `0 <= L <= 4` and `0 <= s <= k_t + K`; radiation adds `e` to `x*Cx`, with
+//! `0 <= e <= E`. The ellipse only determines how many terms
 //! are needed: each window is certified with the terms it actually uses.
 //!
 //! **Coefficients.** `A^i w = sum_j c_j(i) w_j`, with `c_0(0) = 1` and
@@ -204,12 +205,16 @@ fn spectrum(map: &Propagator) -> Vec<Point> {
     let chain = &map.chain;
     let held = map.interfacial_stiffness_n_per_m + map.stiffest_drive_n_per_m;
     let mut points = Vec::new();
-    for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
+    let shares = [0.0, 0.25, 0.5, 0.75, 1.0];
+    // Without radiation its five shares are the same.
+    let radiating = if map.radiation_kg_per_s > 0.0 { &shares[..] } else { &shares[..1] };
+    for (share, radiating) in shares.iter().flat_map(|share| radiating.iter().map(move |of| (share, of))) {
         for along in 0..=ALONG {
             let x = f64::from(along) / f64::from(ALONG);
             let l = Chain::LARGEST_EIGENVALUE * x * x;
             let t = dt * dt * (chain.stiffness_n_per_m * l + share * held) / m;
-            let r = t + dt * chain.damping_kg_per_s * l / m;
+            let radiated = dt * (radiating * map.radiation_kg_per_s) / m;
+            let r = t + dt * chain.damping_kg_per_s * l / m + radiated;
             let discriminant = r * r / 4.0 - t;
             let root = discriminant.abs().sqrt();
             if discriminant < 0.0 {

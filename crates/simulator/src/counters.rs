@@ -32,6 +32,15 @@ pub struct Counters {
     /// Steps in which a contact of a slab or a body had lifted off, summed over the contacts.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub contact_steps_in_air: u64,
+    /// Steps of varying length that the adaptive solver took, and those whose error was too large.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub adaptive_steps: u64,
+    /// Likewise.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rejected_steps: u64,
+    /// Steps of the grid that these cover.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub covered_steps: u64,
 }
 
 fn is_zero(count: &u64) -> bool {
@@ -45,7 +54,7 @@ impl Counters {
     /// Whether these can be the counts of a run of `steps` steps. Counts from a file must pass before
     /// anything is added to them.
     pub fn fit(&self, steps: u64) -> bool {
-        let of_steps = [self.plain_steps, self.jump_steps, self.window_steps];
+        let of_steps = [self.plain_steps, self.jump_steps, self.window_steps, self.covered_steps];
         let others = [
             self.jumps,
             self.refused_jumps,
@@ -53,6 +62,8 @@ impl Counters {
             self.refused_windows,
             self.applications,
             self.switches,
+            self.adaptive_steps,
+            self.rejected_steps,
         ];
         of_steps.into_iter().try_fold(0, u64::checked_add) == Some(steps)
             && others.into_iter().all(|count| count <= MOST_COUNTED)
@@ -60,7 +71,7 @@ impl Counters {
 
     /// Steps taken in all, singly or in leaps.
     pub fn steps(&self) -> u64 {
-        self.plain_steps + self.jump_steps + self.window_steps
+        self.plain_steps + self.jump_steps + self.window_steps + self.covered_steps
     }
 
     /// All counts by name.
@@ -76,7 +87,19 @@ impl Counters {
             applications,
             switches,
             contact_steps_in_air,
+            adaptive_steps,
+            rejected_steps,
+            covered_steps,
         } = *self;
+        if covered_steps > 0 {
+            let counts = [
+                ("steps", covered_steps),
+                ("adaptive_steps", adaptive_steps),
+                ("rejected_steps", rejected_steps),
+                ("switches", switches),
+            ];
+            return counts.map(|(name, count)| (name.to_owned(), count)).into();
+        }
         [
             ("steps", self.steps()),
             ("plain_steps", plain_steps),
@@ -111,6 +134,9 @@ impl Add for Counters {
             applications: self.applications + other.applications,
             switches: self.switches + other.switches,
             contact_steps_in_air: self.contact_steps_in_air + other.contact_steps_in_air,
+            adaptive_steps: self.adaptive_steps + other.adaptive_steps,
+            rejected_steps: self.rejected_steps + other.rejected_steps,
+            covered_steps: self.covered_steps + other.covered_steps,
         }
     }
 }
@@ -125,6 +151,11 @@ impl fmt::Display for Counters {
             Some(mean) => format!("{times} of {mean} on average"),
             None => String::new(),
         };
+        if self.covered_steps > 0 {
+            line(f, "steps", self.adaptive_steps, "of varying length")?;
+            line(f, "block switches", self.switches, "")?;
+            return line(f, "rejected steps", self.rejected_steps, "their error was too large");
+        }
         line(f, "steps", self.steps(), "")?;
         line(f, "in jumps", self.jump_steps, &each(self.jump_steps, self.jumps))?;
         line(f, "in windows", self.window_steps, &each(self.window_steps, self.windows))?;

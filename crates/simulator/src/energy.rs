@@ -6,7 +6,8 @@
 //!
 //! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
 //!   from that of the step before, the nodes fixed;
-//! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts; *viscous loss* `v C w`;
+//! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts, without the part `E v` of `f`
+//!   that radiates; *radiated energy* `E v w` over them; *viscous loss* `v C w`;
 //! - *anchor change*: energy of friction springs at re-attachment, less their energy at detachment;
 //! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction springs:
 //!   the error of the scheme, whose springs keep their initial pull for the whole step, and whose
@@ -31,7 +32,9 @@
 //! their own viscous loss, which follows from their own balance up to that of the second differences, and
 //! so on. Orders decrease as `(dt w)^2 / 4` with `w` the highest rate of the chain: [`Accounts`] uses
 //! enough of them to omit at most [`NEGLIGIBLE`] of the viscous loss. The viscous loss itself follows from
-//! the balance. The work of the drive needs sums, over the steps, of the displacements of the driven
+//! the balance. Radiation is part of `C`, as `E` on the diagonal of sliding blocks, so what follows is the sum
+//! of both losses: the radiated energy where there are no dampers between blocks. Where there are, spans and
+//! windows would leave the two apart undetermined, and there are none ([`Radiated::Apart`]). The work of the drive needs sums, over the steps, of the displacements of the driven
 //! blocks, which windows and jumps have in closed form.
 
 use asperity_model::elastic::Chain;
@@ -62,6 +65,27 @@ pub(crate) enum Bookkeeping {
     Spans,
 }
 
+/// How a fast run knows the energy that it radiates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Radiated {
+    /// There is none.
+    None,
+    /// It is all that is lost, and follows from the balance.
+    Rest,
+    /// Step by step; the viscous loss follows from the balance.
+    Apart,
+}
+
+impl Radiated {
+    pub(crate) fn of(plan: &Plan, chain: &Chain) -> Radiated {
+        match (plan.friction.law.radiation_kg_per_s() > 0.0, chain.damping_kg_per_s > 0.0) {
+            (false, _) => Radiated::None,
+            (true, false) => Radiated::Rest,
+            (true, true) => Radiated::Apart,
+        }
+    }
+}
+
 /// Heat and work of the scheme in a span, as functions of the state.
 #[derive(Debug, Clone, Copy)]
 struct Potential {
@@ -76,8 +100,10 @@ pub(crate) struct Accounts {
     simd: Simd,
     /// Whether single steps add their terms one by one.
     by_steps: bool,
-    /// Whether the viscous loss follows from the balance.
+    /// Whether the viscous loss, or the radiated energy, follows from the balance.
     balances: bool,
+    radiated: Radiated,
+    radiation_kg_per_s: f64,
     orders: usize,
     /// Cost of spans since [`Accounts::take_cost_steps`] was last called.
     cost_steps: u64,
@@ -131,8 +157,11 @@ impl Accounts {
             by_steps: keeping == Bookkeeping::EveryStep
                 || plan.friction.law.holds()
                 || plan.friction.law.junctions().is_some()
+                || Radiated::of(plan, &chain) == Radiated::Apart
                 || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
+            radiated: Radiated::of(plan, &chain),
+            radiation_kg_per_s: plan.friction.law.radiation_kg_per_s(),
             orders,
             cost_steps: 0,
             advance_m,
@@ -219,9 +248,16 @@ impl Accounts {
         }
     }
 
-    /// Adds the terms of a single step, given the velocities after it: those computed by the kernels, and
-    /// the energy of the driving springs.
-    pub(crate) fn add_step(&self, plan: &Plan, ledger: &mut Ledger, work: &StepWork, after: &[f64]) {
+    /// Adds the terms of a single step, given the contacts that slid in it and the velocities before and after
+    /// it: those computed by the kernels, and the energy of the driving springs.
+    pub(crate) fn add_step(
+        &self,
+        plan: &Plan,
+        ledger: &mut Ledger,
+        work: &StepWork,
+        slip: &[f64],
+        [before, after]: [&[f64]; 2],
+    ) {
         let dt = plan.grid.step_s();
         let driven: f64 = plan
             .drive
@@ -229,7 +265,15 @@ impl Accounts {
             .iter()
             .map(|spring| 0.5 * spring.stiffness_n_per_m * after[spring.block] * after[spring.block])
             .sum();
-        ledger.friction_heat_j.add(dt * work.friction_w);
+        let mut heat_w = work.friction_w;
+        if self.radiated != Radiated::None {
+            let radiated_w = self.radiation_kg_per_s * self.simd.sliding_product(slip, before, after);
+            heat_w -= radiated_w;
+            if !self.balances || self.radiated == Radiated::Apart {
+                ledger.radiated_j.add(dt * radiated_w);
+            }
+        }
+        ledger.friction_heat_j.add(dt * heat_w);
         if !self.balances {
             ledger.viscous_loss_j.add(dt * work.dampers_w);
         }
@@ -309,6 +353,7 @@ impl Accounts {
             kinetic_j,
             elastic_j,
             scheme_work_j: scheme_j,
+            radiated_j: (self.radiated != Radiated::None).then(|| ledger.radiated_j.value()),
         };
         if self.balances {
             self.balance(&mut energy);
@@ -316,13 +361,17 @@ impl Accounts {
         energy
     }
 
-    /// Sets the viscous loss to the remainder of the balance.
+    /// Sets the viscous loss, or the radiated energy, to the remainder of the balance.
     fn balance(&self, energy: &mut Energy) {
-        energy.viscous_loss_j = (energy.drive_work_j + energy.prestress_work_j)
+        let lost_j = (energy.drive_work_j + energy.prestress_work_j)
             + (energy.anchor_change_j + energy.scheme_work_j)
-            - energy.friction_heat_j
+            - (energy.friction_heat_j + energy.radiated_j.unwrap_or(0.0))
             - (energy.kinetic_j - self.initial_kinetic_j)
             - (energy.elastic_j - self.initial_elastic_j);
+        match self.radiated {
+            Radiated::Rest => energy.radiated_j = Some(lost_j),
+            Radiated::None | Radiated::Apart => energy.viscous_loss_j = lost_j,
+        }
     }
 
     /// Energy at the start.
@@ -379,6 +428,11 @@ impl Accounts {
     /// The functions of the state whose differences over the span are heat and scheme work.
     fn potential(&mut self, plan: &Plan, state: &SliderState) -> Potential {
         let Accounts { chain, simd, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
+        let radiation = self.radiation_kg_per_s;
+        let radiated_w = |v: &[f64], sigma: &[f64]| match radiation > 0.0 {
+            true => radiation * simd.sliding_product(sigma, v, v),
+            false => 0.0,
+        };
         let (dt, mass) = (plan.grid.step_s(), plan.block_mass_kg);
         let dt_over_m = dt / mass;
         let rigid = plan.friction.law.holds();
@@ -400,6 +454,9 @@ impl Accounts {
         }
         for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
             *force += prestress;
+        }
+        if radiation > 0.0 {
+            simd.radiate(force_n, v, &map.sigma, radiation);
         }
         let held = Held {
             u,
@@ -431,6 +488,7 @@ impl Accounts {
             drive - load
         };
         let Forms { mixed, loss, .. } = simd.forms(&Changing { chain, u, v, d_v, spring: &map.spring });
+        let loss = loss + radiated_w(v, &map.sigma);
         let mut scheme_j = -0.5 * mass * mixed - 0.25 * dt * loss + 0.5 * steady_j(u);
         let mut share = 0.25;
         for order in 1..=*orders {
@@ -445,6 +503,9 @@ impl Accounts {
                     *force -= map.ramp.change_n(*friction) * sigma;
                 }
             }
+            if radiation > 0.0 {
+                simd.radiate(force_n, d_v, &map.sigma, radiation);
+            }
             let held = Held { u: d_u, v: d_v, anchor: zeros, drag: zeros, ..held };
             let [next_u, next_v] = next;
             simd.first_difference(next_u, next_v, force_n, &held);
@@ -453,6 +514,7 @@ impl Accounts {
             }
             let Forms { square, mixed, loss, elastic: strain_j } =
                 simd.forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
+            let loss = loss + radiated_w(d_v, &map.sigma);
             let drive_j: f64 = plan
                 .drive
                 .springs
@@ -497,7 +559,9 @@ fn orders(plan: &Plan) -> usize {
         + plan.friction.interfacial_stiffness_n_per_m
         + plan.drive.stiffest_n_per_m();
     let square = dt * dt * stiffest / mass;
-    let damped = square + dt * elastic.damping_spectral_bound_kg_per_s() / mass;
+    let damped = square
+        + dt * elastic.damping_spectral_bound_kg_per_s() / mass
+        + dt * plan.friction.law.radiation_kg_per_s() / mass;
     let falls = 0.25 * square.max(damped * damped);
     let mut left_out = falls * falls;
     let mut orders = 1;

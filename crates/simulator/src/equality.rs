@@ -408,7 +408,7 @@ impl Numbers {
     /// Compares all energies relative to the largest of them.
     fn energies(&mut self, plain: Option<&Energy>, fast: Option<&Energy>) {
         let (Some(plain), Some(fast)) = (plain, fast) else { return };
-        for ((_, plain), (_, fast)) in plain.parts().into_iter().zip(fast.parts()) {
+        for ((_, plain), (_, fast)) in plain.parts().zip(fast.parts()) {
             self.one(5, plain, fast);
         }
     }

@@ -243,7 +243,7 @@ impl<'a> Exact<'a> {
                 let place = axis * plan.blocks + n;
                 self.tangential_force_n[place] = tau[axis];
                 let friction = if self.start.slip[n] != 0.0 {
-                    -(sliding_friction * along[axis])
+                    -(sliding_friction * along[axis]) - v[axis] * plan.friction.law.radiation_kg_per_s()
                 } else if plan.friction.law.holds() {
                     -tau[axis]
                 } else {

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use asperity_model::laws::FrictionLaw;
 use asperity_model::{Elastic, Plan};
 
+use crate::adaptive::{self, Adaptive};
 use crate::fast::{self, ChainLeaps, Fast, LatticeLeaps};
 use crate::kernels::Simd;
 use crate::plain::Plain;
@@ -28,27 +30,44 @@ pub enum SolverKind {
     Fast,
     /// [`Plain`], which takes every step.
     Plain,
+    /// The solver whose steps follow the motion, for rate-and-state friction.
+    Adaptive,
 }
 
 impl SolverKind {
+    const ALL: [SolverKind; 3] = [SolverKind::Fast, SolverKind::Plain, SolverKind::Adaptive];
+
     /// The solver's name in run headers and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             SolverKind::Fast => fast::NAME,
             SolverKind::Plain => Plain::NAME,
+            SolverKind::Adaptive => adaptive::NAME,
         }
     }
 
     /// The solver of that name.
     pub fn named(name: &str) -> Option<SolverKind> {
-        [SolverKind::Fast, SolverKind::Plain].into_iter().find(|kind| kind.name() == name)
+        SolverKind::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// The solvers of a law, its default first.
+    pub fn of(law: FrictionLaw) -> &'static [SolverKind] {
+        match law {
+            FrictionLaw::RateAndState => &[SolverKind::Adaptive],
+            _ => &[SolverKind::Fast, SolverKind::Plain],
+        }
     }
 
     /// A solver of this kind at the start of a plan.
+    ///
+    /// # Panics
+    /// If it is none of those [`SolverKind::of`] the plan's law.
     pub fn start(self, plan: impl Into<Arc<Plan>>) -> Box<dyn Solver> {
         match self {
             SolverKind::Fast => fast(plan.into(), Simd::detect()),
             SolverKind::Plain => Box::new(Plain::new(plan)),
+            SolverKind::Adaptive => Box::new(Adaptive::new(plan.into())),
         }
     }
 }

@@ -14,6 +14,9 @@ pub struct Ledger {
     pub load_work_j: Sum,
     /// Work against sliding friction.
     pub friction_heat_j: Sum,
+    /// Work of radiation damping; 0 where nothing radiates, and where it follows from the balance.
+    #[serde(default, skip_serializing_if = "Sum::is_zero")]
+    pub radiated_j: Sum,
     /// Energy of friction springs at re-attachment, less their energy at detachment.
     pub anchor_change_j: Sum,
     /// Work of the dashpots; 0 where it follows from the balance.
@@ -45,6 +48,7 @@ impl Ledger {
             self.drive_work_j,
             self.load_work_j,
             self.friction_heat_j,
+            self.radiated_j,
             self.anchor_change_j,
             self.viscous_loss_j,
             self.scheme_work_j,

@@ -2,7 +2,8 @@
 //!
 //! A solver is a state machine: a call for the next [`Record`](asperity_record::Record) advances it as far
 //! as necessary. It does no I/O, reads no clock and starts no thread, so that the same plan gives the same
-//! records wherever it runs.
+//! records wherever it runs; threads that are handed in ([`Crew`]) compute parts of a step without a change of
+//! its bits.
 //!
 //! [`Plain`] takes every step; it is the oracle. [`SolverKind::Fast`] computes the same discrete trajectory
 //! for a cost that follows the switches: certified windows where no contact switches, certified
@@ -41,6 +42,7 @@
 //! - `pace`: a [`Snapshot`], the slider with the accounts of its solver.
 //! - `stepper`: one step, equation by equation, for any `body` (the chain, the lattice) and contact
 //!   law (`law`); `kernels` below it has the loops over all blocks.
+//! - `crew`: threads that are handed in for the steps of large bodies.
 //! - `junctions`: the step of contacts that consist of many junctions.
 //! - `energy` and `ledger`: the balance of the work of the drive.
 //! - `instability_stop`: ends a run whose time step itself adds too much energy.
@@ -51,6 +53,7 @@
 //!   all contacts stick: a chain with `modes` or, if it is long, `standing_waves` and
 //!   `nonuniform_cosines`, a lattice with `slow_modes`. `clearance` and `norms` are the last and the first
 //!   part of their certificates. `cost` decides whether leaps pay.
+//! - `adaptive`: steps of varying length, for friction under which nothing sticks.
 //! - `propagator`, `operator_cache`: the matrix of a step, and what is precomputed from it, shared by
 //!   the runs of a process.
 //! - [`equality`] and `exact`: compare two solvers, and settle what rounding decides.
@@ -59,6 +62,7 @@
 //! rub; a slab and a body have contacts at their bottom alone; in a chain and a sheet every node carries one
 //! contact, and both are called *blocks* where the difference does not matter.
 
+mod adaptive;
 mod bodies;
 mod body;
 mod chebyshev;
@@ -66,6 +70,7 @@ mod clearance;
 mod complex;
 mod cost;
 mod counters;
+mod crew;
 mod energy;
 pub mod equality;
 mod exact;
@@ -96,7 +101,9 @@ mod stepper;
 mod strength;
 mod window;
 
+pub use adaptive::{AdaptiveState, Crossing};
 pub use counters::Counters;
+pub use crew::{Crew, most_threads};
 pub use exact::Exact;
 pub use instability_stop::MOST_SCHEME_SHARE;
 pub use junctions::JunctionState;

@@ -14,6 +14,8 @@
 //! within the stability of the scheme, which gives the bounds of
 //! [`Norms`] on forces and velocities.
 //!
+//! Radiation, `E v` on sliding blocks, adds `E` to their diagonal of `C`, for the argument as for the bounds.
+//!
 //! Without friction springs a stuck block does not move: `M` and `C` are then those of the sliding blocks
 //! alone, submatrices of the chain's, and the argument applies unchanged.
 //!
@@ -62,7 +64,7 @@ impl Norms {
     /// uses the bounds of [`asperity_model::Elastic`], given here with their values for a chain.
     ///
     /// The velocity part of `I` is at least
-    /// `s = m - 2 dt eta - dt^2 (4 k + k_t + K) / 4 > 0` times `|v|^2`, by the largest eigenvalues
+    /// `s = m - dt (4 eta + E) / 2 - dt^2 (4 k + k_t + K) / 4 > 0` times `|v|^2`, by the largest eigenvalues
     /// of damping and stiffness. A force is
     /// `tau = -P w - (C + dt P / 2) v` with `P` the stiffness without friction
     /// springs; a row of it is bounded by `sqrt(P_nn) sqrt(w M w)`, since `P <= M`,
@@ -71,8 +73,9 @@ impl Norms {
         let (elastic, dt) = (&plan.elastic, plan.grid.step_s());
         let (kt, drive) = (plan.friction.interfacial_stiffness_n_per_m, plan.drive.stiffest_n_per_m());
         let all = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>();
-        let (stiffest, most_damped) =
-            (elastic.stiffest_n_per_m(kt, drive), elastic.damping_spectral_bound_kg_per_s());
+        let radiation = plan.friction.law.radiation_kg_per_s();
+        let stiffest = elastic.stiffest_n_per_m(kt, drive);
+        let most_damped = elastic.damping_spectral_bound_kg_per_s() + radiation;
         let foundation = elastic.as_lattice().foundation_n_per_m;
         let inertia = plan.block_mass_kg - dt * most_damped / 2.0 - dt * dt * stiffest / 4.0;
         assert!(inertia > 0.0, "the time step is within the stability of the scheme");
@@ -86,7 +89,7 @@ impl Norms {
             // `k_f` is part of `M`.
             load: foundation.sqrt() + 0.5 * dt * foundation * velocity,
             stiffness_n_per_m: elastic.row_bound_n_per_m() + kt + drive,
-            damping_kg_per_s: elastic.damping_row_bound_kg_per_s(),
+            damping_kg_per_s: elastic.damping_row_bound_kg_per_s() + radiation,
             mass_kg: plan.block_mass_kg,
             half_step_s: dt / 2.0,
             prestress_n: plan.prestress_n.iter().fold(0.0, |largest, force| force.abs().max(largest)),

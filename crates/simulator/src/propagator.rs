@@ -13,6 +13,8 @@ pub(crate) struct Propagator {
     pub(crate) step_s: f64,
     pub(crate) block_mass_kg: f64,
     pub(crate) chain: Chain,
+    /// `E` of a sliding block.
+    pub(crate) radiation_kg_per_s: f64,
     /// Stiffness of the friction spring of a stuck block.
     pub(crate) interfacial_stiffness_n_per_m: f64,
     /// `K_n` of every block.
@@ -27,6 +29,7 @@ impl Propagator {
             step_s: plan.grid.step_s(),
             block_mass_kg: plan.block_mass_kg,
             chain: *chain,
+            radiation_kg_per_s: plan.friction.law.radiation_kg_per_s(),
             interfacial_stiffness_n_per_m: plan.friction.interfacial_stiffness_n_per_m,
             drive_n_per_m: plan.drive.stiffness_n_per_m(plan.blocks),
             stiffest_drive_n_per_m: plan.drive.stiffest_n_per_m(),
@@ -48,6 +51,7 @@ impl Propagator {
             step_s,
             block_mass_kg,
             chain,
+            radiation_kg_per_s,
             interfacial_stiffness_n_per_m,
             drive_n_per_m,
             stiffest_drive_n_per_m,
@@ -58,6 +62,7 @@ impl Propagator {
             block_mass_kg,
             stiffness_n_per_m,
             damping_kg_per_s,
+            radiation_kg_per_s,
             interfacial_stiffness_n_per_m,
             stiffest_drive_n_per_m,
         ];

@@ -264,6 +264,7 @@ pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
         junctions_slipping,
         pinned_mean_ratio,
         pinned_width_ratio,
+        state: state.friction_state.clone(),
         displacement_across_m: across(&state.displacement_m, nodes),
         velocity_across_m_per_s: across(&state.velocity_m_per_s, nodes),
         tangential_force_across_n: across(&state.tangential_force_n, contacts),
@@ -350,7 +351,7 @@ fn are_finite(values: &[f64]) -> bool {
 fn not_finite(record: &StepRecord, step: u64, state: &SliderState) -> Option<SimulationError> {
     let ends_n = record.end_forces_n.into_iter().flatten();
     let driving_n = ends_n.chain([record.driving_force_n]).map(|force_n| ("the force of the drive", force_n));
-    let energies_j = record.energy.iter().flat_map(Energy::parts);
+    let energies_j = record.energy.into_iter().flat_map(|energy| energy.parts());
     let mut numbers = driving_n.chain(energies_j);
     let (what, _) = numbers.find(|(_, value)| !value.is_finite())?;
     let speed = |n: &usize| state.velocity_m_per_s[*n].abs();

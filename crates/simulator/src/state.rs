@@ -3,6 +3,7 @@
 use asperity_model::Plan;
 use serde::{Deserialize, Serialize};
 
+use crate::adaptive::AdaptiveState;
 use crate::junctions::JunctionState;
 use crate::ledger::Ledger;
 
@@ -61,6 +62,12 @@ pub struct SliderState {
     /// The junctions of the contacts, by the law that has them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub junctions: Option<Box<JunctionState>>,
+    /// The state `psi_n` of rate-and-state friction of each contact; empty by other laws.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub friction_state: Vec<f64>,
+    /// The motion under rate-and-state friction, in a snapshot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<Box<AdaptiveState>>,
 }
 
 fn never() -> u64 {
@@ -111,6 +118,8 @@ impl SliderState {
             },
             memory: vec![0.0; memory],
             junctions: JunctionState::initial(plan),
+            friction_state: initial.state.clone(),
+            adaptive: None,
         }
     }
 
@@ -155,6 +164,11 @@ impl SliderState {
             && match &self.junctions {
                 None => plan.friction.law.junctions().is_none(),
                 Some(junctions) => junctions.fits(plan, self.step, &self.slip),
+            }
+            && are_finite(&self.friction_state, plan.friction.evolution_effects.len())
+            && match &self.adaptive {
+                None => plan.friction.law.rate_and_state().is_none(),
+                Some(adaptive) => adaptive.fits(plan, self.step),
             }
             && are_finite(&self.memory, plan.friction.law.memory() * plan.blocks)
             && are_finite(&self.aged_threshold_n, if ages && is_given { plan.blocks } else { 0 })

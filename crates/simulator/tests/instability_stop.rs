@@ -174,6 +174,6 @@ fn what_is_not_finite_is_named_and_never_recorded() {
         assert_eq!(error.status(), RunStatus::StoppedNotFinite);
         assert!(error.to_string().contains(" is no longer finite: block 1 is at u = "), "{error}");
         let recorded = ended.last.and_then(|last| last.energy).unwrap_or_default();
-        assert!(recorded.parts().iter().all(|(_, value_j)| value_j.is_finite()));
+        assert!(recorded.parts().all(|(_, value_j)| value_j.is_finite()));
     }
 }

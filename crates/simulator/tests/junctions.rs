@@ -85,7 +85,7 @@ fn energies_balance_and_no_anchor_returns_energy() {
             let Record::Step(record) = record else { continue };
             let energy = record.energy.unwrap();
             let at_first_j = *first_j.get_or_insert(balance_j(energy));
-            let largest_j = energy.parts().map(|(_, j)| j.abs()).into_iter().fold(0.0, f64::max);
+            let largest_j = energy.parts().map(|(_, j)| j.abs()).fold(0.0, f64::max);
             let lacks_j = balance_j(energy) - at_first_j;
             assert!(lacks_j.abs() < 1e-9 * largest_j, "{scenario} in {}: {lacks_j}", record.step);
             assert!(last.is_none_or(|last| energy.friction_heat_j >= last.friction_heat_j), "{scenario}");

@@ -66,7 +66,8 @@ fn switches(mut solver: impl Solver) -> Vec<StepRecord> {
 #[test]
 fn every_law_sticks_and_slips_as_algebra_says() {
     // Junctions have closed forms of their own (`src/junctions/tests.rs`).
-    for &law in FrictionLaw::ALL.iter().filter(|law| **law != FrictionLaw::Junctions) {
+    let is_one_contact = |law: &&FrictionLaw| law.sticks() && **law != FrictionLaw::Junctions;
+    for &law in FrictionLaw::ALL.iter().filter(is_one_contact) {
         let (sets, loading_n_per_m, overshoot) = expected(law);
         let plan = plan(law, sets);
         let found = switches(Plain::new(plan.clone()));
@@ -117,7 +118,7 @@ fn the_fast_solver_does_what_the_plain_one_does() {
         &["time.start=loaded", "normal_load.total_n=399"],
         &["initial_velocity.amplitude_m_per_s=0.1", "initial_velocity.mode=0"],
     ];
-    for &law in FrictionLaw::ALL {
+    for &law in FrictionLaw::ALL.iter().filter(|law| law.sticks()) {
         let of_springs = springs.iter().filter(|_| law == FrictionLaw::InterfacialSprings);
         for sets in cases.iter().chain(of_springs) {
             let plan = plan(law, sets);

@@ -205,7 +205,7 @@ fn energies_of_a_slab_close() {
         let mut largest_j = 0.0_f64;
         for record in &found {
             let energy = record.energy.expect("energies are kept");
-            largest_j = energy.parts().iter().fold(largest_j, |most, (_, part)| most.max(part.abs()));
+            largest_j = energy.parts().fold(largest_j, |most, (_, part)| most.max(part.abs()));
             let left_over_j = energy.balance_j() - first;
             assert!(left_over_j.abs() < 1e-11 * largest_j, "{sets:?}, step {}: {left_over_j}", record.step);
         }

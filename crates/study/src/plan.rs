@@ -381,7 +381,7 @@ impl Plan {
     pub fn parts(&self) -> Parts {
         let rows = self.rows[..self.numbered() as usize].iter().filter(|row| row.refused.is_none());
         // Only these keys decide, so one run of each of their values is enough.
-        let deciding = ["friction.law", "slider.across"]
+        let deciding = ["friction.law", "slider.across", "friction.radiation_kg_per_s"]
             .map(|decides| self.common.keys.iter().position(|key| key == decides));
         let mut seen = BTreeSet::new();
         let value = |row: &Row, place: Option<usize>| place.map(|place| row.values[place].to_string());
@@ -389,6 +389,8 @@ impl Plan {
         firsts.filter_map(|row| self.resolve(row).ok()).fold(Parts::default(), |parts, run| Parts {
             junctions: parts.junctions || run.junction_count() > 0,
             area: parts.area || run.elastic().layout().is_area(),
+            radiation: parts.radiation || run.radiates(),
+            state: parts.state || run.has_state(),
         })
     }
 

@@ -13,8 +13,8 @@ use asperity_numbers::{RupturesFrom, Slider, Summarizer};
 use asperity_record::{Event, EventPayload, Record, RunHeader, Rupture, SlipEvent};
 use asperity_run::study::Job;
 use asperity_run::{
-    Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, SolverKind, Task,
-    Threads, at_once, run,
+    Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, Threads, at_once,
+    run,
 };
 use asperity_runlog::{Existing, WriteError};
 
@@ -192,9 +192,9 @@ fn make_named(plan: &Plan, row: &Row, scenario: Scenario, ways: Ways<'_>) -> Res
     let folder = ways.folder.join(runs::FOLDER);
     create_folder(&folder).map_err(|error| format!("{label}: {error}"))?;
     let mut counted = Counted { events: 0, tell: ways.tell };
-    let (solver, threads) = (SolverKind::default(), Threads::One);
+    let threads = Threads::One;
     let job = Job { name, scenario };
-    match job.make(&folder, solver, false, threads, ways.stop, &mut counted) {
+    match job.make(&folder, None, false, threads, ways.stop, &mut counted) {
         Ok(_) => Ok(Made::Done { content: None, events: counted.events }),
         Err(RunError::Stopped { .. }) => Ok(Made::Stopped),
         Err(RunError::Simulation { error, .. }) => Ok(Made::Failed(error.to_string())),

@@ -115,6 +115,8 @@ impl About {
             blocks,
             rows,
             junction_count,
+            radiates,
+            has_state,
             time_step_s,
             longest_stable_step_s,
             steps,
@@ -143,6 +145,8 @@ impl About {
         ];
         pairs.extend((*rows != 1).then(|| ("rows", rows.to_string())));
         pairs.extend((*junction_count > 0).then(|| ("junction_count", junction_count.to_string())));
+        pairs.extend(radiates.then(|| ("radiates", radiates.to_string())));
+        pairs.extend(has_state.then(|| ("has_state", has_state.to_string())));
         pairs.extend(longest_stable_step_s.map(|longest_s| ("longest_stable_step_s", longest_s.to_string())));
         if let Some(Scales {
             block_length_m,

@@ -85,6 +85,10 @@ pub struct StepParts {
     pub junctions: bool,
     /// Components across the sliding direction, of switches and states over an area of contact.
     pub area: bool,
+    /// Radiated energy, where sliding contacts radiate.
+    pub radiation: bool,
+    /// The state of contacts, by rate-and-state friction.
+    pub state: bool,
 }
 
 impl StepParts {
@@ -97,6 +101,8 @@ impl StepParts {
             contact_loads: false,
             junctions: record.junctions.is_some(),
             area: run.area,
+            state: false,
+            radiation: record.energy.is_some_and(|energy| energy.radiated_j.is_some()),
         }
     }
 
@@ -105,6 +111,7 @@ impl StepParts {
         StepParts {
             contact_loads: !record.normal_load_n.is_empty(),
             junctions: !record.junctions_slipping.is_empty(),
+            state: !record.state.is_empty(),
             area: !record.displacement_across_m.is_empty(),
             ..StepParts::default()
         }
@@ -160,6 +167,7 @@ pub(crate) fn fields_columns(parts: StepParts) -> Vec<Column> {
             ),
         ]);
     }
+    columns.extend(parts.state.then_some(STATE));
     if parts.area {
         columns.extend(ACROSS);
         columns.push(number(
@@ -217,6 +225,9 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
             number("scheme_work_j", "What the time step itself added."),
         ]);
     }
+    if parts.radiation {
+        columns.push(number("radiated_j", "Work of radiation damping on sliding contacts."));
+    }
     if parts.junctions {
         columns.push(step("breaks", "How many junctions broke in all steps before this one."));
         columns.push(step("repins", "How many junctions were pinned again in all steps before this one."));
@@ -252,6 +263,12 @@ const ACROSS: [Column; 3] = [
     ),
 ];
 
+const STATE: Column = Column::with_unit(
+    "state",
+    ColumnKind::Number,
+    "1",
+    "State of rate-and-state friction, `f_0 + b_n ln(V_0 theta_n / D_c)`.",
+);
 const JUNCTIONS_SLIPPING: Column =
     count("junctions_slipping", "How many junctions of the contact slip at the end of the step.");
 
@@ -296,11 +313,14 @@ mod tests {
 
     #[test]
     fn energies_stand_last_in_the_order_of_their_fields() {
-        let names = asperity_record::Energy::default().parts().map(|(name, _)| name);
-        for end_forces in [false, true] {
-            let columns = step_columns(StepParts { end_forces, energies: true, ..StepParts::default() });
-            let last: Vec<&str> = columns[columns.len() - 8..].iter().map(|column| &*column.name).collect();
-            assert_eq!(last, names);
+        for (end_forces, radiation) in [(false, false), (true, false), (true, true)] {
+            let radiated_j = radiation.then_some(0.0);
+            let energy = asperity_record::Energy { radiated_j, ..asperity_record::Energy::default() };
+            let names: Vec<&str> = energy.parts().map(|(name, _)| name).collect();
+            let parts = StepParts { end_forces, energies: true, radiation, ..StepParts::default() };
+            let columns = step_columns(parts);
+            let last = columns[columns.len() - names.len()..].iter().map(|column| &*column.name);
+            assert!(last.eq(names), "{columns:?}");
         }
     }
 }

@@ -87,6 +87,7 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) 
         junctions_slipping,
         pinned_mean_ratio,
         pinned_width_ratio,
+        state,
         displacement_across_m,
         velocity_across_m_per_s,
         tangential_force_across_n,
@@ -111,6 +112,7 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) 
     optional(junctions_slipping.len(), parts.junctions);
     optional(pinned_mean_ratio.len(), parts.junctions);
     optional(pinned_width_ratio.len(), parts.junctions);
+    optional(state.len(), parts.state);
     across.iter().for_each(|values| optional(values.len(), parts.area));
     Ragged::check(crate::layout::FIELDS, *step, &lengths)?;
     let mut row = Vec::new();
@@ -134,6 +136,7 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) 
                 Cell::Number(pinned_width_ratio[index]),
             ]);
         }
+        row.extend(parts.state.then(|| Cell::Number(state[index])));
         if parts.area {
             row.extend(across.map(|values| Cell::Number(values[index])));
         }
@@ -276,6 +279,7 @@ mod tests {
         let mut batch = Batch::new(&record_layouts(parts)[2].columns);
         assert!(fields(&mut batch, &torn, parts).is_err(), "it has nothing across");
         let over_area = FieldRecord {
+            state: Vec::new(),
             displacement_across_m: vec![1.0, 2.0],
             velocity_across_m_per_s: vec![3.0, 4.0],
             tangential_force_across_n: vec![5.0, 6.0],

@@ -219,6 +219,7 @@ impl RunTables {
                     ("forces on the ends", parts.end_forces, found.end_forces),
                     ("energies", parts.energies, found.energies),
                     ("counts of junctions", parts.junctions, found.junctions),
+                    ("radiated energies", parts.radiation, found.radiation),
                 ];
                 if let Some((what, first, _)) = differs.into_iter().find(|(_, first, found)| first != found) {
                     let first = if first { "has" } else { "has not" };

@@ -228,7 +228,7 @@ impl ResidualRow {
             law,
             found: residuals(run, law, rules)?,
             has_law: has_law(run),
-            dynamic_coefficient: run.scenario.friction.dynamic_coefficient,
+            dynamic_coefficient: run.scenario.mean_coefficients()[1],
             rules: *rules,
         })
     }

@@ -77,8 +77,10 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
         blocks: plan.blocks as u32,
         rows: plan.elastic.layout().rows(),
         junction_count: 0,
+        radiates: false,
+        has_state: false,
         time_step_s: plan.grid.step_s(),
-        longest_stable_step_s: Some(plan.longest_stable_step_s),
+        longest_stable_step_s: Some(plan.longest_stable_step_s).filter(|longest_s| longest_s.is_finite()),
         steps: plan.steps,
         scales: None,
     };
@@ -170,6 +172,7 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
             last_across: over_area(rows.max()),
             contacts: over_area(Some(slipped)),
             potency_m3: None,
+            radiated_j: None,
         });
         for (n, (block, arrival_step, stop_step)) in passed.iter().enumerate() {
             arrivals.push(Arrival {

@@ -12,6 +12,7 @@ mod diff;
 mod junctions;
 mod logs;
 mod pays;
+mod rate_and_state;
 mod scalar;
 mod slabs;
 mod studies;
@@ -32,7 +33,7 @@ const ROUNDS: usize = 5;
 const SCALAR_STEPS: u64 = 2_000_000;
 
 /// The available measurements, by name.
-const PARTS: [(&str, fn()); 13] = [
+const PARTS: [(&str, fn()); 14] = [
     ("loop", against_c),
     ("runs", default_runs),
     ("chains", long_chains),
@@ -42,6 +43,7 @@ const PARTS: [(&str, fn()); 13] = [
     ("slab", slabs::slabs),
     ("area", area::area),
     ("junctions", junctions::junctions),
+    ("rate-and-state", rate_and_state::rate_and_state),
     ("studies", studies::studies),
     ("logs", logs::logs),
     ("diff", diff::tables),

@@ -113,9 +113,9 @@ pub(crate) struct ReproduceArguments {
     /// Repeat runs that are already in the folder, and replace those of other scenarios.
     #[arg(long)]
     pub(crate) fresh: bool,
-    /// The solver to use; both give the same events.
-    #[arg(long, value_enum, default_value = "fast")]
-    pub(crate) solver: SolverChoice,
+    /// The solver to use for every run; fast and plain give the same events. Default: that of the run's law.
+    #[arg(long, value_enum)]
+    pub(crate) solver: Option<SolverChoice>,
     /// Draw figures without the code version and without the line that names
     /// their source: for comparison byte by byte.
     #[arg(long)]

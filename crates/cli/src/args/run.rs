@@ -31,9 +31,10 @@ pub(crate) struct RunArguments {
     /// The log to write; must not exist, except with --resume.
     #[arg(short, long, value_name = "RUN.mcap")]
     pub(crate) out: PathBuf,
-    /// The solver to use; both give the same events.
-    #[arg(long, value_enum, default_value = "fast")]
-    pub(crate) solver: SolverChoice,
+    /// The solver to use; fast and plain give the same events. Default: adaptive for rate-and-state friction, fast
+    /// for other laws.
+    #[arg(long, value_enum)]
+    pub(crate) solver: Option<SolverChoice>,
     /// Print statistics of the solver on stderr, even with --quiet.
     #[arg(long)]
     pub(crate) stats: bool,
@@ -52,6 +53,8 @@ pub(crate) enum SolverChoice {
     Fast,
     /// One step at a time, as in the equations.
     Plain,
+    /// Steps as long as their error allows, for rate-and-state friction.
+    Adaptive,
 }
 
 impl From<SolverChoice> for SolverKind {
@@ -59,6 +62,7 @@ impl From<SolverChoice> for SolverKind {
         match choice {
             SolverChoice::Fast => SolverKind::Fast,
             SolverChoice::Plain => SolverKind::Plain,
+            SolverChoice::Adaptive => SolverKind::Adaptive,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! How a slip pulse ends where the prestress falls: prestress and slip along the slider, and the
 //! speed of the pulse below.
 
-use asperity_model::front::{self, relative_prestress};
+use asperity_model::front::relative_prestress;
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
@@ -55,7 +55,7 @@ impl Figure for Arrest {
         let upper = Panel::new(x, y, Corner::TopRight, series).titled(&self.title);
         let speeds = fronts::local_speeds(run);
         let fastest = speeds.iter().skip(BETWEEN_MARKS).map(|(_, speed)| *speed).fold(1.0, f64::max) * 1.15;
-        let curve = front::curve(theory.relative_damping, theory.top_stiffness, fastest);
+        let curve = theory.curve(fastest);
         let steady: Vec<(f64, f64)> = prestress[1..]
             .iter()
             .filter_map(|(block, tau)| {

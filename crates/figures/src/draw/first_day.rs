@@ -49,6 +49,7 @@ fn with_records(mut run: RunData) -> RunData {
         },
         pinned_mean_ratio: rest(),
         pinned_width_ratio: rest(),
+        state: Vec::new(),
         displacement_across_m: across(),
         velocity_across_m_per_s: across(),
         tangential_force_across_n: across(),

@@ -2,7 +2,7 @@
 //! contacts as lines. Below, how far the marks are from their lines; or, where the theory does not
 //! speak of some of them, how much faster each is than a front on rigid contacts without damping.
 
-use asperity_model::front;
+use asperity_model::front::{self, Front};
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
@@ -26,8 +26,8 @@ keys! {
 /// What is shown of a run.
 pub(crate) struct Part {
     prestress: f64,
-    /// Damping and stiffness of the top drive, where there is a theory.
-    law: Option<(f64, f64)>,
+    /// The front by the theory, where there is one.
+    theory: Option<Front>,
     speed: Option<f64>,
     error: Option<f64>,
 }
@@ -40,7 +40,7 @@ impl Figure for FrontSpeed {
             .ok_or_else(|| format!("run {} has no static friction above sliding friction", run.name))?;
         Ok(Part {
             prestress,
-            law: fronts::theory(run).map(|theory| (theory.relative_damping, theory.top_stiffness)),
+            theory: fronts::theory(run),
             speed: fronts::speed_over_c(run),
             error: fronts::speed_error(run),
         })
@@ -51,23 +51,23 @@ impl Figure for FrontSpeed {
         for (index, series) in self.series.iter().enumerate() {
             let pen = Pen::nth(index, &series.label);
             let (mut points, mut errors, mut ratio) = (Vec::new(), Vec::new(), Vec::new());
-            let mut law = None;
+            let mut theory = None;
             for name in &series.runs {
-                let Part { prestress, law: of_run, speed, error } = *find(&parts, name)?;
-                law = law.or(of_run);
+                let Part { prestress, theory: of_run, speed, error } = *find(&parts, name)?;
+                theory = theory.or(of_run);
                 // A front that did not come so far leaves a gap.
                 let Some(speed) = speed else { continue };
                 points.push((prestress, speed));
                 ratio.push((prestress, speed * (1.0 - prestress * prestress).sqrt()));
                 errors.extend(error.map(|error| (prestress, (1e3 * error.abs()).log10())));
             }
-            if let Some((damping, top)) = law {
-                speeds.push(pen.line(front::curve(damping, top, self.to_speed)));
+            if let Some(theory) = theory {
+                speeds.push(pen.line(theory.curve(self.to_speed)));
             }
             speeds.push(pen.marks(points));
             let pen = pen.unlabelled();
             ratios.extend([pen.line(ratio.clone()), pen.marks(ratio)]);
-            deviations.push((law.is_some(), pen.marks(errors)));
+            deviations.push((theory.is_some(), pen.marks(errors)));
         }
         let all = |series: &[Series]| -> Vec<f64> {
             series.iter().flat_map(|series| &series.points).map(|(_, y)| *y).collect()

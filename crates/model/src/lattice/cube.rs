@@ -131,15 +131,25 @@ impl Bonds {
 }
 
 impl Cube {
-    /// The pull of springs, and of dashpots, between nodes on all freedoms.
+    /// The pull of springs, and of dashpots, between nodes on all freedoms of the nodes of some lines.
     ///
     /// Always inlined, so that it is compiled for the instruction set of its caller.
     #[inline(always)]
-    pub(super) fn pull(&self, springs_n: &mut [f64], dashpots_n: &mut [f64], u: &[f64], v: &[f64]) {
+    pub(super) fn pull(
+        &self,
+        of_lines: Range<usize>,
+        springs_n: &mut [&mut [f64]; 3],
+        dashpots_n: &mut [&mut [f64]; 3],
+        u: &[f64],
+        v: &[f64],
+    ) {
         let [columns, lanes, rows] = self.counts;
-        let nodes = columns * lanes * rows;
+        let (nodes, of_line) = (columns * lanes * rows, columns.div_ceil(PIECE));
+        let (pieces, first_node) =
+            (of_lines.start * of_line..of_lines.end * of_line, of_lines.start * columns);
+        let own = |piece: Piece| piece.nodes().start - first_node..piece.nodes().end - first_node;
         let (mut springs, mut dashpots) = ([NO_PARTS; 3], NO_PARTS);
-        for number in 0..self.pieces() {
+        for number in pieces.clone() {
             let (piece, starts, bonds) = self.piece(number);
             let mut around = [NO_LINES; 3];
             for axis in 0..3 {
@@ -147,28 +157,21 @@ impl Cube {
             }
             sum_springs(&mut springs, &around, piece, &bonds);
             for axis in 0..3 {
-                let Parts { ahead, behind, own } = &springs[axis];
-                let force_n = &mut springs_n[axis * nodes..][piece.nodes()];
-                add_parts(force_n, own, ahead, behind, 0.5 * self.stiffness_n_per_m);
+                let Parts { ahead, behind, own: of_column } = &springs[axis];
+                let force_n = &mut springs_n[axis][own(piece)];
+                add_parts(force_n, of_column, ahead, behind, 0.5 * self.stiffness_n_per_m);
             }
         }
         // One axis after the other: the lines around one line of all axes would not fit into the nearest cache.
         for axis in 0..3 {
-            let (v, force_n) = (&v[axis * nodes..][..nodes], &mut dashpots_n[axis * nodes..][..nodes]);
-            for number in 0..self.pieces() {
+            let (v, force_n) = (&v[axis * nodes..][..nodes], &mut *dashpots_n[axis]);
+            for number in pieces.clone() {
                 let (piece, starts, bonds) = self.piece(number);
-                let Parts { ahead: beside, own, .. } = &mut dashpots;
-                sum_dashpots(beside, own, &lines(v, &starts, piece.around().len()), piece, &bonds);
-                add_parts(&mut force_n[piece.nodes()], own, beside, beside, self.damping_kg_per_s);
+                let Parts { ahead: beside, own: of_column, .. } = &mut dashpots;
+                sum_dashpots(beside, of_column, &lines(v, &starts, piece.around().len()), piece, &bonds);
+                add_parts(&mut force_n[own(piece)], of_column, beside, beside, self.damping_kg_per_s);
             }
         }
-    }
-
-    /// Number of pieces of all lines.
-    #[inline(always)]
-    fn pieces(&self) -> usize {
-        let [columns, lanes, rows] = self.counts;
-        lanes * rows * columns.div_ceil(PIECE)
     }
 
     /// A piece by its number, with where the lines around it begin, and its bonds.

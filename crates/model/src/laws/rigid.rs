@@ -1,18 +1,62 @@
 //! Rigid Amontons-Coulomb (2.7), Maegawa's: a stuck contact does not move, a sliding one feels
-//! `-mu_d p sign(v)` and re-attaches, at rest, in the step in which its velocity would change sign.
+//! `-mu_d p sign(v) - E v` and re-attaches, at rest, in the step in which its velocity would change sign.
 
-use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, amontons_coulomb_n};
+use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n};
 
 /// Friction without springs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rigid;
+pub struct Rigid {
+    /// `E`.
+    radiation_kg_per_s: f64,
+}
 
 impl ContactLaw for Rigid {
     const HOLDS: bool = true;
+    const KEYS: &'static [&'static str] = &["friction.radiation_kg_per_s"];
+
+    fn of(keys: &LawKeys) -> Rigid {
+        Rigid { radiation_kg_per_s: keys.radiation_kg_per_s }
+    }
+
+    #[inline(always)]
+    fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
+        let ([v], [drag]) = (sliding.velocity_m_per_s, Silent.drag_n(sliding));
+        [drag + self.radiation_kg_per_s * v]
+    }
+
+    #[inline(always)]
+    fn re_attaches(&self, turn: &Turn) -> bool {
+        Silent.re_attaches(turn)
+    }
+
+    #[inline(always)]
+    fn turned_by(&self, turn: &Turn) -> f64 {
+        Silent.turned_by(turn)
+    }
+
+    fn affine(&self) -> Option<Affine> {
+        Silent.affine()
+    }
+
+    fn radiation_kg_per_s(&self) -> f64 {
+        self.radiation_kg_per_s
+    }
+
+    fn with<W: WithLaw>(self, what: W) -> W::Output {
+        if self.radiation_kg_per_s > 0.0 { what.with(self) } else { what.with(Silent) }
+    }
+}
+
+/// The law without radiation, `E = 0`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Silent;
+
+impl ContactLaw for Silent {
+    const HOLDS: bool = true;
     const KEYS: &'static [&'static str] = &[];
 
-    fn of(_: &LawKeys) -> Rigid {
-        Rigid
+    fn of(_: &LawKeys) -> Silent {
+        Silent
     }
 
     #[inline(always)]

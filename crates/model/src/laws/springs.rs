@@ -1,5 +1,5 @@
 //! Amontons-Coulomb with interfacial springs (section 5.3): a spring pulls a stuck contact to its anchor, a
-//! sliding one feels `-mu_d p sign(v)` (5.14), over an area `-mu_d p w / |w|` (docs/area.md).
+//! sliding one feels `-mu_d p sign(v) - E v` (5.14), over an area `-mu_d p w / |w|` (docs/area.md).
 
 use std::hint::select_unpredictable;
 
@@ -11,6 +11,8 @@ pub struct InterfacialSprings {
     /// Whether a contact re-attaches where its velocity changes sign or vanishes, and not at every
     /// velocity of 0 or below.
     two_way: bool,
+    /// `E`.
+    radiation_kg_per_s: f64,
 }
 
 impl ContactLaw for InterfacialSprings {
@@ -19,15 +21,17 @@ impl ContactLaw for InterfacialSprings {
         "friction.reattach",
         "friction.ageing_coefficient",
         "friction.ageing_time_s",
+        "friction.radiation_kg_per_s",
     ];
 
     fn of(keys: &LawKeys) -> InterfacialSprings {
-        InterfacialSprings { two_way: keys.is_two_way }
+        InterfacialSprings { two_way: keys.is_two_way, radiation_kg_per_s: keys.radiation_kg_per_s }
     }
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
-        [amontons_coulomb_n(sliding)]
+        let [v] = sliding.velocity_m_per_s;
+        [amontons_coulomb_n(sliding) + self.radiation_kg_per_s * v]
     }
 
     #[inline(always)]
@@ -46,17 +50,26 @@ impl ContactLaw for InterfacialSprings {
         Some(Affine { forward_only: !self.two_way })
     }
 
+    fn radiation_kg_per_s(&self) -> f64 {
+        self.radiation_kg_per_s
+    }
+
     fn with<W: WithLaw>(self, what: W) -> W::Output {
-        if self.two_way { what.with(ByRule::<true>) } else { what.with(ByRule::<false>) }
+        match (self.radiation_kg_per_s > 0.0, self.two_way) {
+            (true, _) => what.with(self),
+            (false, true) => what.with(ByRule::<true>),
+            (false, false) => what.with(ByRule::<false>),
+        }
     }
 }
 
-/// The law with a fixed rule of re-attachment, which loops need not check at every contact.
+/// The law without radiation, `E = 0`, and with a fixed rule of re-attachment, which loops need not check at
+/// every contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ByRule<const TWO_WAY: bool>;
 
 impl<const TWO_WAY: bool> ByRule<TWO_WAY> {
-    const LAW: InterfacialSprings = InterfacialSprings { two_way: TWO_WAY };
+    const LAW: InterfacialSprings = InterfacialSprings { two_way: TWO_WAY, radiation_kg_per_s: 0.0 };
 }
 
 impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
@@ -68,7 +81,7 @@ impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
-        Self::LAW.drag_n(sliding)
+        [amontons_coulomb_n(sliding)]
     }
 
     #[inline(always)]
@@ -158,7 +171,7 @@ mod tests {
     /// To the bit: friction whichever way it slides, and re-attachment of what slides forwards.
     #[test]
     fn along_one_axis_the_law_over_an_area_is_the_one_way_rule() {
-        let one_way = InterfacialSprings { two_way: false };
+        let one_way = InterfacialSprings { two_way: false, radiation_kg_per_s: 0.0 };
         for n in 0..10_000 {
             let [v, tau, new_v] = [1, 2, 3].map(|seed| number(seed, n));
             // Also speeds far below those that a step changes, and rest.

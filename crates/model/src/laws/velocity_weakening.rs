@@ -1,7 +1,7 @@
 //! Burridge and Knopoff's law (2.4): rigid, with the sliding friction
 //! `-mu_d p sign(v) / (1 + |v| / v_c) - E v`.
 
-use crate::laws::rigid::Rigid;
+use crate::laws::rigid::Silent;
 use crate::law::{ContactLaw, LawKeys, Sliding, Turn};
 
 /// Friction that falls with velocity.
@@ -27,21 +27,21 @@ impl ContactLaw for VelocityWeakening {
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
-        let ([v], [drag]) = (sliding.velocity_m_per_s, Rigid.drag_n(sliding));
+        let ([v], [drag]) = (sliding.velocity_m_per_s, Silent.drag_n(sliding));
         [drag / (1.0 + v.abs() * self.weakening_s_per_m) + self.radiation_kg_per_s * v]
     }
 
     #[inline(always)]
     fn re_attaches(&self, turn: &Turn) -> bool {
-        Rigid.re_attaches(turn)
+        Silent.re_attaches(turn)
     }
 
     #[inline(always)]
     fn turned_by(&self, turn: &Turn) -> f64 {
-        Rigid.turned_by(turn)
+        Silent.turned_by(turn)
     }
 
-    fn damping_kg_per_s(&self) -> f64 {
+    fn radiation_kg_per_s(&self) -> f64 {
         self.radiation_kg_per_s
     }
 }

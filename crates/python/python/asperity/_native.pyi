@@ -98,7 +98,7 @@ def run(
     overrides: Mapping[str, Any] | None = None,
     *,
     log: _Path | None = None,
-    solver: Literal["fast", "plain"] = "fast",
+    solver: Literal["fast", "plain", "adaptive"] | None = None,
     progress: _Progress = None,
     detectors: Detector | Iterable[Detector] | None = None,
     stop: Callable[[], object] | None = None,

@@ -228,13 +228,14 @@ impl Body for ChainBody {
             dt: plan.grid.step_s(),
             mass: plan.block_mass_kg,
         };
+        let (slip, velocities) = (moved.slip, [moved.v, moved.v_new]);
         let mut work = self.law.step_work(self.simd, &moved);
         if let Some(junctions) = &self.junctions {
             let [heat_j, scheme_j] = junctions.contacts.heat_and_scheme_j(&state.velocity_m_per_s);
             state.energy.friction_heat_j.add(heat_j);
             work.scheme_j += scheme_j;
         }
-        self.accounts.add_step(plan, &mut state.energy, &work, &state.velocity_m_per_s);
+        self.accounts.add_step(plan, &mut state.energy, &work, slip, velocities);
     }
 
     #[inline]

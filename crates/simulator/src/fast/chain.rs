@@ -243,6 +243,11 @@ impl Leaps for ChainLeaps {
                 "single steps while any block slides: friction that depends on velocity has no windows; at rest the run jumps all the same",
             );
         }
+        if law.affine().is_some() && law.radiation_kg_per_s() > 0.0 && plan.elastic.damping_kg_per_s() > 0.0 {
+            fallbacks.push(
+                "single steps while any block slides: windows would not tell what is radiated from what dampers between blocks lose",
+            );
+        }
         if law.holds() {
             // A chain that rests needs no modes to jump.
             return fallbacks;

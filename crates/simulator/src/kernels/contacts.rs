@@ -269,7 +269,7 @@ mod tests {
     fn all_instruction_sets_rub_contacts_the_same_to_the_bit() {
         for word in [FrictionLaw::InterfacialSprings, FrictionLaw::Rigid, FrictionLaw::VelocityWeakening] {
             let set = format!("friction.law={}", word.word());
-            compare::<1>(&*loops(resolve("default", &[set]).unwrap().friction.contact_law()));
+            compare::<1>(&*loops(resolve("default", &[set]).unwrap().contact_law()));
         }
         compare::<2>(&Loops(SpringsOverArea));
     }

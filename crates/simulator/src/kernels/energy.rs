@@ -17,6 +17,11 @@ impl Simd {
     }
 
     dispatch! {
+        /// `v v'` summed over the contacts whose mark is not 0.
+        sliding_product(mark: &[f64], v: &[f64], v_new: &[f64]) -> f64
+    }
+
+    dispatch! {
         /// Energies of a state.
         stored(state: &Stored<'_>) -> StoredEnergy
     }
@@ -214,6 +219,14 @@ fn forms(state: &Changing<'_>) -> Forms {
         loss,
         elastic: elastic + held(spring[last], u[last]),
     }
+}
+
+#[inline(always)]
+fn sliding_product(mark: &[f64], v: &[f64], v_new: &[f64]) -> f64 {
+    let [product] = sums!(mark.len(), (mark, v, v_new), |n of from| [
+        select_unpredictable(mark[n] != 0.0, v[n] * v_new[n], 0.0)
+    ]);
+    product
 }
 
 #[inline(always)]

@@ -171,7 +171,7 @@ mod tests {
             FrictionLaw::ALL.iter().map(move |law| format!("{rule}friction.law = {:?}\n", law.word()))
         });
         let scenarios = texts.map(|text| Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap());
-        scenarios.map(|scenario| loops(scenario.friction.contact_law())).collect()
+        scenarios.map(|scenario| loops(scenario.contact_law())).collect()
     }
 
     #[test]

@@ -24,6 +24,11 @@ impl Simd {
     }
 
     dispatch! {
+        /// Subtracts the radiation damping of sliding blocks, those with a direction, from forces.
+        radiate(force: &mut [f64], v: &[f64], sigma: &[f64], radiation: f64)
+    }
+
+    dispatch! {
         /// The change of the first difference in the next step, velocities in displacement per step. On
         /// entry `guard` has the change of the force, on return the guard of the first difference.
         second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>)
@@ -51,13 +56,28 @@ impl Simd {
                     term: &Term<'_>,
                     chain: &TermChain<'_>,
                 ) {
-                    match (term.first, chain.back > 0.0, chain.rigid) {
-                        (true, _, false) => next_term::<FIRST, false>(u, v, strain, guard, term, chain),
-                        (true, _, true) => next_term::<FIRST, true>(u, v, strain, guard, term, chain),
-                        (_, true, false) => next_term::<PLUS, false>(u, v, strain, guard, term, chain),
-                        (_, true, true) => next_term::<PLUS, true>(u, v, strain, guard, term, chain),
-                        (_, false, false) => next_term::<MINUS, false>(u, v, strain, guard, term, chain),
-                        (_, false, true) => next_term::<MINUS, true>(u, v, strain, guard, term, chain),
+                    macro_rules! of_kind {
+                        ($back:ident) => {
+                            match (chain.rigid, chain.radiation > 0.0) {
+                                (false, false) => {
+                                    next_term::<$back, false, false>(u, v, strain, guard, term, chain)
+                                }
+                                (true, false) => {
+                                    next_term::<$back, true, false>(u, v, strain, guard, term, chain)
+                                }
+                                (false, true) => {
+                                    next_term::<$back, false, true>(u, v, strain, guard, term, chain)
+                                }
+                                (true, true) => {
+                                    next_term::<$back, true, true>(u, v, strain, guard, term, chain)
+                                }
+                            }
+                        };
+                    }
+                    match (term.first, chain.back > 0.0) {
+                        (true, _) => of_kind!(FIRST),
+                        (_, true) => of_kind!(PLUS),
+                        (_, false) => of_kind!(MINUS),
                     }
                 }
                 $(#[$feature])?
@@ -132,6 +152,13 @@ fn first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &
     }
 }
 
+#[inline(always)]
+fn radiate(force: &mut [f64], v: &[f64], sigma: &[f64], radiation: f64) {
+    for ((force, v), sigma) in force.iter_mut().zip(v).zip(sigma) {
+        *force -= select_unpredictable(*sigma == 0.0, 0.0, radiation * v);
+    }
+}
+
 /// The inputs of a second difference, besides the change of the force.
 pub(crate) struct Second<'a> {
     pub(crate) u: &'a [f64],
@@ -177,6 +204,8 @@ pub(crate) struct TermChain<'a> {
     pub(crate) rigid: bool,
     /// Stiffness and damping in these units.
     pub(crate) springs: Chain,
+    /// Radiation damping of sliding blocks, likewise.
+    pub(crate) radiation: f64,
     /// The drive's part of the springs, by block.
     pub(crate) driven: &'a [(usize, f64)],
     /// The next term is `by` times the difference of this one, plus `stay` times this one, plus `back`
@@ -286,7 +315,7 @@ const PLUS: i8 = 1;
 const MINUS: i8 = -1;
 
 #[inline(always)]
-fn next_term<const BACK: i8, const RIGID: bool>(
+fn next_term<const BACK: i8, const RIGID: bool, const RADIATES: bool>(
     next_u: &mut [f64],
     next_v: &mut [f64],
     next_strain: &mut [f64],
@@ -301,10 +330,13 @@ fn next_term<const BACK: i8, const RIGID: bool>(
     let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
     let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
     let (spring, sigma) = (&term.spring[..blocks], &term.sigma[..blocks]);
-    let &TermChain { springs, by, stay, .. } = chain;
+    let &TermChain { springs, radiation, by, stay, .. } = chain;
     for n in 0..blocks {
         let pull = Chain::pull_of_strains(left[n], here[n], right[n]);
         let mut change = pull - spring[n] * u[n];
+        if RADIATES {
+            change -= select_unpredictable(sigma[n] == 0.0, 0.0, radiation * v[n]);
+        }
         if RIGID {
             change = select_unpredictable(sigma[n] == 0.0, 0.0, change);
         }

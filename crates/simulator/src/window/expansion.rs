@@ -1,6 +1,6 @@
 //! The terms of a state: its change over many steps while no block switches.
 //!
-//! Between two switches a step is an affine map. With `y` the state, its differences
+//! Between two switches a step is an affine map, with radiation as a damping of the sliding blocks alone. With `y` the state, its differences
 //! `D_1 = y(s+1) - y(s)` and `D_2 = D_1(s+1) - D_1(s)` eliminate what is constant or linear in time
 //! (anchors of friction springs, sliding friction, the drive's advance), and the remaining map is
 //! linear:
@@ -17,6 +17,7 @@ use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
 use crate::chebyshev::{Chebyshev, MOST_TERMS};
+use crate::energy::Radiated;
 use crate::kernels::{Guarded, Held, Second, Simd, TermChain, Terms};
 use crate::operator_cache::OperatorCache;
 use crate::state::SliderState;
@@ -86,8 +87,10 @@ pub(super) struct Expansion {
 impl Expansion {
     pub(super) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Expansion {
         let basis = match plan.friction.law.affine() {
-            Some(_) => OperatorCache::HERE.basis(plan, chain, simd),
-            None => Arc::new(Chebyshev::none()),
+            Some(_) if Radiated::of(plan, chain) != Radiated::Apart => {
+                OperatorCache::HERE.basis(plan, chain, simd)
+            }
+            _ => Arc::new(Chebyshev::none()),
         };
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
@@ -153,6 +156,10 @@ impl Expansion {
         for (guard, prestress) in guard.iter_mut().zip(&plan.prestress_n) {
             *guard += prestress;
         }
+        let radiation = friction.law.radiation_kg_per_s();
+        if radiation > 0.0 {
+            self.simd.radiate(guard, v, &self.sigma, radiation);
+        }
         let held = Held {
             u,
             v,
@@ -179,6 +186,9 @@ impl Expansion {
             {
                 *guard -= self.ramp.change_n(*friction) * sigma;
             }
+        }
+        if radiation > 0.0 {
+            self.simd.radiate(d_guard, d_v, &self.sigma, radiation);
         }
         let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
         let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);
@@ -278,6 +288,7 @@ impl Expansion {
             sigma: &self.sigma,
             rigid: plan.friction.law.holds(),
             springs,
+            radiation: unit * plan.friction.law.radiation_kg_per_s() / plan.grid.step_s(),
             driven: &self.driven,
             by,
             stay: -by * centre,

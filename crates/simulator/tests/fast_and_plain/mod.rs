@@ -72,7 +72,7 @@ pub(crate) fn samples_agree(plan: &Plan, least_jump_steps: u64) {
                 hold(0, plain.driving_force_n, fast.driving_force_n);
                 let (fast, plain) =
                     (fast.energy.expect("it has energies"), plain.energy.expect("it has energies"));
-                for ((_, plain), (_, fast)) in plain.parts().into_iter().zip(fast.parts()) {
+                for ((_, plain), (_, fast)) in plain.parts().zip(fast.parts()) {
                     hold(1, plain, fast);
                 }
                 worst_j = worst_j.max((fast.balance_j() - plain.balance_j()).abs());

@@ -1,0 +1,245 @@
+//! Rules of rate-and-state friction: what its start and its solver need, and what they leave without a meaning. Other
+//! laws cannot have what only its solver computes.
+
+use crate::choices::{DriveKind, Start};
+use crate::derive::evolution_effects;
+use crate::lattice_keys::Refusal;
+use crate::scenario::Scenario;
+
+/// The law, in refusals.
+const THE_LAW: &str = "friction.law = \"rate-and-state\"";
+
+/// Checks the rules. Keys at their defaults are accepted.
+pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
+    let drive = &scenario.drive;
+    let mut refused: Vec<Refusal> = Vec::new();
+    let mut refuse = |key, problem: String, accepted: &str| refused.push((key, problem, accepted.to_owned()));
+    let Some(law) = scenario.contact_law().rate_and_state() else {
+        if !drive.course_s.is_empty() || !drive.course_m_per_s.is_empty() {
+            let key = if drive.course_s.is_empty() { "drive.course_m_per_s" } else { "drive.course_s" };
+            let why = "the solvers of this law need a drive of constant velocity, until it stops";
+            refuse(key, why.to_owned(), &format!("none, or {THE_LAW}"));
+        }
+        return refused;
+    };
+    let slider = &scenario.slider;
+    if slider.is_lattice() {
+        let key = if slider.is_over_area() { "slider.across" } else { "slider.rows" };
+        let problem = format!("{THE_LAW} is known for chains, not for a {}", scenario.elastic().name());
+        refuse(key, problem, "1, or another friction.law");
+    }
+    if drive.kind == DriveKind::LeftRight {
+        let problem = format!("by {THE_LAW} blocks begin in steady sliding, in one direction");
+        refuse("drive.kind", problem, "\"side\" or \"top\"");
+    }
+    if drive.velocity_m_per_s == 0.0 {
+        let problem = "0: contacts begin in the state of steady sliding at this velocity";
+        refuse(
+            "drive.velocity_m_per_s",
+            problem.to_owned(),
+            "a number above 0; drive.hold_from_s stops the drive",
+        );
+    } else if law.event_speed_m_per_s <= drive.velocity_m_per_s {
+        refuse(
+            "friction.event_speed_m_per_s",
+            format!(
+                "{} is not above drive.velocity_m_per_s = {}, at which blocks creep without an event",
+                law.event_speed_m_per_s, drive.velocity_m_per_s
+            ),
+            &format!("a number above {}, or 0 for 10 times it", drive.velocity_m_per_s),
+        );
+    }
+    if drive.stiffness_n_per_m == 0.0 && scenario.time.start == Start::Loaded {
+        let problem = "0: nothing balances friction in steady sliding";
+        refuse(
+            "drive.stiffness_n_per_m",
+            problem.to_owned(),
+            "a number above 0, or time.start = \"at-rest\"",
+        );
+    }
+    if drive.until_load_ratio > 0.0 {
+        let problem =
+            format!("{}: the steps of the adaptive solver do not end at a load", drive.until_load_ratio);
+        refuse("drive.until_load_ratio", problem, "0, or drive.hold_from_s");
+    }
+    if !law.inertia {
+        if law.radiation_kg_per_s == 0.0 {
+            let problem = "0: without inertia only radiation bounds the velocity of a slip";
+            let accepted = "a number above 0, or friction.inertia = true";
+            refuse("friction.radiation_kg_per_s", problem.to_owned(), accepted);
+        }
+        if slider.relative_damping != 0.0 {
+            let problem = format!(
+                "{}: without inertia the velocity of a block follows from the forces on it alone, not from its neighbours'",
+                slider.relative_damping
+            );
+            refuse("slider.relative_damping", problem, "0, or friction.inertia = true");
+        }
+    }
+    let offsets = scenario.friction.evolution_offsets.len();
+    // Lists of the wrong length have a rule of their own.
+    if offsets == slider.contacts() as usize
+        && let Some((n, b)) = evolution_effects(scenario).iter().enumerate().find(|(_, b)| **b <= 0.0)
+    {
+        let problem = format!("block {} gets b = {b}", n + 1);
+        refuse("friction.evolution_offsets", problem, "b > 0 for every block");
+    }
+    let shear = &scenario.initial_shear;
+    let moves = scenario.initial_velocity.amplitude_m_per_s;
+    let why = format!("by {THE_LAW} shear and velocities at the start follow from time.start");
+    for (key, value) in [
+        ("initial_shear.beta", shear.beta),
+        ("initial_shear.poisson_ratio", shear.poisson_ratio),
+        ("initial_velocity.amplitude_m_per_s", moves),
+    ] {
+        if value != 0.0 {
+            refuse(key, format!("{value}: {why}"), "0");
+        }
+    }
+    for (key, is_there) in [
+        ("initial_shear.profile", !shear.profile.is_empty()),
+        ("initial_shear.profile_csv", !shear.profile_csv.is_empty()),
+    ] {
+        if is_there {
+            refuse(key, format!("a profile: {why}"), "none");
+        }
+    }
+    refused
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Scenario, ScenarioSource};
+
+    fn errors(text: &str) -> String {
+        Scenario::resolve(&ScenarioSource::new("test.toml", text)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_has_no_meaning_is_refused_with_place_key_value_and_reason() {
+        let by_law =
+            "by friction.law = \"rate-and-state\" shear and velocities at the start follow from time.start";
+        for (line, expected) in [
+            (
+                "slider.rows = 3\nslider.blocks = 11",
+                "1:15: slider.rows: friction.law = \"rate-and-state\" is known for chains, not for a slab \
+                 (accepted: 1, or another friction.law)",
+            ),
+            (
+                "drive.kind = \"left-right\"",
+                "1:14: drive.kind: by friction.law = \"rate-and-state\" blocks begin in steady sliding, in one direction \
+                 (accepted: \"side\" or \"top\")",
+            ),
+            (
+                "drive.velocity_m_per_s = 0",
+                "1:26: drive.velocity_m_per_s: 0: contacts begin in the state of steady sliding at this velocity \
+                 (accepted: a number above 0; drive.hold_from_s stops the drive)",
+            ),
+            (
+                "friction.event_speed_m_per_s = 0.00005",
+                "1:32: friction.event_speed_m_per_s: 0.00005 is not above drive.velocity_m_per_s = 0.0001, at which \
+                 blocks creep without an event (accepted: a number above 0.0001, or 0 for 10 times it)",
+            ),
+            (
+                "drive.stiffness_n_per_m = 0",
+                "1:27: drive.stiffness_n_per_m: 0: nothing balances friction in steady sliding (accepted: a number above \
+                 0, or time.start = \"at-rest\")",
+            ),
+            (
+                "drive.until_load_ratio = 0.3",
+                "1:26: drive.until_load_ratio: 0.3: the steps of the adaptive solver do not end at a load (accepted: 0, \
+                 or drive.hold_from_s)",
+            ),
+            (
+                "friction.inertia = false\nslider.relative_damping = 0",
+                "test.toml: friction.radiation_kg_per_s: 0: without inertia only radiation bounds the velocity of a slip \
+                 (accepted: a number above 0, or friction.inertia = true)",
+            ),
+            (
+                "slider.relative_damping = 0.2\nfriction.inertia = false\nfriction.radiation_kg_per_s = 1",
+                "1:27: slider.relative_damping: 0.2: without inertia the velocity of a block follows from the forces on \
+                 it alone, not from its neighbours' (accepted: 0, or friction.inertia = true)",
+            ),
+            (
+                "slider.blocks = 2\nfriction.evolution_offsets = [0, -0.015]",
+                "2:30: friction.evolution_offsets: block 2 gets b = 0 (accepted: b > 0 for every block)",
+            ),
+            (
+                "friction.evolution_offsets = [0.1]",
+                "1:30: friction.evolution_offsets: 1 number for 100 blocks",
+            ),
+            ("initial_shear.beta = 0.1", &format!("1:22: initial_shear.beta: 0.1: {by_law} (accepted: 0)")),
+            (
+                "initial_velocity.amplitude_m_per_s = 0.1",
+                &format!("1:38: initial_velocity.amplitude_m_per_s: 0.1: {by_law} (accepted: 0)"),
+            ),
+            (
+                "initial_shear.profile_csv = \"p.csv\"",
+                &format!("1:29: initial_shear.profile_csv: a profile: {by_law} (accepted: none)"),
+            ),
+            (
+                "time.tolerance = 0.1",
+                "1:18: time.tolerance: 0.1 is not accepted (accepted: a number from 0.000000000001 to 0.01)",
+            ),
+            (
+                "drive.course_s = [1, 2]",
+                "drive.course_m_per_s: 0 velocities at 2 times (accepted: as many as drive.course_s",
+            ),
+            (
+                "drive.course_s = [1, 1, 1]\ndrive.course_m_per_s = [1e-4, 0, 1]",
+                "1:18: drive.course_s: goes from 1 to 1 (accepted: times that ascend; two may be equal, for a jump)",
+            ),
+            (
+                "drive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-3, 0]",
+                "2:24: drive.course_m_per_s: begins with 0.001, but the velocity before it is 0.0001 (accepted: a first \
+                 velocity of drive.velocity_m_per_s)",
+            ),
+            (
+                "drive.course_s = [1, 2.000000001]\ndrive.course_m_per_s = [1e-4, 0]",
+                "1:18: drive.course_s: 2.000000001 is not a whole number of steps of 1e-8 s",
+            ),
+        ] {
+            let found = errors(&format!("{line}\nfriction.law = \"rate-and-state\""));
+            let expected = expected.strip_prefix("test.toml: ").unwrap_or(expected);
+            assert!(found.contains(expected) && found.lines().count() == 1, "{line}: {found}");
+        }
+    }
+
+    #[test]
+    fn other_laws_refuse_a_course_of_the_drive_and_the_adaptive_solver() {
+        let course = "drive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, 0]";
+        assert_eq!(
+            errors(course),
+            "test.toml:1:18: drive.course_s: the solvers of this law need a drive of constant velocity, until it stops \
+             (accepted: none, or friction.law = \"rate-and-state\")"
+        );
+        assert!(
+            errors("time.tolerance = 1e-5")
+                .contains("has no meaning for friction.law = \"interfacial-springs\"")
+        );
+        let this = "friction.law = \"rate-and-state\"\nfriction.static_coefficient = 0.8";
+        assert!(errors(this).starts_with(
+            "test.toml:2:31: friction.static_coefficient: 0.8 has no meaning for friction.law = \"rate-and-state\" \
+             (accepted: 0.7, or friction.law = \"interfacial-springs\" or "
+        ));
+    }
+
+    #[test]
+    fn a_run_begins_in_steady_sliding_unless_it_is_to_begin_at_rest() {
+        let resolve = |start: &str| {
+            let text = format!("friction.law = \"rate-and-state\"\n{start}");
+            Scenario::resolve(&ScenarioSource::new("test.toml", text))
+                .unwrap_or_else(|errors| panic!("{errors}"))
+        };
+        let (default, loaded) = (resolve(""), resolve("time.start = \"loaded\""));
+        let rest = resolve("time.start = \"at-rest\"");
+        assert_eq!((default.hash(), &default), (loaded.hash(), &loaded));
+        assert_ne!(default.hash(), rest.hash());
+        for scenario in [default, rest] {
+            for shown in [scenario.to_commented_toml(), scenario.to_editable_toml()] {
+                let again = Scenario::resolve(&ScenarioSource::logged("run.mcap", &shown)).unwrap();
+                assert_eq!(again, scenario);
+            }
+        }
+    }
+}

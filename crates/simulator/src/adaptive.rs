@@ -1,0 +1,479 @@
+//! The solver for rate-and-state friction, whose steps follow the motion: seconds between ruptures, nanoseconds
+//! within.
+//!
+//! `equations` has the equations of motion, `linear` the systems of their derivatives, `rodas4` the steps. Nothing
+//! sticks; a block *slides* from where its speed rises above the event speed `V_th` until it falls below half of it.
+//! These crossings are its detachments and re-attachments, found on the method's cubic through a step, whose error is
+//! of the order of `h^4` as that of the step.
+//!
+//! The grid of `time.step_s` is that of the records: a crossing is recorded in the first grid step after it, and what
+//! is due in a grid step is read off the cubics. So recording never changes a trajectory.
+
+mod equations;
+mod linear;
+mod rodas4;
+mod state;
+
+pub use state::{AdaptiveState, Crossing};
+
+use std::sync::Arc;
+
+use asperity_model::Plan;
+use asperity_record::{Energy, Record};
+
+use crate::adaptive::equations::{Equations, Outside, Unknowns};
+use crate::adaptive::rodas4::Rodas4;
+use crate::counters::Counters;
+use crate::ledger::Sum;
+use crate::pace::{Pace, Snapshot};
+use crate::recorder::Recorder;
+use crate::single_step::{Driving, SingleSteps};
+use crate::solver::{SimulationError, Solver};
+use crate::state::SliderState;
+
+/// The solver's name in run headers and on the command line.
+pub(crate) const NAME: &str = "adaptive";
+
+/// Shortest step, s. A reversal takes steps of 1e-20 s; shorter ones cannot come from finite numbers.
+const SHORTEST_STEP_S: f64 = 1e-200;
+
+/// A re-attachment happens at the event speed times this.
+const HYSTERESIS: f64 = 0.5;
+
+/// Solves rate-and-state friction by steps of varying length.
+#[derive(Debug, Clone)]
+pub(crate) struct Adaptive {
+    plan: Arc<Plan>,
+    equations: Equations,
+    rodas4: Rodas4,
+    /// The slider at the last grid step that was recorded.
+    slider: SliderState,
+    recorder: Recorder,
+    /// Displacements at the start, for the work of the prestress.
+    initial_m: Vec<f64>,
+    /// Where the step in which the slider is begins, and its length.
+    time_s: Sum,
+    step_s: f64,
+    next_step_s: f64,
+    begin: Place,
+    end: Place,
+    /// The piece of the courses of drive and load in which the step is: its first grid step, and the first knot after.
+    piece: Piece,
+    /// Whether each block is above the event speed at the end of the step.
+    is_above: Vec<bool>,
+    /// Crossings after the last grid step, ascending.
+    crossings: Vec<Crossing>,
+    /// For states within a step.
+    within: Unknowns,
+    counters: Counters,
+}
+
+/// One end of a step.
+#[derive(Debug, Clone)]
+struct Place {
+    at: Unknowns,
+    rates: Unknowns,
+}
+
+impl Place {
+    fn zeros(blocks: usize) -> Place {
+        Place { at: Unknowns::zeros(blocks), rates: Unknowns::zeros(blocks) }
+    }
+}
+
+/// Rates and derivatives at a place, for a step that begins there.
+fn prepare(equations: &mut Equations, rodas4: &mut Rodas4, place: &mut Place, outside: Outside) {
+    equations.evaluate(&mut place.at, outside);
+    equations.rates(&place.at, outside, &mut place.rates);
+    rodas4.begin(equations, &place.at, &place.rates, outside);
+}
+
+/// A piece between two knots of the courses of drive and load.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    from_s: f64,
+    outside: Outside,
+    /// The knot at its end, a grid step; `u64::MAX` for none.
+    until_step: u64,
+}
+
+impl Piece {
+    /// The piece that begins at a grid step.
+    fn from_step(plan: &Plan, step: u64) -> Piece {
+        let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+        let per_s = 1.0 / plan.grid.step_s();
+        let moves = plan.drive.course.as_ref().filter(|_| step < hold_step);
+        let stop_step = if step < hold_step { hold_step } else { u64::MAX };
+        let turn_step = moves.map_or(u64::MAX, |course| course.next_knot(step, u64::MAX));
+        let knots = [plan.load_course.next_knot(step, hold_step), stop_step, turn_step];
+        Piece {
+            from_s: plan.grid.time_s(step),
+            outside: Outside {
+                drive_m_per_s: plan.drive_velocity_m_per_s(step, hold_step),
+                drive_m_per_s2: moves.map_or(0.0, |course| course.rate(step, u64::MAX)) * per_s,
+                load: plan.load_factor(step, hold_step),
+                load_per_s: plan.load_course.rate(step, hold_step) * per_s,
+            },
+            until_step: knots.into_iter().min().unwrap_or(u64::MAX),
+        }
+    }
+
+    fn outside(&self, time_s: f64) -> Outside {
+        self.outside.after(time_s - self.from_s)
+    }
+}
+
+impl Adaptive {
+    /// A solver at the start of a plan.
+    ///
+    /// # Panics
+    /// If its law is another one.
+    pub(crate) fn new(plan: Arc<Plan>) -> Adaptive {
+        let law = plan.friction.law.rate_and_state().expect("the plan has rate-and-state friction");
+        let equations = Equations::of(&plan, law);
+        let slider = SliderState::initial(&plan);
+        let (blocks, step) = (plan.blocks, plan.initial.step);
+        let mut solver = Adaptive {
+            rodas4: Rodas4::new(&equations, law.tolerance),
+            recorder: Recorder::new(&plan, &Still(&slider)),
+            initial_m: slider.displacement_m.clone(),
+            time_s: Sum::default(),
+            step_s: 0.0,
+            next_step_s: 0.0,
+            begin: Place::zeros(blocks),
+            end: Place::zeros(blocks),
+            piece: Piece::from_step(&plan, step),
+            is_above: vec![false; blocks],
+            crossings: Vec::new(),
+            within: Unknowns::zeros(blocks),
+            counters: Counters::default(),
+            equations,
+            slider,
+            plan,
+        };
+        let state = AdaptiveState::initial(&solver.plan, &solver.equations);
+        solver.go_on_from(&state);
+        solver
+    }
+
+    /// Continues from a state that was saved at the grid step of the slider.
+    fn go_on_from(&mut self, saved: &AdaptiveState) {
+        let plan = Arc::clone(&self.plan);
+        self.time_s = saved.time_s;
+        self.next_step_s = saved.next_step_s;
+        self.crossings.clone_from(&saved.crossings);
+        self.begin.at = saved.unknowns();
+        // The piece of the courses in which the step begins; a step ends at a knot.
+        let mut piece = Piece::from_step(&plan, plan.initial.step);
+        while plan.grid.time_s(piece.until_step.min(plan.steps)) <= self.time_s.value()
+            && piece.until_step < plan.steps
+        {
+            piece = Piece::from_step(&plan, piece.until_step);
+        }
+        self.piece = piece;
+        let outside = piece.outside(self.time_s.value());
+        prepare(&mut self.equations, &mut self.rodas4, &mut self.begin, outside);
+        for (n, is_above) in self.is_above.iter_mut().enumerate() {
+            let switches = self.crossings.iter().filter(|crossing| crossing.block as usize == n).count();
+            *is_above = (self.slider.slip[n] != 0.0) != (switches % 2 == 1);
+        }
+        self.step_s = saved.step_s;
+        if self.step_s == 0.0 {
+            self.end.clone_from(&self.begin);
+            self.find_crossings(None);
+        } else {
+            self.try_step(outside, self.step_s);
+            self.close_step();
+        }
+    }
+
+    /// Computes a step; returns its error over the accepted one.
+    fn try_step(&mut self, outside: Outside, step_s: f64) -> f64 {
+        let Adaptive { rodas4, equations, begin, .. } = self;
+        rodas4.step(equations, &begin.at, &begin.rates, outside, step_s)
+    }
+
+    /// Ends the step that was computed last, and takes the derivatives for the next one.
+    fn close_step(&mut self) {
+        let outside = self.piece.outside(self.end_s().value());
+        let Adaptive { rodas4, equations, end, .. } = self;
+        end.at.copy(&rodas4.end);
+        prepare(equations, rodas4, end, outside);
+    }
+
+    /// When the step ends.
+    fn end_s(&self) -> Sum {
+        let mut end_s = self.time_s;
+        end_s.add(self.step_s);
+        end_s
+    }
+
+    /// Takes the next step, as long as its error allows, and finds the crossings in it.
+    fn advance(&mut self) -> Result<(), SimulationError> {
+        let plan = Arc::clone(&self.plan);
+        let mut end_s = self.end_s();
+        if self.piece.until_step != u64::MAX {
+            let knot_s = plan.grid.time_s(self.piece.until_step);
+            if self.seconds_to(knot_s) <= self.step_s {
+                end_s = Sum { total: knot_s, rest: 0.0 };
+                self.piece = Piece::from_step(&plan, self.piece.until_step);
+            }
+        }
+        self.time_s = end_s;
+        std::mem::swap(&mut self.begin, &mut self.end);
+        let outside = self.piece.outside(end_s.value());
+        if self.piece.from_s == end_s.value() {
+            // Drive and load may have turned.
+            prepare(&mut self.equations, &mut self.rodas4, &mut self.begin, outside);
+        }
+        let left_s = match self.piece.until_step {
+            u64::MAX => f64::INFINITY,
+            knot => self.seconds_to(plan.grid.time_s(knot)),
+        };
+        loop {
+            let step_s = self.next_step_s.min(left_s);
+            if step_s < SHORTEST_STEP_S {
+                return Err(self.overflow());
+            }
+            let error = self.try_step(outside, step_s);
+            let next_s = step_s * rodas4::factor(error);
+            if error <= 1.0 {
+                // A step that was cut short at a knot says little about the next one.
+                self.next_step_s =
+                    if step_s < self.next_step_s { next_s.max(self.next_step_s) } else { next_s };
+                self.step_s = step_s;
+                break;
+            }
+            self.next_step_s = next_s;
+            self.counters.rejected_steps += 1;
+        }
+        self.counters.adaptive_steps += 1;
+        self.close_step();
+        self.find_crossings(Some(self.step_s));
+        Ok(())
+    }
+
+    /// From the beginning of the step to a time.
+    fn seconds_to(&self, time_s: f64) -> f64 {
+        (time_s - self.time_s.total) - self.time_s.rest
+    }
+
+    /// The run cannot continue: the block with the fastest change.
+    fn overflow(&self) -> SimulationError {
+        let rate = |n: &usize| self.begin.rates.friction[*n].abs();
+        let block = (0..self.plan.blocks).max_by(|a, b| rate(a).total_cmp(&rate(b))).unwrap_or(0);
+        SimulationError::NotFinite {
+            step: self.slider.step,
+            what: "the step that time.tolerance allows",
+            block: block as u32 + 1,
+            displacement_m: self.slider.displacement_m[block],
+            velocity_m_per_s: self.slider.velocity_m_per_s[block],
+        }
+    }
+
+    /// Finds the crossings within a step of this length, or at the start.
+    fn find_crossings(&mut self, step_s: Option<f64>) {
+        let law = &self.equations.law;
+        let up = libm::log(law.event_speed_m_per_s / law.reference_velocity_m_per_s);
+        let down = up + libm::log(HYSTERESIS);
+        for n in 0..self.plan.blocks {
+            let (at, is_above) = (&self.end.at, self.is_above[n]);
+            let bound = if is_above { down } else { up };
+            if (self.equations.ln_velocity(at.friction[n], at.state[n]) > bound) == is_above {
+                continue;
+            }
+            self.is_above[n] = !is_above;
+            let into_s = step_s.map_or(0.0, |step_s| step_s * self.crossing(n, bound, is_above));
+            let mut time_s = self.time_s;
+            time_s.add(into_s);
+            let block = n as u32;
+            // Recorded once by a block in a grid step, and after the initial state.
+            let last = self.crossings.iter().rev().find(|crossing| crossing.block == block);
+            let after = last.map_or(self.slider.step, |crossing| crossing.step);
+            let step = self.plan.grid.first_step_from(time_s.value()).max(after.saturating_add(1));
+            let crossing = Crossing { step, block };
+            let place = self.crossings.partition_point(|other| *other < crossing);
+            self.crossings.insert(place, crossing);
+        }
+    }
+
+    /// The share of the step after which the speed of block `n` crosses a bound on `ln (V / V0)`.
+    fn crossing(&self, n: usize, bound: f64, is_above: bool) -> f64 {
+        let (mut before, mut after) = (0.0, 1.0);
+        let of = |share: f64| {
+            let within =
+                |unknown: &dyn Fn(&Unknowns) -> f64| self.rodas4.within(&self.begin.at, share, unknown);
+            let state = within(&|at| at.state[n]);
+            let load = self.piece.outside(self.time_s.value() + share * self.step_s).load;
+            let friction = self.equations.friction(
+                n,
+                load,
+                || within(&|at| at.friction[n]),
+                |m| within(&|at| at.behind_m[m]),
+                state,
+            );
+            self.equations.ln_velocity(friction, state)
+        };
+        // 50 halvings reach the spacing of doubles.
+        for _ in 0..50 {
+            let middle = 0.5 * (before + after);
+            if (of(middle) > bound) == is_above {
+                before = middle;
+            } else {
+                after = middle;
+            }
+        }
+        after
+    }
+
+    /// Moves the slider to a grid step within the step, and records it.
+    fn record(&mut self, step: u64) -> Result<(), SimulationError> {
+        let plan = Arc::clone(&self.plan);
+        let time_s = plan.grid.time_s(step);
+        let share = (self.seconds_to(time_s) / self.step_s).clamp(0.0, 1.0);
+        let Adaptive { rodas4, begin, within, .. } = &mut *self;
+        for n in 0..plan.blocks {
+            within.behind_m[n] = rodas4.within(&begin.at, share, |at| at.behind_m[n]);
+            within.friction[n] = rodas4.within(&begin.at, share, |at| at.friction[n]);
+            within.state[n] = rodas4.within(&begin.at, share, |at| at.state[n]);
+        }
+        within.work_j = std::array::from_fn(|n| rodas4.within(&begin.at, share, |at| at.work_j[n]));
+        self.equations.evaluate(&mut self.within, self.piece.outside(time_s));
+        let was_sliding = self.slider.sliding > 0;
+        let slider = &mut self.slider;
+        self.counters.covered_steps += step - slider.step;
+        slider.step = step;
+        slider.sliding = slider.detached;
+        let point_m = plan.drive_point_m(step, slider.hold_step);
+        for n in 0..plan.blocks {
+            slider.displacement_m[n] = self.within.behind_m[n] + point_m;
+            slider.velocity_m_per_s[n] = self.equations.contacts[n].velocity;
+            slider.tangential_force_n[n] = self.equations.tangential_force_n(n);
+            slider.friction_state[n] = self.within.state[n];
+        }
+        let due = self.crossings.partition_point(|crossing| crossing.step <= step);
+        let mut switched = Vec::new();
+        for crossing in self.crossings.drain(..due) {
+            let n = crossing.block as usize;
+            slider.detached = if slider.slip[n] == 0.0 { slider.detached + 1 } else { slider.detached - 1 };
+            slider.slip[n] = 1.0 - slider.slip[n];
+            slider.stick_position_m[n] = slider.displacement_m[n];
+            switched.push(n);
+        }
+        self.counters.switches += switched.len() as u64;
+        let edge = was_sliding != (slider.sliding > 0);
+        let energy = self.energy();
+        let springs = plan.drive.springs.iter();
+        let total_n =
+            springs.map(|spring| -spring.stiffness_n_per_m * self.within.behind_m[spring.block]).sum();
+        let driving = Driving { total_n, ends_n: None };
+        self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)
+    }
+
+    /// Energies at the grid step of the slider.
+    fn energy(&self) -> Energy {
+        let (equations, u) = (&self.equations, &self.slider.displacement_m);
+        let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j] = self.within.work_j;
+        let square = |x: f64| 0.5 * x * x;
+        let bonds = u.windows(2).map(|pair| equations.stiffness_n_per_m * square(pair[1] - pair[0]));
+        let springs = equations.drive_n_per_m.iter().zip(&self.within.behind_m);
+        let blocks = self.slider.velocity_m_per_s.iter();
+        let moved = equations.prestress_n.iter().zip(u).zip(&self.initial_m);
+        Energy {
+            drive_work_j,
+            prestress_work_j: moved.map(|((force_n, u), from_m)| force_n * (u - from_m)).sum(),
+            friction_heat_j,
+            anchor_change_j: 0.0,
+            viscous_loss_j,
+            kinetic_j: blocks.map(|v| equations.mass_kg * square(*v)).sum(),
+            elastic_j: bonds.chain(springs.map(|(k, w)| k * square(*w))).sum(),
+            scheme_work_j: 0.0,
+            radiated_j: (equations.law.radiation_kg_per_s > 0.0).then_some(radiated_j),
+        }
+    }
+}
+
+/// A slider at the start, for its recorder.
+struct Still<'a>(&'a SliderState);
+
+impl SingleSteps for Still<'_> {
+    fn state(&self) -> &SliderState {
+        self.0
+    }
+
+    fn switched(&self) -> &[usize] {
+        &[]
+    }
+
+    fn energy(&mut self) -> Energy {
+        Energy::default()
+    }
+
+    fn initial_j(&self) -> f64 {
+        0.0
+    }
+}
+
+impl Solver for Adaptive {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
+        loop {
+            if !self.recorder.is_empty() {
+                return self.recorder.next();
+            }
+            if self.slider.step >= self.plan.steps {
+                return Ok(None);
+            }
+            let is_edge = (self.slider.sliding > 0) != (self.slider.detached > 0);
+            let edge_step = if is_edge { self.slider.step + 1 } else { u64::MAX };
+            let crossing_step = self.crossings.first().map_or(u64::MAX, |crossing| crossing.step);
+            let due_step = self.recorder.due_step().min(edge_step).min(crossing_step);
+            if self.seconds_to(self.plan.grid.time_s(due_step)) <= self.step_s {
+                self.record(due_step)?;
+            } else {
+                self.advance()?;
+            }
+        }
+    }
+
+    fn step(&self) -> u64 {
+        self.slider.step
+    }
+
+    fn is_between_records(&self) -> bool {
+        self.recorder.is_empty()
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        let adaptive = AdaptiveState {
+            time_s: self.time_s,
+            step_s: self.step_s,
+            next_step_s: self.next_step_s,
+            behind_m: self.begin.at.behind_m.clone(),
+            friction: self.begin.at.friction.clone(),
+            state: self.begin.at.state.clone(),
+            work_j: self.begin.at.work_j,
+            crossings: self.crossings.clone(),
+        };
+        let slider = SliderState { adaptive: Some(Box::new(adaptive)), ..self.slider.clone() };
+        Snapshot { slider, pace: Pace::default() }
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    fn fork(&self) -> Box<dyn Solver> {
+        Box::new(self.clone())
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) {
+        let adaptive = snapshot.slider.adaptive.as_ref().expect("the state of an adaptive solver");
+        self.slider = SliderState { adaptive: None, ..snapshot.slider.clone() };
+        self.recorder.continue_after(&self.plan, &self.slider);
+        self.go_on_from(adaptive);
+    }
+}

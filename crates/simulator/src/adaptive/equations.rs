@@ -1,0 +1,324 @@
+//! The equations of motion under rate-and-state friction, and the linear systems of their exact derivatives.
+//!
+//! Nothing ever sticks. With the position `w_n = u_n - X` of a block behind the drive point `X`, the force on
+//! it besides friction is
+//!
+//! ```text
+//! T_n = k (w_{n+1} - 2 w_n + w_{n-1}) + eta (V_{n+1} - 2 V_n + V_{n-1}) - K_n w_n + prestress_n,
+//! ```
+//!
+//! friction is `F = p a y` with `y = asinh((V / 2 V0) exp(psi / a))`, and radiation resists with `E V`. The unknowns
+//! of a block are `w`, `y` and the state `psi`:
+//!
+//! ```text
+//! w'   = V - X',             V = 2 V0 exp(-psi / a) sinh y,   V_y = 2 V0 exp(-psi / a) cosh y,
+//! psi' = g(V, psi),          the law's evolution,
+//! y'   = (T - p a y - E V) / (m V_y) + tanh(y) psi' / a,      from m V' = T - F - E V.
+//! ```
+//!
+//! `w` instead of `u` keeps its digits over a long drive. `y` instead of `V` or `ln V` has no singular point: `V`
+//! falls by fifteen decades between ruptures and may change its sign, while `y` is friction itself, which stays of
+//! the order of `mu / a`, and friction follows from it without a difference of large numbers. The load `p` does not
+//! enter `V`, so that a load that changes needs nothing more.
+//!
+//! Without inertia (`m = 0`) `y` is no unknown: it solves `T = p a y + E V`.
+//!
+//! # The linear system
+//!
+//! A stage of the integrator solves `(sigma - J) k = r` with the derivatives `J` of the right side, whose blocks of
+//! three by three are tridiagonal. Neighbours act through their `w` and `V` alone. So with `z = V_y k_y - (V / a) k_psi`,
+//! the change of a block's velocity, its rows give `k_w = (r_w + z) / sigma` and
+//! `k_psi = (r_psi + g_V z) / (sigma - g_psi)`, where `g_psi <= 0` at constant velocity: no pivot vanishes. What is
+//! left is one tridiagonal system in `z`, which is exact, not an approximation.
+
+use asperity_model::rate_and_state::{Evolution, RateAndState, asinh_of_exp};
+use asperity_model::{Elastic, Plan};
+
+/// Unknowns, or their rates, of all blocks.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Unknowns {
+    /// `w_n`, m.
+    pub(super) behind_m: Vec<f64>,
+    /// `y_n`, friction over `p a`; without inertia, it follows from the others.
+    pub(super) friction: Vec<f64>,
+    /// `psi_n`.
+    pub(super) state: Vec<f64>,
+    /// Energies up to now, J.
+    pub(super) work_j: Work,
+}
+
+/// Energies that the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
+/// take.
+pub(super) type Work = [f64; 4];
+
+impl Unknowns {
+    pub(super) fn zeros(blocks: usize) -> Unknowns {
+        let zeros = || vec![0.0; blocks];
+        Unknowns { behind_m: zeros(), friction: zeros(), state: zeros(), work_j: Work::default() }
+    }
+
+    /// `self = from`, without allocation.
+    pub(super) fn copy(&mut self, from: &Unknowns) {
+        self.behind_m.copy_from_slice(&from.behind_m);
+        self.friction.copy_from_slice(&from.friction);
+        self.state.copy_from_slice(&from.state);
+        self.work_j = from.work_j;
+    }
+
+    /// `self += factor * other`.
+    pub(super) fn add(&mut self, factor: f64, other: &Unknowns) {
+        let add = |to: &mut [f64], from: &[f64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to += factor * from;
+            }
+        };
+        add(&mut self.behind_m, &other.behind_m);
+        add(&mut self.friction, &other.friction);
+        add(&mut self.state, &other.state);
+        add(&mut self.work_j, &other.work_j);
+    }
+}
+
+/// Drive and load at one time, and their rates up to the next knot of their courses.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Outside {
+    /// `X'`, m/s.
+    pub(super) drive_m_per_s: f64,
+    /// `X''`, m/s2.
+    pub(super) drive_m_per_s2: f64,
+    /// Load over that of the start.
+    pub(super) load: f64,
+    /// Its rate, 1/s.
+    pub(super) load_per_s: f64,
+}
+
+impl Outside {
+    /// `seconds` later in the same piece of the courses.
+    pub(super) fn after(self, seconds: f64) -> Outside {
+        Outside {
+            drive_m_per_s: self.drive_m_per_s + self.drive_m_per_s2 * seconds,
+            load: self.load + self.load_per_s * seconds,
+            ..self
+        }
+    }
+}
+
+/// What the law gives for one block.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Contact {
+    /// `V`.
+    pub(super) velocity: f64,
+    /// `V_y`.
+    pub(super) velocity_of_friction: f64,
+    /// `tanh y`.
+    pub(super) slope: f64,
+    /// `psi'`.
+    pub(super) state_rate: f64,
+    /// `g_V` and `g_psi`, at constant state and at constant velocity.
+    pub(super) rate_of_velocity: f64,
+    pub(super) rate_of_state: f64,
+}
+
+/// The equations of a plan, with the numbers of the last evaluation.
+#[derive(Debug, Clone)]
+pub(super) struct Equations {
+    pub(super) law: RateAndState,
+    /// `b_n`.
+    evolution_effects: Vec<f64>,
+    /// `m`; 0 without inertia.
+    pub(super) mass_kg: f64,
+    pub(super) stiffness_n_per_m: f64,
+    pub(super) damping_kg_per_s: f64,
+    /// `K_n`.
+    pub(super) drive_n_per_m: Vec<f64>,
+    pub(super) prestress_n: Vec<f64>,
+    /// `a p_n` at the load of the start.
+    pub(super) direct_n: Vec<f64>,
+    pub(super) contacts: Vec<Contact>,
+    /// `T_n` without dashpots.
+    pulled_n: Vec<f64>,
+}
+
+impl Equations {
+    pub(super) fn of(plan: &Plan, law: RateAndState) -> Equations {
+        let (blocks, elastic) = (plan.blocks, &plan.elastic);
+        debug_assert!(matches!(elastic, Elastic::Chain(_)));
+        let prestress_n = plan.prestress_n.iter().copied().chain(std::iter::repeat(0.0));
+        Equations {
+            law,
+            evolution_effects: plan.friction.evolution_effects.clone(),
+            mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
+            stiffness_n_per_m: elastic.stiffness_n_per_m(),
+            damping_kg_per_s: elastic.damping_kg_per_s(),
+            drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
+            prestress_n: prestress_n.take(blocks).collect(),
+            direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),
+            contacts: vec![Contact::default(); blocks],
+            pulled_n: vec![0.0; blocks],
+        }
+    }
+
+    pub(super) fn blocks(&self) -> usize {
+        self.contacts.len()
+    }
+
+    pub(super) fn has_inertia(&self) -> bool {
+        self.mass_kg > 0.0
+    }
+
+    /// The stiffness of all springs on block `n`.
+    pub(super) fn held_n_per_m(&self, n: usize) -> f64 {
+        self.neighbours(n) * self.stiffness_n_per_m + self.drive_n_per_m[n]
+    }
+
+    /// Sizes below which errors of the unknowns of block `n` do not matter: of `w` the distance over which friction
+    /// changes by its direct effect.
+    pub(super) fn scales(&self, n: usize) -> [f64; 3] {
+        let held_by_n_per_m = self.neighbours(n).min(1.0) * self.stiffness_n_per_m + self.drive_n_per_m[n];
+        // Where a block bears next to nothing, friction moves its neighbours.
+        let mean_n = self.direct_n.iter().sum::<f64>() / self.direct_n.len() as f64;
+        [self.direct_n[n].max(1e-3 * mean_n) / held_by_n_per_m, 1.0, self.law.direct_effect]
+    }
+
+    pub(super) fn neighbours(&self, n: usize) -> f64 {
+        f64::from(u8::from(n > 0) + u8::from(n + 1 < self.blocks()))
+    }
+
+    /// The sum over the neighbours of block `n`.
+    pub(super) fn beside(&self, n: usize, of: impl Fn(usize) -> f64) -> f64 {
+        let left = if n > 0 { of(n - 1) } else { 0.0 };
+        let right = if n + 1 < self.blocks() { of(n + 1) } else { 0.0 };
+        left + right
+    }
+
+    /// `ln |V / V0|`.
+    pub(super) fn ln_velocity(&self, friction: f64, state: f64) -> f64 {
+        let y = friction.abs();
+        y - state / self.law.direct_effect + libm::log1p(-libm::exp(-2.0 * y))
+    }
+
+    /// `V0 exp(|y| - psi / a)` and `exp(-2 |y|)`: neither overflows, unlike `sinh y`.
+    fn growth(&self, friction: f64, state: f64) -> (f64, f64) {
+        let y = friction.abs();
+        let size = libm::exp(y - state / self.law.direct_effect);
+        (self.law.reference_velocity_m_per_s * size, libm::exp(-2.0 * y))
+    }
+
+    fn contact(&self, n: usize, friction: f64, state: f64) -> Contact {
+        let RateAndState { direct_effect: a, critical_slip_m, reference_velocity_m_per_s: v0, .. } = self.law;
+        let (b, from) = (self.evolution_effects[n], state - self.law.reference_coefficient);
+        let (size, decay) = self.growth(friction, state);
+        let speed = size * (1.0 - decay);
+        let (rate, of_speed, rate_of_state) = match self.law.evolution {
+            Evolution::Ageing => {
+                let healing = libm::exp(-from / b);
+                let rate = b * (v0 * healing - speed) / critical_slip_m;
+                (rate, -b / critical_slip_m, -v0 * healing / critical_slip_m)
+            }
+            Evolution::Slip if speed > 0.0 => {
+                let beyond = from + b * (friction.abs() - state / a + libm::log1p(-decay));
+                (-speed * beyond / critical_slip_m, -(beyond + b) / critical_slip_m, -speed / critical_slip_m)
+            }
+            Evolution::Slip => (0.0, 0.0, 0.0),
+        };
+        Contact {
+            velocity: speed.copysign(friction),
+            velocity_of_friction: size * (1.0 + decay),
+            slope: ((1.0 - decay) / (1.0 + decay)).copysign(friction),
+            state_rate: rate,
+            rate_of_velocity: of_speed * 1.0_f64.copysign(friction),
+            rate_of_state,
+        }
+    }
+
+    /// `T_n` without dashpots.
+    fn pulled_n(&self, n: usize, behind_m: impl Fn(usize) -> f64) -> f64 {
+        let here = behind_m(n);
+        let strained_m = self.beside(n, |m| behind_m(m) - here);
+        self.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + self.prestress_n[n]
+    }
+
+    /// `y` of block `n` under a load, over that of the start, given its own and otherwise the positions of all and its
+    /// state, from which it follows without inertia.
+    pub(super) fn friction(
+        &self,
+        n: usize,
+        load: f64,
+        own: impl Fn() -> f64,
+        behind_m: impl Fn(usize) -> f64,
+        state: f64,
+    ) -> f64 {
+        if self.has_inertia() {
+            return own();
+        }
+        self.friction_under(self.pulled_n(n, behind_m), load * self.direct_n[n], state)
+    }
+
+    /// `T_n` of the last evaluation, dashpots included.
+    pub(super) fn tangential_force_n(&self, n: usize) -> f64 {
+        let here = self.contacts[n].velocity;
+        self.pulled_n[n] + self.damping_kg_per_s * self.beside(n, |m| self.contacts[m].velocity - here)
+    }
+
+    /// Brings the law to these unknowns; without inertia it also determines `y`.
+    pub(super) fn evaluate(&mut self, at: &mut Unknowns, outside: Outside) {
+        for n in 0..self.blocks() {
+            self.pulled_n[n] = self.pulled_n(n, |m| at.behind_m[m]);
+            at.friction[n] =
+                self.friction(n, outside.load, || at.friction[n], |m| at.behind_m[m], at.state[n]);
+            self.contacts[n] = self.contact(n, at.friction[n], at.state[n]);
+        }
+    }
+
+    /// `y` with `T = p a y + E V`. Newton's method from above, where the left side is convex: it falls to the
+    /// solution in ten iterations or fewer.
+    fn friction_under(&self, force_n: f64, direct_n: f64, state: f64) -> f64 {
+        let RateAndState { direct_effect, reference_velocity_m_per_s: v0, radiation_kg_per_s, .. } = self.law;
+        let pull_n = force_n.abs();
+        if pull_n == 0.0 {
+            return 0.0;
+        }
+        let free = asinh_of_exp(libm::log(pull_n / (2.0 * radiation_kg_per_s * v0)) + state / direct_effect);
+        let mut y = free.min(pull_n / direct_n);
+        loop {
+            let (size, decay) = self.growth(y, state);
+            let excess_n = direct_n * y + radiation_kg_per_s * size * (1.0 - decay) - pull_n;
+            let next = y - excess_n / (direct_n + radiation_kg_per_s * size * (1.0 + decay));
+            if next >= y || next.is_nan() {
+                return y.copysign(force_n);
+            }
+            y = next;
+        }
+    }
+
+    /// The rates of the unknowns `at`, which were evaluated last.
+    pub(super) fn rates(&self, at: &Unknowns, outside: Outside, rates: &mut Unknowns) {
+        let radiation = self.law.radiation_kg_per_s;
+        let mut work_w = Work::default();
+        for (n, contact) in self.contacts.iter().enumerate() {
+            let v = contact.velocity;
+            let friction_n = outside.load * self.direct_n[n] * at.friction[n];
+            rates.behind_m[n] = v - outside.drive_m_per_s;
+            rates.state[n] = contact.state_rate;
+            rates.friction[n] = self.friction_rate(n, at.friction[n], outside);
+            let stretch_m_per_s = self.contacts.get(n + 1).map_or(0.0, |next| next.velocity - v);
+            work_w[0] -= outside.drive_m_per_s * self.drive_n_per_m[n] * at.behind_m[n];
+            work_w[1] += friction_n * v;
+            work_w[2] += radiation * v * v;
+            work_w[3] += self.damping_kg_per_s * stretch_m_per_s * stretch_m_per_s;
+        }
+        rates.work_j = work_w;
+    }
+
+    /// `y'`; 0 without inertia, where `y` is no unknown.
+    fn friction_rate(&self, n: usize, friction: f64, outside: Outside) -> f64 {
+        if !self.has_inertia() {
+            return 0.0;
+        }
+        let Contact { velocity, velocity_of_friction, slope, state_rate, .. } = self.contacts[n];
+        let RateAndState { direct_effect, radiation_kg_per_s, .. } = self.law;
+        let friction_n = outside.load * self.direct_n[n] * friction;
+        let net_n = self.tangential_force_n(n) - friction_n - radiation_kg_per_s * velocity;
+        net_n / (self.mass_kg * velocity_of_friction) + slope * state_rate / direct_effect
+    }
+}

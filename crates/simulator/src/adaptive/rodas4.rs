@@ -1,0 +1,176 @@
+//! RODAS4: a linearly implicit method of six stages and order 4 with an embedded one of order 3, L-stable and stiffly
+//! accurate (Hairer and Wanner, *Solving Ordinary Differential Equations II*, section IV.7).
+//!
+//! A step of length `h` solves, with the derivatives `J` at its beginning, for `s = 1, ..., 6`
+//!
+//! ```text
+//! (1 / (h gamma) - J) k_s = f(x + sum_j A_sj k_j) + sum_j C_sj k_j / h,
+//! ```
+//!
+//! ends at the argument of the sixth stage plus `k_6`, and has `k_6` as its estimated error. There is no iteration,
+//! so a step has the same cost in all phases, and steps may be as long as the solution is smooth, however fast
+//! friction responds: that response decays within the step. Time is one more unknown, with the rate 1.
+
+use super::equations::{Equations, Outside, Unknowns};
+use super::linear::Linear;
+
+const STAGES: usize = 6;
+
+const GAMMA: f64 = 0.25;
+
+/// `A_sj` of the stages 2 to 5; the sixth has those of the fifth, and 1 for `k_5`.
+const A: [&[f64]; 4] = [
+    &[1.544],
+    &[0.946_678_528_081_582_6, 0.255_701_169_898_328_4],
+    &[3.314_825_187_068_521, 2.896_124_015_972_201, 0.998_641_913_997_781_7],
+    &[1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895],
+];
+
+/// `C_sj` of the stages 2 to 6.
+const C: [&[f64]; 5] = [
+    &[-5.6688],
+    &[-2.430_093_356_833_875, -0.206_359_915_709_191_5],
+    &[-0.107_352_905_815_137_5, -9.594_562_251_023_355, -20.470_286_148_096_16],
+    &[7.496_443_313_967_647, -10.246_804_314_643_52, -33.999_903_528_199_05, 11.708_908_932_061_6],
+    &[
+        8.083_246_795_921_522,
+        -7.981_132_988_064_893,
+        -31.521_594_328_743_71,
+        16.319_305_431_231_36,
+        -6.058_818_238_834_054,
+    ],
+];
+
+/// Of the continuous extension, of order 3: `x(s) = (1 - s) x(0) + s (x(1) + (1 - s) (sum_j D_2j k_j + s sum_j D_3j k_j))`
+/// after the share `s` of a step.
+const D: [[f64; STAGES - 1]; 2] = [
+    [
+        10.126_235_083_445_86,
+        -7.487_995_877_610_167,
+        -34.800_918_615_557_47,
+        -7.992_771_707_568_823,
+        1.025_137_723_295_662,
+    ],
+    [
+        -0.676_280_339_280_125_3,
+        6.087_714_651_680_015,
+        16.430_843_208_924_78,
+        24.767_225_114_183_86,
+        -6.594_389_125_716_872,
+    ],
+];
+
+/// Factors on the length of a step after one of error 1, and bounds.
+const SAFETY: f64 = 0.9;
+const LEAST_FACTOR: f64 = 0.1;
+const MOST_FACTOR: f64 = 4.0;
+
+/// The factor on the length of a step whose error is `error` times the accepted one.
+pub(super) fn factor(error: f64) -> f64 {
+    let factor = SAFETY / libm::sqrt(libm::sqrt(error));
+    // NaN, after an overflow, is an error too large for any length.
+    if factor.is_nan() { LEAST_FACTOR } else { factor.clamp(LEAST_FACTOR, MOST_FACTOR) }
+}
+
+/// The stages of a step.
+#[derive(Debug, Clone)]
+pub(super) struct Rodas4 {
+    linear: Linear,
+    changes: [Unknowns; STAGES],
+    rates: Unknowns,
+    /// The end of the last step.
+    pub(super) end: Unknowns,
+    /// `1 / (tolerance * scale)` of each block's unknowns.
+    weights: Vec<[f64; 3]>,
+}
+
+impl Rodas4 {
+    /// For steps with this relative tolerance.
+    pub(super) fn new(equations: &Equations, tolerance: f64) -> Rodas4 {
+        let zeros = || Unknowns::zeros(equations.blocks());
+        Rodas4 {
+            linear: Linear::of(equations),
+            changes: std::array::from_fn(|_| zeros()),
+            rates: zeros(),
+            end: zeros(),
+            weights: (0..equations.blocks())
+                .map(|n| equations.scales(n).map(|scale| 1.0 / (tolerance * scale)))
+                .collect(),
+        }
+    }
+
+    /// The value of an unknown within the last step, after a share of it. It depends on the stages alone: rates at the
+    /// ends, where friction responds fast, would multiply its rounding errors.
+    pub(super) fn within(&self, begin: &Unknowns, share: f64, unknown: impl Fn(&Unknowns) -> f64) -> f64 {
+        let of = |row: &[f64; STAGES - 1]| -> f64 {
+            row.iter().zip(&self.changes).map(|(d, change)| d * unknown(change)).sum()
+        };
+        let (rest, [second, third]) = (1.0 - share, D.each_ref().map(of));
+        rest * unknown(begin) + share * (unknown(&self.end) + rest * (second + share * third))
+    }
+
+    /// Takes the derivatives at the beginning of steps: at `begin`, which was evaluated last and has these rates.
+    pub(super) fn begin(
+        &mut self,
+        equations: &Equations,
+        begin: &Unknowns,
+        rates: &Unknowns,
+        outside: Outside,
+    ) {
+        self.linear.linearise(equations, begin, rates, outside);
+    }
+
+    /// Computes a step of `step_s` from where [`Rodas4::begin`] was called; returns its error, over the accepted one.
+    pub(super) fn step(
+        &mut self,
+        equations: &mut Equations,
+        begin: &Unknowns,
+        begin_rates: &Unknowns,
+        outside: Outside,
+        step_s: f64,
+    ) -> f64 {
+        self.linear.factorise(equations, 1.0 / (step_s * GAMMA));
+        // The stages of time, in steps.
+        let mut times = [0.0; STAGES];
+        for stage in 0..STAGES {
+            let (before, rest) = self.changes.split_at_mut(stage);
+            let change = &mut rest[0];
+            let combined = |row: &[f64]| row.iter().zip(&times).map(|(a, time)| a * time).sum::<f64>();
+            let c_row: &[f64] = if stage == 0 { &[] } else { C[stage - 1] };
+            if stage == 0 {
+                change.copy(begin_rates);
+            } else {
+                let a_row = A[(stage - 1).min(3)];
+                self.end.copy(begin);
+                let mut time = combined(a_row);
+                for (a, before) in a_row.iter().zip(before.iter()) {
+                    self.end.add(*a, before);
+                }
+                if stage == STAGES - 1 {
+                    self.end.add(1.0, &before[STAGES - 2]);
+                    time += times[STAGES - 2];
+                }
+                let outside = outside.after(time * step_s);
+                equations.evaluate(&mut self.end, outside);
+                equations.rates(&self.end, outside, &mut self.rates);
+                change.copy(&self.rates);
+            }
+            for (c, before) in c_row.iter().zip(before.iter()) {
+                change.add(c / step_s, before);
+            }
+            times[stage] = GAMMA * (1.0 + combined(c_row));
+            self.linear.solve(equations, begin, times[stage] * step_s, change);
+        }
+        let last = &self.changes[STAGES - 1];
+        self.end.add(1.0, last);
+        let mut error = 0.0_f64;
+        for (n, [behind, friction, state]) in self.weights.iter().enumerate() {
+            let of_friction = if equations.has_inertia() { last.friction[n] * friction } else { 0.0 };
+            for part in [last.behind_m[n] * behind, of_friction, last.state[n] * state] {
+                // A NaN stays.
+                error = if error.is_nan() || part.abs() <= error { error } else { part.abs() };
+            }
+        }
+        error
+    }
+}

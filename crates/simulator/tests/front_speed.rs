@@ -1,0 +1,119 @@
+//! Fronts with radiation beside their theory, and beside the speeds that an independent program found
+//! (`fixtures/reference/fronts`).
+
+use std::fs;
+
+use asperity_model::front::Front;
+use asperity_model::{Plan, resolve};
+use asperity_record::{Direction, Record};
+use asperity_simulator::SolverKind;
+
+/// One run: its front, the blocks of the chain, and the time step over `a / c`.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    front: Front,
+    blocks: u32,
+    step: f64,
+}
+
+impl Case {
+    /// A step of at most `most` that moves the front by at most a ten-thousandth of a block.
+    fn of(front: Front, blocks: u32, most: f64) -> Case {
+        let speed = front.speed_over_c().expect("a front of the table");
+        Case { front, blocks, step: f64::min(1e-4 / speed, most) }
+    }
+
+    fn plan(&self) -> Plan {
+        let Front { prestress: tau, relative_damping, relative_radiation, .. } = self.front;
+        let n = f64::from(self.blocks);
+        let (k, m) = (2.5e6 * (n - 1.0), 0.012 / n);
+        let step_s = self.step * (m / k).sqrt();
+        let crossing_s = n / self.front.speed_over_c().expect("a front of the table") * (m / k).sqrt();
+        let sets = [
+            format!("slider.blocks={}", self.blocks),
+            format!("slider.relative_damping={relative_damping}"),
+            format!("friction.radiation_kg_per_s={}", relative_radiation * (k * m).sqrt()),
+            format!("prestress.ratio={}", 0.45 + 0.25 * tau),
+            format!("prestress.first_block_ratio={}", 0.25 * (1.0 - tau) + 1e-9),
+            format!("time.step_s={step_s}"),
+            format!("time.duration_s={}", (0.99 * crossing_s / step_s).round() * step_s),
+        ];
+        Plan::new(&resolve("front", &sets).unwrap_or_else(|errors| panic!("{errors}")))
+    }
+
+    /// The speed over `c` between the middle and eleven twelfths of the chain, by a solver.
+    fn speed(&self, kind: SolverKind) -> Option<f64> {
+        let plan = self.plan();
+        let (first, last) = (self.blocks / 2, self.blocks * 11 / 12);
+        let mut solver = kind.start(plan.clone());
+        let mut at = [None; 2];
+        while let Some(record) = solver.next_record().expect("it goes on") {
+            let Record::Step(step) = record else { continue };
+            for switch in &step.switches {
+                let passed = switch.direction == Direction::Detach;
+                for (at, _) in
+                    at.iter_mut().zip([first, last]).filter(|(_, block)| passed && switch.block == *block)
+                {
+                    *at = at.or(Some(step.step));
+                }
+            }
+        }
+        let [from, to] = at;
+        let took_s = plan.grid.step_s() * (to? - from?) as f64;
+        Some(f64::from(last - first) * plan.scales.block_time_s / took_s)
+    }
+}
+
+fn front(alpha: f64, beta: f64, tau: f64) -> Front {
+    Front { prestress: tau, relative_damping: beta, top_stiffness: 0.0, relative_radiation: alpha }
+}
+
+/// The theory is that of the plan, and both solvers find its speed within what the step locks.
+#[test]
+fn fronts_with_radiation_run_as_the_theory_says() {
+    for (alpha, beta, tau, blocks) in [
+        (1.0, 0.0, 0.6, 120),
+        (5.0, 0.0, 0.6, 60),
+        (0.2, 0.0, 0.3, 120),
+        (0.05, 0.0, 0.9, 120),
+        (1.0, 1.0, 0.6, 60),
+        (5.0, 0.2, 0.5, 60),
+    ] {
+        let case = Case::of(front(alpha, beta, tau), blocks, 1e-3);
+        let of_plan = Front::of(&case.plan(), blocks as usize / 2).expect("the theory applies");
+        let theory = of_plan.speed_over_c().expect("a front runs");
+        assert!((theory / case.front.speed_over_c().unwrap() - 1.0).abs() < 1e-6, "{of_plan:?}");
+        let [plain, fast] = [SolverKind::Plain, SolverKind::Fast].map(|kind| case.speed(kind));
+        assert_eq!(plain, fast, "{case:?}");
+        let off = fast.expect("the front comes so far") / theory - 1.0;
+        assert!(off.abs() < 2e-4, "{case:?}: {off}");
+    }
+}
+
+/// All rows of the table whose front runs steadily.
+#[test]
+#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+fn all_steady_fronts_of_the_table_run_as_the_theory_says() {
+    let path =
+        format!("{}/../../fixtures/reference/fronts/front-speed-alpha.csv", env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(path).expect("the table is there");
+    let mut steady = 0;
+    for line in text.lines().skip(1) {
+        let cells: Vec<Option<f64>> = line.split(',').map(|cell| cell.parse().ok()).collect();
+        let [Some(alpha), Some(tau), Some(_), Some(_), ..] = cells[..] else { continue };
+        // Transients are longest where little is lost.
+        let blocks = match (alpha < 0.15 && tau < 0.35, tau < 0.15) {
+            _ if tau < 0.075 => 600,
+            (true, _) => 600,
+            (false, true) => 240,
+            (false, false) => 120,
+        };
+        let most = if alpha > 0.5 && tau < 0.075 { 3e-3 } else { 1e-3 };
+        let case = Case::of(front(alpha, 0.0, tau), blocks, most);
+        let speed = case.speed(SolverKind::Fast).expect("the front comes so far");
+        let off = speed / case.front.speed_over_c().expect("a front of the table") - 1.0;
+        assert!(off.abs() < 2e-4, "{alpha} {tau}: {off}");
+        steady += 1;
+    }
+    assert_eq!(steady, 94);
+}

@@ -1,0 +1,399 @@
+//! Rate-and-state friction: cycles and chains of independent programs (`fixtures/reference/laws`), closed forms, and
+//! the two promises of the solver: its error follows the tolerance, and a restored run has the same bits.
+
+use std::path::Path;
+
+use asperity_model::Plan;
+use asperity_record::{Direction, Energy, Record, StepRecord, WindowRecord};
+use asperity_simulator::{Snapshot, Solver, SolverKind};
+
+fn plan(name: &str, sets: &[&str]) -> Plan {
+    asperity_testkit::plan(name, sets)
+}
+
+fn solver(plan: &Plan) -> Box<dyn Solver> {
+    SolverKind::Adaptive.start(plan.clone())
+}
+
+fn records(solver: &mut dyn Solver) -> Vec<Record> {
+    std::iter::from_fn(|| solver.next_record().unwrap_or_else(|error| panic!("{error}"))).collect()
+}
+
+fn steps(records: &[Record]) -> impl Iterator<Item = &StepRecord> {
+    records.iter().filter_map(|record| match record {
+        Record::Step(step) => Some(step),
+        _ => None,
+    })
+}
+
+fn window(records: &[Record]) -> impl Iterator<Item = &WindowRecord> {
+    records.iter().filter_map(|record| match record {
+        Record::Window(window) => Some(window),
+        _ => None,
+    })
+}
+
+/// Times and blocks of the detachments: where the speed rises above the event speed.
+fn onsets(records: &[Record]) -> Vec<(f64, u32)> {
+    let mut all = Vec::new();
+    for step in steps(records) {
+        let detached = step.switches.iter().filter(|switch| switch.direction == Direction::Detach);
+        all.extend(detached.map(|switch| (step.time_s, switch.block)));
+    }
+    all
+}
+
+fn table(name: &str) -> Vec<Vec<String>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/reference/laws").join(name);
+    let text = std::fs::read_to_string(path).expect("the table is there");
+    let lines = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+    lines.map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+fn number(cell: &str) -> f64 {
+    cell.parse().unwrap_or_else(|_| panic!("{cell:?} is no number"))
+}
+
+/// Onsets at the tolerance of the table's programs, which agree in nine digits.
+#[test]
+fn cycles_of_a_slider_are_those_of_other_integrators() {
+    let s2 = [
+        "friction.evolution_effect=0.025",
+        "friction.reference_velocity_m_per_s=1e-6",
+        "friction.radiation_kg_per_s=3333333.3333333335",
+        "friction.initial_kick=2.995732273553991",
+        "drive.velocity_m_per_s=1e-6",
+        "time.duration_s=10000",
+        "recording.sample_s=0",
+        "recording.fields_s=0",
+        "time.step_s=1e-7",
+    ];
+    let s3 = [
+        "friction.inertia=true",
+        "friction.radiation_kg_per_s=0",
+        "friction.evolution_effect=0.02",
+        "friction.critical_slip_m=1e-6",
+        "friction.reference_velocity_m_per_s=1e-6",
+        "friction.initial_kick=0.01",
+        "slider.mass_kg=0.012",
+        "drive.stiffness_n_per_m=8e5",
+        "drive.velocity_m_per_s=1e-4",
+        "normal_load.total_n=400",
+        "time.duration_s=12",
+        "time.step_s=1e-9",
+    ];
+    for (file, name, sets, digits_s) in [
+        ("rsf-cycles-qd.csv", "S1", &[][..], 2e-7),
+        ("rsf-cycles-qd.csv", "S2", &s2, 2e-6),
+        ("rsf-cycles-inertial.csv", "S3", &s3, 1e-8),
+    ] {
+        let sets = [sets, &["time.tolerance=1e-10"]].concat();
+        let found = onsets(&records(&mut *solver(&plan("spring-slider", &sets))));
+        let rows = table(file);
+        let row = rows.iter().find(|row| row[0] == name).expect("the table has it");
+        let [events, first_s, last_s, period_s] =
+            [row.len() - 5, row.len() - 4, row.len() - 3, row.len() - 2].map(|n| number(&row[n]));
+        // One that begins above the event speed counts for some of them as an event at time 0.
+        let later: Vec<f64> =
+            found.iter().map(|(time_s, _)| *time_s).filter(|time_s| *time_s > 1e-3).collect();
+        assert_eq!(later.len() as f64, events, "{name}");
+        let [.., before_s, end_s] = later[..] else { panic!("{name}: {later:?}") };
+        for (found_s, expected_s) in [(later[0], first_s), (end_s, last_s), (end_s - before_s, period_s)] {
+            assert!((found_s - expected_s).abs() < digits_s, "{name}: {found_s} for {expected_s}");
+        }
+    }
+}
+
+/// Every onset of every block.
+#[test]
+fn chains_slip_as_by_other_integrators() {
+    // b_n = b (1 + 0.2 sin n).
+    let offsets: Vec<f64> = (1..=6).map(|n| 0.2 * 0.016 * f64::from(n).sin()).collect();
+    let offsets = format!("friction.evolution_offsets={offsets:?}");
+    let chain_6 = [
+        "slider.blocks=6",
+        "slider.length_m=0.05",
+        "slider.mass_kg=0.03",
+        "slider.youngs_modulus_pa=1e8",
+        "slider.relative_damping=0.09899494936611666",
+        "friction.evolution_effect=0.016",
+        &offsets,
+        "friction.critical_slip_m=1e-6",
+        "drive.stiffness_n_per_m=1.2e5",
+        "normal_load.total_n=120",
+        "time.duration_s=4",
+    ];
+    for (file, sets, error_s) in
+        [("rsf-chain-top-16.csv", &[][..], 4e-10), ("rsf-chain-top-6.csv", &chain_6, 4e-10)]
+    {
+        let sets = [sets, &["time.tolerance=1e-9", "time.step_s=1e-10"]].concat();
+        let mut found = onsets(&records(&mut *solver(&plan("rate-and-state", &sets))));
+        let mut expected: Vec<(f64, u32)> =
+            table(file).iter().map(|row| (number(&row[2]), row[1].parse().unwrap())).collect();
+        assert!(expected.len() >= 12, "{file}");
+        assert_eq!(found.len(), expected.len(), "{file}");
+        // The table's order within an event is by its own steps.
+        for list in [&mut found, &mut expected] {
+            list.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let worst = found.iter().zip(&expected).map(|(found, expected)| {
+            assert_eq!(found.1, expected.1, "{file} at {}", expected.0);
+            (found.0 - expected.0).abs()
+        });
+        let worst: Vec<f64> = worst.collect();
+        let worst_s = worst.into_iter().fold(0.0, f64::max);
+        assert!(worst_s < error_s, "{file}: {worst_s}");
+    }
+}
+
+/// The error falls with the tolerance, and steps are as many as an independent program takes (5,655, 9,979 and
+/// 17,752).
+#[test]
+fn steps_and_errors_follow_the_tolerance() {
+    let run = |tolerance: &str| {
+        let sets = [&format!("time.tolerance={tolerance}")[..], "time.step_s=1e-10"];
+        let mut solver = solver(&plan("rate-and-state", &sets));
+        let found = onsets(&records(&mut *solver));
+        (found, solver.counters().adaptive_steps)
+    };
+    let (exact, _) = run("1e-9");
+    for (tolerance, steps, error_s) in [("1e-5", 5655, 8e-8), ("1e-6", 9979, 8e-9), ("1e-7", 17752, 1e-9)] {
+        let (found, taken) = run(tolerance);
+        assert!(taken as f64 <= 1.05 * f64::from(steps), "{tolerance}: {taken} steps");
+        assert_eq!(found.len(), exact.len());
+        let worst_s = found.iter().zip(&exact).map(|(a, b)| (a.0 - b.0).abs()).fold(0.0, f64::max);
+        assert!(worst_s < error_s, "{tolerance}: {worst_s}");
+    }
+}
+
+/// Without inertia and at the critical stiffness, steady sliding is a centre: every amplitude has its own period, which
+/// follows from the first integral (Ranjith and Rice 1999).
+#[test]
+fn at_the_critical_stiffness_each_amplitude_has_its_period() {
+    for row in table("rsf-first-integral.csv") {
+        let [kick, _, period_s, highest] = [0, 1, 2, 3].map(|n| number(&row[n]));
+        let sets = [
+            format!("friction.initial_kick={kick}"),
+            "drive.stiffness_n_per_m=2.5e9".to_owned(),
+            "friction.radiation_kg_per_s=1e-3".to_owned(),
+            "time.tolerance=1e-10".to_owned(),
+            "time.duration_s=60".to_owned(),
+            "time.step_s=1e-6".to_owned(),
+            "recording.window=[{ from_s = 0, to_s = 60, every_s = 1e-4, first_block = 1, last_block = 1 }]"
+                .to_owned(),
+        ];
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        let all = records(&mut *solver(&plan("spring-slider", &sets)));
+        let ln: Vec<(f64, f64)> =
+            window(&all).map(|window| (window.time_s, (window.velocity_m_per_s[0] / 1e-5).ln())).collect();
+        let upwards: Vec<f64> = ln
+            .windows(2)
+            .filter(|pair| pair[0].1 < 0.0 && pair[1].1 >= 0.0)
+            .map(|pair| pair[0].0 - pair[0].1 * (pair[1].0 - pair[0].0) / (pair[1].1 - pair[0].1))
+            .collect();
+        let periods = upwards.windows(2).map(|pair| pair[1] - pair[0]);
+        for found_s in periods {
+            assert!((found_s - period_s).abs() < 1e-6 * period_s, "x = {kick}: {found_s} for {period_s}");
+        }
+        assert!(upwards.len() > 2, "x = {kick}");
+        let found = ln.iter().fold(0.0, |most: f64, (_, ln)| most.max(*ln));
+        assert!((found / highest - 1.0).abs() < 5e-3, "x = {kick}: {found} for {highest}");
+    }
+}
+
+/// What is put in is dissipated or stored, to the error of the tolerance.
+#[test]
+fn energies_close_to_the_tolerance() {
+    for (tolerance, share) in [("1e-6", 3e-6), ("1e-8", 3e-8)] {
+        for sets in [
+            &["friction.radiation_kg_per_s=3"][..],
+            &["friction.evolution=slip", "drive.kind=side", "drive.stiffness_n_per_m=4e6"],
+            &["friction.inertia=false", "friction.radiation_kg_per_s=20", "slider.relative_damping=0"],
+            &["normal_load.schedule_s=[0.1, 0.9]", "normal_load.schedule_n=[400, 300]"],
+            &["drive.course_s=[0.2, 0.3, 0.3, 0.5]", "drive.course_m_per_s=[1e-4, 1e-3, 1e-5, 3e-4]"],
+        ] {
+            let tolerance = format!("time.tolerance={tolerance}");
+            let sets = [sets, &[&tolerance, "time.duration_s=1.2", "recording.sample_s=0.01"]].concat();
+            let all = records(&mut *solver(&plan("rate-and-state", &sets)));
+            let energies: Vec<Energy> =
+                steps(&all).map(|step| step.energy.expect("it has energies")).collect();
+            let from_j = energies[0].balance_j();
+            let worst_j =
+                energies.iter().map(|energy| (energy.balance_j() - from_j).abs()).fold(0.0, f64::max);
+            let largest_j = energies.last().map_or(0.0, |energy| energy.drive_work_j.abs());
+            assert!(worst_j < share * largest_j, "{sets:?}: {worst_j} of {largest_j}");
+            assert!(energies.last().unwrap().friction_heat_j > 0.1 * largest_j, "{sets:?}");
+        }
+    }
+}
+
+/// A stiff machine whose velocity steps: the state follows its slip in closed form, the ageing law by
+/// `theta = Dc / V2 + (Dc / V1 - Dc / V2) exp(-d / Dc)`, the slip law by `ln(V2 theta / Dc) = ln(V2 / V1) exp(-d / Dc)`;
+/// at rest the ageing law heals by `theta = theta_0 + t`.
+#[test]
+fn the_state_follows_velocity_steps_and_holds_in_closed_form() {
+    for evolution in ["ageing", "slip"] {
+        let law = format!("friction.evolution={evolution}");
+        let sets = [
+            &law[..],
+            "friction.initial_kick=0",
+            "drive.stiffness_n_per_m=1e18",
+            "friction.event_speed_m_per_s=1e-2",
+            "friction.radiation_kg_per_s=1",
+            "time.tolerance=1e-11",
+            "drive.course_s=[1, 1]",
+            "drive.course_m_per_s=[1e-5, 1e-4]",
+            "time.duration_s=1.3",
+            "time.step_s=1e-6",
+            "recording.fields_s=0.05",
+            "recording.sample_s=0",
+        ];
+        let mut solver = solver(&plan("spring-slider", &sets));
+        let (v1, v2, slip_m, b, v0) = (1e-5_f64, 1e-4_f64, 1e-5, 0.015, 1e-5);
+        let mut checked = 0;
+        while let Some(record) = solver.next_record().unwrap() {
+            let Record::Fields(fields) = record else { continue };
+            if fields.time_s <= 1.0 {
+                continue;
+            }
+            let d = (fields.time_s - 1.0) * v2;
+            let decay = (-d / slip_m).exp();
+            let expected = match evolution {
+                "ageing" => (slip_m / v2 + (slip_m / v1 - slip_m / v2) * decay) * v0 / slip_m,
+                _ => ((v2 / v1).ln() * decay).exp() * v0 / v2,
+            };
+            let found = ((fields.state[0] - 0.6) / b).exp();
+            assert!((found / expected - 1.0).abs() < 1e-6, "{evolution} {d}: {found} for {expected}");
+            checked += 1;
+        }
+        assert!(checked >= 5);
+    }
+}
+
+/// A held load point, without inertia: with `w = ln(V theta / Dc)` and the slip `d`, the slip law gives
+/// `w = k / k_c + (w_0 - k / k_c) exp((b - a) d / (a Dc))`, so that a slider runs away if and only if `w_0 > k / k_c`, however
+/// stiff (Gu et al. 1984); by the ageing law `w` only falls above `k_c`.
+#[test]
+fn a_held_slider_runs_away_beyond_a_threshold() {
+    let run = |evolution: &str, kick: f64| {
+        let sets = [
+            format!("friction.evolution={evolution}"),
+            format!("friction.initial_kick={kick}"),
+            // 1.5 k_c.
+            "drive.stiffness_n_per_m=3.75e9".to_owned(),
+            "friction.radiation_kg_per_s=1e-3".to_owned(),
+            "time.tolerance=1e-10".to_owned(),
+            "time.step_s=1e-9".to_owned(),
+            "time.duration_s=4".to_owned(),
+            "drive.hold_from_s=1e-9".to_owned(),
+            "recording.fields_s=1e-2".to_owned(),
+        ];
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        let mut solver = solver(&plan("spring-slider", &sets));
+        let (a, b, slip_m, v0) = (0.01, 0.015, 1e-5, 1e-5);
+        let (mut from_m, mut slips, mut worst) = (None, 0.0_f64, 0.0_f64);
+        let (mut last, mut rise) = (f64::INFINITY, f64::NEG_INFINITY);
+        while let Some(record) = solver.next_record().unwrap() {
+            let Record::Fields(fields) = record else { continue };
+            let (u, v, state) = (fields.displacement_m[0], fields.velocity_m_per_s[0], fields.state[0]);
+            let d = u - *from_m.get_or_insert(u);
+            slips = slips.max(d / slip_m);
+            // Radiation bounds the velocity of a slip, which ends far beyond balance.
+            if slips > 15.0 {
+                break;
+            }
+            let w = (v / v0).ln() + (state - 0.6) / b;
+            let expected = 1.5 + (kick - 1.5) * ((b - a) * d / (a * slip_m)).exp();
+            worst = worst.max((w - expected).abs());
+            rise = rise.max(w - last);
+            last = w;
+        }
+        (slips, worst, rise)
+    };
+    for (kick, runs_away) in [(1.4, false), (1.6, true)] {
+        let (slips, worst, rise) = run("slip", kick);
+        assert_eq!(slips > 15.0, runs_away, "{kick}: {slips}");
+        assert!(worst < 1e-6, "{kick}: {worst}");
+        assert_eq!(rise > 0.0, runs_away, "{kick}: {rise}");
+    }
+    for kick in [1.6, 6.0] {
+        let (_, _, rise) = run("ageing", kick);
+        assert!(rise < 0.0, "{kick}: {rise}");
+    }
+}
+
+/// As with a log that was killed: each of twenty saved states, through JSON, yields the rest of the run to the bit.
+#[test]
+fn a_restored_run_has_the_same_bits() {
+    for sets in [
+        &["time.duration_s=1", "normal_load.schedule_s=[0.1, 0.9]", "normal_load.schedule_n=[400, 300]"][..],
+        &[
+            "friction.inertia=false",
+            "friction.radiation_kg_per_s=20",
+            "slider.relative_damping=0",
+            "drive.course_s=[0.2, 0.3]",
+            "drive.course_m_per_s=[1e-4, 2e-4]",
+            "time.duration_s=1",
+        ],
+    ] {
+        let plan =
+            plan("rate-and-state", &[sets, &["recording.sample_s=2e-3", "time.tolerance=1e-5"]].concat());
+        let mut whole = solver(&plan);
+        let mut texts = Vec::new();
+        let mut saved: Vec<(usize, String)> = Vec::new();
+        while let Some(record) = whole.next_record().unwrap() {
+            // Debug output distinguishes finite doubles to the bit.
+            texts.push(format!("{record:?}"));
+            if texts.len() % 25 == 7 && whole.is_between_records() {
+                saved.push((texts.len(), serde_json::to_string(&whole.snapshot()).unwrap()));
+            }
+        }
+        assert!(saved.len() >= 20 && texts.len() > 500, "{}: {}", saved.len(), texts.len());
+        for (count, text) in &saved {
+            let snapshot: Snapshot = serde_json::from_str(text).unwrap();
+            assert!(snapshot.fits(&plan));
+            let mut restored = solver(&plan);
+            restored.restore(&snapshot);
+            let rest: Vec<String> =
+                records(&mut *restored).iter().map(|record| format!("{record:?}")).collect();
+            assert!(rest == texts[*count..], "from record {count}");
+        }
+    }
+}
+
+/// A uniform chain whose start is uniform is one slider, block by block.
+#[test]
+fn a_uniform_chain_is_a_slider() {
+    let zeros = "friction.evolution_offsets=[0,0,0,0]";
+    let chain = [
+        "slider.blocks=4",
+        zeros,
+        "slider.length_m=0.03",
+        "slider.mass_kg=0.004",
+        "drive.stiffness_n_per_m=2e5",
+    ];
+    let chain =
+        [&chain[..], &["normal_load.total_n=100", "time.duration_s=2.5", "time.tolerance=1e-9"]].concat();
+    let found = onsets(&records(&mut *solver(&plan("rate-and-state", &chain))));
+    let one = [
+        "slider.blocks=1",
+        "friction.evolution_offsets=[]",
+        "slider.mass_kg=0.001",
+        "drive.stiffness_n_per_m=5e4",
+    ];
+    let one = [
+        &one[..],
+        &[
+            "normal_load.total_n=25",
+            "slider.relative_damping=0",
+            "time.duration_s=2.5",
+            "time.tolerance=1e-9",
+        ],
+    ]
+    .concat();
+    let alone = onsets(&records(&mut *solver(&plan("rate-and-state", &one))));
+    assert!(alone.len() >= 2 && found.len() == 4 * alone.len(), "{} {}", found.len(), alone.len());
+    for (n, (time_s, _)) in found.iter().enumerate() {
+        assert!((time_s - alone[n / 4].0).abs() < 5e-8, "{time_s} for {}", alone[n / 4].0);
+    }
+}

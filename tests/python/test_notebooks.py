@@ -25,12 +25,15 @@ def code_cells(notebook: Any) -> list[Any]:
 
 def shown(cell: Any) -> list[tuple[str, dict[str, str]]]:
     """What a cell prints and shows: the kind of each output, and its data by MIME type, of a PNG the kind alone."""
-    found = []
+    found: list[tuple[str, dict[str, str]]] = []
     for output in cell.outputs:
         assert output.output_type in ("stream", "display_data", "execute_result"), output
         if output.output_type == "stream":
             assert output.name == "stdout", output.text
-            found.append(("stdout", {"text": output.text}))
+            if found and found[-1][0] == "stdout":  # a busy kernel sends a line in two parts
+                found[-1][1]["text"] += output.text
+            else:
+                found.append(("stdout", {"text": output.text}))
             continue
         data = dict(output.data)
         if "image/png" in data:  # matplotlib describes its figure by size and version

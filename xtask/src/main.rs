@@ -86,6 +86,9 @@ enum Command {
     /// The same for sheets and bodies, whose contacts cover an area: width, corners, rest, fronts.
     #[command(name = "reproduce-area")]
     ReproduceArea(reproduce::ReproduceArguments),
+    /// The same for rate-and-state friction: stability, cycles, velocity steps, holds, chains.
+    #[command(name = "reproduce-rate-and-state")]
+    ReproduceRateAndState(reproduce::ReproduceArguments),
     /// Reproduce all of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
@@ -122,6 +125,9 @@ fn main() -> ExitCode {
         Command::ReproduceSlab(arguments) => reproduce::command(&arguments, &[reproduce::SLAB]),
         Command::ReproduceSlowSlip(arguments) => reproduce::command(&arguments, &[reproduce::SLOW_SLIP]),
         Command::ReproduceArea(arguments) => reproduce::command(&arguments, &[reproduce::AREA]),
+        Command::ReproduceRateAndState(arguments) => {
+            reproduce::command(&arguments, &[reproduce::RATE_AND_STATE])
+        }
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),

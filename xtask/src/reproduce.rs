@@ -19,9 +19,10 @@ pub(crate) const SLIP_PULSES: &str = "slip-pulses";
 pub(crate) const SLAB: &str = "slab";
 pub(crate) const SLOW_SLIP: &str = "slow-slip";
 pub(crate) const AREA: &str = "area";
+pub(crate) const RATE_AND_STATE: &str = "rate-and-state";
 
 /// All of them, in the order of `reproduce-all`.
-pub(crate) const ALL: [&str; 11] = [
+pub(crate) const ALL: [&str; 12] = [
     CHAPTER5,
     CHAPTER6,
     APPENDIX_A,
@@ -33,6 +34,7 @@ pub(crate) const ALL: [&str; 11] = [
     SLAB,
     SLOW_SLIP,
     AREA,
+    RATE_AND_STATE,
 ];
 
 /// Path of a pipeline, from the root of the workspace.

@@ -18,6 +18,7 @@ mod film_strip;
 #[cfg(test)]
 mod first_day;
 mod forces;
+mod friction;
 mod front;
 mod front_profile;
 mod front_speed;
@@ -50,6 +51,7 @@ mod slab_field;
 mod slipped;
 mod space_time;
 mod spread;
+mod stability_boundary;
 mod stress;
 mod stress_sequence;
 mod study;
@@ -136,6 +138,13 @@ kinds! {
     "slipped" slipped: slipped::Slipped,
     /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants.
     "stress" stress: stress::Stress,
+    /// Rate-and-state friction of a block, from dense windows: against its velocity, with steady sliding, or
+    /// against slip after a step of the drive, with its closed form. Friction is the force that pulls the
+    /// block less radiation, over its load; inertia counts as friction.
+    "friction" friction: friction::Friction,
+    /// The critical stiffness of rate-and-state friction against the velocity: where measured growth of
+    /// oscillations changes its sign from one stiffness to the next, and in theory.
+    "stability-boundary" stability_boundary: stability_boundary::StabilityBoundary,
     /// One number per run against a parameter.
     "study" study: study::StudyFigure,
     /// Speed of fronts against prestress, beside the theory.

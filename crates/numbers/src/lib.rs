@@ -81,6 +81,7 @@ mod of;
 mod partial_ruptures;
 pub mod plane_waves;
 pub mod precursors;
+mod rate_and_state;
 mod raw;
 pub mod required_data;
 pub mod run_data;

@@ -21,6 +21,7 @@ use crate::of::numbers;
 use crate::partial_ruptures;
 use crate::plane_waves::speeds_along_rows_m_per_s;
 use crate::precursors::{self, Precursor, PrecursorRules};
+use crate::rate_and_state;
 use crate::run_data::{Load, RunEvents};
 use crate::slow_slip;
 use crate::statistics::median;
@@ -414,16 +415,36 @@ numbers! {
     "Junctions" {
         /// Mean of `F_T / F_N` over time in the second half of the run.
         steady_ft_fn: f64 [unit = "1"] = Loads |_, loads, _| junctions::steady_ft_fn(loads);
-        /// Friction over normal load of junctions that slide steadily at the velocity of the drive, in theory:
-        /// at the mean load of a contact, by (a) of the page on junctions.
-        steady_friction_theory_ratio: f64 = Events |run, _| junctions::steady_ratio(run);
-        /// Largest friction over normal load of a contact that is pulled from its start in a time that is
-        /// short against `t_R`, in theory, by (b); none for a drawn start. Measured it is `largest_ft_fn`.
-        peak_friction_theory_ratio: f64 = Events |run, _| junctions::peak_ratio(run);
+        /// Friction over normal load in steady sliding at the velocity of the drive, in theory: of junctions
+        /// at the mean load of a contact, by (a) of the page on junctions; of rate-and-state friction at the
+        /// last velocity of the drive.
+        steady_friction_theory_ratio: f64 =
+            Events |run, _| junctions::steady_ratio(run).or_else(|| rate_and_state::steady_ratio(run));
+        /// Largest friction over normal load, in theory; measured it is `largest_ft_fn`. Of junctions that of a
+        /// contact that is pulled from its start in a time that is short against `t_R`, by (b); none for a
+        /// drawn start. Of rate-and-state friction in a stiff machine that at the last velocity of the drive,
+        /// before any slip there: with the state of steady sliding at the first velocity and of the hold.
+        peak_friction_theory_ratio: f64 =
+            Events |run, _| junctions::peak_ratio(run).or_else(|| rate_and_state::peak_ratio(run));
         /// Slow slip of block 1 of a chain whose other blocks stick, in theory, by (c), with its load and the
         /// stiffness that holds it: from rest, with all of its junctions slipping forwards, until all are
         /// pinned, if none of them breaks again.
         slow_slip_theory_m: f64 = Events |run, _| junctions::slow_slip_m(run);
+    }
+    "Rate and state" {
+        /// `F_T / F_N` at a given time.
+        at_time_ft_fn: f64 [unit = "1"] = Loads |_, loads, near| rate_and_state::ft_fn_at(loads, near?);
+        /// Longest time for which the drive rests by its course; 0 if it never does.
+        hold_s: f64 = Events |run, _| rate_and_state::hold_s(run);
+        /// Stiffness of the drive per block over the critical stiffness `k_c`, below which steady sliding is
+        /// unstable.
+        stiffness_over_critical_ratio: f64 = Events |run, _| rate_and_state::stiffness_over_critical(run);
+        /// Growth of oscillations of `F_T / F_N` per radian, below 0 where they decay: the logarithm of the
+        /// last rise or fall over the first one, over pi times their distance.
+        oscillation_growth_ratio: f64 = Loads |_, loads, _| rate_and_state::growth(loads);
+        /// Growth per radian of small oscillations about steady sliding of one block, in theory; none where
+        /// there are no oscillations.
+        oscillation_growth_theory_ratio: f64 = Events |run, _| rate_and_state::growth_theory(run);
     }
 }
 

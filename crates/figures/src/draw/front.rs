@@ -34,7 +34,7 @@ impl Figure for Front {
         let tip = vec![(tip, lowest), (tip, highest)];
         let profile = profile.iter().enumerate().map(|(n, ratio)| (n as f64 + 1.0, *ratio)).collect();
         let end_s = precursor.end.end_s.unwrap_or(precursor.end.onset_s);
-        let mut series = Vec::from(coefficient_lines(run, last));
+        let mut series = coefficient_lines(run, last);
         series.extend([
             Series::line(
                 format!(

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
+use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -223,14 +224,22 @@ pub(super) fn of_one_row(run: &RunData) -> Result<(), String> {
     })
 }
 
-/// The friction coefficients as lines across a figure.
-pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> [Series; 2] {
+/// Levels of friction over load that the law of a run has: the two coefficients, or `f_0`.
+pub(super) fn levels(run: &RunData) -> Vec<(f64, Dash, RGBColor, &'static str)> {
     let friction = &run.plan.friction;
-    let line = |label, mu, dash, color| Series::line(label, vec![(0.0, mu), (to_x, mu)], dash, color);
-    [
-        line("μ_s", friction.static_coefficient, Dash::Dashed, BLUE),
-        line(DYNAMIC, friction.dynamic_coefficient, Dash::DotDashed, RED),
-    ]
+    match friction.law.rate_and_state() {
+        Some(law) => vec![(law.reference_coefficient, Dash::Dashed, BLUE, "f_0")],
+        None => vec![
+            (friction.static_coefficient, Dash::Dashed, BLUE, "μ_s"),
+            (friction.dynamic_coefficient, Dash::DotDashed, RED, DYNAMIC),
+        ],
+    }
+}
+
+/// They as lines across a figure.
+pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> Vec<Series> {
+    let line = |(mu, dash, color, label)| Series::line(label, vec![(0.0, mu), (to_x, mu)], dash, color);
+    levels(run).into_iter().map(line).collect()
 }
 
 /// The part of the run of this name.

@@ -3,9 +3,9 @@
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, keys, of_one_run};
+use super::kind::{Figure, keys, levels, of_one_run};
 use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{BLUE, Dash, INK, Marker, RED, Sheet};
+use super::plot::{Dash, INK, Marker, Sheet};
 use super::rupture_selector::{Clock, Sort, color_of, sorted};
 use super::scale::Scale;
 
@@ -67,15 +67,12 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
     let height = (high - low).max(1e-9 * high.abs());
     let mut rows = vec![(Sample::Line(Dash::Solid, INK), "F_T/F_N".to_owned())];
     let mut items = Vec::new();
-    let levels = [
-        (friction.static_coefficient, Dash::Dashed, BLUE, "μ_s"),
-        (friction.dynamic_coefficient, Dash::DotDashed, RED, "μ_d"),
-    ];
     let (bottom, top) = (
         if low == 0.0 { 0.0 } else { low - 0.05 * height },
         high + if is_part { 0.2 } else { 0.08 } * height,
     );
-    for (level, dash, color, label) in levels.into_iter().filter(|(level, ..)| (bottom..=top).contains(level))
+    for (level, dash, color, label) in
+        levels(run).into_iter().filter(|(level, ..)| (bottom..=top).contains(level))
     {
         items.push(Item::Line(vec![(from, level), (to, level)], dash, color));
         rows.push((Sample::Line(dash, color), label.to_owned()));

@@ -20,7 +20,7 @@ use super::{Drawn, FigureError, Figures, Origins, drawn};
 use crate::spelling::spelled;
 
 /// Kinds that compare runs, and show next to nothing of one.
-const OF_SEVERAL: [&str; 5] = ["family", "front-speed", "phase-map", "spread", "study"];
+const OF_SEVERAL: [&str; 6] = ["family", "front-speed", "phase-map", "spread", "stability-boundary", "study"];
 
 /// The kinds that are drawn where none is named: what is asked first of a run.
 pub const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profile", "stress-sequence"];
@@ -184,6 +184,7 @@ impl About {
             "front" => json!({ "blocks": columns.div_ceil(2) }),
             "velocities" => json!({ "blocks": columns }),
             "onset" => json!({ "blocks": columns, "logarithmic": false }),
+            "friction" => json!({ "against": "velocity" }),
             "pulse" => json!({ "before": 0.5, "after": 6.0 }),
             // At rest: later times are found by taking the steps up to them.
             "slab-field" => json!({ "at_s": [0.0], "shows": "shear-stress" }),

@@ -80,7 +80,12 @@ fn numbers(run: &RunData) -> Result<Vec<(String, String)>, String> {
     let speed = first_global.and_then(|rupture| rupture.front_speed_up_m_per_s);
     let place = if run.of_one_row().is_some() { "block" } else { "column" };
     let rows = [
-        ("μ_s, μ_d", format!("{}, {}", friction.static_coefficient, friction.dynamic_coefficient)),
+        match friction.law.rate_and_state() {
+            Some(law) => ("f_0", law.reference_coefficient.to_string()),
+            None => {
+                ("μ_s, μ_d", format!("{}, {}", friction.static_coefficient, friction.dynamic_coefficient))
+            }
+        },
         ("F_N at the start", format!("{:.1} N", run.plan.total_normal_load_n)),
         ("wave speed c", format!("{c_m_per_s:.1} m/s")),
         ("duration", format!("{} s", run.plan.grid.time_s(run.header.steps))),

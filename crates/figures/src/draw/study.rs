@@ -10,7 +10,7 @@ use super::plot::{Axis, Corner, Panel, Pen, Sheet};
 keys! {
     StudyFigure: file;
 
-    /// The scenario key that the runs differ in.
+    /// The scenario key that the runs differ in, or a number of them.
     parameter: String,
     /// Label of the axis across.
     parameter_label: String,
@@ -44,11 +44,18 @@ impl Figure for StudyFigure {
 
     fn required_data(&self) -> RequiredData {
         let of_theory = self.theory.map_or(RequiredData::NOTHING, Number::required_data);
-        self.measure.required_data() | of_theory
+        let of_parameter = Number::find(&self.parameter).map_or(RequiredData::NOTHING, Number::required_data);
+        self.measure.required_data() | of_theory | of_parameter
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
-        let at = run.parameter(&self.parameter)? * self.parameter_factor;
+        let at = match Number::find(&self.parameter) {
+            Ok(number) => {
+                number.of(run, None).ok_or_else(|| format!("run {} has no {}", run.name, self.parameter))?
+            }
+            Err(_) => run.parameter(&self.parameter)?,
+        };
+        let at = at * self.parameter_factor;
         if self.logarithmic && at <= 0.0 {
             return Err(format!(
                 "{} of run {} is {at}: no place on a logarithmic axis",

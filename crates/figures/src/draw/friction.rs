@@ -1,0 +1,214 @@
+//! Rate-and-state friction of a block against its velocity, with steady sliding, or against slip after a step of the
+//! drive, with its closed form.
+
+use asperity_model::Evolution;
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::RunData;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::plot::{Axis, Corner, Dash, INK, Panel, Series, Sheet, nth};
+
+keys! {
+    Friction: file, title;
+
+    /// What friction is drawn against.
+    against: Against,
+    /// The block, counted from 1.
+    #[serde(default = "first")]
+    block: u32,
+    /// The runs, each with its label in the legend: of chains, with dense windows of the block.
+    series: Vec<Labelled>,
+}
+
+/// What friction of a block is drawn against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum Against {
+    /// Its velocity, with friction in steady sliding.
+    Velocity,
+    /// Its slip from the first record, over `D_c`, with the closed form for a step from the velocity of the first
+    /// record to that of the last one in a stiff machine.
+    Slip,
+}
+
+fn first() -> u32 {
+    1
+}
+
+/// What is shown of a run: measured, and in theory.
+type Curves = [Vec<(f64, f64)>; 2];
+
+/// Points of a closed form, and marks beside it.
+const POINTS: u32 = 200;
+const MARKS: f64 = 24.0;
+
+impl Figure for Friction {
+    of_runs_in!(series, Curves);
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData::WINDOWS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Curves, String> {
+        let lacks = |what: &str| format!("run {} has no {what}", run.name);
+        let friction = &run.plan.friction;
+        let law = friction.law.rate_and_state().ok_or_else(|| lacks("rate-and-state friction"))?;
+        let place = self.block.checked_sub(1).filter(|_| self.block <= run.header.blocks);
+        let place = place.ok_or_else(|| lacks(&format!("block {}", self.block)))? as usize;
+        let (load_n, b) = (run.plan.normal_load_n[place], friction.evolution_effects[place]);
+        // Time, slip, velocity, and friction without inertia over the load.
+        let mut course: Vec<[f64; 4]> = Vec::new();
+        for record in run.windows()? {
+            let Some(at) = self.block.checked_sub(record.first_block).map(|at| at as usize) else { continue };
+            let (Some(slip_m), Some(m_per_s), Some(pull_n)) = (
+                record.displacement_m.get(at),
+                record.velocity_m_per_s.get(at),
+                record.tangential_force_n.get(at),
+            ) else {
+                continue;
+            };
+            let ratio = (pull_n - law.radiation_kg_per_s * m_per_s) / load_n;
+            course.push([record.time_s, *slip_m, *m_per_s, ratio]);
+        }
+        course.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let (Some(&[_, start_m, before, _]), Some(&[_, end_m, after, _])) = (course.first(), course.last())
+        else {
+            return Err(lacks(&format!("dense window with block {}", self.block)));
+        };
+        if self.against == Against::Velocity {
+            let forward = course.iter().filter(|at| at[2] > 0.0);
+            let measured: Vec<(f64, f64)> = forward.map(|at| (at[2].log10(), at[3])).collect();
+            let steady = |at: &(f64, f64)| {
+                let m_per_s = 10f64.powf(at.0);
+                (at.0, law.coefficient(m_per_s, law.steady_state(b, m_per_s)))
+            };
+            let ends = [f64::min, f64::max].map(|end| {
+                let start = measured.first().copied().unwrap_or_default();
+                measured.iter().fold(start, |kept, at| if end(kept.0, at.0) == at.0 { *at } else { kept })
+            });
+            return Ok([measured, ends.iter().map(steady).collect()]);
+        }
+        let slips = |m: f64| (m - start_m) / law.critical_slip_m;
+        let theory = |n: u32| {
+            let slip = slips(end_m) * f64::from(n) / f64::from(POINTS);
+            // The state over that of steady sliding at the velocity after the step.
+            let state = match law.evolution {
+                Evolution::Ageing => (1.0 + (after / before - 1.0) * (-slip).exp()).ln(),
+                Evolution::Slip => (after / before).ln() * (-slip).exp(),
+            };
+            (slip, law.coefficient(after, law.steady_state(b, after) + b * state))
+        };
+        let measured = course.iter().map(|at| (slips(at[1]), at[3])).collect();
+        Ok([measured, (0..=POINTS).map(theory).collect()])
+    }
+
+    fn sheet(&self, parts: Parts<Curves>) -> Result<Sheet, String> {
+        let (mut series, mut note) = (Vec::new(), "");
+        for (index, (pen, [measured, theory])) in with_pens(&self.series, &parts)?.into_iter().enumerate() {
+            match self.against {
+                Against::Velocity => {
+                    series.push(pen.line(measured.clone()));
+                    let name = if index == 0 { "steady sliding" } else { "" };
+                    series.push(Series::line(name, theory.clone(), Dash::Dashed, INK));
+                }
+                Against::Slip => {
+                    series.push(Series::line("", theory.clone(), Dash::Solid, nth(index).2));
+                    // About evenly: each the first record beyond a place.
+                    let mut from = f64::MIN;
+                    let every = measured.last().map_or(1.0, |at| at.0) / MARKS;
+                    let marked = measured.iter().filter(|at| {
+                        let is_next = at.0 >= from;
+                        from = if is_next { at.0.max(0.0) + every } else { from };
+                        is_next
+                    });
+                    series.push(pen.marks(marked.copied().collect()));
+                    note = "marks: simulated, lines: closed form";
+                }
+            }
+        }
+        let all = || series.iter().flat_map(|series| &series.points);
+        let (left, right) =
+            all().fold((f64::MAX, f64::MIN), |(low, high), at| (low.min(at.0), high.max(at.0)));
+        let x = match self.against {
+            Against::Velocity => Axis::decades("v (m/s)", left - 0.3, right + 0.3),
+            Against::Slip => Axis::new("slip over D_c", left - 0.02 * (right - left), right),
+        };
+        let y = Axis::about("friction over load F/p", all().map(|at| at.1));
+        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series).titled(&self.title).noted(note)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_numbers::run_data::RunData;
+    use asperity_record::WindowRecord;
+    use asperity_testkit::made_up;
+
+    use super::{Figure, Friction};
+
+    fn figure(against: &str, block: u32) -> Friction {
+        let series = "series = [{ run = \"test\", label = \"A\" }]";
+        let keys =
+            format!("file = \"a.png\"\ntitle = \"\"\nagainst = \"{against}\"\nblock = {block}\n{series}");
+        toml::from_str(&keys).unwrap()
+    }
+
+    /// Block 2 of three, 400 N on each of them, slips `D_c` after a step from 1 to 10 µm/s.
+    fn step(evolution: &str) -> RunData {
+        let law = "friction.law = \"rate-and-state\"\nfriction.direct_effect = 0.01\nfriction.critical_slip_m = 1e-5\n\
+                   friction.evolution_effect = 0.015\nfriction.reference_velocity_m_per_s = 1e-6\n\
+                   friction.radiation_kg_per_s = 1e6\nnormal_load.total_n = 1200\nslider.relative_damping = 0";
+        let mut run = made_up::run(&format!("{law}\nfriction.evolution = \"{evolution}\""), &[]);
+        let record = |(time_s, slip_m, m_per_s, pull_n)| WindowRecord {
+            window: 0,
+            step: 0,
+            time_s,
+            sliding: 0,
+            first_block: 2,
+            displacement_m: vec![slip_m],
+            velocity_m_per_s: vec![m_per_s],
+            tangential_force_n: vec![pull_n],
+            displacement_across_m: Vec::new(),
+            velocity_across_m_per_s: Vec::new(),
+            tangential_force_across_n: Vec::new(),
+        };
+        run.windows = [(2.0, 2e-5, 1e-5, 250.0), (1.0, 1e-5, 1e-6, 241.0)].map(record).to_vec();
+        run.kept.windows = true;
+        run
+    }
+
+    fn near(found: (f64, f64), expected: (f64, f64)) {
+        assert!(
+            (found.0 - expected.0).abs() < 1e-9 && (found.1 - expected.1).abs() < 1e-9,
+            "{found:?} {expected:?}"
+        );
+    }
+
+    #[test]
+    fn friction_is_the_pull_without_radiation_beside_its_closed_form() {
+        let steady = 0.6 - 0.005 * 10f64.ln();
+        for (evolution, state) in
+            [("ageing", (1.0 + 9.0 * (-1f64).exp()).ln()), ("slip", 10f64.ln() * (-1f64).exp())]
+        {
+            let [measured, theory] = figure("slip", 2).part(&step(evolution)).unwrap();
+            near(measured[0], (0.0, 0.6));
+            near(measured[1], (1.0, 0.6));
+            near(theory[0], (0.0, 0.6 + 0.01 * 10f64.ln()));
+            near(*theory.last().unwrap(), (1.0, steady + 0.015 * state));
+        }
+        let [measured, theory] = figure("velocity", 2).part(&step("slip")).unwrap();
+        near(measured[1], (-5.0, 0.6));
+        near(theory[0], (-6.0, 0.6));
+        near(theory[1], (-5.0, steady));
+    }
+
+    #[test]
+    fn what_a_run_lacks_is_said() {
+        let lacks = |block, run: &RunData| figure("slip", block).part(run).unwrap_err();
+        assert_eq!(lacks(1, &step("slip")), "run test has no dense window with block 1");
+        assert_eq!(lacks(4, &step("slip")), "run test has no block 4");
+        assert_eq!(lacks(1, &made_up::run("", &[])), "run test has no rate-and-state friction");
+    }
+}

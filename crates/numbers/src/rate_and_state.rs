@@ -1,0 +1,225 @@
+//! Rate-and-state friction of a run: what theory says of steady sliding, of steps and holds of the drive and of
+//! small oscillations (docs/rate-and-state.md), and what loads say of them.
+
+use asperity_model::{Evolution, RateAndState, Stability};
+
+use crate::run_data::{Load, RunEvents};
+
+/// The law, with the mean `b` of the contacts.
+fn law(run: &RunEvents) -> Option<(RateAndState, f64)> {
+    let law = run.plan.friction.law.rate_and_state()?;
+    let effects = &run.plan.friction.evolution_effects;
+    Some((law, effects.iter().sum::<f64>() / effects.len() as f64))
+}
+
+/// The velocity of the drive at the start and at the end, m/s.
+fn velocities_m_per_s(run: &RunEvents) -> [f64; 2] {
+    let drive = &run.scenario.drive;
+    let start_m_per_s = run.plan.drive.velocity_m_per_s;
+    [start_m_per_s, drive.course_m_per_s.last().copied().unwrap_or(start_m_per_s)]
+}
+
+/// Friction over normal load of steady sliding at the last velocity of the drive.
+pub(crate) fn steady_ratio(run: &RunEvents) -> Option<f64> {
+    let (law, b) = law(run)?;
+    let velocity_m_per_s = velocities_m_per_s(run)[1];
+    let state = law.steady_state(b, velocity_m_per_s);
+    (velocity_m_per_s > 0.0).then(|| law.coefficient(velocity_m_per_s, state))
+}
+
+/// Longest time for which the drive rests between two knots of its course, s; 0 if it never does.
+pub(crate) fn hold_s(run: &RunEvents) -> Option<f64> {
+    let drive = &run.scenario.drive;
+    let knots: Vec<(f64, f64)> =
+        drive.course_s.iter().copied().zip(drive.course_m_per_s.iter().copied()).collect();
+    let at_rest = knots.windows(2).filter(|ends| ends.iter().all(|(_, m_per_s)| *m_per_s == 0.0));
+    Some(at_rest.map(|ends| ends[1].0 - ends[0].0).fold(0.0, f64::max))
+}
+
+/// Friction over normal load at the last velocity of the drive with the state of steady sliding at the first one and
+/// of a hold: contacts age by its length, or do not change.
+pub(crate) fn peak_ratio(run: &RunEvents) -> Option<f64> {
+    let (law, b) = law(run)?;
+    let [before_m_per_s, after_m_per_s] = velocities_m_per_s(run);
+    let aged_s = match law.evolution {
+        Evolution::Ageing => hold_s(run)?,
+        Evolution::Slip => 0.0,
+    };
+    let steady_s = law.critical_slip_m / before_m_per_s;
+    let state = law.steady_state(b, before_m_per_s) + b * libm::log1p(aged_s / steady_s);
+    (before_m_per_s > 0.0 && after_m_per_s > 0.0).then(|| law.coefficient(after_m_per_s, state))
+}
+
+/// `F_T / F_N` at a time, linear in time between records.
+pub(crate) fn ft_fn_at(loads: &[Load], at_s: f64) -> Option<f64> {
+    let behind = loads.partition_point(|load| load.time_s < at_s);
+    let after = loads.get(behind)?;
+    let before = if after.time_s == at_s { after } else { &loads[behind.checked_sub(1)?] };
+    let share = if after.time_s > before.time_s {
+        (at_s - before.time_s) / (after.time_s - before.time_s)
+    } else {
+        1.0
+    };
+    Some(before.load_ratio() + share * (after.load_ratio() - before.load_ratio()))
+}
+
+/// The stiffness of the drive per block over `k_c`.
+pub(crate) fn stiffness_over_critical(run: &RunEvents) -> Option<f64> {
+    let critical_n_per_m = Stability::of(&run.plan)?.critical_stiffness_n_per_m;
+    (critical_n_per_m > 0.0).then(|| drive_n_per_m(run) / critical_n_per_m)
+}
+
+fn drive_n_per_m(run: &RunEvents) -> f64 {
+    let springs = &run.plan.drive.springs;
+    springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>() / run.plan.blocks as f64
+}
+
+/// By how much oscillations of `F_T / F_N` grow per radian: the logarithm of the last rise or fall over the first
+/// one, over pi times their distance. Turning points are those of parabolas through three records.
+pub(crate) fn growth(loads: &[Load]) -> Option<f64> {
+    let mut turns = Vec::new();
+    for three in loads.windows(3) {
+        let [low, middle, high] = [0, 1, 2].map(|n| three[n].load_ratio());
+        if (middle - low) * (high - middle) < 0.0 {
+            turns.push(middle - (high - low).powi(2) / (8.0 * (high - 2.0 * middle + low)));
+        }
+    }
+    let swings: Vec<f64> = turns.windows(2).map(|ends| (ends[1] - ends[0]).abs()).collect();
+    let (first, last) = (swings.first()?, swings.last()?);
+    let count = (swings.len() > 1).then(|| (swings.len() - 1) as f64)?;
+    Some((last / first).ln() / (std::f64::consts::PI * count))
+}
+
+/// Growth per radian of small oscillations about steady sliding, in theory: the real part over the imaginary part of the pair
+/// of roots of the cubic of [`asperity_model::Stability`], for a slider of one block; none if they are real.
+pub(crate) fn growth_theory(run: &RunEvents) -> Option<f64> {
+    let (law, b) = law(run).filter(|_| run.plan.blocks == 1)?;
+    let (load_n, kappa) = (run.plan.total_normal_load_n, drive_n_per_m(run));
+    let velocity_m_per_s = run.plan.drive.velocity_m_per_s;
+    let rate_per_s = velocity_m_per_s / law.critical_slip_m;
+    let mass_kg = if law.inertia { run.plan.block_mass_kg } else { 0.0 };
+    let eta = law.radiation_kg_per_s;
+    // m s^3 + square s^2 + linear s + constant = 0
+    let square = mass_kg * rate_per_s + law.direct_effect * load_n / velocity_m_per_s + eta;
+    let linear = kappa - (b - law.direct_effect) * load_n / law.critical_slip_m + eta * rate_per_s;
+    let constant = kappa * rate_per_s;
+    // Of the pair, half its sum and its product. The third root is far to the left, where this iteration converges
+    // to it; from it and the coefficients without difference of large numbers (Vieta).
+    let (half_sum, product) = if mass_kg > 0.0 {
+        let mut third = -square / mass_kg;
+        for _ in 0..200 {
+            third = -(square + linear / third + constant / (third * third)) / mass_kg;
+        }
+        let product = -constant / (mass_kg * third);
+        ((linear / mass_kg - product) / (2.0 * third), product)
+    } else {
+        (-linear / (2.0 * square), constant / square)
+    };
+    let imaginary_squared = product - half_sum * half_sum;
+    (imaginary_squared > 0.0).then(|| half_sum / imaginary_squared.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::made_up;
+    use crate::number::number;
+    use crate::run_data::{Load, RunData};
+
+    fn slider(keys: &str) -> RunData {
+        let law = "friction.law = \"rate-and-state\"\nfriction.direct_effect = 0.01\n\
+                   friction.evolution_effect = 0.015\nfriction.critical_slip_m = 1e-5\n\
+                   friction.reference_velocity_m_per_s = 1e-5\nslider.relative_damping = 0\n";
+        let mut run = made_up::run(&format!("{law}{keys}"), &[]);
+        run.plan.friction.evolution_effects.truncate(1);
+        run.plan.blocks = 1;
+        run.plan.normal_load_n = vec![run.plan.total_normal_load_n];
+        run
+    }
+
+    fn close(found: Option<f64>, expected: f64) {
+        assert!(found.is_some_and(|found| (found - expected).abs() < 1e-12), "{found:?} {expected}");
+    }
+
+    fn with_loads(ft_fn: impl Iterator<Item = (f64, f64)>) -> RunData {
+        let mut run = made_up::run("", &[]);
+        run.loads = ft_fn
+            .map(|(time_s, ft_fn)| Load {
+                step: 0,
+                time_s,
+                driving_force_n: 100.0 * ft_fn,
+                normal_load_n: 100.0,
+                end_forces_n: None,
+                sliding: 0,
+            })
+            .collect();
+        run
+    }
+
+    #[test]
+    fn friction_of_steady_sliding_steps_and_holds_is_that_of_the_logarithms() {
+        let steady = slider("drive.velocity_m_per_s = 1e-4");
+        close(number("steady_friction_theory_ratio", &steady, None), 0.6 - 0.005 * 10f64.ln());
+        assert_eq!(number("hold_s", &steady, None), Some(0.0));
+        let step =
+            "drive.velocity_m_per_s = 1e-5\ndrive.course_s = [1, 1]\ndrive.course_m_per_s = [1e-5, 1e-4]";
+        let run = slider(step);
+        close(number("steady_friction_theory_ratio", &run, None), 0.6 - 0.005 * 10f64.ln());
+        close(number("peak_friction_theory_ratio", &run, None), 0.6 + 0.01 * 10f64.ln());
+        let hold = "drive.velocity_m_per_s = 1e-5\ndrive.course_s = [1, 1, 8, 8]\n\
+                    drive.course_m_per_s = [1e-5, 0, 0, 1e-5]";
+        let run = slider(hold);
+        assert_eq!(number("hold_s", &run, None), Some(7.0));
+        close(number("peak_friction_theory_ratio", &run, None), 0.6 + 0.015 * 8f64.ln());
+        let run = slider(&format!("{hold}\nfriction.evolution = \"slip\""));
+        close(number("peak_friction_theory_ratio", &run, None), 0.6);
+        for name in
+            ["steady_friction_theory_ratio", "peak_friction_theory_ratio", "oscillation_growth_theory_ratio"]
+        {
+            assert_eq!(number(name, &made_up::run("", &[]), None), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_load_at_a_time_is_between_records() {
+        let run = with_loads([(0.0, 0.1), (2.0, 0.3), (2.0, 0.5), (4.0, 0.5)].into_iter());
+        for (at_s, expected) in [(0.0, 0.1), (1.0, 0.2), (2.0, 0.3), (3.0, 0.5), (4.0, 0.5)] {
+            close(number("at_time_ft_fn", &run, Some(at_s)), expected);
+        }
+        assert_eq!(number("at_time_ft_fn", &run, Some(4.1)), None);
+    }
+
+    #[test]
+    fn growth_is_that_of_the_wave_put_in() {
+        for growth in [0.03, -0.05] {
+            let wave = |n: u32| {
+                (
+                    f64::from(n) * 0.01,
+                    0.6 + 1e-3 * (growth * f64::from(n) * 0.01).exp() * (f64::from(n) * 0.01).cos(),
+                )
+            };
+            let found = number("oscillation_growth_ratio", &with_loads((0..6000).map(wave)), None).unwrap();
+            assert!((found - growth).abs() < 1e-6, "{found} {growth}");
+        }
+        assert_eq!(
+            number("oscillation_growth_ratio", &with_loads((0..9).map(|n| (f64::from(n), 0.1))), None),
+            None
+        );
+    }
+
+    /// Without inertia the roots are those of a square; at the critical stiffness growth is 0, with and without it.
+    #[test]
+    fn oscillations_neither_grow_nor_decay_at_the_critical_stiffness() {
+        let inertia = "friction.radiation_kg_per_s = 200\nslider.mass_kg = 0.03";
+        let without = "friction.radiation_kg_per_s = 30\nfriction.inertia = false";
+        for keys in [inertia, without] {
+            let mut run = slider(&format!("{keys}\ndrive.velocity_m_per_s = 1e-3"));
+            let over = number("stiffness_over_critical_ratio", &run, None).unwrap();
+            let growth = |run: &RunData| number("oscillation_growth_theory_ratio", run, None).unwrap();
+            run.plan.drive.springs[0].stiffness_n_per_m /= over;
+            assert!(growth(&run).abs() < 1e-9, "{keys}: {}", growth(&run));
+            close(number("stiffness_over_critical_ratio", &run, None), 1.0);
+            run.plan.drive.springs[0].stiffness_n_per_m *= 1.01;
+            assert!(growth(&run) < -1e-4, "{}", growth(&run));
+        }
+    }
+}

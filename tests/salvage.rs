@@ -148,7 +148,10 @@ fn hit(each: usize) {
         // Bits turned, a block of the disk lost, bytes cut out, bytes put in.
         let mut flipped = log.bytes.clone();
         flipped[place] ^= 1 << (number % 8);
-        log.must_keep(&format!("a bit of byte {place}"), &flipped, &(place..place + 1));
+        // No message depends on the times in the head of a chunk, whose content has a checksum of its own.
+        let times = |chunk: &(Range<usize>, _)| (chunk.0.start + 9..chunk.0.start + 25).contains(&place);
+        let hit = if log.chunks.iter().any(times) { 0..0 } else { place..place + 1 };
+        log.must_keep(&format!("a bit of byte {place}"), &flipped, &hit);
         // Header and scenario are in one block of the disk; with both gone, nothing identifies the run.
         let place = place.max(log.chunks[0].0.start);
         let block = place..(place + 4096).min(end);

@@ -55,9 +55,9 @@ fn of_sliding(scenario: &Scenario, stability: &Stability) -> [String; 2] {
     };
     let critical = match critical_stiffness_n_per_m > 0.0 {
         true => {
-            format!("where the stiffness is below k_c = {} N/m per block", short(critical_stiffness_n_per_m))
+            format!("modes grow below k_c = {} N/m per block", short(critical_stiffness_n_per_m))
         }
-        false => "friction does not fall with velocity".to_owned(),
+        false => "k_c is not above 0: no spring is too soft".to_owned(),
     };
     let nucleation = match nucleation_blocks {
         Some(blocks) => format!(

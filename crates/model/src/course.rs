@@ -63,8 +63,7 @@ impl Course {
     /// knots, because a difference of two values would multiply its rounding error over many
     /// steps.
     pub fn rate(&self, step: u64, hold_step: u64) -> f64 {
-        let Some(origin) = self.origin(hold_step) else { return 0.0 };
-        let at = step.saturating_sub(origin);
+        let Some(at) = self.origin(hold_step).and_then(|origin| step.checked_sub(origin)) else { return 0.0 };
         let behind = self.knots.partition_point(|(knot, _)| *knot <= at);
         match (behind.checked_sub(1).map(|before| self.knots[before]), self.knots.get(behind)) {
             (Some((from, start)), Some((to, end))) => (end - start) / (to - from) as f64,
@@ -118,6 +117,8 @@ mod tests {
         let course = Course::new(1.0, vec![0, 10], vec![1.0, 0.5], true);
         assert_eq!([course.value(99, u64::MAX), course.value(105, 100)], [1.0, 0.75]);
         assert_eq!([course.next_knot(100, u64::MAX), course.next_knot(100, 100)], [u64::MAX, 110]);
+        // Also where the stop is known in advance.
+        assert_eq!([99, 100, 110].map(|step| course.rate(step, 100)), [0.0, -0.05, 0.0]);
     }
 
     #[test]

@@ -328,12 +328,19 @@ impl Friction {
     }
 }
 
+impl Drive {
+    /// The largest velocity of its point.
+    pub(crate) fn fastest_m_per_s(&self) -> f64 {
+        self.course_m_per_s.iter().fold(self.velocity_m_per_s, |most, velocity| most.max(*velocity))
+    }
+}
+
 impl Scenario {
     /// The contact law with its numbers.
     pub fn contact_law(&self) -> Law {
         let friction = &self.friction;
         let event_speed_m_per_s = match friction.event_speed_m_per_s {
-            0.0 => EVENT_SPEED_RATIO * self.drive.velocity_m_per_s,
+            0.0 => EVENT_SPEED_RATIO * self.drive.fastest_m_per_s(),
             given_m_per_s => given_m_per_s,
         };
         let keys = LawKeys {

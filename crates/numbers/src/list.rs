@@ -198,7 +198,8 @@ numbers! {
         first_global_event_between_coefficients_ratio: f64 [was = "load-between-coefficients"] =
             Events |run, _| {
                 let above = run.first_global_slip()?.ft_fn_onset - run.mu_d();
-                Some(above / (run.plan.friction.static_coefficient - run.mu_d()))
+                let between = run.plan.friction.static_coefficient - run.mu_d();
+                (between > 0.0).then(|| above / between)
             };
         /// Mean of `F_T / F_N` over time from the first global slip event to the end, over `mu_d`.
         mean_after_global_event_ratio: f64 [was = "mean-after-global-slip"] =

@@ -52,7 +52,9 @@ pub(crate) fn kind(scenario: &Scenario) -> (&'static str, String) {
 }
 
 fn contact(plan: &Plan) -> &'static str {
-    if plan.friction.law.holds() {
+    if !plan.friction.law.word().sticks() {
+        "each always sliding, however slowly"
+    } else if plan.friction.law.holds() {
         "each stuck or sliding, without a friction spring"
     } else {
         "each held by a friction spring while it sticks"
@@ -129,7 +131,7 @@ impl Sketch<'_> {
 
     /// Whether blocks rest on springs.
     fn on_springs(&self) -> bool {
-        !self.plan.friction.law.holds()
+        self.plan.friction.interfacial_stiffness_n_per_m > 0.0
     }
 
     fn top(&self) -> f64 {

@@ -116,6 +116,9 @@ const OF_SLIP_EVENTS: [&str; 3] = [Onset::TOPIC, SlipEvent::TOPIC, GlobalSlip::T
 /// Bytes per block in a checkpoint: its numbers, times their length in JSON.
 const CHECKPOINT_BYTES_OF_A_BLOCK: u64 = 7 * 25;
 
+/// The same of rate-and-state friction, which saves its own unknowns besides.
+const CHECKPOINT_BYTES_WITH_STATE: u64 = 9 * 25;
+
 /// Bytes per junction: its anchor, its last step of slip and how often it has broken.
 const CHECKPOINT_BYTES_OF_A_JUNCTION: u64 = 25 + 12 + 8;
 
@@ -138,7 +141,11 @@ impl MostLogBytes {
         let step = most.step(plan.drive.pulls_both_ways());
         let state = most.fields(plan.blocks, plan.elastic.has_foundation());
         let junctions = plan.blocks as u64 * u64::from(scenario.junction_count());
-        let checkpoint = plan.elastic.freedoms() as u64 * CHECKPOINT_BYTES_OF_A_BLOCK
+        let of_block = match plan.friction.law.rate_and_state() {
+            Some(_) => CHECKPOINT_BYTES_WITH_STATE,
+            None => CHECKPOINT_BYTES_OF_A_BLOCK,
+        };
+        let checkpoint = plan.elastic.freedoms() as u64 * of_block
             + junctions * CHECKPOINT_BYTES_OF_A_JUNCTION
             + CHECKPOINT_FRAME_BYTES;
         let events = |of_slip_events: bool| -> u64 {

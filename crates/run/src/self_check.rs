@@ -56,7 +56,8 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, Self
     let source = ScenarioSource::logged("scenario.toml", scenario_toml);
     let scenario = Scenario::resolve(&source).map_err(SelfCheckProblem::Scenario)?;
     let plan = Plan::new(&scenario);
-    let solver = SolverKind::named(&logged.solver).unwrap_or_default();
+    let solvers = SolverKind::of(scenario.friction.law);
+    let solver = solvers.iter().find(|kind| kind.name() == logged.solver).unwrap_or(&solvers[0]);
     let of = header(&scenario, &plan, solver.name());
     let values = |header: &RunHeader| {
         [

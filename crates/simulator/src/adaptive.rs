@@ -4,7 +4,7 @@
 //! `equations` has the equations of motion, `linear` the systems of their derivatives, `rodas4` the steps. Nothing
 //! sticks; a block *slides* from where its speed rises above the event speed `V_th` until it falls below half of it.
 //! These crossings are its detachments and re-attachments, found on the method's cubic through a step, whose error is
-//! of the order of `h^4` as that of the step.
+//! of the order of `h^4`, as the estimate that bounds the step.
 //!
 //! The grid of `time.step_s` is that of the records: a crossing is recorded in the first grid step after it, and what
 //! is due in a grid step is read off the cubics. So recording never changes a trajectory.
@@ -165,9 +165,7 @@ impl Adaptive {
         self.begin.at = saved.unknowns();
         // The piece of the courses in which the step begins; a step ends at a knot.
         let mut piece = Piece::from_step(&plan, plan.initial.step);
-        while plan.grid.time_s(piece.until_step.min(plan.steps)) <= self.time_s.value()
-            && piece.until_step < plan.steps
-        {
+        while piece.until_step < plan.steps && self.seconds_to(plan.grid.time_s(piece.until_step)) <= 0.0 {
             piece = Piece::from_step(&plan, piece.until_step);
         }
         self.piece = piece;
@@ -263,8 +261,8 @@ impl Adaptive {
         let rate = |n: &usize| self.begin.rates.friction[*n].abs();
         let block = (0..self.plan.blocks).max_by(|a, b| rate(a).total_cmp(&rate(b))).unwrap_or(0);
         SimulationError::NotFinite {
-            step: self.slider.step,
-            what: "the step that time.tolerance allows",
+            step: self.plan.grid.first_step_from(self.time_s.value()),
+            what: "the rate of friction",
             block: block as u32 + 1,
             displacement_m: self.slider.displacement_m[block],
             velocity_m_per_s: self.slider.velocity_m_per_s[block],
@@ -287,10 +285,13 @@ impl Adaptive {
             let mut time_s = self.time_s;
             time_s.add(into_s);
             let block = n as u32;
-            // Recorded once by a block in a grid step, and after the initial state.
+            // After the grid steps that the beginning of the step has passed, and once by a block in a grid step.
+            let passed_s = self.time_s.value().next_up();
             let last = self.crossings.iter().rev().find(|crossing| crossing.block == block);
-            let after = last.map_or(self.slider.step, |crossing| crossing.step);
-            let step = self.plan.grid.first_step_from(time_s.value()).max(after.saturating_add(1));
+            let after = last.map_or(0, |crossing| crossing.step.saturating_add(1));
+            let [passed, crossed] =
+                [passed_s, time_s.value()].map(|at_s| self.plan.grid.first_step_from(at_s));
+            let step = crossed.max(passed).max(after);
             let crossing = Crossing { step, block };
             let place = self.crossings.partition_point(|other| *other < crossing);
             self.crossings.insert(place, crossing);

@@ -166,10 +166,8 @@ impl SliderState {
                 Some(junctions) => junctions.fits(plan, self.step, &self.slip),
             }
             && are_finite(&self.friction_state, plan.friction.evolution_effects.len())
-            && match &self.adaptive {
-                None => plan.friction.law.rate_and_state().is_none(),
-                Some(adaptive) => adaptive.fits(plan, self.step),
-            }
+            && self.adaptive.is_some() == plan.friction.law.rate_and_state().is_some()
+            && self.adaptive.iter().all(|adaptive| adaptive.fits(plan, self.step))
             && are_finite(&self.memory, plan.friction.law.memory() * plan.blocks)
             && are_finite(&self.aged_threshold_n, if ages && is_given { plan.blocks } else { 0 })
     }

@@ -58,6 +58,13 @@ fn by_every_law_and_drive(one_of: usize) {
         &["drive.kind=left-right", TWO_WAY],
         &[HOLD],
         &[HOLD, UNLOAD_S, UNLOAD_N],
+        // The stop is known from the start, and the load is constant until then.
+        &[
+            HOLD,
+            "normal_load.schedule_from=hold",
+            "normal_load.schedule_s=[0,0.1]",
+            "normal_load.schedule_n=[400,100]",
+        ],
         &[HOLD, UNLOAD_S, UNLOAD_N, "normal_load.tilt=0.7", "drive.kind=top"],
         &[HOLD, UNLOAD_S, UNLOAD_N, "drive.kind=left-right", TWO_WAY],
         &["normal_load.schedule_s=[0.02,0.1]", "normal_load.schedule_n=[400,700]"],

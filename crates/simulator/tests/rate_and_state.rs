@@ -5,7 +5,7 @@ use std::path::Path;
 
 use asperity_model::Plan;
 use asperity_record::{Direction, Energy, Record, StepRecord, WindowRecord};
-use asperity_simulator::{Snapshot, Solver, SolverKind};
+use asperity_simulator::{AdaptiveState, Crossing, Snapshot, Solver, SolverKind};
 
 fn plan(name: &str, sets: &[&str]) -> Plan {
     asperity_testkit::plan(name, sets)
@@ -359,6 +359,41 @@ fn a_restored_run_has_the_same_bits() {
             assert!(rest == texts[*count..], "from record {count}");
         }
     }
+}
+
+/// A state from a file that no run can have left is refused before a solver restores it.
+#[test]
+fn states_that_no_run_has_are_refused() {
+    let plan = plan("rate-and-state", &["time.duration_s=0.1"]);
+    let mut solver = solver(&plan);
+    for _ in 0..20 {
+        solver.next_record().unwrap();
+    }
+    let sound = solver.snapshot();
+    assert!(sound.fits(&plan));
+    let spoil: [fn(&mut AdaptiveState); 8] = [
+        |state| (state.time_s.total, state.time_s.rest) = (1e308, -1e308),
+        |state| state.time_s.total = 0.2,
+        |state| state.step_s = f64::NAN,
+        |state| state.next_step_s = 0.0,
+        |state| state.behind_m.truncate(15),
+        |state| state.friction[3] = f64::INFINITY,
+        |state| state.crossings.push(Crossing { step: u64::MAX, block: 16 }),
+        |state| state.crossings.insert(0, Crossing { step: 0, block: 0 }),
+    ];
+    for (number, spoil) in spoil.iter().enumerate() {
+        let mut snapshot = sound.clone();
+        spoil(snapshot.slider.adaptive.as_mut().expect("it is of the adaptive solver"));
+        assert!(!snapshot.fits(&plan), "{number}");
+    }
+    let mut other = sound.clone();
+    other.slider.adaptive = None;
+    assert!(!other.fits(&plan));
+    let chain = asperity_testkit::plan("default", &["slider.blocks=16"]);
+    let mut of_another = SolverKind::Fast.start(chain.clone()).snapshot();
+    assert!(of_another.fits(&chain));
+    of_another.slider.adaptive = sound.slider.adaptive;
+    assert!(!of_another.fits(&chain));
 }
 
 /// A uniform chain whose start is uniform is one slider, block by block.

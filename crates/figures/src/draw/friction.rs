@@ -69,6 +69,8 @@ impl Figure for Friction {
             ) else {
                 continue;
             };
+            let hold_step = run.plan.drive.hold_from_step.unwrap_or(u64::MAX);
+            let load_n = load_n * run.plan.load_factor(record.step, hold_step);
             let ratio = (pull_n - law.radiation_kg_per_s * m_per_s) / load_n;
             course.push([record.time_s, *slip_m, *m_per_s, ratio]);
         }
@@ -80,6 +82,9 @@ impl Figure for Friction {
         if self.against == Against::Velocity {
             let forward = course.iter().filter(|at| at[2] > 0.0);
             let measured: Vec<(f64, f64)> = forward.map(|at| (at[2].log10(), at[3])).collect();
+            if measured.is_empty() {
+                return Err(lacks("record in which the block slides forwards"));
+            }
             let steady = |at: &(f64, f64)| {
                 let m_per_s = 10f64.powf(at.0);
                 (at.0, law.coefficient(m_per_s, law.steady_state(b, m_per_s)))

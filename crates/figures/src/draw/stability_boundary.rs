@@ -45,8 +45,10 @@ impl Figure for StabilityBoundary {
         let lacks = |what: &str| format!("run {} has no {what}", run.name);
         let plan = &run.plan;
         let law = plan.friction.law.rate_and_state().ok_or_else(|| lacks("rate-and-state friction"))?;
-        let [spring] = plan.drive.springs[..] else { return Err(lacks("single driving spring")) };
         let weakening = plan.friction.evolution_effects[0] - law.direct_effect;
+        let (1, [spring], true) = (plan.blocks, &plan.drive.springs[..], weakening > 0.0) else {
+            return Err(lacks("single block whose friction falls with velocity"));
+        };
         let unit_n_per_m = weakening * plan.normal_load_n[0] / law.critical_slip_m;
         let velocity_m_per_s = plan.drive.velocity_m_per_s;
         let mut plan = plan.clone();

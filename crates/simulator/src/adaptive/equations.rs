@@ -28,8 +28,9 @@
 //! A stage of the integrator solves `(sigma - J) k = r` with the derivatives `J` of the right side, whose blocks of
 //! three by three are tridiagonal. Neighbours act through their `w` and `V` alone. So with `z = V_y k_y - (V / a) k_psi`,
 //! the change of a block's velocity, its rows give `k_w = (r_w + z) / sigma` and
-//! `k_psi = (r_psi + g_V z) / (sigma - g_psi)`, where `g_psi <= 0` at constant velocity: no pivot vanishes. What is
-//! left is one tridiagonal system in `z`, which is exact, not an approximation.
+//! `k_psi = (r_psi + g_V z) / (sigma - g_psi)`, where `g_psi <= 0` at constant velocity, so that no division
+//! fails. What is left is one tridiagonal system in `z`, which is exact, not an approximation. Should a pivot of it vanish,
+//! the step's error is not finite, and a shorter one is tried.
 
 use asperity_model::rate_and_state::{Evolution, RateAndState, asinh_of_exp};
 use asperity_model::{Elastic, Plan};
@@ -175,7 +176,7 @@ impl Equations {
     /// changes by its direct effect.
     pub(super) fn scales(&self, n: usize) -> [f64; 3] {
         let held_by_n_per_m = self.neighbours(n).min(1.0) * self.stiffness_n_per_m + self.drive_n_per_m[n];
-        // Where a block bears next to nothing, friction moves its neighbours.
+        // A block that bears next to nothing follows its neighbours, on whose scale its error counts.
         let mean_n = self.direct_n.iter().sum::<f64>() / self.direct_n.len() as f64;
         [self.direct_n[n].max(1e-3 * mean_n) / held_by_n_per_m, 1.0, self.law.direct_effect]
     }

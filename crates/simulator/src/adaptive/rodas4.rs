@@ -60,6 +60,9 @@ const D: [[f64; STAGES - 1]; 2] = [
     ],
 ];
 
+/// Errors that no shorter step makes smaller, over `|w|`.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// Factors on the length of a step after one of error 1, and bounds.
 const SAFETY: f64 = 0.9;
 const LEAST_FACTOR: f64 = 0.1;
@@ -80,8 +83,9 @@ pub(super) struct Rodas4 {
     rates: Unknowns,
     /// The end of the last step.
     pub(super) end: Unknowns,
-    /// `1 / (tolerance * scale)` of each block's unknowns.
-    weights: Vec<[f64; 3]>,
+    tolerance: f64,
+    /// The scales of each block's unknowns.
+    scales: Vec<[f64; 3]>,
 }
 
 impl Rodas4 {
@@ -93,9 +97,8 @@ impl Rodas4 {
             changes: std::array::from_fn(|_| zeros()),
             rates: zeros(),
             end: zeros(),
-            weights: (0..equations.blocks())
-                .map(|n| equations.scales(n).map(|scale| 1.0 / (tolerance * scale)))
-                .collect(),
+            tolerance,
+            scales: (0..equations.blocks()).map(|n| equations.scales(n)).collect(),
         }
     }
 
@@ -164,9 +167,12 @@ impl Rodas4 {
         let last = &self.changes[STAGES - 1];
         self.end.add(1.0, last);
         let mut error = 0.0_f64;
-        for (n, [behind, friction, state]) in self.weights.iter().enumerate() {
-            let of_friction = if equations.has_inertia() { last.friction[n] * friction } else { 0.0 };
-            for part in [last.behind_m[n] * behind, of_friction, last.state[n] * state] {
+        for (n, [behind, friction, state]) in self.scales.iter().enumerate() {
+            let of_friction = if equations.has_inertia() { last.friction[n] / friction } else { 0.0 };
+            // No finer than the rounding of `w`, which friction balances.
+            let accepted = self.tolerance + ROUNDING * begin.behind_m[n].abs() / behind;
+            for part in [last.behind_m[n] / behind, of_friction, last.state[n] / state] {
+                let part = part / accepted;
                 // A NaN stays.
                 error = if error.is_nan() || part.abs() <= error { error } else { part.abs() };
             }

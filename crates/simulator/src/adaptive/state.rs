@@ -81,7 +81,7 @@ impl AdaptiveState {
         let is_length = |seconds: f64| seconds.is_finite() && seconds >= 0.0;
         let from_s = plan.grid.time_s(plan.initial.step);
         self.time_s.total.is_finite()
-            && self.time_s.rest.is_finite()
+            && self.time_s.rest.abs() <= 1e-6 * self.time_s.total.abs()
             && self.time_s.value() >= from_s
             && self.time_s.value() <= plan.grid.time_s(step) * (1.0 + 1e-12)
             && is_length(self.step_s)

@@ -31,8 +31,8 @@ const CASES: [(&str, &[&str]); 15] = [
     ("scatter", &["friction.static_spread=0.1", "friction.dynamic_spread=0.05", "friction.spread_seed=7"]),
     ("ageing", &["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-3"]),
     ("rigid", &["friction.law=rigid", "slider.blocks=20"]),
-    ("radiating", &["friction.radiation_kg_per_s=3"]),
-    ("rigid-radiating", &["friction.law=rigid", "slider.blocks=20", "friction.radiation_kg_per_s=3"]),
+    ("radiating", &["friction.radiation_kg_per_s=0.5"]),
+    ("rigid-radiating", &["friction.law=rigid", "slider.blocks=20", "friction.radiation_kg_per_s=0.5"]),
     (
         "weakening",
         &[

@@ -77,7 +77,7 @@ pub(crate) fn of_a_lattice(scenario: &Scenario) -> Vec<Refusal> {
             "\"interfacial-springs\", or slider.across = 1".to_owned(),
         );
     }
-    if scenario.friction.radiation_kg_per_s != 0.0 {
+    if scenario.contact_law().radiation_kg_per_s() != 0.0 {
         let problem =
             format!("a {what} carries the waves away itself; radiation is that of a chain's contacts");
         refuse("friction.radiation_kg_per_s", problem, or("0"));

@@ -40,14 +40,16 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
             "a number above 0; drive.hold_from_s stops the drive",
         );
     } else if law.event_speed_m_per_s <= drive.fastest_m_per_s() {
+        let fastest_m_per_s = drive.fastest_m_per_s();
+        let is_of_course = fastest_m_per_s > drive.velocity_m_per_s;
+        let key = if is_of_course { "drive.course_m_per_s" } else { "drive.velocity_m_per_s" };
         refuse(
             "friction.event_speed_m_per_s",
             format!(
-                "{} is not above the velocity of the drive, {}, at which blocks creep without an event",
-                law.event_speed_m_per_s,
-                drive.fastest_m_per_s()
+                "{} is not above {key} = {fastest_m_per_s}, at which blocks creep without an event",
+                law.event_speed_m_per_s
             ),
-            &format!("a number above {}, or 0 for 10 times it", drive.fastest_m_per_s()),
+            &format!("a number above {fastest_m_per_s}, or 0 for 10 times it"),
         );
     }
     if drive.stiffness_n_per_m == 0.0 && scenario.time.start == Start::Loaded {

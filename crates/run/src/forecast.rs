@@ -116,7 +116,7 @@ const OF_SLIP_EVENTS: [&str; 3] = [Onset::TOPIC, SlipEvent::TOPIC, GlobalSlip::T
 /// Bytes per block in a checkpoint: its numbers, times their length in JSON.
 const CHECKPOINT_BYTES_OF_A_BLOCK: u64 = 7 * 25;
 
-/// The same of rate-and-state friction, which saves its own unknowns besides.
+/// Of rate-and-state friction, which saves its own unknowns besides.
 const CHECKPOINT_BYTES_WITH_STATE: u64 = 9 * 25;
 
 /// Bytes per junction: its anchor, its last step of slip and how often it has broken.

@@ -98,7 +98,7 @@ enum Command {
     Test(test::TestArguments),
     /// Build the Python package, and run its tests and notebooks.
     Python(python::PythonArguments),
-    /// Compare the fast solver with the plain one in all runs, for both parameter sets.
+    /// Compare the solvers of each law in all runs, for both parameter sets.
     VerifySolver(verify::VerifyArguments),
     /// Compare the slip events of another revision with those of this checkout.
     DiffEvents(diff_events::DiffEventsArguments),

@@ -102,7 +102,7 @@ pub(crate) enum Command {
     /// Run a pipeline: make its runs, tables and figures, and judge its claims.
     #[cfg(feature = "analysis")]
     Reproduce(ReproduceArguments),
-    /// Compare the fast solver with the plain one in every run of a pipeline.
+    /// Compare the fast solver with the plain one, or the adaptive one at two tolerances, in every run of a pipeline.
     #[cfg(feature = "analysis")]
     VerifySolver(VerifySolverArguments),
     /// Vary parameters: make many runs from one file, here or on a cluster, and tabulate them.

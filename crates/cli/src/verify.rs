@@ -1,4 +1,4 @@
-//! `asperity verify-solver`: compares the fast solver with the plain one.
+//! `asperity verify-solver`: compares the solvers of each run's law, or the adaptive one at two tolerances.
 
 use std::fs;
 use std::io::Write;

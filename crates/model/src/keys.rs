@@ -305,7 +305,8 @@ pub const KEYS: &[Key] = &[
         symbol: "",
         doc: "Of rate-and-state: whether blocks have inertia. Without it (quasi-dynamic) the forces on each block, \
               -E v among them, balance at every time; radiation_kg_per_s must be above 0 and \
-              slider.relative_damping 0, and slider.mass_kg has no effect.",
+              slider.relative_damping 0, and slider.mass_kg sets only the link time of ruptures and the \
+              wave speed that front speeds are compared with.",
         kind: Flag,
         default: Is(Value::Flag(true)),
     },
@@ -321,7 +322,7 @@ pub const KEYS: &[Key] = &[
         path: "friction.event_speed_m_per_s",
         symbol: "V_th",
         doc: "Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th \
-              to where it falls below V_th / 2. Must exceed the velocity of the drive; 0 for 10 times that. Never \
+              to where it falls below V_th / 2. Must exceed the largest velocity of the drive; 0 for 10 times that. Never \
               changes the run, but onsets and durations of events depend on it.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),

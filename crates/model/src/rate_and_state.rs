@@ -56,7 +56,7 @@ pub struct RateAndState {
     pub tolerance: f64,
 }
 
-/// Threshold of event speeds without a key, over the velocity of the drive at the start.
+/// Threshold of event speeds without a key, over the largest velocity of the drive.
 pub const EVENT_SPEED_RATIO: f64 = 10.0;
 
 /// From this `l` on, `asinh(e^l)` is `l + ln 2` to `e^(-2 l) / 4 < 2e-18`, less than rounding.
@@ -78,19 +78,38 @@ impl RateAndState {
     pub fn coefficient(&self, velocity_m_per_s: f64, state: f64) -> f64 {
         let a = self.direct_effect;
         let l = libm::log(velocity_m_per_s.abs() / (2.0 * self.reference_velocity_m_per_s)) + state / a;
-        let y = asinh_of_exp(l);
-        (a * y).copysign(velocity_m_per_s)
+        (a * asinh_of_exp(l)).copysign(velocity_m_per_s)
     }
 
-    /// `psi'`, 1/s, with the evolution effect `b`.
-    pub fn state_rate_per_s(&self, b: f64, velocity_m_per_s: f64, state: f64) -> f64 {
-        let (slip_m, v0_m_per_s) = (self.critical_slip_m, self.reference_velocity_m_per_s);
-        let (speed_m_per_s, above) = (velocity_m_per_s.abs(), state - self.reference_coefficient);
+    /// `psi'`, 1/s, with the evolution effect `b`, and its derivatives by the speed, 1/m, and by the state, 1/s.
+    /// `ln_speed` is `ln(|V| / V_0)`, which only the slip law asks for.
+    pub fn evolution(
+        &self,
+        b: f64,
+        speed_m_per_s: f64,
+        ln_speed: impl FnOnce() -> f64,
+        state: f64,
+    ) -> [f64; 3] {
+        let (slip_m, above) = (self.critical_slip_m, state - self.reference_coefficient);
         match self.evolution {
-            Evolution::Ageing => b / slip_m * (v0_m_per_s * libm::exp(-above / b) - speed_m_per_s),
-            Evolution::Slip if speed_m_per_s == 0.0 => 0.0,
-            Evolution::Slip => -speed_m_per_s / slip_m * (above + b * libm::log(speed_m_per_s / v0_m_per_s)),
+            Evolution::Ageing => {
+                let healing_m_per_s = self.reference_velocity_m_per_s * libm::exp(-above / b);
+                [b * (healing_m_per_s - speed_m_per_s) / slip_m, -b / slip_m, -healing_m_per_s / slip_m]
+            }
+            Evolution::Slip if speed_m_per_s > 0.0 => {
+                let beyond = above + b * ln_speed();
+                [-speed_m_per_s * beyond / slip_m, -(beyond + b) / slip_m, -speed_m_per_s / slip_m]
+            }
+            Evolution::Slip => [0.0; 3],
         }
+    }
+
+    /// `psi'` at a velocity, 1/s.
+    #[cfg(test)]
+    pub(crate) fn state_rate_per_s(&self, b: f64, velocity_m_per_s: f64, state: f64) -> f64 {
+        let speed_m_per_s = velocity_m_per_s.abs();
+        let ln_speed = || libm::log(speed_m_per_s / self.reference_velocity_m_per_s);
+        self.evolution(b, speed_m_per_s, ln_speed, state)[0]
     }
 }
 

@@ -38,6 +38,27 @@ pub struct Stability {
 }
 
 impl RateAndState {
+    /// The coefficients of the cubic, from that of `s^3` on: of a mode of the stiffness `kappa`, the mass `m` (0 without
+    /// inertia), the load `normal_load_n`, the evolution effect `b` and the damping `eta`.
+    pub fn cubic(
+        &self,
+        velocity_m_per_s: f64,
+        stiffness_n_per_m: f64,
+        normal_load_n: f64,
+        b: f64,
+        mass_kg: f64,
+        damping_kg_per_s: f64,
+    ) -> [f64; 4] {
+        let rate_per_s = velocity_m_per_s / self.critical_slip_m;
+        let weakening_n_per_m = (b - self.direct_effect) * normal_load_n / self.critical_slip_m;
+        [
+            mass_kg,
+            mass_kg * rate_per_s + self.direct_effect * normal_load_n / velocity_m_per_s + damping_kg_per_s,
+            stiffness_n_per_m - weakening_n_per_m + damping_kg_per_s * rate_per_s,
+            stiffness_n_per_m * rate_per_s,
+        ]
+    }
+
     /// `k_c`, N/m: steady sliding at a velocity is unstable where the stiffness is below, of a block of mass `m` (0
     /// without inertia) that bears `normal_load_n`, with the evolution effect `b` and the damping `eta`. Below 0 where
     /// no spring is unstable.
@@ -49,10 +70,10 @@ impl RateAndState {
         mass_kg: f64,
         damping_kg_per_s: f64,
     ) -> f64 {
+        let [_, slowing_kg_per_s, linear_n_per_m, _] =
+            self.cubic(velocity_m_per_s, 0.0, normal_load_n, b, 0.0, damping_kg_per_s);
         let rate_per_s = velocity_m_per_s / self.critical_slip_m;
-        let weakening_n_per_m = (b - self.direct_effect) * normal_load_n / self.critical_slip_m;
-        let slowing_kg_per_s = self.direct_effect * normal_load_n / velocity_m_per_s + damping_kg_per_s;
-        (weakening_n_per_m - damping_kg_per_s * rate_per_s) * (1.0 + mass_kg * rate_per_s / slowing_kg_per_s)
+        -linear_n_per_m * (1.0 + mass_kg * rate_per_s / slowing_kg_per_s)
     }
 }
 

@@ -90,19 +90,15 @@ pub(crate) fn growth(loads: &[Load]) -> Option<f64> {
     Some((last / first).ln() / (std::f64::consts::PI * count))
 }
 
-/// Growth per radian of small oscillations about steady sliding, in theory: the real part over the imaginary part of the pair
-/// of roots of the cubic of [`asperity_model::Stability`], for a slider of one block; none if they are real.
+/// Growth per radian of small oscillations about steady sliding, in theory: the real part over the imaginary part of the
+/// pair of roots of the cubic of [`RateAndState::cubic`], for a slider of one block; none if they are real.
 pub(crate) fn growth_theory(run: &RunEvents) -> Option<f64> {
     let (law, b) = law(run).filter(|_| run.plan.blocks == 1)?;
     let (load_n, kappa) = (run.plan.total_normal_load_n, drive_n_per_m(run));
     let velocity_m_per_s = run.plan.drive.velocity_m_per_s;
-    let rate_per_s = velocity_m_per_s / law.critical_slip_m;
     let mass_kg = if law.inertia { run.plan.block_mass_kg } else { 0.0 };
-    let eta = law.radiation_kg_per_s;
-    // m s^3 + square s^2 + linear s + constant = 0
-    let square = mass_kg * rate_per_s + law.direct_effect * load_n / velocity_m_per_s + eta;
-    let linear = kappa - (b - law.direct_effect) * load_n / law.critical_slip_m + eta * rate_per_s;
-    let constant = kappa * rate_per_s;
+    let [_, square, linear, constant] =
+        law.cubic(velocity_m_per_s, kappa, load_n, b, mass_kg, law.radiation_kg_per_s);
     // Of the pair, half its sum and its product. The third root is far to the left, where this iteration converges
     // to it; from it and the coefficients without difference of large numbers (Vieta).
     let (half_sum, product) = if mass_kg > 0.0 {

@@ -111,26 +111,29 @@ fn verify_tolerance(
     law: &RateAndState,
     mut reached: impl FnMut(u64),
 ) -> Result<Verified, VerifyError> {
-    let mut run = |tolerance: f64| {
+    let mut first_records = Vec::new();
+    let [coarse, fine] = [0, 1].map(|number| {
+        let tolerance = [law.tolerance, law.tolerance / 100.0][number];
         let mut plan = plan.clone();
         plan.friction.law = Law::RateAndState(RateAndState { tolerance, ..*law });
-        let mut solver = SolverKind::Adaptive.start(plan.clone());
-        let (mut switches, mut records) = (Vec::new(), Vec::new());
+        let steps = plan.steps;
+        let mut solver = SolverKind::Adaptive.start(plan);
+        let mut switches = Vec::new();
         while let Some(record) = solver.next_record()? {
             let Record::Step(record) = record else { continue };
-            reached(record.step);
-            let of_record =
-                record.switches.iter().map(|switch| (record.time_s, switch.block, switch.direction));
-            switches.extend(of_record);
-            records.push(record);
+            // Half of the progress each.
+            reached((number as u64 * steps + record.step) / 2);
+            let of_record = record.switches.iter();
+            switches.extend(of_record.map(|switch| (record.time_s, switch.block, switch.direction)));
+            if number == 0 {
+                first_records.push(record);
+            }
         }
-        Ok::<_, VerifyError>((switches, records))
-    };
-    let ((mut coarse, records), (mut fine, _)) = (run(law.tolerance)?, run(law.tolerance / 100.0)?);
-    // Block by block: blocks that switch at almost the same time may do so in another order.
-    for switches in [&mut coarse, &mut fine] {
+        // Block by block: blocks that switch at almost the same time may do so in another order.
         switches.sort_by_key(|(_, block, _)| *block);
-    }
+        Ok::<_, SimulationError>(switches)
+    });
+    let (records, coarse, fine) = (first_records, coarse?, fine?);
     let duration_s = plan.grid.time_s(plan.steps);
     let accepted_s = TIME_ERROR * law.tolerance * duration_s + 2.0 * plan.grid.step_s();
     let mut worst_s = 0.0_f64;

@@ -43,7 +43,8 @@ pub(crate) fn time(
 }
 
 /// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
-/// energies, all present or absent, the radiated one where the header says so; the totals of junctions against the header and those `before`.
+/// energies, all present or absent, the radiated one where the header says so; the totals of junctions against the
+/// header and those `before`.
 ///
 /// # Errors
 /// If they disagree.

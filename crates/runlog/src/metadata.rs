@@ -93,22 +93,10 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         parameter_set: map.text("parameter_set")?,
         solver: map.text("solver")?,
         blocks: map.parse("blocks", "a whole number")?,
-        rows: match map.map.contains_key(ROWS) {
-            true => map.parse(ROWS, "a whole number")?,
-            false => 1,
-        },
-        junction_count: match map.map.contains_key(JUNCTION_COUNT) {
-            true => map.parse(JUNCTION_COUNT, "a whole number")?,
-            false => 0,
-        },
-        radiates: match map.map.contains_key(RADIATES) {
-            true => map.parse(RADIATES, "true or false")?,
-            false => false,
-        },
-        has_state: match map.map.contains_key(HAS_STATE) {
-            true => map.parse(HAS_STATE, "true or false")?,
-            false => false,
-        },
+        rows: map.parse_or(ROWS, "a whole number", 1)?,
+        junction_count: map.parse_or(JUNCTION_COUNT, "a whole number", 0)?,
+        radiates: map.parse_or(RADIATES, "true or false", false)?,
+        has_state: map.parse_or(HAS_STATE, "true or false", false)?,
         time_step_s: map.parse("time_step_s", "a number")?,
         longest_stable_step_s: match map.map.contains_key(LONGEST_STABLE_STEP) {
             true => Some(map.positive(LONGEST_STABLE_STEP)?),
@@ -340,6 +328,16 @@ impl Reader<'_> {
         accepted: &'static str,
     ) -> Result<T, MetadataError> {
         self.text(key)?.parse().map_err(|_| self.invalid(key, accepted))
+    }
+
+    /// A value that only some logs have; `otherwise` in others.
+    fn parse_or<T: FromStr>(
+        &self,
+        key: &'static str,
+        accepted: &'static str,
+        otherwise: T,
+    ) -> Result<T, MetadataError> {
+        if self.map.contains_key(key) { self.parse(key, accepted) } else { Ok(otherwise) }
     }
 
     /// A number above 0.

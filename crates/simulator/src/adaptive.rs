@@ -27,7 +27,7 @@ use crate::counters::Counters;
 use crate::ledger::Sum;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
-use crate::single_step::{Driving, SingleSteps};
+use crate::single_step::Driving;
 use crate::solver::{SimulationError, Solver};
 use crate::state::SliderState;
 
@@ -49,8 +49,6 @@ pub(crate) struct Adaptive {
     /// The slider at the last grid step that was recorded.
     slider: SliderState,
     recorder: Recorder,
-    /// Displacements at the start, for the work of the prestress.
-    initial_m: Vec<f64>,
     /// Where the step in which the slider is begins, and its length.
     time_s: Sum,
     step_s: f64,
@@ -85,7 +83,7 @@ impl Place {
 fn prepare(equations: &mut Equations, rodas4: &mut Rodas4, place: &mut Place, outside: Outside) {
     equations.evaluate(&mut place.at, outside);
     equations.rates(&place.at, outside, &mut place.rates);
-    rodas4.begin(equations, &place.at, &place.rates, outside);
+    rodas4.linear.linearise(equations, &place.at, &place.rates, outside);
 }
 
 /// A piece between two knots of the courses of drive and load.
@@ -135,8 +133,7 @@ impl Adaptive {
         let (blocks, step) = (plan.blocks, plan.initial.step);
         let mut solver = Adaptive {
             rodas4: Rodas4::new(&equations, law.tolerance),
-            recorder: Recorder::new(&plan, &Still(&slider)),
-            initial_m: slider.displacement_m.clone(),
+            recorder: Recorder::new(&plan, &slider, 0.0),
             time_s: Sum::default(),
             step_s: 0.0,
             next_step_s: 0.0,
@@ -178,17 +175,12 @@ impl Adaptive {
         self.step_s = saved.step_s;
         if self.step_s == 0.0 {
             self.end.clone_from(&self.begin);
-            self.find_crossings(None);
+            self.find_crossings();
         } else {
-            self.try_step(outside, self.step_s);
+            let Place { at, rates } = &self.begin;
+            self.rodas4.step(&mut self.equations, at, rates, outside, self.step_s);
             self.close_step();
         }
-    }
-
-    /// Computes a step; returns its error over the accepted one.
-    fn try_step(&mut self, outside: Outside, step_s: f64) -> f64 {
-        let Adaptive { rodas4, equations, begin, .. } = self;
-        rodas4.step(equations, &begin.at, &begin.rates, outside, step_s)
     }
 
     /// Ends the step that was computed last, and takes the derivatives for the next one.
@@ -233,7 +225,8 @@ impl Adaptive {
             if step_s < SHORTEST_STEP_S {
                 return Err(self.overflow());
             }
-            let error = self.try_step(outside, step_s);
+            let Place { at, rates } = &self.begin;
+            let error = self.rodas4.step(&mut self.equations, at, rates, outside, step_s);
             let next_s = step_s * rodas4::factor(error);
             if error <= 1.0 {
                 // A step that was cut short at a knot says little about the next one.
@@ -247,7 +240,7 @@ impl Adaptive {
         }
         self.counters.adaptive_steps += 1;
         self.close_step();
-        self.find_crossings(Some(self.step_s));
+        self.find_crossings();
         Ok(())
     }
 
@@ -269,21 +262,19 @@ impl Adaptive {
         }
     }
 
-    /// Finds the crossings within a step of this length, or at the start.
-    fn find_crossings(&mut self, step_s: Option<f64>) {
-        let law = &self.equations.law;
-        let up = libm::log(law.event_speed_m_per_s / law.reference_velocity_m_per_s);
-        let down = up + libm::log(HYSTERESIS);
+    /// Finds the crossings within the step that was taken last; at the start, the blocks above the event speed.
+    fn find_crossings(&mut self) {
+        let event_speed = self.equations.law.event_speed_m_per_s;
         for n in 0..self.plan.blocks {
-            let (at, is_above) = (&self.end.at, self.is_above[n]);
-            let bound = if is_above { down } else { up };
-            if (self.equations.ln_velocity(at.friction[n], at.state[n]) > bound) == is_above {
+            let is_above = self.is_above[n];
+            let bound = if is_above { HYSTERESIS * event_speed } else { event_speed };
+            // The law was evaluated last at the end of the step.
+            if (self.equations.contacts[n].velocity.abs() > bound) == is_above {
                 continue;
             }
             self.is_above[n] = !is_above;
-            let into_s = step_s.map_or(0.0, |step_s| step_s * self.crossing(n, bound, is_above));
             let mut time_s = self.time_s;
-            time_s.add(into_s);
+            time_s.add(self.step_s * self.crossing(n, bound, is_above));
             let block = n as u32;
             // After the grid steps that the beginning of the step has passed, and once by a block in a grid step.
             let passed_s = self.time_s.value().next_up();
@@ -298,7 +289,7 @@ impl Adaptive {
         }
     }
 
-    /// The share of the step after which the speed of block `n` crosses a bound on `ln (V / V0)`.
+    /// The share of the step after which the speed of block `n` crosses a bound.
     fn crossing(&self, n: usize, bound: f64, is_above: bool) -> f64 {
         let (mut before, mut after) = (0.0, 1.0);
         let of = |share: f64| {
@@ -313,7 +304,7 @@ impl Adaptive {
                 |m| within(&|at| at.behind_m[m]),
                 state,
             );
-            self.equations.ln_velocity(friction, state)
+            self.equations.speed_m_per_s(friction, state)
         };
         // 50 halvings reach the spacing of doubles.
         for _ in 0..50 {
@@ -379,7 +370,7 @@ impl Adaptive {
         let bonds = u.windows(2).map(|pair| equations.stiffness_n_per_m * square(pair[1] - pair[0]));
         let springs = equations.drive_n_per_m.iter().zip(&self.within.behind_m);
         let blocks = self.slider.velocity_m_per_s.iter();
-        let moved = equations.prestress_n.iter().zip(u).zip(&self.initial_m);
+        let moved = equations.prestress_n.iter().zip(u).zip(&self.plan.initial.displacement_m);
         Energy {
             drive_work_j,
             prestress_work_j: moved.map(|((force_n, u), from_m)| force_n * (u - from_m)).sum(),
@@ -391,27 +382,6 @@ impl Adaptive {
             scheme_work_j: 0.0,
             radiated_j: (equations.law.radiation_kg_per_s > 0.0).then_some(radiated_j),
         }
-    }
-}
-
-/// A slider at the start, for its recorder.
-struct Still<'a>(&'a SliderState);
-
-impl SingleSteps for Still<'_> {
-    fn state(&self) -> &SliderState {
-        self.0
-    }
-
-    fn switched(&self) -> &[usize] {
-        &[]
-    }
-
-    fn energy(&mut self) -> Energy {
-        Energy::default()
-    }
-
-    fn initial_j(&self) -> f64 {
-        0.0
     }
 }
 

@@ -34,8 +34,8 @@
 //! enough of them to omit at most [`NEGLIGIBLE`] of the viscous loss. The viscous loss itself follows from
 //! the balance. Radiation is part of `C`, as `E` on the diagonal of sliding blocks, so what follows is the sum
 //! of both losses: the radiated energy where there are no dampers between blocks. Where there are, spans and
-//! windows would leave the two apart undetermined, and there are none ([`Radiated::Apart`]). The work of the drive needs sums, over the steps, of the displacements of the driven
-//! blocks, which windows and jumps have in closed form.
+//! windows would leave the two apart undetermined, and there are none ([`Radiated::Apart`]). The work of the drive needs
+//! sums, over the steps, of the displacements of the driven blocks, which windows and jumps have in closed form.
 
 use asperity_model::elastic::Chain;
 use asperity_model::{Elastic, Plan};

@@ -29,7 +29,7 @@ use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
-use crate::single_step::Driving;
+use crate::single_step::{Driving, SingleSteps};
 use crate::solver::{SimulationError, Solver};
 use crate::stepper::Stepper;
 
@@ -128,7 +128,7 @@ impl<L: Leaps> Fast<L> {
     pub(crate) fn new(plan: Arc<Plan>, elastic: &<L::Body as OfPlan>::Elastic, simd: Simd) -> Fast<L> {
         let stepper = Stepper::new(Arc::clone(&plan), elastic, simd, Bookkeeping::Spans);
         Fast {
-            recorder: Recorder::new(&plan, &stepper),
+            recorder: Recorder::new(&plan, stepper.state(), stepper.initial_j()),
             leaps: L::of(&plan, elastic, simd),
             aside: stepper.clone(),
             aside_steps: 0,

@@ -64,10 +64,13 @@ impl SolverKind {
     /// # Panics
     /// If it is none of those [`SolverKind::of`] the plan's law.
     pub fn start(self, plan: impl Into<Arc<Plan>>) -> Box<dyn Solver> {
+        let plan: Arc<Plan> = plan.into();
+        let law = plan.friction.law.word();
+        assert!(SolverKind::of(law).contains(&self), "the solver {} does not solve {law:?}", self.name());
         match self {
-            SolverKind::Fast => fast(plan.into(), Simd::detect()),
+            SolverKind::Fast => fast(plan, Simd::detect()),
             SolverKind::Plain => Box::new(Plain::new(plan)),
-            SolverKind::Adaptive => Box::new(Adaptive::new(plan.into())),
+            SolverKind::Adaptive => Box::new(Adaptive::new(plan)),
         }
     }
 }

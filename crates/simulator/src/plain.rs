@@ -85,7 +85,7 @@ impl Plain {
             }
         }
         let stepper = with_body(&plan, Start(&plan));
-        Plain { recorder: Recorder::new(&plan, &*stepper), stepper, plan }
+        Plain { recorder: Recorder::new(&plan, stepper.state(), stepper.initial_j()), stepper, plan }
     }
 
     /// The state after the last step taken.

@@ -25,15 +25,15 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// A recorder at the start of a run, with the initial fields ready.
-    pub(crate) fn new(plan: &Plan, stepper: &(impl SingleSteps + ?Sized)) -> Recorder {
-        let initial = stepper.state();
+    /// A recorder at the start of a run, with the initial fields ready. `initial_j` is the energy at the start that
+    /// may set the slider in motion.
+    pub(crate) fn new(plan: &Plan, initial: &SliderState, initial_j: f64) -> Recorder {
         let stop = state_not_finite(initial);
         let first = Record::Fields(Box::new(fields(plan, initial)));
         Recorder {
             due_step: next_due(plan, initial.step, initial.detached),
             ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
-            instability: InstabilityStop::of(plan, stepper.initial_j()),
+            instability: InstabilityStop::of(plan, initial_j),
             stop,
         }
     }

@@ -4,19 +4,11 @@
 //! Units are those of `crates/model/src/front.rs`: `a`, `sqrt(m / k)` and `(mu_s - mu_d) p`.
 
 use std::f64::consts::PI;
-use std::fs;
 
 use asperity_model::Plan;
 use asperity_record::{Direction, Record};
 use asperity_simulator::SolverKind;
-use asperity_testkit::plan;
-
-/// The rows of a table, as texts.
-fn rows(name: &str) -> Vec<Vec<String>> {
-    let path = format!("{}/../../fixtures/reference/fronts/{name}.csv", env!("CARGO_MANIFEST_DIR"));
-    let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
-    text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
-}
+use asperity_testkit::{plan, reference};
 
 /// A chain without drive or dampers, with that step and duration, radiation `alpha` and a stiffness `gamma` that
 /// pulls every block back.
@@ -82,7 +74,7 @@ fn blocks_behind_barrier(plan: &mut Plan, is_stuck: bool, [tau, tau_b]: [f64; 2]
 /// `n tau / |tau_b|` behind the barrier, and twice as far if its beginning is free, where waves are mirrored.
 #[test]
 fn cracks_stop_where_the_stress_behind_the_barrier_has_used_up_that_before_it() {
-    for row in rows("arrest-crack").iter().filter(|row| row[3] != "1000") {
+    for row in reference("fronts/arrest-crack.csv").iter().filter(|row| row[3] != "1000") {
         let number = |at: usize| row[at].parse::<f64>().expect("a number");
         let (tau, tau_b, before, blocks) = (number(1), number(2), number(3), number(4));
         let mut plan = chain(blocks as usize, [0.01, 4.0 * blocks], [0.0, 0.0]);
@@ -98,7 +90,7 @@ fn cracks_stop_where_the_stress_behind_the_barrier_has_used_up_that_before_it() 
 #[test]
 fn pulses_stop_where_those_of_the_table_do() {
     let of_gamma = |gamma: &str| -> Vec<f64> {
-        let rows = rows("arrest-pulse");
+        let rows = reference("fronts/arrest-pulse.csv");
         let of = rows.iter().filter(|row| row[0] == gamma).map(|row| {
             let number = |at: usize| row[at].parse::<f64>().expect("a number");
             let (gamma, tau, tau_b, before) = (number(0), number(1), number(2), number(3));
@@ -133,7 +125,9 @@ fn slow_front(alpha: f64, tau: f64, n: u32) -> f64 {
 
 #[test]
 fn slow_fronts_take_as_long_as_their_formula_says() {
-    for row in rows("moment-duration").iter().filter(|row| row[0] == "10" && row[1] == "1e-05") {
+    for row in
+        reference("fronts/moment-duration.csv").iter().filter(|row| row[0] == "10" && row[1] == "1e-05")
+    {
         let number = |at: usize| row[at].parse::<f64>().expect("a number");
         let (tau, sliding, of_table) = (number(1), number(2) as u32, number(3));
         if sliding > 8 {

@@ -1,12 +1,11 @@
 //! Fronts with radiation beside their theory, and beside the speeds that an independent program found
 //! (`fixtures/reference/fronts`).
 
-use std::fs;
-
 use asperity_model::front::Front;
 use asperity_model::{Plan, resolve};
 use asperity_record::{Direction, Record};
 use asperity_simulator::SolverKind;
+use asperity_testkit::reference;
 
 /// One run: its front, the blocks of the chain, and the time step over `a / c`.
 #[derive(Debug, Clone, Copy)]
@@ -94,12 +93,9 @@ fn fronts_with_radiation_run_as_the_theory_says() {
 #[test]
 #[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
 fn all_steady_fronts_of_the_table_run_as_the_theory_says() {
-    let path =
-        format!("{}/../../fixtures/reference/fronts/front-speed-alpha.csv", env!("CARGO_MANIFEST_DIR"));
-    let text = fs::read_to_string(path).expect("the table is there");
     let mut steady = 0;
-    for line in text.lines().skip(1) {
-        let cells: Vec<Option<f64>> = line.split(',').map(|cell| cell.parse().ok()).collect();
+    for row in reference("fronts/front-speed-alpha.csv") {
+        let cells: Vec<Option<f64>> = row.iter().map(|cell| cell.parse().ok()).collect();
         let [Some(alpha), Some(tau), Some(_), Some(_), ..] = cells[..] else { continue };
         // Transients are longest where little is lost.
         let blocks = match (alpha < 0.15 && tau < 0.35, tau < 0.15) {

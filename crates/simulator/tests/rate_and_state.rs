@@ -1,11 +1,10 @@
 //! Rate-and-state friction: cycles and chains of independent programs (`fixtures/reference/laws`), closed forms, and
 //! the two promises of the solver: its error follows the tolerance, and a restored run has the same bits.
 
-use std::path::Path;
-
 use asperity_model::Plan;
 use asperity_record::{Direction, Energy, Record, StepRecord, WindowRecord};
 use asperity_simulator::{AdaptiveState, Crossing, Snapshot, Solver, SolverKind};
+use asperity_testkit::reference;
 
 fn plan(name: &str, sets: &[&str]) -> Plan {
     asperity_testkit::plan(name, sets)
@@ -43,13 +42,6 @@ fn onsets(records: &[Record]) -> Vec<(f64, u32)> {
     all
 }
 
-fn table(name: &str) -> Vec<Vec<String>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/reference/laws").join(name);
-    let text = std::fs::read_to_string(path).expect("the table is there");
-    let lines = text.lines().filter(|line| !line.starts_with('#')).skip(1);
-    lines.map(|line| line.split(',').map(str::to_owned).collect()).collect()
-}
-
 fn number(cell: &str) -> f64 {
     cell.parse().unwrap_or_else(|_| panic!("{cell:?} is no number"))
 }
@@ -83,13 +75,13 @@ fn cycles_of_a_slider_are_those_of_other_integrators() {
         "time.step_s=1e-9",
     ];
     for (file, name, sets, digits_s) in [
-        ("rsf-cycles-qd.csv", "S1", &[][..], 2e-7),
-        ("rsf-cycles-qd.csv", "S2", &s2, 2e-6),
-        ("rsf-cycles-inertial.csv", "S3", &s3, 1e-8),
+        ("laws/rsf-cycles-qd.csv", "S1", &[][..], 2e-7),
+        ("laws/rsf-cycles-qd.csv", "S2", &s2, 2e-6),
+        ("laws/rsf-cycles-inertial.csv", "S3", &s3, 1e-8),
     ] {
         let sets = [sets, &["time.tolerance=1e-10"]].concat();
         let found = onsets(&records(&mut *solver(&plan("spring-slider", &sets))));
-        let rows = table(file);
+        let rows = reference(file);
         let row = rows.iter().find(|row| row[0] == name).expect("the table has it");
         let [events, first_s, last_s, period_s] =
             [row.len() - 5, row.len() - 4, row.len() - 3, row.len() - 2].map(|n| number(&row[n]));
@@ -124,12 +116,12 @@ fn chains_slip_as_by_other_integrators() {
         "time.duration_s=4",
     ];
     for (file, sets, error_s) in
-        [("rsf-chain-top-16.csv", &[][..], 4e-10), ("rsf-chain-top-6.csv", &chain_6, 4e-10)]
+        [("laws/rsf-chain-top-16.csv", &[][..], 4e-10), ("laws/rsf-chain-top-6.csv", &chain_6, 4e-10)]
     {
         let sets = [sets, &["time.tolerance=1e-9", "time.step_s=1e-10"]].concat();
         let mut found = onsets(&records(&mut *solver(&plan("rate-and-state", &sets))));
         let mut expected: Vec<(f64, u32)> =
-            table(file).iter().map(|row| (number(&row[2]), row[1].parse().unwrap())).collect();
+            reference(file).iter().map(|row| (number(&row[2]), row[1].parse().unwrap())).collect();
         assert!(expected.len() >= 12, "{file}");
         assert_eq!(found.len(), expected.len(), "{file}");
         // The table's order within an event is by its own steps.
@@ -170,7 +162,7 @@ fn steps_and_errors_follow_the_tolerance() {
 /// follows from the first integral (Ranjith and Rice 1999).
 #[test]
 fn at_the_critical_stiffness_each_amplitude_has_its_period() {
-    for row in table("rsf-first-integral.csv") {
+    for row in reference("laws/rsf-first-integral.csv") {
         let [kick, _, period_s, highest] = [0, 1, 2, 3].map(|n| number(&row[n]));
         let sets = [
             format!("friction.initial_kick={kick}"),

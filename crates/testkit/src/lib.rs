@@ -29,6 +29,7 @@ pub mod made_up;
 mod plans;
 mod random;
 mod records;
+mod reference;
 
 pub use direct_junctions::{DirectChain, DirectContact};
 pub use grey::Grey;
@@ -36,6 +37,7 @@ pub use logs::{first_stray, read_log, read_until_problem, run_end};
 pub use plans::{SMALL_BODY, SMALL_SHEET, SMALL_SLAB, plan, scenario};
 pub use random::Random;
 pub use records::{quiet_step, slip_event, switch};
+pub use reference::reference;
 
 /// A temporary folder, removed when the value is dropped.
 pub fn folder() -> tempfile::TempDir {

@@ -5,7 +5,7 @@ use asperity_simulator::SolverKind;
 
 use crate::{ROUNDS, median, plan, scalar_ns, seconds};
 
-/// Runs: name, scenario, overrides, and the steps that the independent program took (0: unknown).
+/// Runs: name, scenario, overrides, and the steps that the independent program took.
 const RUNS: [(&str, &str, &[&str], u64); 5] = [
     ("slider, 300 s, tolerance 1e-7", "spring-slider", &[], 8170),
     ("chain of 16, 6 s, 1e-5", "rate-and-state", &["time.tolerance=1e-5"], 5655),

@@ -138,7 +138,10 @@ if every switch happens in the same step, every event has the same integers, and
 every number agrees within 1e-9 of the largest of its kind. Where a block comes
 so close to switching that rounding decides, the solvers may see the switch some
 steps apart. Each such near tie is proved by computing the step without
-rounding, and must be listed in the folder of --near-ties.")]
+rounding, and must be listed in the folder of --near-ties.
+
+A run by rate-and-state friction is compared with itself at a hundredth of
+time.tolerance (docs/rate-and-state.md).")]
 pub(crate) struct VerifySolverArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]

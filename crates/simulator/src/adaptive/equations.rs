@@ -32,7 +32,7 @@
 //! fails. What is left is one tridiagonal system in `z`, which is exact, not an approximation. Should a pivot of it vanish,
 //! the step's error is not finite, and a shorter one is tried.
 
-use asperity_model::rate_and_state::{Evolution, RateAndState, asinh_of_exp};
+use asperity_model::rate_and_state::{RateAndState, asinh_of_exp};
 use asperity_model::{Elastic, Plan};
 
 /// Unknowns, or their rates, of all blocks.
@@ -192,10 +192,10 @@ impl Equations {
         left + right
     }
 
-    /// `ln |V / V0|`.
-    pub(super) fn ln_velocity(&self, friction: f64, state: f64) -> f64 {
-        let y = friction.abs();
-        y - state / self.law.direct_effect + libm::log1p(-libm::exp(-2.0 * y))
+    /// `|V|`.
+    pub(super) fn speed_m_per_s(&self, friction: f64, state: f64) -> f64 {
+        let (size, decay) = self.growth(friction, state);
+        size * (1.0 - decay)
     }
 
     /// `V0 exp(|y| - psi / a)` and `exp(-2 |y|)`: neither overflows, unlike `sinh y`.
@@ -206,27 +206,16 @@ impl Equations {
     }
 
     fn contact(&self, n: usize, friction: f64, state: f64) -> Contact {
-        let RateAndState { direct_effect: a, critical_slip_m, reference_velocity_m_per_s: v0, .. } = self.law;
-        let (b, from) = (self.evolution_effects[n], state - self.law.reference_coefficient);
         let (size, decay) = self.growth(friction, state);
         let speed = size * (1.0 - decay);
-        let (rate, of_speed, rate_of_state) = match self.law.evolution {
-            Evolution::Ageing => {
-                let healing = libm::exp(-from / b);
-                let rate = b * (v0 * healing - speed) / critical_slip_m;
-                (rate, -b / critical_slip_m, -v0 * healing / critical_slip_m)
-            }
-            Evolution::Slip if speed > 0.0 => {
-                let beyond = from + b * (friction.abs() - state / a + libm::log1p(-decay));
-                (-speed * beyond / critical_slip_m, -(beyond + b) / critical_slip_m, -speed / critical_slip_m)
-            }
-            Evolution::Slip => (0.0, 0.0, 0.0),
-        };
+        let ln_speed = || friction.abs() - state / self.law.direct_effect + libm::log1p(-decay);
+        let [state_rate, of_speed, rate_of_state] =
+            self.law.evolution(self.evolution_effects[n], speed, ln_speed, state);
         Contact {
             velocity: speed.copysign(friction),
             velocity_of_friction: size * (1.0 + decay),
             slope: ((1.0 - decay) / (1.0 + decay)).copysign(friction),
-            state_rate: rate,
+            state_rate,
             rate_of_velocity: of_speed * 1.0_f64.copysign(friction),
             rate_of_state,
         }

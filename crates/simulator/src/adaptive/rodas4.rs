@@ -78,7 +78,7 @@ pub(super) fn factor(error: f64) -> f64 {
 /// The stages of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Rodas4 {
-    linear: Linear,
+    pub(super) linear: Linear,
     changes: [Unknowns; STAGES],
     rates: Unknowns,
     /// The end of the last step.
@@ -112,18 +112,7 @@ impl Rodas4 {
         rest * unknown(begin) + share * (unknown(&self.end) + rest * (second + share * third))
     }
 
-    /// Takes the derivatives at the beginning of steps: at `begin`, which was evaluated last and has these rates.
-    pub(super) fn begin(
-        &mut self,
-        equations: &Equations,
-        begin: &Unknowns,
-        rates: &Unknowns,
-        outside: Outside,
-    ) {
-        self.linear.linearise(equations, begin, rates, outside);
-    }
-
-    /// Computes a step of `step_s` from where [`Rodas4::begin`] was called; returns its error, over the accepted one.
+    /// Computes a step of `step_s` from where `linear` has its derivatives; returns its error, over the accepted one.
     pub(super) fn step(
         &mut self,
         equations: &mut Equations,

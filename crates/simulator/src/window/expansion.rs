@@ -1,8 +1,8 @@
 //! The terms of a state: its change over many steps while no block switches.
 //!
-//! Between two switches a step is an affine map, with radiation as a damping of the sliding blocks alone. With `y` the state, its differences
-//! `D_1 = y(s+1) - y(s)` and `D_2 = D_1(s+1) - D_1(s)` eliminate what is constant or linear in time
-//! (anchors of friction springs, sliding friction, the drive's advance), and the remaining map is
+//! Between two switches a step is an affine map, with radiation as a damping of the sliding blocks alone. With `y`
+//! the state, its differences `D_1 = y(s+1) - y(s)` and `D_2 = D_1(s+1) - D_1(s)` eliminate what is constant or
+//! linear in time (anchors of friction springs, sliding friction, the drive's advance), and the remaining map is
 //! linear:
 //!
 //! ```text

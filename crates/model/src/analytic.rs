@@ -279,8 +279,10 @@ impl LoadCurve {
             && friction.dynamic_offsets.iter().all(|offset| *offset == 0.0)
             && friction.dynamic_spread == 0.0;
         let is_unstrained = initial::beta(scenario) == 0.0 && scenario.initial_shear.profile.is_empty();
-        let is_even_prestress =
-            prestress.first_block_ratio == 0.0 && prestress.rise_ratio == 0.0 && prestress.profile.is_empty();
+        let is_even_prestress = prestress.first_block_ratio == 0.0
+            && prestress.rise_ratio == 0.0
+            && prestress.from_blocks.is_empty()
+            && prestress.profile.is_empty();
         let mu_d = friction.dynamic_coefficient - prestress.ratio;
         let drives = scenario.drive.kind == DriveKind::Side && scenario.drive.velocity_m_per_s > 0.0;
         let is_chain = scenario.elastic().has_theory();

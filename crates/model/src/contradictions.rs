@@ -29,6 +29,7 @@ const RULES: &[Rule] = &[
     drives_stop_at_a_load_or_a_time,
     courses_ascend_from_the_start,
     lists_have_a_number_for_each_block,
+    lists_of_blocks_ascend,
     every_block_has_ordered_coefficients,
     bodies_have_what_they_can,
     keys_of_several_blocks_are_for_these,
@@ -233,6 +234,25 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
                 format!("{blocks} numbers, or none"),
             );
         }
+    }
+}
+
+fn lists_of_blocks_ascend(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (blocks, prestress) = (scenario.slider.contacts(), &scenario.prestress);
+    for (key, list) in [
+        ("friction.stuck_blocks", &scenario.friction.stuck_blocks),
+        ("prestress.from_blocks", &prestress.from_blocks),
+    ] {
+        let is_block = |n: f64| n.fract() == 0.0 && n <= f64::from(blocks);
+        let ascends = list.windows(2).all(|pair| pair[0] < pair[1]);
+        if !ascends || !list.iter().all(|n| is_block(*n)) {
+            refusals.refuse(key, format!("{list:?}"), format!("ascending whole numbers from 1 to {blocks}"));
+        }
+    }
+    let [from, ratios] = [&prestress.from_blocks, &prestress.from_blocks_ratio].map(Vec::len);
+    if from != ratios {
+        let problem = format!("{} at {}", counted(ratios as u64, "ratio"), counted(from as u64, "block"));
+        refusals.refuse("prestress.from_blocks_ratio", problem, "as many as prestress.from_blocks");
     }
 }
 
@@ -513,6 +533,22 @@ mod tests {
         ),
         ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 number for 100 blocks"),
         ("friction.static_spread = 0.5", "friction.static_spread: block"),
+        (
+            "friction.stuck_blocks = [1, 1]",
+            "friction.stuck_blocks: [1.0, 1.0] (accepted: ascending whole numbers from 1 to 100)",
+        ),
+        (
+            "prestress.from_blocks = [2.5]\nprestress.from_blocks_ratio = [0]",
+            "from_blocks: [2.5] (accepted: ",
+        ),
+        (
+            "prestress.from_blocks = [101]\nprestress.from_blocks_ratio = [0]",
+            "from_blocks: [101.0] (accepted: ",
+        ),
+        (
+            "prestress.from_blocks = [2, 3]\nprestress.from_blocks_ratio = [0]",
+            "prestress.from_blocks_ratio: 1 ratio at 2 blocks (accepted: as many as prestress.from_blocks)",
+        ),
         (
             "time.start = \"loaded\"\nfriction.ageing_coefficient = 0.01",
             "time.start: \"loaded\" leaves out the ramp",

@@ -218,8 +218,17 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
         (0..blocks).map(|n| mean + at(offsets, n) + at(drawn, n)).collect()
     };
     let [mean_s, mean_d] = scenario.mean_coefficients();
-    (of(mean_s, &friction.static_offsets, &drawn_s), of(mean_d, &friction.dynamic_offsets, &drawn_d))
+    let mut static_coefficients: Vec<f64> = of(mean_s, &friction.static_offsets, &drawn_s);
+    for block in &friction.stuck_blocks {
+        if let Some(coefficient) = static_coefficients.get_mut(*block as usize - 1) {
+            *coefficient = STUCK_COEFFICIENT;
+        }
+    }
+    (static_coefficients, of(mean_d, &friction.dynamic_offsets, &drawn_d))
 }
+
+/// Static coefficient of a block that never slides.
+const STUCK_COEFFICIENT: f64 = 1e6;
 
 /// The random contributions to `mu_s` and `mu_d` of every block; empty without a spread.
 pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {

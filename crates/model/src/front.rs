@@ -63,6 +63,19 @@
 //! `tau U`, is stored in the driving spring, `gamma U^2 / 2`, and `U = 2 tau / gamma`. The last
 //! block to slip pulls the next one with `tau + U`; if that is below 1 the pulse stops: no pulse
 //! propagates below `tau = gamma / (2 + gamma)`.
+//!
+//! # Slow fronts
+//!
+//! If `tau n^2` is far below 1 the last of `n` sliding blocks starts only once the others are nearly in balance. When
+//! block `j` joins, all `j` follow by 1, in the slowest mode `f_i = cos(pi (i - 1/2) / (2 j + 1))` of `j` damped
+//! blocks before a stuck one, and block `j + 1` starts when all but `tau j` of the pull is made up:
+//!
+//! ```text
+//! T = alpha sum_{j < n} ln(A_j / (j tau)) / (4 sin^2(pi / (4 j + 2))),   A_j = f_j sum f / sum f^2.
+//! ```
+//!
+//! Before a stuck block the `n` blocks come to rest, without swinging, at
+//! `sum u = (1 - tau) n (n + 1) / 2 + tau n (n + 1) (2 n + 1) / 6`.
 
 use std::f64::consts::PI;
 
@@ -143,6 +156,25 @@ impl Front {
     /// stopped top drive.
     pub fn pulse_slip(&self) -> Option<f64> {
         (self.top_stiffness > 0.0).then(|| 2.0 * self.prestress / self.top_stiffness)
+    }
+
+    /// The time, over `sqrt(m / k)`, that a slow front takes from block 1 to block `blocks`; None without radiation.
+    pub fn slow_duration(&self, blocks: usize) -> Option<f64> {
+        let takes = |j: usize| {
+            let f = |i: usize| libm::cos(PI * (i as f64 - 0.5) / (2 * j + 1) as f64);
+            let (sum, square) = (1..=j).map(f).fold((0.0, 0.0), |(sum, square), f| (sum + f, square + f * f));
+            let half = libm::sin(PI / (4 * j + 2) as f64);
+            libm::log(f(j) * sum / square / (j as f64 * self.prestress)) / (4.0 * half * half)
+        };
+        let alpha = self.relative_radiation;
+        (alpha > 0.0 && self.prestress > 0.0).then(|| alpha * (1..blocks).map(takes).sum::<f64>())
+    }
+
+    /// The sum of all slip, in `(mu_s - mu_d) p / k`, if so many blocks slide and then rest in balance before a stuck
+    /// one.
+    pub fn static_slip_sum(&self, blocks: usize) -> f64 {
+        let (n, tau) = (blocks as f64, self.prestress);
+        n * (n + 1.0) * ((1.0 - tau) / 2.0 + tau * (2.0 * n + 1.0) / 6.0)
     }
 
     /// The prestress below which no pulse propagates, without damping; 0 without a stopped top

@@ -82,7 +82,9 @@ pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64
         let first = if n == 0 { prestress.first_block_ratio } else { 0.0 };
         let rise = prestress.rise_ratio * (n as f64 / gaps);
         let listed = prestress.profile.get(n).copied().unwrap_or(0.0);
-        (prestress.ratio + first + rise + listed) * normal_load_n[n]
+        let steps = prestress.from_blocks.partition_point(|from| *from <= (n + 1) as f64);
+        let step = steps.checked_sub(1).map_or(0.0, |last| prestress.from_blocks_ratio[last]);
+        (prestress.ratio + first + rise + step + listed) * normal_load_n[n]
     };
     let forces: Vec<f64> = (0..normal_load_n.len()).map(of).collect();
     if forces.iter().all(|force| *force == 0.0) { Vec::new() } else { forces }
@@ -204,6 +206,22 @@ mod tests {
         let middle_n = plan.elastic.stiffness_n_per_m() * (u[500] - u[499]);
         let expected_n = 0.35 * 800.0 * 0.02 / 0.1;
         assert!((middle_n / -expected_n - 1.0).abs() < 2e-3, "{middle_n} against {expected_n}");
+    }
+
+    #[test]
+    fn a_prestress_steps_at_blocks_and_stuck_blocks_bear_anything() {
+        let plan = plan(&[
+            "slider.blocks=5",
+            "prestress.ratio=0.1",
+            "prestress.from_blocks=[2,4]",
+            "prestress.from_blocks_ratio=[0.3,-0.2]",
+            "friction.stuck_blocks=[1,5]",
+        ]);
+        let ratio =
+            |of: &[f64]| -> Vec<f64> { of.iter().map(|force| (force / 80.0 * 1e6).round() / 1e6).collect() };
+        assert_eq!(ratio(&plan.prestress_n), [0.1, 0.4, 0.4, -0.1, -0.1]);
+        let mu_s = plan.friction.static_coefficient;
+        assert_eq!(ratio(&plan.friction.static_threshold_n), [1e6, mu_s, mu_s, mu_s, 1e6]);
     }
 
     #[test]

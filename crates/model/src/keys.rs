@@ -357,6 +357,13 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::NoNumbers),
     },
     Key {
+        path: "friction.stuck_blocks",
+        symbol: "",
+        doc: "Blocks that never slide, counted from 1, ascending: their mu_s is 1e6.",
+        kind: Numbers(Including(1.0), Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
         path: "friction.static_spread",
         symbol: "",
         doc: "Half the width of a uniform random spread that is added to mu_s, block by block; what was drawn \
@@ -568,6 +575,21 @@ pub const KEYS: &[Key] = &[
               it falls.",
         kind: Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
         default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "prestress.from_blocks",
+        symbol: "",
+        doc: "Blocks at which the prestress steps, as at a barrier, counted from 1, ascending; empty for none.",
+        kind: Numbers(Including(1.0), Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "prestress.from_blocks_ratio",
+        symbol: "",
+        doc: "A further force of that kind on each of these blocks and those behind it up to the next, over the normal \
+              load; as many as from_blocks.",
+        kind: Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
+        default: Is(Value::NoNumbers),
     },
     Key {
         path: "prestress.profile_csv",

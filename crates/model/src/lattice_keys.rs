@@ -122,6 +122,7 @@ pub(crate) fn of_a_lattice(scenario: &Scenario) -> Vec<Refusal> {
         ("prestress.ratio", prestress.ratio != 0.0),
         ("prestress.first_block_ratio", prestress.first_block_ratio != 0.0),
         ("prestress.rise_ratio", prestress.rise_ratio != 0.0),
+        ("prestress.from_blocks", !prestress.from_blocks.is_empty()),
         ("prestress.profile", has_profile(&prestress.profile_csv, &prestress.profile)),
     ] {
         if is_there {

@@ -127,6 +127,7 @@ mod tests {
             "friction.static_coefficient" => "0.8",
             "friction.dynamic_coefficient" => "0.3",
             "friction.static_offsets" | "friction.dynamic_offsets" | "friction.evolution_offsets" => "[0.01]",
+            "friction.stuck_blocks" => "[1.0]",
             "friction.static_spread" | "friction.dynamic_spread" => "0.02",
             "friction.spread_seed" => "2",
             "friction.direct_effect" => "0.02",

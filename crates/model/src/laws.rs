@@ -161,6 +161,7 @@ const THRESHOLD_KEYS: &[&str] = &[
     "friction.dynamic_coefficient",
     "friction.static_offsets",
     "friction.dynamic_offsets",
+    "friction.stuck_blocks",
     "friction.static_spread",
     "friction.dynamic_spread",
     "friction.spread_seed",

@@ -114,6 +114,8 @@ pub struct Friction {
     #[serde(skip_serializing_if = "is_default")]
     pub dynamic_offsets: Vec<f64>,
     #[serde(skip_serializing_if = "is_default")]
+    pub stuck_blocks: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
     pub static_spread: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub dynamic_spread: f64,
@@ -229,6 +231,10 @@ pub struct Prestress {
     pub ratio: f64,
     pub first_block_ratio: f64,
     pub rise_ratio: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub from_blocks: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub from_blocks_ratio: Vec<f64>,
     pub profile_csv: String,
     pub profile: Vec<f64>,
 }

@@ -112,6 +112,9 @@ pub struct ClaimSpec {
     pub as_stated: Option<Runs>,
     /// The number to measure.
     pub measure: Number,
+    /// With `minus`, another number: the claim is about the exponent of the number as a power of this one, the
+    /// difference of the logarithms of the number over that of these.
+    pub power_of: Option<Number>,
     /// The kind of evidence that an agreement gives.
     #[serde(default)]
     pub kind: Kind,
@@ -165,7 +168,13 @@ impl ClaimSpec {
 
     /// What it reads of each of its runs.
     pub fn required_data(&self) -> RequiredData {
-        self.measure.required_data()
+        self.measure.required_data() | self.power_of.map_or(RequiredData::NOTHING, Number::required_data)
+    }
+
+    /// What it measures, in words.
+    fn words(&self) -> String {
+        let power = self.power_of.map_or(String::new(), |of| format!(", exponent against {}", of.words()));
+        self.measure.words() + &power
     }
 
     /// The number stated.
@@ -230,6 +239,9 @@ impl ClaimSpec {
         {
             return Err(format!("at_least: {low} is not accepted (accepted: up to at_most, {high})"));
         }
+        if self.power_of.is_some() && self.minus.is_none() {
+            return Err("power_of needs minus, the other run".to_owned());
+        }
         let names_runs = !self.run.is_empty() || !self.spread.is_empty() || self.minus.is_some();
         if names_runs != self.at.is_empty() {
             return Err("needs run, or at without run, spread and minus".to_owned());
@@ -251,23 +263,33 @@ impl ClaimSpec {
 }
 
 /// What the claims of a list measure in one run, in their order; `None` for those that do not speak
-/// of it, and where the run does not have it.
+/// of it, and where the run does not have it. Behind each stands the number of `power_of`, or 1.
 #[derive(Debug, Clone)]
-pub struct Measured(Vec<Option<Estimate>>);
+pub struct Measured(Vec<Option<[Estimate; 2]>>);
 
 impl Measured {
     /// Takes the numbers of a run's summary, given by their names.
     pub fn of_summary(claims: &[ClaimSpec], run: &str, number: &dyn Fn(&str) -> Option<f64>) -> Measured {
-        let speaks = |claim: &ClaimSpec| claim.runs().any(|name| name == run);
-        let measure = |claim: &ClaimSpec| number(claim.measure.name()).map(Estimate::exact);
-        Measured(claims.iter().map(|claim| speaks(claim).then(|| measure(claim)).flatten()).collect())
+        Measured::by(claims, run, &|measure: Number, _| number(measure.name()).map(Estimate::exact))
     }
 
     /// Measures a run.
     pub fn of(claims: &[ClaimSpec], run: &RunData) -> Measured {
-        let speaks = |claim: &ClaimSpec| claim.runs().any(|name| name == run.name);
-        let measure = |claim: &ClaimSpec| claim.measure.estimate(run, claim.near.or(claim.stated()));
-        Measured(claims.iter().map(|claim| speaks(claim).then(|| measure(claim)).flatten()).collect())
+        Measured::by(claims, &run.name, &|measure, near| measure.estimate(run, near))
+    }
+
+    fn by(
+        claims: &[ClaimSpec],
+        run: &str,
+        measure: &dyn Fn(Number, Option<f64>) -> Option<Estimate>,
+    ) -> Measured {
+        let of = |claim: &ClaimSpec| {
+            claim.runs().find(|name| *name == run)?;
+            let near = claim.near.or(claim.stated());
+            let power = claim.power_of.map_or(Some(Estimate::exact(1.0)), |of| measure(of, near))?;
+            Some([measure(claim.measure, near)?, power])
+        };
+        Measured(claims.iter().map(of).collect())
     }
 }
 
@@ -287,7 +309,7 @@ pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Clai
             of: claim.of.word().to_owned(),
             run: claim.run.clone(),
             quote: claim.quote.clone(),
-            measure: claim.measure.words(),
+            measure: claim.words(),
             stated: claim.stated.clone().unwrap_or_default(),
             deviation: own.ours.zip(claim.stated()).map(|(ours, stated)| ours - stated),
             own,
@@ -299,10 +321,16 @@ pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Clai
     judged.collect()
 }
 
-fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<Estimate>) -> Judgement {
+fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<[Estimate; 2]>) -> Judgement {
     let difference = |name: &String, minus: Option<&String>| match minus {
-        None => measure(name),
-        Some(other) => Some(measure(name)?.minus(measure(other)?)),
+        None => Some(measure(name)?[0]),
+        Some(other) => {
+            let ([ours, power], [other, other_power]) = (measure(name)?, measure(other)?);
+            Some(match claim.power_of {
+                None => ours.minus(other),
+                Some(_) => ours.ln().minus(other.ln()).over(power.ln().minus(other_power.ln()).value),
+            })
+        }
     };
     let judgement = |ours: Option<Estimate>, rule: String, verdict: &str| Judgement {
         ours: ours.map(|ours| ours.value),

@@ -29,9 +29,14 @@ impl Estimate {
         Estimate { value: (self.value - other).abs(), ..self }
     }
 
-    /// In units of a positive number.
+    /// In units of a number.
     pub fn over(self, unit: f64) -> Estimate {
-        Estimate { value: self.value / unit, error: self.error / unit }
+        Estimate { value: self.value / unit, error: self.error / unit.abs() }
+    }
+
+    /// Its natural logarithm.
+    pub fn ln(self) -> Estimate {
+        Estimate { value: libm::log(self.value), error: self.error / self.value.abs() }
     }
 
     /// The difference of two that are independent.

@@ -59,6 +59,7 @@
 #[cfg(test)]
 extern crate self as asperity_numbers;
 
+mod arrest;
 mod at_rest;
 pub mod claim;
 pub mod claims;

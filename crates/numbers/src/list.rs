@@ -8,6 +8,7 @@ use asperity_model::analytic::{self, LengthLaw, LengthLawParameters, LoadCurve};
 use asperity_model::front;
 use asperity_record::{SlipEvent, WindowRecord};
 
+use crate::arrest::{self, Arrest};
 use crate::at_rest;
 use crate::curves::{
     event_in_window, mean_behind_front, median_over_crossing, nearest_precursor, over_crossing,
@@ -343,6 +344,38 @@ numbers! {
         /// runs.
         first_front_arrest_prestress_ratio: f64 [was = "arrest-prestress"] =
             Events |run, _| fronts::arrest_prestress(run.of_chain()?);
+        /// Number of blocks that slid behind a barrier, the last block of `prestress.from_blocks`; none if
+        /// the last block of the chain slid as well.
+        behind_barrier_blocks: u32 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.blocks);
+        /// This number over `n tau / |tau_b|`, with the `tau` of the `n` blocks before the barrier and the
+        /// `tau_b` behind it. In theory 2 of a crack that begins at the free end, and 1 if block 1 is stuck.
+        behind_barrier_crack_ratio: f64 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.over_crack());
+        /// This number times `sqrt(gamma)`: the length of a pulse behind the barrier, in the length on which
+        /// the held drive acts.
+        behind_barrier_pulse_ratio: f64 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.of_pulse());
+        /// This length over its upper bound in theory, `(1 + sqrt(1 - tau^2)) / |tau_b|`.
+        behind_barrier_pulse_bound_ratio: f64 =
+            Events |run, _| Some(Arrest::of(run.of_chain()?)?.over_pulse_bound());
+        /// Time from the first to the last arrival of the front from block 1, over `sqrt(m / k)`.
+        first_front_duration_ratio: f64 = Events |run, _| arrest::front_duration(run.of_one_row()?);
+        /// This time of a slow front with radiation, in theory, for `tau n^2` far below 1.
+        slow_front_duration_theory_ratio: f64 = Events |run, _| arrest::slow_front_duration(run.of_chain()?);
+        /// Deviation of the time from that theory, over the theory.
+        slow_front_duration_error_ratio: f64 = Events |run, _| {
+            let run = run.of_chain()?;
+            Some((arrest::front_duration(run)? / arrest::slow_front_duration(run)? - 1.0).abs())
+        };
+        /// `M`, the sum of the displacements of all blocks in the last recorded state, over
+        /// `(mu_s - mu_d) p / k`: a moment over `k a`.
+        slip_sum_ratio: f64 = States |run, states, _| arrest::slip_sum(run.of_chain()?, states);
+        /// The sum at which the blocks that the front from block 1 has passed are in balance before a stuck
+        /// block, in theory.
+        slip_sum_theory_ratio: f64 = Events |run, _| arrest::static_slip_sum(run.of_chain()?);
+        /// Deviation of the sum from that theory, over the theory.
+        slip_sum_error_ratio: f64 = States |run, states, _| {
+            let run = run.of_chain()?;
+            Some((arrest::slip_sum(run, states)? / arrest::static_slip_sum(run)? - 1.0).abs())
+        };
     }
     "Ruptures" {
         /// Number of ruptures of a tenth of the blocks or more before the first that reached all,

@@ -21,6 +21,7 @@ pub struct States {
     near_s: Vec<(f64, Option<FieldRecord>)>,
     displacements: BTreeMap<u32, Vec<(f64, f64)>>,
     largest_displacement_m: Option<f64>,
+    last_displacement_sum_m: Option<f64>,
     keeps: bool,
     keeps_onsets: bool,
     /// States at onsets and ends since the last slip event.
@@ -45,6 +46,7 @@ impl States {
             near_s: required.states_near_s.iter().map(|at_s| (*at_s, None)).collect(),
             displacements: (1..=blocks).filter(moving).map(|block| (block, Vec::new())).collect(),
             largest_displacement_m: None,
+            last_displacement_sum_m: None,
             keeps: required.states,
             keeps_onsets: required.precursor_onsets,
             waiting: Vec::new(),
@@ -80,6 +82,7 @@ impl States {
         }
         let largest = record.displacement_m.iter().copied().reduce(f64::max);
         self.largest_displacement_m = self.largest_displacement_m.into_iter().chain(largest).reduce(f64::max);
+        self.last_displacement_sum_m = Some(record.displacement_m.iter().sum());
         if record.step == 0 {
             self.first = Some(record.clone());
         }
@@ -158,5 +161,10 @@ impl States {
     /// The largest displacement of any block in any state, m.
     pub fn largest_displacement_m(&self) -> Option<f64> {
         self.largest_displacement_m
+    }
+
+    /// The sum of the displacements of all blocks in the last state, m.
+    pub(crate) fn last_displacement_sum_m(&self) -> Option<f64> {
+        self.last_displacement_sum_m
     }
 }

@@ -21,6 +21,9 @@ keys! {
     /// Whether the parameter's axis is logarithmic, with a label at every decade.
     #[serde(default)]
     logarithmic: bool,
+    /// Whether the axis upwards is logarithmic as well.
+    #[serde(default)]
+    logarithmic_measure: bool,
     /// Factor of the parameter on the axis, such as 1000 for millimetres.
     #[serde(default = "one")]
     parameter_factor: f64,
@@ -62,7 +65,10 @@ impl Figure for StudyFigure {
                 self.parameter, run.name
             ));
         }
-        let of = |number: Number| Some(number.of(run, None)? * self.measure_factor);
+        let of = |number: Number| {
+            let value = number.of(run, None)? * self.measure_factor;
+            Some(if self.logarithmic_measure { value.log10() } else { value })
+        };
         Ok((at, [of(self.measure), self.theory.and_then(of)]))
     }
 
@@ -106,9 +112,14 @@ impl Figure for StudyFigure {
         } else {
             Axis::new(&self.parameter_label, left - margin, right + margin)
         };
-        let y = Axis {
-            whole: self.measure.is_count(),
-            ..Axis::about(&self.measure_label, all().map(|point| point.1))
+        let y = if self.logarithmic_measure {
+            let (low, high) = range(&|point| point.1);
+            Axis::decades(&self.measure_label, low - 0.06 * (high - low), high + 0.06 * (high - low))
+        } else {
+            Axis {
+                whole: self.measure.is_count(),
+                ..Axis::about(&self.measure_label, all().map(|point| point.1))
+            }
         };
         Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, drawn)))
     }

@@ -74,6 +74,7 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
         let note = if claim.note.is_empty() { String::new() } else { format!(" ({})", claim.note) };
         let run = match &spec.minus {
             None => claim.run.clone(),
+            Some(other) if spec.power_of.is_some() => format!("{other} to {}", claim.run),
             Some(other) => format!("{} minus {other}", claim.run),
         };
         let second = match &claim.as_stated {

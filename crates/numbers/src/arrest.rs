@@ -13,7 +13,9 @@ pub(crate) struct Arrest {
     /// How many blocks behind the barrier slid.
     pub(crate) blocks: f64,
     /// How many blocks are before it.
-    before: f64,
+    pub(crate) before: f64,
+    /// Whether block 1 never slides.
+    is_stuck: bool,
     /// The front before it.
     front: Front,
     /// Size of `tau` behind it.
@@ -29,6 +31,7 @@ impl Arrest {
         Some(Arrest {
             blocks: (last + 1).saturating_sub(at) as f64,
             before: at as f64,
+            is_stuck: run.scenario.friction.stuck_blocks.first() == Some(&1.0),
             front: Front::of(&run.plan, at.checked_sub(1)?)?,
             behind: relative_prestress(&run.plan, at)?.abs(),
         })
@@ -37,6 +40,11 @@ impl Arrest {
     /// The length over that of a crack whose beginning is stuck, `n tau / |tau_b|`.
     pub(crate) fn over_crack(&self) -> f64 {
         self.blocks * self.behind / (self.before * self.front.prestress)
+    }
+
+    /// This ratio in theory.
+    pub(crate) fn over_crack_theory(&self) -> f64 {
+        if self.is_stuck { 1.0 } else { 2.0 }
     }
 
     /// The length of a pulse times `sqrt(gamma)`.
@@ -89,6 +97,8 @@ mod tests {
         };
         // tau = 0.6 before and -0.2 behind, gamma = 0.5.
         near("behind_barrier_blocks", 4.0);
+        near("before_barrier_blocks", 5.0);
+        near("behind_barrier_crack_theory_ratio", 2.0);
         near("behind_barrier_crack_ratio", 4.0 * 0.2 / (5.0 * 0.6));
         near("behind_barrier_pulse_ratio", 4.0 * 0.5f64.sqrt());
         near("behind_barrier_pulse_bound_ratio", 4.0 * 0.5f64.sqrt() * 0.2 / 1.8);

@@ -347,10 +347,18 @@ numbers! {
         /// Number of blocks that slid behind a barrier, the last block of `prestress.from_blocks`; none if
         /// the last block of the chain slid as well.
         behind_barrier_blocks: u32 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.blocks);
-        /// This number over `n tau / |tau_b|`, with the `tau` of the `n` blocks before the barrier and the
-        /// `tau_b` behind it. In theory 2 of a crack that begins at the free end, and 1 if block 1 is stuck.
+        /// Number of blocks before the barrier, `n`.
+        before_barrier_blocks: u32 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.before);
+        /// `behind_barrier_blocks` over `n tau / |tau_b|`, with the `tau` of the blocks before the barrier and
+        /// the `tau_b` behind it.
         behind_barrier_crack_ratio: f64 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.over_crack());
-        /// This number times `sqrt(gamma)`: the length of a pulse behind the barrier, in the length on which
+        /// This ratio in theory, without a drive: 2 of a crack that begins at a free end, and 1 if block 1 is
+        /// stuck.
+        behind_barrier_crack_theory_ratio: f64 =
+            Events |run, _| Some(Arrest::of(run.of_chain()?)?.over_crack_theory());
+        /// `gamma`, the stiffness of a held top drive per block over that between blocks.
+        held_stiffness_ratio: f64 = Events |run, _| Some(fronts::theory(run.of_chain()?)?.top_stiffness);
+        /// `behind_barrier_blocks` times `sqrt(gamma)`: the length of a pulse behind the barrier, in the length on which
         /// the held drive acts.
         behind_barrier_pulse_ratio: f64 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.of_pulse());
         /// This length over its upper bound in theory, `(1 + sqrt(1 - tau^2)) / |tau_b|`.

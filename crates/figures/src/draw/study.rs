@@ -67,7 +67,8 @@ impl Figure for StudyFigure {
         }
         let of = |number: Number| {
             let value = number.of(run, None)? * self.measure_factor;
-            Some(if self.logarithmic_measure { value.log10() } else { value })
+            let place = if self.logarithmic_measure { value.log10() } else { value };
+            Some(place).filter(|place| place.is_finite())
         };
         Ok((at, [of(self.measure), self.theory.and_then(of)]))
     }

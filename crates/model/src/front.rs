@@ -424,6 +424,21 @@ mod tests {
         }
     }
 
+    /// Times of an independent program, `fixtures/reference/fronts/moment-duration.csv`.
+    #[test]
+    fn slow_fronts_take_as_long_as_simulated_ones() {
+        let slow =
+            |prestress, n| Front { relative_radiation: 10.0, ..front(prestress, 0.0, 0.0) }.slow_duration(n);
+        for (n, simulated) in [(2, 114.22), (4, 882.4), (8, 6096.14), (16, 40831.24), (32, 264220.92)] {
+            let found = slow(1e-5, n).unwrap();
+            assert!((found / simulated - 1.0).abs() < 0.008, "{n}: {found}");
+        }
+        assert_eq!(slow(1e-5, 1), Some(0.0));
+        assert_eq!((slow(0.0, 8), front(0.1, 0.0, 0.0).slow_duration(8)), (None, None));
+        // Three blocks before a stuck one, of which each bears tau and block 1 bears 1: 1 + 2 + 3 and 6 + 5 + 3.
+        assert!((front(0.5, 0.0, 0.0).static_slip_sum(3) - (0.5 * 6.0 + 0.5 * 14.0)).abs() < 1e-12);
+    }
+
     #[test]
     fn pulses_slip_and_end_as_worked_out_by_hand() {
         let pulse = front(0.6, 0.0, 0.65);

@@ -82,8 +82,12 @@ pub(crate) fn static_slip_sum(run: &RunEvents) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::made_up::pulse;
+    use asperity_record::FieldRecord;
+
+    use crate::fronts::{crossing_s, passages, unit_m};
+    use crate::made_up::{pulse, with_states};
     use crate::number::number;
+    use crate::required_data::RequiredData;
 
     /// Nine of twelve blocks slide, from block 1 on; four of them behind the barrier.
     #[test]
@@ -104,5 +108,27 @@ mod tests {
         near("behind_barrier_pulse_bound_ratio", 4.0 * 0.5f64.sqrt() * 0.2 / 1.8);
         assert_eq!(number("behind_barrier_blocks", &pulse(12, text), None), None, "it did not stop");
         assert_eq!(number("behind_barrier_blocks", &pulse(9, "prestress.ratio = 0.6"), None), None);
+    }
+
+    /// The last of two states counts.
+    #[test]
+    fn duration_and_sum_of_slip_are_those_of_the_front_and_of_the_end() {
+        let mut run = pulse(9, "prestress.ratio = 0.6");
+        run.kept |= RequiredData::STATES;
+        let state = |step: u64, displacement_m: f64| FieldRecord {
+            step,
+            displacement_m: vec![displacement_m; 12],
+            ..FieldRecord::default()
+        };
+        with_states(&mut run, &[state(0, 0.0), state(5, 2e-6)]);
+        let passages = passages(&run);
+        let took = (passages[8].arrival_s - passages[0].arrival_s) / crossing_s(&run);
+        assert_eq!(number("first_front_duration_ratio", &run, None), Some(took));
+        let sum = number("slip_sum_ratio", &run, None).unwrap();
+        assert!((sum * unit_m(&run) / 24e-6 - 1.0).abs() < 1e-12, "{sum}");
+        // 1 + 2 + ... + 9 and 1 + 4 + ... + 81.
+        let theory = number("slip_sum_theory_ratio", &run, None).unwrap();
+        assert!((theory - (0.4 * 45.0 + 0.6 * 285.0)).abs() < 1e-9, "{theory}");
+        assert_eq!(number("slow_front_duration_theory_ratio", &run, None), None, "nothing radiates");
     }
 }

@@ -434,6 +434,25 @@ mod tests {
         assert_eq!((*about.start(), *about.end()), (166.6, 173.4));
     }
 
+    /// The onset doubles, so a rate up to it halves; without `minus` there is no other run.
+    #[test]
+    fn an_exponent_is_that_of_two_runs() {
+        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
+        let mut runs = BTreeMap::from([
+            ("early".to_owned(), global(10_000_000)),
+            ("late".to_owned(), global(20_000_000)),
+        ]);
+        let power = "power_of = \"slope_to_first_event_per_s\"\nstated = \"-1\"";
+        let claims = [claim(&format!("run = \"late\"\nminus = \"early\"\n{power}"))];
+        claims[0].check().unwrap();
+        let judged = judged(&claims, &mut runs);
+        assert!((judged[0].own.ours.unwrap() + 1.0).abs() < 1e-6, "{judged:?}");
+        assert_eq!(judged[0].own.verdict, "agrees");
+        assert!(judged[0].measure.ends_with(", exponent against slope to first slip"), "{judged:?}");
+        assert!(page_of(&claims, &judged, &runs).contains("| early to late |"));
+        assert!(claim(&format!("run = \"late\"\n{power}")).check().unwrap_err().contains("needs minus"));
+    }
+
     #[test]
     fn spreads_differences_and_second_runs_are_judged() {
         let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);

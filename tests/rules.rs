@@ -19,8 +19,8 @@ const STATED: [&str; 5] = [
 
 const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
 
-/// Fifteen runs over all laws, drives, courses of the load and starts.
-const CASES: [(&str, &[&str]); 15] = [
+/// Sixteen runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 16] = [
     ("stated", &[]),
     ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
     ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
@@ -31,6 +31,15 @@ const CASES: [(&str, &[&str]); 15] = [
     ("scatter", &["friction.static_spread=0.1", "friction.dynamic_spread=0.05", "friction.spread_seed=7"]),
     ("ageing", &["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-3"]),
     ("rigid", &["friction.law=rigid", "slider.blocks=20"]),
+    (
+        "barrier",
+        &[
+            "friction.law=rigid",
+            "prestress.from_blocks=[1,6,20]",
+            "prestress.from_blocks_ratio=[0.1,0.3,-0.2]",
+            "friction.stuck_blocks=[3,25]",
+        ],
+    ),
     ("radiating", &["friction.radiation_kg_per_s=0.5"]),
     ("rigid-radiating", &["friction.law=rigid", "slider.blocks=20", "friction.radiation_kg_per_s=0.5"]),
     (

@@ -82,7 +82,10 @@ class Slider:
         first = np.zeros(count)
         first[0] = prestress["first_block_ratio"]
         rise = prestress["rise_ratio"] * (np.arange(count) / self.gaps)
-        self.prestress = (prestress["ratio"] + first + rise + listed) * self.p
+        steps = np.zeros(count)
+        for block, ratio in zip(prestress["from_blocks"], prestress["from_blocks_ratio"]):
+            steps[int(block) - 1 :] = ratio
+        self.prestress = (prestress["ratio"] + first + rise + steps + listed) * self.p
         # The course of the normal load.
         self.knots = [self.whole_steps(t) for t in load["schedule_s"]]
         self.factors = [total / load["total_n"] for total in load["schedule_n"]]
@@ -108,7 +111,10 @@ class Slider:
             random = spread * drawn(friction["spread_seed"], stream, count)
             # Who does not want to draw reads them.
             assert random.tolist() == self.scenario["drawn"][f"{kind}_offsets"]
-        return friction[f"{kind}_coefficient"] + offsets + random
+        coefficients = friction[f"{kind}_coefficient"] + offsets + random
+        if kind == "static":
+            coefficients[[int(block) - 1 for block in friction["stuck_blocks"]]] = 1e6
+        return coefficients
 
     def make_drive(self, drive):
         count, whole = self.blocks, drive["stiffness_n_per_m"]

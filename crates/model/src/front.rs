@@ -170,7 +170,7 @@ impl Front {
         (alpha > 0.0 && self.prestress > 0.0).then(|| alpha * (1..blocks).map(takes).sum::<f64>())
     }
 
-    /// The sum of all slip, in `(mu_s - mu_d) p / k`, if so many blocks slide and then rest in balance before a stuck
+    /// The sum of all slip, in `(mu_s - mu_d) p / k`, of `blocks` blocks that rest in balance before a stuck
     /// one.
     pub fn static_slip_sum(&self, blocks: usize) -> f64 {
         let (n, tau) = (blocks as f64, self.prestress);

@@ -65,7 +65,7 @@ pub(crate) fn front_duration(run: &RunEvents) -> Option<f64> {
     Some((passages.last()?.arrival_s - passages.first()?.arrival_s) / crossing_s(run))
 }
 
-/// The same of a slow front, in theory.
+/// This time of a slow front, in theory.
 pub(crate) fn slow_front_duration(run: &RunEvents) -> Option<f64> {
     theory(run)?.slow_duration(passages(run).len())
 }

@@ -178,6 +178,7 @@ impl Places {
             breaks_end: None,
             repins_onset: None,
             repins_end: None,
+            peak_velocity_m_per_s: None,
             first_across: None,
             last_across: None,
         };

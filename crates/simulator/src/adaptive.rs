@@ -212,6 +212,9 @@ impl Adaptive {
         self.time_s = end_s;
         std::mem::swap(&mut self.begin, &mut self.end);
         let outside = self.piece.outside(end_s.value());
+        let speeds = self.begin.rates.behind_m.iter().map(|behind| (behind + outside.drive_m_per_s).abs());
+        let peak = self.slider.peak_velocity_m_per_s.into_iter().chain(speeds);
+        self.slider.peak_velocity_m_per_s = Some(peak.fold(0.0, f64::max));
         if self.piece.from_s == end_s.value() {
             // Drive and load may have turned.
             prepare(&mut self.equations, &mut self.rodas4, &mut self.begin, outside);
@@ -359,7 +362,10 @@ impl Adaptive {
         let total_n =
             springs.map(|spring| -spring.stiffness_n_per_m * self.within.behind_m[spring.block]).sum();
         let driving = Driving { total_n, ends_n: None };
-        self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)
+        if self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)? {
+            self.slider.peak_velocity_m_per_s = Some(0.0);
+        }
+        Ok(())
     }
 
     /// Energies at the grid step of the slider.

@@ -76,6 +76,20 @@ const SCENARIOS: [&[&str]; 9] = [
         "--set",
         "friction.junction_start=drawn",
     ],
+    // Steps of varying length, and the state of friction.
+    &[
+        "rate-and-state",
+        "--set",
+        "slider.blocks=100",
+        "--set",
+        "friction.evolution_offsets=[]",
+        "--set",
+        "slider.length_m=1",
+        "--set",
+        "time.duration_s=1.5",
+        "--set",
+        "recording.sample_s=1e-3",
+    ],
     // Anchors and forces with two components.
     &[
         "sheet-coarse",

@@ -176,8 +176,8 @@ mod tests {
             at(3_000, [0.9, 1.0, 0.3]),
             at(9_000, [1.0, 1.0, 1.0]),
         ];
+        run.kept = crate::required_data::RequiredData::all();
         made_up::with_states(&mut run, &states);
-        run.kept.motion = true;
         close(number("creep_ratio", &run, None), 1.0 - 1.6 / 3.0);
         assert_eq!(number("peak_velocity_m_per_s", &run, None), None);
         run.slips[0].peak_velocity_m_per_s = Some(0.25);

@@ -43,7 +43,6 @@ pub(crate) fn time(
 }
 
 /// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
-/// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
 /// energies, all present or absent, the radiated one where the header says so; the largest speed, likewise; the
 /// totals of junctions against the header and those `before`.
 ///

@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::calls::Call;
 use crate::case::{Case, try_all};
 use crate::file;
-use crate::ground::{AREA, STATE, DENSE, Error, Genuine, Ground, RUN, SMALL};
+use crate::ground::{AREA, DENSE, Error, Genuine, Ground, RUN, SMALL, STATE};
 use crate::verdict::Judged;
 use mcap::records::op;
 

@@ -10,7 +10,7 @@ use mcap::records::op;
 use crate::case::{Case, try_all};
 use crate::file;
 use crate::forge::{Item, Log, Records, seal};
-use crate::ground::{AREA, STATE, DENSE, Error, Genuine, Ground, RUN, SMALL};
+use crate::ground::{AREA, DENSE, Error, Genuine, Ground, RUN, SMALL, STATE};
 use crate::parts::Part;
 use crate::random::Random;
 use crate::tally::say;

@@ -14,7 +14,7 @@ use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in the parts of a solver's state.
-const SCENARIOS: [&[&str]; 9] = [
+const SCENARIOS: [&[&str]; 10] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     &["default", "--set", "time.duration_s=2"],
     &["default", "--set", "time.duration_s=1.2", "--set", "parameter_set=as-stated"],

@@ -162,7 +162,7 @@ mod tests {
         let mut run = made_up::run("", &[(2_000, 3_000, &[1, 2])]);
         let at = |step: u64, displacement_m: [f64; 3]| FieldRecord {
             step,
-            time_s: step as f64 * 1e-7,
+            time_s: run.plan.grid.time_s(step),
             displacement_m: displacement_m.to_vec(),
             velocity_m_per_s: vec![0.0; 3],
             tangential_force_n: vec![0.0; 3],

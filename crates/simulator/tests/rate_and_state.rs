@@ -157,7 +157,7 @@ fn slips_have_the_peaks_of_another_integrator() {
         peaks
     };
     let found = peaks(&["time.tolerance=1e-8"]);
-    let rows = table("rsf-chain-top-16.csv");
+    let rows = reference("laws/rsf-chain-top-16.csv");
     assert_eq!(found.len(), 5);
     for (event, found) in (1..).zip(&found) {
         let of_event = rows.iter().filter(|row| number(&row[0]) == f64::from(event));

@@ -176,6 +176,7 @@ impl Adaptive {
         if self.step_s == 0.0 {
             self.end.clone_from(&self.begin);
             self.find_crossings();
+            self.slider.peak_velocity_m_per_s = Some(self.peak_velocity_m_per_s());
         } else {
             let Place { at, rates } = &self.begin;
             self.rodas4.step(&mut self.equations, at, rates, outside, self.step_s);
@@ -212,9 +213,6 @@ impl Adaptive {
         self.time_s = end_s;
         std::mem::swap(&mut self.begin, &mut self.end);
         let outside = self.piece.outside(end_s.value());
-        let speeds = self.begin.rates.behind_m.iter().map(|behind| (behind + outside.drive_m_per_s).abs());
-        let peak = self.slider.peak_velocity_m_per_s.into_iter().chain(speeds);
-        self.slider.peak_velocity_m_per_s = Some(peak.fold(0.0, f64::max));
         if self.piece.from_s == end_s.value() {
             // Drive and load may have turned.
             prepare(&mut self.equations, &mut self.rodas4, &mut self.begin, outside);
@@ -244,7 +242,25 @@ impl Adaptive {
         self.counters.adaptive_steps += 1;
         self.close_step();
         self.find_crossings();
+        let peak = self.slider.peak_velocity_m_per_s.unwrap_or(0.0);
+        self.slider.peak_velocity_m_per_s = Some(peak.max(self.peak_velocity_m_per_s()));
         Ok(())
+    }
+
+    /// The largest speed in the step: of the block that is fastest at its end, at the vertex of the parabola through
+    /// beginning, middle and end.
+    fn peak_velocity_m_per_s(&self) -> f64 {
+        let speeds = self.equations.contacts.iter().map(|contact| contact.velocity.abs());
+        let Some((n, end)) = speeds.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else { return 0.0 };
+        if !self.is_above[n] || self.step_s == 0.0 {
+            return end;
+        }
+        let [begin, middle] = [0.0, 0.5].map(|share| self.speed_within(n, share));
+        let (rise, bend) = (end - begin, 2.0 * (begin - 2.0 * middle + end));
+        let vertex = 0.5 - 0.5 * rise / bend;
+        let at_vertex =
+            if bend < 0.0 && (0.0..1.0).contains(&vertex) { self.speed_within(n, vertex) } else { 0.0 };
+        end.max(begin).max(at_vertex)
     }
 
     /// From the beginning of the step to a time.
@@ -295,30 +311,31 @@ impl Adaptive {
     /// The share of the step after which the speed of block `n` crosses a bound.
     fn crossing(&self, n: usize, bound: f64, is_above: bool) -> f64 {
         let (mut before, mut after) = (0.0, 1.0);
-        let of = |share: f64| {
-            let within =
-                |unknown: &dyn Fn(&Unknowns) -> f64| self.rodas4.within(&self.begin.at, share, unknown);
-            let state = within(&|at| at.state[n]);
-            let load = self.piece.outside(self.time_s.value() + share * self.step_s).load;
-            let friction = self.equations.friction(
-                n,
-                load,
-                || within(&|at| at.friction[n]),
-                |m| within(&|at| at.behind_m[m]),
-                state,
-            );
-            self.equations.speed_m_per_s(friction, state)
-        };
         // 50 halvings reach the spacing of doubles.
         for _ in 0..50 {
             let middle = 0.5 * (before + after);
-            if (of(middle) > bound) == is_above {
+            if (self.speed_within(n, middle) > bound) == is_above {
                 before = middle;
             } else {
                 after = middle;
             }
         }
         after
+    }
+
+    /// The speed of block `n` after a share of the step.
+    fn speed_within(&self, n: usize, share: f64) -> f64 {
+        let within = |unknown: &dyn Fn(&Unknowns) -> f64| self.rodas4.within(&self.begin.at, share, unknown);
+        let state = within(&|at| at.state[n]);
+        let load = self.piece.outside(self.time_s.value() + share * self.step_s).load;
+        let friction = self.equations.friction(
+            n,
+            load,
+            || within(&|at| at.friction[n]),
+            |m| within(&|at| at.behind_m[m]),
+            state,
+        );
+        self.equations.speed_m_per_s(friction, state)
     }
 
     /// Moves the slider to a grid step within the step, and records it.

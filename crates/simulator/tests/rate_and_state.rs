@@ -138,7 +138,7 @@ fn chains_slip_as_by_other_integrators() {
     }
 }
 
-/// The largest speed of each slip, at the ends of steps, which do not depend on what is recorded.
+/// The largest speed of each slip, which does not depend on what is recorded.
 #[test]
 fn slips_have_the_peaks_of_another_integrator() {
     let peaks = |sets: &[&str]| {

@@ -231,7 +231,7 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
     if parts.state {
         columns.push(number(
             "peak_velocity_m_per_s",
-            "Largest speed of any block since the record before, at the ends of the solver's steps.",
+            "Largest speed of any block in the solver's steps that began since the record before.",
         ));
     }
     if parts.junctions {

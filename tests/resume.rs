@@ -179,8 +179,8 @@ impl Run {
         );
         assert_eq!((end.status, &end.message_counts), (self.end.status, &self.end.message_counts));
         // The statistics of the solver add up over all parts of the run.
-        for name in ["steps", "switches", "plain_steps"] {
-            assert_eq!(end.solver.counts[name], self.end.solver.counts[name], "{name}");
+        for name in ["steps", "switches", "plain_steps", "adaptive_steps"] {
+            assert_eq!(end.solver.counts.get(name), self.end.solver.counts.get(name), "{name}");
         }
         let events = |log: &Path| succeed(&["events", text(log)]);
         assert_eq!(events(&self.log()), events(&self.folder.path().join("whole.mcap")));

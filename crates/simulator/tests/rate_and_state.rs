@@ -397,8 +397,8 @@ fn states_that_no_run_has_are_refused() {
         |state| state.time_s.total = 0.2,
         |state| state.step_s = f64::NAN,
         |state| state.next_step_s = 0.0,
-        |state| state.behind_m.truncate(15),
-        |state| state.friction[3] = f64::INFINITY,
+        |state| state.unknowns.truncate(15),
+        |state| state.unknowns[20] = f64::INFINITY,
         |state| state.crossings.push(Crossing { step: u64::MAX, block: 16 }),
         |state| state.crossings.insert(0, Crossing { step: 0, block: 0 }),
     ];

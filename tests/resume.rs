@@ -14,7 +14,7 @@ use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in the parts of a solver's state.
-const SCENARIOS: [&[&str]; 9] = [
+const SCENARIOS: [&[&str]; 10] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     &["default", "--set", "time.duration_s=2"],
     &["default", "--set", "time.duration_s=1.2", "--set", "parameter_set=as-stated"],
@@ -75,6 +75,20 @@ const SCENARIOS: [&[&str]; 9] = [
         "recording.sample_s=1e-4",
         "--set",
         "friction.junction_start=drawn",
+    ],
+    // Steps of varying length, and the state of friction.
+    &[
+        "rate-and-state",
+        "--set",
+        "slider.blocks=100",
+        "--set",
+        "friction.evolution_offsets=[]",
+        "--set",
+        "slider.length_m=1",
+        "--set",
+        "time.duration_s=1.5",
+        "--set",
+        "recording.sample_s=1e-3",
     ],
     // Anchors and forces with two components.
     &[
@@ -165,8 +179,8 @@ impl Run {
         );
         assert_eq!((end.status, &end.message_counts), (self.end.status, &self.end.message_counts));
         // The statistics of the solver add up over all parts of the run.
-        for name in ["steps", "switches", "plain_steps"] {
-            assert_eq!(end.solver.counts[name], self.end.solver.counts[name], "{name}");
+        for name in ["steps", "switches", "plain_steps", "adaptive_steps"] {
+            assert_eq!(end.solver.counts.get(name), self.end.solver.counts.get(name), "{name}");
         }
         let events = |log: &Path| succeed(&["events", text(log)]);
         assert_eq!(events(&self.log()), events(&self.folder.path().join("whole.mcap")));

@@ -66,6 +66,7 @@ fn event(slip: &Slip, parts: Parts) -> SlipEvent {
         breaks_end: end.map(|totals| totals.breaks),
         repins_onset: onset.map(|totals| totals.repins),
         repins_end: end.map(|totals| totals.repins),
+        peak_velocity_m_per_s: slip.peak_velocity_m_per_s,
         first_across: rows.map(|rows| rows.first),
         last_across: rows.map(|rows| rows.last),
     }

@@ -60,6 +60,7 @@ fn an_event_runs_from_the_first_sliding_step_to_the_first_still_one() {
             breaks_end: None,
             repins_onset: None,
             repins_end: None,
+            peak_velocity_m_per_s: None,
             first_across: None,
             last_across: None,
         }]

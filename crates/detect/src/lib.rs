@@ -54,6 +54,7 @@
 //!     end_forces_n: None,
 //!     energy: None,
 //!     junctions: None,
+//!     peak_velocity_m_per_s: None,
 //!     sliding: 0,
 //!     switches: Vec::new(),
 //! };

@@ -76,6 +76,8 @@ pub struct Slip {
     pub min_load_ratio: f64,
     /// Largest `F_T / F_N` over the same records.
     pub max_load_ratio: f64,
+    /// Largest speed of any block, m/s; `None` by laws without a state.
+    pub peak_velocity_m_per_s: Option<f64>,
     /// The first step after it; `None` until then.
     pub end: Option<SlipEnd>,
 }
@@ -140,6 +142,9 @@ impl SlipTracker {
             _ => {}
         }
         if let Some(slip) = self.open.as_mut().filter(|slip| slip.end.is_none()) {
+            if let Some(peak) = record.peak_velocity_m_per_s {
+                slip.peak_velocity_m_per_s = Some(slip.peak_velocity_m_per_s.unwrap_or(0.0).max(peak));
+            }
             if record.sliding == 0 {
                 slip.end = Some(SlipEnd {
                     step: record.step,
@@ -220,6 +225,7 @@ impl SlipTracker {
             max_sliding: 0,
             min_load_ratio: self.last_load_ratio,
             max_load_ratio: self.last_load_ratio,
+            peak_velocity_m_per_s: None,
             end: None,
         }
     }

@@ -110,7 +110,8 @@ impl Rules<'_> {
         };
         // Events truncated by the end of a run are compared only in columns known at the onset.
         let cut = old.is_cut() || new.is_cut();
-        const ALL: [Kind; 6] = [Kind::Time, Kind::Step, Kind::Extent, Kind::Load, Kind::Edge, Kind::Total];
+        const ALL: [Kind; 7] =
+            [Kind::Time, Kind::Step, Kind::Extent, Kind::Load, Kind::Speed, Kind::Edge, Kind::Total];
         let (class, rule) = if cells.is_empty() {
             (Class::Identical, "equal in every column compared")
         } else if !any_beyond(&ALL, false) {
@@ -130,6 +131,8 @@ impl Rules<'_> {
             (Class::Changed, "same onset, another end")
         } else if any_beyond(&[Kind::Load], false) {
             (Class::Changed, "same time and blocks, another load")
+        } else if any_beyond(&[Kind::Speed], false) {
+            (Class::Changed, "same time, blocks and load, another speed")
         } else if any_beyond(&[Kind::Total], false) {
             (Class::Changed, "same time, blocks and load, another total")
         } else {

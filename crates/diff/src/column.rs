@@ -64,6 +64,7 @@ columns! {
     BreaksEnd breaks_end Total,
     RepinsOnset repins_onset Total,
     RepinsEnd repins_end Total,
+    PeakVelocity peak_velocity_m_per_s Speed,
     FirstAcross first_across Extent,
     LastAcross last_across Extent,
 }
@@ -79,12 +80,21 @@ pub enum Kind {
     Extent,
     /// The load.
     Load,
+    /// How fast its blocks slid.
+    Speed,
     /// Whether the run ended before the event.
     Edge,
     /// What has happened in the run by its start or end.
     Total,
     /// Its number in the table: it follows from the events before it.
     Number,
+}
+
+impl Kind {
+    /// Whether its cells are measured numbers rather than counts or flags.
+    pub(crate) fn is_measured(self) -> bool {
+        matches!(self, Kind::Time | Kind::Load | Kind::Speed)
+    }
 }
 
 impl Column {

@@ -131,7 +131,8 @@ impl Row for Rupture {
             | Column::BreaksOnset
             | Column::BreaksEnd
             | Column::RepinsOnset
-            | Column::RepinsEnd => Value::Empty,
+            | Column::RepinsEnd
+            | Column::PeakVelocity => Value::Empty,
         }
     }
 }

@@ -178,6 +178,7 @@ impl Places {
             breaks_end: None,
             repins_onset: None,
             repins_end: None,
+            peak_velocity_m_per_s: None,
             first_across: None,
             last_across: None,
         };
@@ -209,7 +210,7 @@ fn kind_accepted(column: Column) -> &'static str {
         Column::EndStep => "a whole number, or nothing where the run ended before",
         Column::Open => "true or false",
         _ if column.kind() == Kind::Total => "a whole number, or nothing",
-        _ if matches!(column.kind(), Kind::Time | Kind::Load) => "a number",
+        _ if column.kind().is_measured() => "a number",
         _ if column.kind() == Kind::Extent => "a whole number of blocks",
         _ => "a whole number",
     }
@@ -264,6 +265,8 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
         Column::BreaksEnd => event.breaks_end = total()?,
         Column::RepinsOnset => event.repins_onset = total()?,
         Column::RepinsEnd => event.repins_end = total()?,
+        Column::PeakVelocity if is_empty => event.peak_velocity_m_per_s = None,
+        Column::PeakVelocity => event.peak_velocity_m_per_s = Some(number()?),
         Column::FirstAcross if is_empty => event.first_across = None,
         Column::FirstAcross => event.first_across = Some(block()?),
         Column::LastAcross if is_empty && event.first_across.is_none() => event.last_across = None,
@@ -321,7 +324,7 @@ fn written(column: Column, text: &str) -> Option<Value> {
         return Some(Value::Empty);
     }
     match column.kind() {
-        Kind::Time | Kind::Load => text.parse().ok().map(Value::Number),
+        Kind::Time | Kind::Load | Kind::Speed => text.parse().ok().map(Value::Number),
         Kind::Edge => text.parse().ok().map(Value::Flag),
         Kind::Step | Kind::Extent | Kind::Total | Kind::Number => text.parse().ok().map(Value::Whole),
     }

@@ -318,9 +318,7 @@ impl Draft {
             self.counts[outcome.class] += 1;
             return;
         };
-        let in_kind = |cell: &&CellChange| {
-            !matches!(cell.column.kind(), Kind::Time | Kind::Load) || cell.difference.is_none()
-        };
+        let in_kind = |cell: &&CellChange| !cell.column.kind().is_measured() || cell.difference.is_none();
         let cut = old.is_cut() || new.is_cut();
         let others = outcome.cells.iter().find(in_kind);
         let starts_otherwise = outcome.cells.iter().filter(in_kind).any(|cell| cell.column.is_of_onset());

@@ -121,6 +121,7 @@ fn slip(number: u64, onset: u64, end: Option<u64>, blocks: u32) -> SlipEvent {
         breaks_end: None,
         repins_onset: None,
         repins_end: None,
+        peak_velocity_m_per_s: None,
         first_across: None,
         last_across: None,
     }

@@ -80,6 +80,10 @@ payload! {
         /// Junctions pinned again in all steps before the end step; none if the run ended before.
         pub repins_end: Option<u64>,
     }
+    only State {
+        /// Largest speed of any block in it, m/s.
+        pub peak_velocity_m_per_s: Option<f64>,
+    }
     only Area {
         /// First row in which a contact slid.
         pub first_across: Option<u32>,
@@ -138,25 +142,30 @@ mod tests {
         let json = r#"{"onset_s":1.0,"end_s":null,"first_block":1,"last_block":2,"max_sliding":1,"ft_fn_onset":0.5,"ft_fn_end":null,"event":0,"onset_step":4,"end_step":null,"blocks_slipped":2,"nucleation_block":1,"ft_fn_min":0.25,"ft_fn_max":0.5,"open":true}"#;
         let counts = r#","breaks_onset":7,"repins_onset":3"#;
         let rows = r#","first_across":2,"last_across":4"#;
-        let of = |junctions, area| Parts { junctions, area, ..Parts::default() };
+        let of = |junctions, area, state| Parts { junctions, area, state, ..Parts::default() };
         for (parts, more, last) in [
-            (of(false, false), String::new(), "true"),
-            (of(true, false), counts.to_owned(), "true,7,,3,"),
-            (of(false, true), rows.to_owned(), "true,2,4"),
-            (of(true, true), format!("{counts}{rows}"), "true,7,,3,,2,4"),
+            (of(false, false, false), String::new(), "true"),
+            (of(true, false, false), counts.to_owned(), "true,7,,3,"),
+            (of(false, true, false), rows.to_owned(), "true,2,4"),
+            (of(true, true, false), format!("{counts}{rows}"), "true,7,,3,,2,4"),
+            (of(false, false, true), r#","peak_velocity_m_per_s":0.5"#.to_owned(), "true,0.5"),
         ] {
             let kind = EventKind::of::<SlipEvent>().with(parts);
             let json = json.replace('}', &format!("{more}}}"));
             let event = kind.read(&json).unwrap();
             assert_eq!(event.json(), json);
             let cells: Vec<String> = kind.cells(&event).unwrap().iter().map(ToString::to_string).collect();
-            let columns = 15 + 4 * usize::from(parts.junctions) + 2 * usize::from(parts.area);
+            let columns = 15
+                + 4 * usize::from(parts.junctions)
+                + 2 * usize::from(parts.area)
+                + usize::from(parts.state);
             assert_eq!((cells.len(), kind.columns.len()), (columns, columns));
             assert_eq!(cells[14..].join(","), last);
             let properties = kind.schema()["properties"].as_object().unwrap();
             assert_eq!(properties.len(), columns);
             assert_eq!(properties.contains_key("breaks_end"), parts.junctions);
             assert_eq!(properties.contains_key("last_across"), parts.area);
+            assert_eq!(properties.contains_key("peak_velocity_m_per_s"), parts.state);
             let about = properties["first_block"]["description"].as_str().unwrap();
             assert_eq!(about.contains("column"), parts.area, "{about}");
             let required = kind.schema()["required"].to_string();

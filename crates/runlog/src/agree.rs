@@ -43,8 +43,8 @@ pub(crate) fn time(
 }
 
 /// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
-/// energies, all present or absent, the radiated one where the header says so; the totals of junctions against the
-/// header and those `before`.
+/// energies, all present or absent, the radiated one where the header says so; the largest speed, likewise; the
+/// totals of junctions against the header and those `before`.
 ///
 /// # Errors
 /// If they disagree.
@@ -70,6 +70,11 @@ pub(crate) fn step(
     if message.radiated_j.is_some() != (message.drive_work_j.is_some() && header.radiates) {
         let what =
             format!("radiated_j = {:?}, in a run with radiates = {}", message.radiated_j, header.radiates);
+        return Err(LogProblem::Contradiction { step: message.step, what });
+    }
+    if message.peak_velocity_m_per_s.is_some_and(|speed| speed >= 0.0) != header.has_state {
+        let (speed, has_state) = (message.peak_velocity_m_per_s, header.has_state);
+        let what = format!("peak_velocity_m_per_s = {speed:?}, in a run with has_state = {has_state}");
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
     junctions(header, message, before.unwrap_or_default())

@@ -68,6 +68,9 @@ pub(crate) struct StepMessage {
     /// Work of radiation damping, J.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) radiated_j: Option<f64>,
+    /// Largest speed of any block since the message before, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) peak_velocity_m_per_s: Option<f64>,
     /// How many junctions broke in all steps before this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) breaks: Option<u64>,
@@ -137,6 +140,7 @@ impl StepMessage {
             elastic_j: record.energy.map(|energy| energy.elastic_j),
             scheme_work_j: record.energy.map(|energy| energy.scheme_work_j),
             radiated_j: record.energy.and_then(|energy| energy.radiated_j),
+            peak_velocity_m_per_s: record.peak_velocity_m_per_s,
             breaks: record.junctions.map(|totals| totals.breaks),
             repins: record.junctions.map(|totals| totals.repins),
         }
@@ -180,6 +184,7 @@ impl StepMessage {
             end_forces_n: self.first_end_force_n.zip(self.last_end_force_n).map(|(a, b)| [a, b]),
             energy: self.energy().unwrap_or(None),
             junctions: self.breaks.zip(self.repins).map(|(breaks, repins)| JunctionTotals { breaks, repins }),
+            peak_velocity_m_per_s: self.peak_velocity_m_per_s,
             sliding: self.sliding,
             switches: Vec::new(),
         }
@@ -274,7 +279,7 @@ const OF_PARTS: [(Part, &[&str]); 4] = [
         ],
     ),
     (Part::Radiation, &["radiated_j"]),
-    (Part::State, &["state"]),
+    (Part::State, &["state", "peak_velocity_m_per_s"]),
 ];
 
 /// The topics of records of the run with that header.

@@ -82,6 +82,7 @@ impl MostBytes {
         self.message(&StepMessage::new(&StepRecord {
             end_forces_n: pulls_both_ways.then_some([0.0; 2]),
             energy: Some(Energy { radiated_j: self.parts.radiation.then_some(0.0), ..Energy::default() }),
+            peak_velocity_m_per_s: self.parts.state.then_some(0.0),
             junctions: self.parts.junctions.then(JunctionTotals::default),
             ..step()
         }))
@@ -193,6 +194,7 @@ fn step() -> StepRecord {
         end_forces_n: None,
         energy: None,
         junctions: None,
+        peak_velocity_m_per_s: None,
         sliding: 0,
         switches: Vec::new(),
     }

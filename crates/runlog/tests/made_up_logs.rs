@@ -57,6 +57,7 @@ fn step(step: u64) -> Record {
         end_forces_n: None,
         energy: None,
         junctions: None,
+        peak_velocity_m_per_s: None,
         sliding: 0,
         switches: Vec::new(),
     })

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_record::{Energy, Record};
 
-use crate::adaptive::equations::{Equations, Outside, Unknowns};
+use crate::adaptive::equations::{Equations, Outside, Place, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
 use crate::counters::Counters;
 use crate::ledger::Sum;
@@ -64,26 +64,6 @@ pub(crate) struct Adaptive {
     /// For states within a step.
     within: Unknowns,
     counters: Counters,
-}
-
-/// One end of a step.
-#[derive(Debug, Clone)]
-struct Place {
-    at: Unknowns,
-    rates: Unknowns,
-}
-
-impl Place {
-    fn zeros(blocks: usize) -> Place {
-        Place { at: Unknowns::zeros(blocks), rates: Unknowns::zeros(blocks) }
-    }
-}
-
-/// Rates and derivatives at a place, for a step that begins there.
-fn prepare(equations: &mut Equations, rodas4: &mut Rodas4, place: &mut Place, outside: Outside) {
-    equations.evaluate(&mut place.at, outside);
-    equations.rates(&place.at, outside, &mut place.rates);
-    rodas4.linear.linearise(equations, &place.at, &place.rates, outside);
 }
 
 /// A piece between two knots of the courses of drive and load.
@@ -159,15 +139,14 @@ impl Adaptive {
         self.time_s = saved.time_s;
         self.next_step_s = saved.next_step_s;
         self.crossings.clone_from(&saved.crossings);
-        self.begin.at = saved.unknowns();
+        self.begin.at.0.clone_from(&saved.unknowns);
         // The piece of the courses in which the step begins; a step ends at a knot.
         let mut piece = Piece::from_step(&plan, plan.initial.step);
         while piece.until_step < plan.steps && self.seconds_to(plan.grid.time_s(piece.until_step)) <= 0.0 {
             piece = Piece::from_step(&plan, piece.until_step);
         }
         self.piece = piece;
-        let outside = piece.outside(self.time_s.value());
-        prepare(&mut self.equations, &mut self.rodas4, &mut self.begin, outside);
+        self.begin.prepare(&mut self.equations, piece.outside(self.time_s.value()));
         for (n, is_above) in self.is_above.iter_mut().enumerate() {
             let switches = self.crossings.iter().filter(|crossing| crossing.block as usize == n).count();
             *is_above = (self.slider.slip[n] != 0.0) != (switches % 2 == 1);
@@ -176,9 +155,9 @@ impl Adaptive {
         if self.step_s == 0.0 {
             self.end.clone_from(&self.begin);
             self.find_crossings();
+            self.slider.peak_velocity_m_per_s = Some(self.peak_velocity_m_per_s());
         } else {
-            let Place { at, rates } = &self.begin;
-            self.rodas4.step(&mut self.equations, at, rates, outside, self.step_s);
+            self.rodas4.step(&mut self.equations, &self.begin, self.step_s);
             self.close_step();
         }
     }
@@ -186,9 +165,8 @@ impl Adaptive {
     /// Ends the step that was computed last, and takes the derivatives for the next one.
     fn close_step(&mut self) {
         let outside = self.piece.outside(self.end_s().value());
-        let Adaptive { rodas4, equations, end, .. } = self;
-        end.at.copy(&rodas4.end);
-        prepare(equations, rodas4, end, outside);
+        self.end.at.0.copy_from_slice(&self.rodas4.end.0);
+        self.end.prepare(&mut self.equations, outside);
     }
 
     /// When the step ends.
@@ -211,10 +189,9 @@ impl Adaptive {
         }
         self.time_s = end_s;
         std::mem::swap(&mut self.begin, &mut self.end);
-        let outside = self.piece.outside(end_s.value());
         if self.piece.from_s == end_s.value() {
             // Drive and load may have turned.
-            prepare(&mut self.equations, &mut self.rodas4, &mut self.begin, outside);
+            self.begin.prepare(&mut self.equations, self.piece.outside(end_s.value()));
         }
         let left_s = match self.piece.until_step {
             u64::MAX => f64::INFINITY,
@@ -225,8 +202,7 @@ impl Adaptive {
             if step_s < SHORTEST_STEP_S {
                 return Err(self.overflow());
             }
-            let Place { at, rates } = &self.begin;
-            let error = self.rodas4.step(&mut self.equations, at, rates, outside, step_s);
+            let error = self.rodas4.step(&mut self.equations, &self.begin, step_s);
             let next_s = step_s * rodas4::factor(error);
             if error <= 1.0 {
                 // A step that was cut short at a knot says little about the next one.
@@ -241,7 +217,25 @@ impl Adaptive {
         self.counters.adaptive_steps += 1;
         self.close_step();
         self.find_crossings();
+        let peak = self.slider.peak_velocity_m_per_s.unwrap_or(0.0);
+        self.slider.peak_velocity_m_per_s = Some(peak.max(self.peak_velocity_m_per_s()));
         Ok(())
+    }
+
+    /// The largest speed in the step: of the block that is fastest at its end, at the vertex of the parabola through
+    /// beginning, middle and end.
+    fn peak_velocity_m_per_s(&self) -> f64 {
+        let speeds = self.equations.contacts.iter().map(|contact| contact.velocity.abs());
+        let Some((n, end)) = speeds.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else { return 0.0 };
+        if !self.is_above[n] || self.step_s == 0.0 {
+            return end;
+        }
+        let [begin, middle] = [0.0, 0.5].map(|share| self.speed_within(n, share));
+        let (rise, bend) = (end - begin, 2.0 * (begin - 2.0 * middle + end));
+        let vertex = 0.5 - 0.5 * rise / bend;
+        let at_vertex =
+            if bend < 0.0 && (0.0..1.0).contains(&vertex) { self.speed_within(n, vertex) } else { 0.0 };
+        end.max(begin).max(at_vertex)
     }
 
     /// From the beginning of the step to a time.
@@ -251,7 +245,8 @@ impl Adaptive {
 
     /// The run cannot continue: the block with the fastest change.
     fn overflow(&self) -> SimulationError {
-        let rate = |n: &usize| self.begin.rates.friction[*n].abs();
+        let (_, friction_rate, ..) = self.begin.rates.parts();
+        let rate = |n: &usize| friction_rate[*n].abs();
         let block = (0..self.plan.blocks).max_by(|a, b| rate(a).total_cmp(&rate(b))).unwrap_or(0);
         SimulationError::NotFinite {
             step: self.plan.grid.first_step_from(self.time_s.value()),
@@ -292,24 +287,10 @@ impl Adaptive {
     /// The share of the step after which the speed of block `n` crosses a bound.
     fn crossing(&self, n: usize, bound: f64, is_above: bool) -> f64 {
         let (mut before, mut after) = (0.0, 1.0);
-        let of = |share: f64| {
-            let within =
-                |unknown: &dyn Fn(&Unknowns) -> f64| self.rodas4.within(&self.begin.at, share, unknown);
-            let state = within(&|at| at.state[n]);
-            let load = self.piece.outside(self.time_s.value() + share * self.step_s).load;
-            let friction = self.equations.friction(
-                n,
-                load,
-                || within(&|at| at.friction[n]),
-                |m| within(&|at| at.behind_m[m]),
-                state,
-            );
-            self.equations.speed_m_per_s(friction, state)
-        };
         // 50 halvings reach the spacing of doubles.
         for _ in 0..50 {
             let middle = 0.5 * (before + after);
-            if (of(middle) > bound) == is_above {
+            if (self.speed_within(n, middle) > bound) == is_above {
                 before = middle;
             } else {
                 after = middle;
@@ -318,18 +299,21 @@ impl Adaptive {
         after
     }
 
+    /// The speed of block `n` after a share of the step.
+    fn speed_within(&self, n: usize, share: f64) -> f64 {
+        let load = self.piece.outside(self.time_s.value() + share * self.step_s).load;
+        self.equations.speed_m_per_s(n, load, |place| self.rodas4.within(&self.begin.at, share, place))
+    }
+
     /// Moves the slider to a grid step within the step, and records it.
     fn record(&mut self, step: u64) -> Result<(), SimulationError> {
         let plan = Arc::clone(&self.plan);
         let time_s = plan.grid.time_s(step);
         let share = (self.seconds_to(time_s) / self.step_s).clamp(0.0, 1.0);
         let Adaptive { rodas4, begin, within, .. } = &mut *self;
-        for n in 0..plan.blocks {
-            within.behind_m[n] = rodas4.within(&begin.at, share, |at| at.behind_m[n]);
-            within.friction[n] = rodas4.within(&begin.at, share, |at| at.friction[n]);
-            within.state[n] = rodas4.within(&begin.at, share, |at| at.state[n]);
+        for (place, unknown) in within.0.iter_mut().enumerate() {
+            *unknown = rodas4.within(&begin.at, share, place);
         }
-        within.work_j = std::array::from_fn(|n| rodas4.within(&begin.at, share, |at| at.work_j[n]));
         self.equations.evaluate(&mut self.within, self.piece.outside(time_s));
         let was_sliding = self.slider.sliding > 0;
         let slider = &mut self.slider;
@@ -337,11 +321,12 @@ impl Adaptive {
         slider.step = step;
         slider.sliding = slider.detached;
         let point_m = plan.drive_point_m(step, slider.hold_step);
+        let (behind_m, _, state, _) = self.within.parts();
         for n in 0..plan.blocks {
-            slider.displacement_m[n] = self.within.behind_m[n] + point_m;
+            slider.displacement_m[n] = behind_m[n] + point_m;
             slider.velocity_m_per_s[n] = self.equations.contacts[n].velocity;
             slider.tangential_force_n[n] = self.equations.tangential_force_n(n);
-            slider.friction_state[n] = self.within.state[n];
+            slider.friction_state[n] = state[n];
         }
         let due = self.crossings.partition_point(|crossing| crossing.step <= step);
         let mut switched = Vec::new();
@@ -356,19 +341,22 @@ impl Adaptive {
         let edge = was_sliding != (slider.sliding > 0);
         let energy = self.energy();
         let springs = plan.drive.springs.iter();
-        let total_n =
-            springs.map(|spring| -spring.stiffness_n_per_m * self.within.behind_m[spring.block]).sum();
+        let total_n = springs.map(|spring| -spring.stiffness_n_per_m * behind_m[spring.block]).sum();
         let driving = Driving { total_n, ends_n: None };
-        self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)
+        if self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)? {
+            self.slider.peak_velocity_m_per_s = Some(0.0);
+        }
+        Ok(())
     }
 
     /// Energies at the grid step of the slider.
     fn energy(&self) -> Energy {
         let (equations, u) = (&self.equations, &self.slider.displacement_m);
-        let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j] = self.within.work_j;
+        let (behind_m, _, _, energies_j) = self.within.parts();
+        let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j] = *energies_j;
         let square = |x: f64| 0.5 * x * x;
         let bonds = u.windows(2).map(|pair| equations.stiffness_n_per_m * square(pair[1] - pair[0]));
-        let springs = equations.drive_n_per_m.iter().zip(&self.within.behind_m);
+        let springs = equations.drive_n_per_m.iter().zip(behind_m);
         let blocks = self.slider.velocity_m_per_s.iter();
         let moved = equations.prestress_n.iter().zip(u).zip(&self.plan.initial.displacement_m);
         Energy {
@@ -423,10 +411,7 @@ impl Solver for Adaptive {
             time_s: self.time_s,
             step_s: self.step_s,
             next_step_s: self.next_step_s,
-            behind_m: self.begin.at.behind_m.clone(),
-            friction: self.begin.at.friction.clone(),
-            state: self.begin.at.state.clone(),
-            work_j: self.begin.at.work_j,
+            unknowns: self.begin.at.0.clone(),
             crossings: self.crossings.clone(),
         };
         let slider = SliderState { adaptive: Some(Box::new(adaptive)), ..self.slider.clone() };

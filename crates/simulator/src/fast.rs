@@ -218,7 +218,7 @@ impl<L: Leaps> Fast<L> {
         }
         self.is_inside = true;
         let energy = self.leaps.energy(leap, into, &self.plan, &mut self.aside);
-        self.recorder.record(&self.plan, self.aside.state(), driving, energy, &[], false)
+        self.recorder.record(&self.plan, self.aside.state(), driving, energy, &[], false).map(drop)
     }
 }
 

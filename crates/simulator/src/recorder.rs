@@ -85,7 +85,7 @@ impl Recorder {
     }
 
     /// Records the step that led to `state`: the energies then, the blocks that switched in it
-    /// (counted from 0), and whether it is the onset or end of a slip event.
+    /// (counted from 0), and whether it is the onset or end of a slip event. Returns whether it has a step record.
     pub(crate) fn record(
         &mut self,
         plan: &Plan,
@@ -94,7 +94,7 @@ impl Recorder {
         energy: Energy,
         switched: &[usize],
         edge: bool,
-    ) -> Result<(), SimulationError> {
+    ) -> Result<bool, SimulationError> {
         let step = state.step;
         if !edge && switched.is_empty() && next_step_due(plan, step - 1) != step {
             // Only the state of a rupture is due. If it is not finite, the next step record reports
@@ -103,7 +103,7 @@ impl Recorder {
                 self.states(plan, state, false);
             }
             self.due_step = next_due(plan, step, state.detached);
-            return Ok(());
+            return Ok(false);
         }
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
         let record = load(plan, state, driving, energy, switches);
@@ -112,7 +112,7 @@ impl Recorder {
         self.ready.push_back(Record::Step(record));
         self.states(plan, state, edge);
         self.due_step = next_due(plan, step, state.detached);
-        Ok(())
+        Ok(true)
     }
 
     /// Records the states that are due after a step.
@@ -146,6 +146,7 @@ fn load(
         end_forces_n: driving.ends_n,
         energy: Some(energy),
         junctions: state.junctions.as_ref().map(|junctions| junctions.totals_before()),
+        peak_velocity_m_per_s: state.peak_velocity_m_per_s,
         normal_load_n: Load::in_step(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
         sliding: state.sliding,
         switches,

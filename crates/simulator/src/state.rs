@@ -65,6 +65,9 @@ pub struct SliderState {
     /// The state `psi_n` of rate-and-state friction of each contact; empty by other laws.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub friction_state: Vec<f64>,
+    /// Largest speed of any block since the last step record, by rate-and-state friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_velocity_m_per_s: Option<f64>,
     /// The motion under rate-and-state friction, in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<Box<AdaptiveState>>,
@@ -119,6 +122,7 @@ impl SliderState {
             memory: vec![0.0; memory],
             junctions: JunctionState::initial(plan),
             friction_state: initial.state.clone(),
+            peak_velocity_m_per_s: plan.friction.law.rate_and_state().map(|_| 0.0),
             adaptive: None,
         }
     }
@@ -168,6 +172,8 @@ impl SliderState {
             && are_finite(&self.friction_state, plan.friction.evolution_effects.len())
             && self.adaptive.is_some() == plan.friction.law.rate_and_state().is_some()
             && self.adaptive.iter().all(|adaptive| adaptive.fits(plan, self.step))
+            && self.peak_velocity_m_per_s.is_some() == self.adaptive.is_some()
+            && self.peak_velocity_m_per_s.is_none_or(|speed| speed.is_finite() && speed >= 0.0)
             && are_finite(&self.memory, plan.friction.law.memory() * plan.blocks)
             && are_finite(&self.aged_threshold_n, if ages && is_given { plan.blocks } else { 0 })
     }

@@ -138,6 +138,35 @@ fn chains_slip_as_by_other_integrators() {
     }
 }
 
+/// The largest speed of each slip, which does not depend on what is recorded.
+#[test]
+fn slips_have_the_peaks_of_another_integrator() {
+    let peaks = |sets: &[&str]| {
+        let all = records(&mut *solver(&plan("rate-and-state", sets)));
+        let mut peaks = Vec::new();
+        let mut slid = false;
+        for step in steps(&all) {
+            let peak = step.peak_velocity_m_per_s.expect("the law has a state");
+            match (step.sliding > 0, slid) {
+                (true, false) => peaks.push(peak),
+                (true, true) => *peaks.last_mut().unwrap() = peak.max(*peaks.last().unwrap()),
+                _ => {}
+            }
+            slid = step.sliding > 0;
+        }
+        peaks
+    };
+    let found = peaks(&["time.tolerance=1e-8"]);
+    let rows = reference("laws/rsf-chain-top-16.csv");
+    assert_eq!(found.len(), 5);
+    for (event, found) in (1..).zip(&found) {
+        let of_event = rows.iter().filter(|row| number(&row[0]) == f64::from(event));
+        let expected = of_event.map(|row| number(&row[4])).fold(0.0, f64::max);
+        assert!((found / expected - 1.0).abs() < 1e-4, "{event}: {found} for {expected}");
+    }
+    assert_eq!(peaks(&["time.tolerance=1e-8", "recording.sample_s=1e-5", "time.duration_s=2"]), found[..2]);
+}
+
 /// The error falls with the tolerance, and steps are as many as an independent program takes (5,655, 9,979 and
 /// 17,752).
 #[test]
@@ -368,8 +397,8 @@ fn states_that_no_run_has_are_refused() {
         |state| state.time_s.total = 0.2,
         |state| state.step_s = f64::NAN,
         |state| state.next_step_s = 0.0,
-        |state| state.behind_m.truncate(15),
-        |state| state.friction[3] = f64::INFINITY,
+        |state| state.unknowns.truncate(15),
+        |state| state.unknowns[20] = f64::INFINITY,
         |state| state.crossings.push(Crossing { step: u64::MAX, block: 16 }),
         |state| state.crossings.insert(0, Crossing { step: 0, block: 0 }),
     ];

@@ -101,7 +101,7 @@ impl StepParts {
             contact_loads: false,
             junctions: record.junctions.is_some(),
             area: run.area,
-            state: false,
+            state: record.peak_velocity_m_per_s.is_some(),
             radiation: record.energy.is_some_and(|energy| energy.radiated_j.is_some()),
         }
     }
@@ -227,6 +227,12 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
     }
     if parts.radiation {
         columns.push(number("radiated_j", "Work of radiation damping on sliding contacts."));
+    }
+    if parts.state {
+        columns.push(number(
+            "peak_velocity_m_per_s",
+            "Largest speed of any block in the solver's steps that began since the record before.",
+        ));
     }
     if parts.junctions {
         columns.push(step("breaks", "How many junctions broke in all steps before this one."));

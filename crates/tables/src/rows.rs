@@ -41,6 +41,7 @@ pub fn step(batch: &mut Batch, record: &StepRecord, parts: StepParts) {
         let energies = record.energy.unwrap_or_default().parts();
         row.extend(energies.map(|(_, energy)| Cell::Number(energy)));
     }
+    row.extend(parts.state.then(|| record.peak_velocity_m_per_s.cell()));
     if parts.junctions {
         let JunctionTotals { breaks, repins } = record.junctions.unwrap_or_default();
         row.extend([breaks, repins].map(Cell::Step));

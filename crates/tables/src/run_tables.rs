@@ -220,6 +220,7 @@ impl RunTables {
                     ("energies", parts.energies, found.energies),
                     ("counts of junctions", parts.junctions, found.junctions),
                     ("radiated energies", parts.radiation, found.radiation),
+                    ("largest speeds", parts.state, found.state),
                 ];
                 if let Some((what, first, _)) = differs.into_iter().find(|(_, first, found)| first != found) {
                     let first = if first { "has" } else { "has not" };

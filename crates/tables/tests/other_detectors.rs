@@ -82,6 +82,7 @@ fn log(folder: &Path) -> PathBuf {
             end_forces_n: None,
             energy: None,
             junctions: None,
+            peak_velocity_m_per_s: None,
             sliding: 0,
             switches: Vec::new(),
         };

@@ -18,6 +18,7 @@ pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
         end_forces_n: None,
         energy: None,
         junctions: None,
+        peak_velocity_m_per_s: None,
         sliding: 0,
         switches: Vec::new(),
     }
@@ -62,6 +63,7 @@ pub fn slip_event(onset_step: u64, end_step: u64, blocks: RangeInclusive<u32>) -
         breaks_end: None,
         repins_onset: None,
         repins_end: None,
+        peak_velocity_m_per_s: None,
         first_across: None,
         last_across: None,
     }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::calls::Call;
 use crate::case::{Case, try_all};
 use crate::file;
-use crate::ground::{AREA, DENSE, Error, Genuine, Ground, RUN, SMALL};
+use crate::ground::{AREA, DENSE, Error, Genuine, Ground, RUN, SMALL, STATE};
 use crate::verdict::Judged;
 use mcap::records::op;
 
@@ -30,6 +30,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
         whole.push(Target::whole(&ground.genuine(name, run)?));
     }
     whole.push(Target::whole(&ground.genuine_of("area", &AREA)?));
+    whole.push(Target::whole(&ground.genuine_of("state", &STATE)?));
     for path in ground.genuine_logs()? {
         whole.push(Target::whole(&Genuine::read(&path)?));
     }

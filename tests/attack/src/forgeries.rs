@@ -10,7 +10,7 @@ use mcap::records::op;
 use crate::case::{Case, try_all};
 use crate::file;
 use crate::forge::{Item, Log, Records, seal};
-use crate::ground::{AREA, DENSE, Error, Genuine, Ground, RUN, SMALL};
+use crate::ground::{AREA, DENSE, Error, Genuine, Ground, RUN, SMALL, STATE};
 use crate::parts::Part;
 use crate::random::Random;
 use crate::tally::say;
@@ -67,6 +67,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
         logs.push(Log::read(&ground.genuine(name, run)?.bytes)?);
     }
     logs.push(Log::read(&ground.genuine_of("area", &AREA)?.bytes)?);
+    logs.push(Log::read(&ground.genuine_of("state", &STATE)?.bytes)?);
     // Reassembled without a change they must be complete, or the tests would be meaningless.
     for log in &logs {
         let path = ground.work.join("rebuilt.mcap");

@@ -133,6 +133,9 @@ pub(crate) const AREA: [&str; 11] = [
     "time.duration_s=0.2",
 ];
 
+/// A run by rate-and-state friction: its records have states and largest speeds.
+pub(crate) const STATE: [&str; 3] = ["rate-and-state", "--set", "time.duration_s=2"];
+
 /// Another run that looks the same from outside.
 pub(crate) const OTHER: [&str; 2] = ["--set", "normal_load.tilt=-0.3"];
 

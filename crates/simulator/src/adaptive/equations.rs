@@ -35,48 +35,66 @@
 use asperity_model::rate_and_state::{RateAndState, asinh_of_exp};
 use asperity_model::{Elastic, Plan};
 
-/// Unknowns, or their rates, of all blocks.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Unknowns {
-    /// `w_n`, m.
-    pub(super) behind_m: Vec<f64>,
-    /// `y_n`, friction over `p a`; without inertia, it follows from the others.
-    pub(super) friction: Vec<f64>,
-    /// `psi_n`.
-    pub(super) state: Vec<f64>,
-    /// Energies up to now, J.
-    pub(super) work_j: Work,
-}
-
-/// Energies that the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
+/// How many energies the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
 /// take.
-pub(super) type Work = [f64; 4];
+pub(super) const ENERGIES: usize = 4;
+
+/// Unknowns, or their rates: `w_n` of all blocks, m; `y_n`, which without inertia follow from the others; `psi_n`; and
+/// the energies up to now, J.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Unknowns(pub(super) Vec<f64>);
 
 impl Unknowns {
     pub(super) fn zeros(blocks: usize) -> Unknowns {
-        let zeros = || vec![0.0; blocks];
-        Unknowns { behind_m: zeros(), friction: zeros(), state: zeros(), work_j: Work::default() }
+        Unknowns(vec![0.0; 3 * blocks + ENERGIES])
     }
 
-    /// `self = from`, without allocation.
-    pub(super) fn copy(&mut self, from: &Unknowns) {
-        self.behind_m.copy_from_slice(&from.behind_m);
-        self.friction.copy_from_slice(&from.friction);
-        self.state.copy_from_slice(&from.state);
-        self.work_j = from.work_j;
+    /// `w`, `y`, `psi` and the energies.
+    pub(super) fn parts(&self) -> (&[f64], &[f64], &[f64], &[f64; ENERGIES]) {
+        let (of_blocks, energies_j) = self.0.split_last_chunk().expect("energies come last");
+        let (behind_m, rest) = of_blocks.split_at(of_blocks.len() / 3);
+        let (friction, state) = rest.split_at(behind_m.len());
+        (behind_m, friction, state, energies_j)
+    }
+
+    /// Likewise.
+    pub(super) fn parts_mut(&mut self) -> (&mut [f64], &mut [f64], &mut [f64], &mut [f64; ENERGIES]) {
+        let (of_blocks, energies_j) = self.0.split_last_chunk_mut().expect("energies come last");
+        let (behind_m, rest) = of_blocks.split_at_mut(of_blocks.len() / 3);
+        let (friction, state) = rest.split_at_mut(behind_m.len());
+        (behind_m, friction, state, energies_j)
     }
 
     /// `self += factor * other`.
     pub(super) fn add(&mut self, factor: f64, other: &Unknowns) {
-        let add = |to: &mut [f64], from: &[f64]| {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to += factor * from;
-            }
-        };
-        add(&mut self.behind_m, &other.behind_m);
-        add(&mut self.friction, &other.friction);
-        add(&mut self.state, &other.state);
-        add(&mut self.work_j, &other.work_j);
+        for (to, from) in self.0.iter_mut().zip(&other.0) {
+            *to += factor * from;
+        }
+    }
+}
+
+/// One end of a step: the unknowns, what the law gives there, and their rates.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub(super) at: Unknowns,
+    pub(super) contacts: Vec<Contact>,
+    pub(super) rates: Unknowns,
+    pub(super) outside: Outside,
+}
+
+impl Place {
+    pub(super) fn zeros(blocks: usize) -> Place {
+        let zeros = || Unknowns::zeros(blocks);
+        let contacts = vec![Contact::default(); blocks];
+        Place { at: zeros(), contacts, rates: zeros(), outside: Outside::default() }
+    }
+
+    /// Evaluates the equations at `at`, for a step that begins there.
+    pub(super) fn prepare(&mut self, equations: &mut Equations, outside: Outside) {
+        self.outside = outside;
+        equations.evaluate(&mut self.at, outside);
+        equations.rates(&self.at, outside, &mut self.rates);
+        self.contacts.copy_from_slice(&equations.contacts);
     }
 }
 
@@ -192,12 +210,6 @@ impl Equations {
         left + right
     }
 
-    /// `|V|`.
-    pub(super) fn speed_m_per_s(&self, friction: f64, state: f64) -> f64 {
-        let (size, decay) = self.growth(friction, state);
-        size * (1.0 - decay)
-    }
-
     /// `V0 exp(|y| - psi / a)` and `exp(-2 |y|)`: neither overflows, unlike `sinh y`.
     fn growth(&self, friction: f64, state: f64) -> (f64, f64) {
         let y = friction.abs();
@@ -228,20 +240,20 @@ impl Equations {
         self.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + self.prestress_n[n]
     }
 
-    /// `y` of block `n` under a load, over that of the start, given its own and otherwise the positions of all and its
-    /// state, from which it follows without inertia.
-    pub(super) fn friction(
-        &self,
-        n: usize,
-        load: f64,
-        own: impl Fn() -> f64,
-        behind_m: impl Fn(usize) -> f64,
-        state: f64,
-    ) -> f64 {
+    /// `y` of block `n` under a load, over that of the start, given the unknowns by their places.
+    fn friction(&self, n: usize, load: f64, unknown: impl Fn(usize) -> f64) -> f64 {
+        let blocks = self.blocks();
         if self.has_inertia() {
-            return own();
+            return unknown(blocks + n);
         }
-        self.friction_under(self.pulled_n(n, behind_m), load * self.direct_n[n], state)
+        let state = unknown(2 * blocks + n);
+        self.friction_under(self.pulled_n(n, unknown), load * self.direct_n[n], state)
+    }
+
+    /// `|V|` of block `n`, likewise.
+    pub(super) fn speed_m_per_s(&self, n: usize, load: f64, unknown: impl Fn(usize) -> f64) -> f64 {
+        let (size, decay) = self.growth(self.friction(n, load, &unknown), unknown(2 * self.blocks() + n));
+        size * (1.0 - decay)
     }
 
     /// `T_n` of the last evaluation, dashpots included.
@@ -253,10 +265,11 @@ impl Equations {
     /// Brings the law to these unknowns; without inertia it also determines `y`.
     pub(super) fn evaluate(&mut self, at: &mut Unknowns, outside: Outside) {
         for n in 0..self.blocks() {
-            self.pulled_n[n] = self.pulled_n(n, |m| at.behind_m[m]);
-            at.friction[n] =
-                self.friction(n, outside.load, || at.friction[n], |m| at.behind_m[m], at.state[n]);
-            self.contacts[n] = self.contact(n, at.friction[n], at.state[n]);
+            let unknown = |place: usize| at.0[place];
+            self.pulled_n[n] = self.pulled_n(n, unknown);
+            let friction = self.friction(n, outside.load, unknown);
+            self.contacts[n] = self.contact(n, friction, at.0[2 * self.blocks() + n]);
+            at.0[self.blocks() + n] = friction;
         }
     }
 
@@ -284,20 +297,21 @@ impl Equations {
     /// The rates of the unknowns `at`, which were evaluated last.
     pub(super) fn rates(&self, at: &Unknowns, outside: Outside, rates: &mut Unknowns) {
         let radiation = self.law.radiation_kg_per_s;
-        let mut work_w = Work::default();
+        let (behind_m, friction, ..) = at.parts();
+        let (behind_rate, friction_rate, state_rate, work_w) = rates.parts_mut();
+        *work_w = [0.0; ENERGIES];
         for (n, contact) in self.contacts.iter().enumerate() {
             let v = contact.velocity;
-            let friction_n = outside.load * self.direct_n[n] * at.friction[n];
-            rates.behind_m[n] = v - outside.drive_m_per_s;
-            rates.state[n] = contact.state_rate;
-            rates.friction[n] = self.friction_rate(n, at.friction[n], outside);
+            let friction_n = outside.load * self.direct_n[n] * friction[n];
+            behind_rate[n] = v - outside.drive_m_per_s;
+            state_rate[n] = contact.state_rate;
+            friction_rate[n] = self.friction_rate(n, friction[n], outside);
             let stretch_m_per_s = self.contacts.get(n + 1).map_or(0.0, |next| next.velocity - v);
-            work_w[0] -= outside.drive_m_per_s * self.drive_n_per_m[n] * at.behind_m[n];
+            work_w[0] -= outside.drive_m_per_s * self.drive_n_per_m[n] * behind_m[n];
             work_w[1] += friction_n * v;
             work_w[2] += radiation * v * v;
             work_w[3] += self.damping_kg_per_s * stretch_m_per_s * stretch_m_per_s;
         }
-        rates.work_j = work_w;
     }
 
     /// `y'`; 0 without inertia, where `y` is no unknown.

@@ -12,16 +12,11 @@
 //!
 //! where `n` is the number of neighbours. Without inertia (`m = 0`) it is the derivative of `T = p a y + E V`.
 
-use super::equations::{Contact, Equations, Outside, Unknowns, Work};
+use super::equations::{Contact, ENERGIES, Equations, Place, Unknowns};
 
 /// The system of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Linear {
-    /// The law, `y` and `y'` at the beginning of the step.
-    contacts: Vec<Contact>,
-    friction: Vec<f64>,
-    friction_rate: Vec<f64>,
-    outside: Outside,
     sigma: f64,
     kappa: Vec<f64>,
     /// `1 / (sigma - g_psi)`.
@@ -34,13 +29,9 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    pub(super) fn of(equations: &Equations) -> Linear {
-        let zeros = || vec![0.0; equations.blocks()];
+    pub(super) fn of(blocks: usize) -> Linear {
+        let zeros = || vec![0.0; blocks];
         Linear {
-            contacts: equations.contacts.clone(),
-            friction: zeros(),
-            friction_rate: zeros(),
-            outside: Outside::default(),
             sigma: 0.0,
             kappa: zeros(),
             state_share: zeros(),
@@ -50,31 +41,18 @@ impl Linear {
         }
     }
 
-    /// Takes the derivatives at `at`, which was evaluated last and has these rates.
-    pub(super) fn linearise(
-        &mut self,
-        equations: &Equations,
-        at: &Unknowns,
-        rates: &Unknowns,
-        outside: Outside,
-    ) {
-        self.contacts.copy_from_slice(&equations.contacts);
-        self.friction.copy_from_slice(&at.friction);
-        self.friction_rate.copy_from_slice(&rates.friction);
-        self.outside = outside;
-    }
-
-    /// Factorises for this `sigma`.
-    pub(super) fn factorise(&mut self, equations: &Equations, sigma: f64) {
+    /// Factorises the derivatives at `begin` for this `sigma`.
+    pub(super) fn factorise(&mut self, equations: &Equations, begin: &Place, sigma: f64) {
+        let (_, friction_rate, ..) = begin.rates.parts();
         let (a, mass_kg) = (equations.law.direct_effect, equations.mass_kg);
         let beside = equations.stiffness_n_per_m / sigma + equations.damping_kg_per_s;
         let mut before = 0.0;
-        for (n, contact) in self.contacts.iter().enumerate() {
+        for (n, contact) in begin.contacts.iter().enumerate() {
             let Contact { velocity_of_friction: v_y, slope, .. } = *contact;
-            let direct_n = self.outside.load * equations.direct_n[n];
+            let direct_n = begin.outside.load * equations.direct_n[n];
             let share = 1.0 / (sigma - contact.rate_of_state);
             let inertia = mass_kg * v_y;
-            let net_n = inertia * self.friction_rate[n];
+            let net_n = inertia * friction_rate[n];
             let turning = slope * contact.rate_of_velocity * v_y / a + contact.state_rate / a;
             let alpha = inertia * (sigma - turning) + direct_n + slope * net_n;
             let kappa = (slope * (inertia / share + direct_n) - (1.0 - slope * slope) * net_n) / a;
@@ -93,41 +71,43 @@ impl Linear {
 
     /// Replaces the right side `r` by the solution `k`. `ahead_s` is the stage's change of time, which drive and load
     /// follow at their rates.
-    pub(super) fn solve(&mut self, equations: &Equations, at: &Unknowns, ahead_s: f64, r: &mut Unknowns) {
-        let Linear { contacts, friction, outside, sigma, kappa, state_share, pivot, beside, change, .. } =
-            self;
-        let (outside, sigma, beside, a) = (*outside, *sigma, *beside, equations.law.direct_effect);
-        for r_w in &mut r.behind_m {
+    pub(super) fn solve(&mut self, equations: &Equations, begin: &Place, ahead_s: f64, r: &mut Unknowns) {
+        let Linear { sigma, kappa, state_share, pivot, beside, change } = self;
+        let (sigma, beside, a) = (*sigma, *beside, equations.law.direct_effect);
+        let Place { at, contacts, outside, .. } = begin;
+        let (behind_m, friction, ..) = at.parts();
+        let (r_w, r_y, r_psi, r_work) = r.parts_mut();
+        for r_w in &mut *r_w {
             *r_w -= outside.drive_m_per_s2 * ahead_s;
         }
         let mut before = 0.0;
         for n in 0..contacts.len() {
-            let pulled_n = equations.stiffness_n_per_m * equations.beside(n, |m| r.behind_m[m])
-                - equations.held_n_per_m(n) * r.behind_m[n];
-            let right = equations.mass_kg * contacts[n].velocity_of_friction * r.friction[n]
+            let pulled_n = equations.stiffness_n_per_m * equations.beside(n, |m| r_w[m])
+                - equations.held_n_per_m(n) * r_w[n];
+            let right = equations.mass_kg * contacts[n].velocity_of_friction * r_y[n]
                 - outside.load_per_s * ahead_s * equations.direct_n[n] * friction[n]
-                - kappa[n] * state_share[n] * r.state[n]
+                - kappa[n] * state_share[n] * r_psi[n]
                 + pulled_n / sigma;
             before = (right + beside * before) * pivot[n];
             change[n] = before;
         }
         let mut after = 0.0;
-        let mut work_w = Work::default();
+        let mut work_w = [0.0; ENERGIES];
         let mut change_after = 0.0;
         for n in (0..contacts.len()).rev() {
             let Contact { velocity: v, velocity_of_friction: v_y, rate_of_velocity, .. } = contacts[n];
             change[n] += beside * pivot[n] * after;
             let z = change[n];
             after = z;
-            r.behind_m[n] = (r.behind_m[n] + z) / sigma;
-            r.state[n] = (r.state[n] + rate_of_velocity * z) * state_share[n];
-            r.friction[n] = (z + v / a * r.state[n]) / v_y;
+            r_w[n] = (r_w[n] + z) / sigma;
+            r_psi[n] = (r_psi[n] + rate_of_velocity * z) * state_share[n];
+            r_y[n] = (z + v / a * r_psi[n]) / v_y;
             // Derivatives of the rates of work.
             let direct_n = outside.load * equations.direct_n[n];
             let drive_n_per_m = equations.drive_n_per_m[n];
             work_w[0] -= drive_n_per_m
-                * (outside.drive_m_per_s * r.behind_m[n] + outside.drive_m_per_s2 * ahead_s * at.behind_m[n]);
-            work_w[1] += direct_n * (v * r.friction[n] + friction[n] * z)
+                * (outside.drive_m_per_s * r_w[n] + outside.drive_m_per_s2 * ahead_s * behind_m[n]);
+            work_w[1] += direct_n * (v * r_y[n] + friction[n] * z)
                 + outside.load_per_s * ahead_s * equations.direct_n[n] * friction[n] * v;
             work_w[2] += 2.0 * equations.law.radiation_kg_per_s * v * z;
             if let Some(next) = contacts.get(n + 1) {
@@ -135,7 +115,7 @@ impl Linear {
             }
             change_after = z;
         }
-        for (r, work_w) in r.work_j.iter_mut().zip(work_w) {
+        for (r, work_w) in r_work.iter_mut().zip(work_w) {
             *r = (*r + work_w) / sigma;
         }
     }

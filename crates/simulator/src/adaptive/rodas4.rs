@@ -11,7 +11,7 @@
 //! so a step has the same cost in all phases, and steps may be as long as the solution is smooth, however fast
 //! friction responds: that response decays within the step. Time is one more unknown, with the rate 1.
 
-use super::equations::{Equations, Outside, Unknowns};
+use super::equations::{Equations, Place, Unknowns};
 use super::linear::Linear;
 
 const STAGES: usize = 6;
@@ -78,9 +78,8 @@ pub(super) fn factor(error: f64) -> f64 {
 /// The stages of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Rodas4 {
-    pub(super) linear: Linear,
+    linear: Linear,
     changes: [Unknowns; STAGES],
-    rates: Unknowns,
     /// The end of the last step.
     pub(super) end: Unknowns,
     tolerance: f64,
@@ -93,35 +92,27 @@ impl Rodas4 {
     pub(super) fn new(equations: &Equations, tolerance: f64) -> Rodas4 {
         let zeros = || Unknowns::zeros(equations.blocks());
         Rodas4 {
-            linear: Linear::of(equations),
+            linear: Linear::of(equations.blocks()),
             changes: std::array::from_fn(|_| zeros()),
-            rates: zeros(),
             end: zeros(),
             tolerance,
             scales: (0..equations.blocks()).map(|n| equations.scales(n)).collect(),
         }
     }
 
-    /// The value of an unknown within the last step, after a share of it. It depends on the stages alone: rates at the
+    /// The value of an unknown, by its place, within the last step, after a share of it. It depends on the stages alone: rates at the
     /// ends, where friction responds fast, would multiply its rounding errors.
-    pub(super) fn within(&self, begin: &Unknowns, share: f64, unknown: impl Fn(&Unknowns) -> f64) -> f64 {
+    pub(super) fn within(&self, begin: &Unknowns, share: f64, place: usize) -> f64 {
         let of = |row: &[f64; STAGES - 1]| -> f64 {
-            row.iter().zip(&self.changes).map(|(d, change)| d * unknown(change)).sum()
+            row.iter().zip(&self.changes).map(|(d, change)| d * change.0[place]).sum()
         };
         let (rest, [second, third]) = (1.0 - share, D.each_ref().map(of));
-        rest * unknown(begin) + share * (unknown(&self.end) + rest * (second + share * third))
+        rest * begin.0[place] + share * (self.end.0[place] + rest * (second + share * third))
     }
 
-    /// Computes a step of `step_s` from where `linear` has its derivatives; returns its error, over the accepted one.
-    pub(super) fn step(
-        &mut self,
-        equations: &mut Equations,
-        begin: &Unknowns,
-        begin_rates: &Unknowns,
-        outside: Outside,
-        step_s: f64,
-    ) -> f64 {
-        self.linear.factorise(equations, 1.0 / (step_s * GAMMA));
+    /// Computes a step of `step_s`; returns its error, over the accepted one.
+    pub(super) fn step(&mut self, equations: &mut Equations, begin: &Place, step_s: f64) -> f64 {
+        self.linear.factorise(equations, begin, 1.0 / (step_s * GAMMA));
         // The stages of time, in steps.
         let mut times = [0.0; STAGES];
         for stage in 0..STAGES {
@@ -130,10 +121,10 @@ impl Rodas4 {
             let combined = |row: &[f64]| row.iter().zip(&times).map(|(a, time)| a * time).sum::<f64>();
             let c_row: &[f64] = if stage == 0 { &[] } else { C[stage - 1] };
             if stage == 0 {
-                change.copy(begin_rates);
+                change.0.copy_from_slice(&begin.rates.0);
             } else {
                 let a_row = A[(stage - 1).min(3)];
-                self.end.copy(begin);
+                self.end.0.copy_from_slice(&begin.at.0);
                 let mut time = combined(a_row);
                 for (a, before) in a_row.iter().zip(before.iter()) {
                     self.end.add(*a, before);
@@ -142,10 +133,9 @@ impl Rodas4 {
                     self.end.add(1.0, &before[STAGES - 2]);
                     time += times[STAGES - 2];
                 }
-                let outside = outside.after(time * step_s);
+                let outside = begin.outside.after(time * step_s);
                 equations.evaluate(&mut self.end, outside);
-                equations.rates(&self.end, outside, &mut self.rates);
-                change.copy(&self.rates);
+                equations.rates(&self.end, outside, change);
             }
             for (c, before) in c_row.iter().zip(before.iter()) {
                 change.add(c / step_s, before);
@@ -156,11 +146,12 @@ impl Rodas4 {
         let last = &self.changes[STAGES - 1];
         self.end.add(1.0, last);
         let mut error = 0.0_f64;
+        let ((last_w, last_y, last_psi, _), (begin_w, ..)) = (last.parts(), begin.at.parts());
         for (n, [behind, friction, state]) in self.scales.iter().enumerate() {
-            let of_friction = if equations.has_inertia() { last.friction[n] / friction } else { 0.0 };
+            let of_friction = if equations.has_inertia() { last_y[n] / friction } else { 0.0 };
             // No finer than the rounding of `w`, which friction balances.
-            let accepted = self.tolerance + ROUNDING * begin.behind_m[n].abs() / behind;
-            for part in [last.behind_m[n] / behind, of_friction, last.state[n] / state] {
+            let accepted = self.tolerance + ROUNDING * begin_w[n].abs() / behind;
+            for part in [last_w[n] / behind, of_friction, last_psi[n] / state] {
                 let part = part / accepted;
                 // A NaN stays.
                 error = if error.is_nan() || part.abs() <= error { error } else { part.abs() };

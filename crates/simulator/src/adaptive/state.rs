@@ -3,7 +3,7 @@
 use asperity_model::Plan;
 use serde::{Deserialize, Serialize};
 
-use crate::adaptive::equations::{Equations, Unknowns, Work};
+use crate::adaptive::equations::{ENERGIES, Equations};
 use crate::ledger::Sum;
 
 /// Length of the first step, over the time in which the drive moves by `Dc`.
@@ -20,14 +20,9 @@ pub struct AdaptiveState {
     pub step_s: f64,
     /// The length to try next.
     pub next_step_s: f64,
-    /// `u_n - X` of each block, X the drive point.
-    pub behind_m: Vec<f64>,
-    /// Friction over `a p_n`.
-    pub friction: Vec<f64>,
-    /// The state of friction, `psi_n`.
-    pub state: Vec<f64>,
-    /// Work of the drive, friction heat, radiation and viscous loss.
-    pub work_j: Work,
+    /// `u_n - X` of each block, X the drive point, m; friction over `a p_n`; the states `psi_n`; and work of the drive,
+    /// friction heat, radiation and viscous loss, J.
+    pub unknowns: Vec<f64>,
     /// Crossings of the event speed after the last grid step, up to the end of the step.
     pub crossings: Vec<Crossing>,
 }
@@ -47,8 +42,10 @@ impl AdaptiveState {
     pub(super) fn initial(plan: &Plan, equations: &Equations) -> AdaptiveState {
         let (law, initial) = (&equations.law, &plan.initial);
         let point_m = plan.drive_point_m(initial.step, plan.drive.hold_from_step.unwrap_or(u64::MAX));
+        let behind_m = initial.displacement_m.iter().map(|u| u - point_m);
+        let at_start = initial.velocity_m_per_s.iter().zip(&initial.state);
         let friction =
-            |(velocity, state): (&f64, &f64)| law.coefficient(*velocity, *state) / law.direct_effect;
+            at_start.map(|(velocity, state)| law.coefficient(*velocity, *state) / law.direct_effect);
         let fastest = initial.velocity_m_per_s.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         let speeds = [plan.drive.velocity_m_per_s, fastest, law.reference_velocity_m_per_s];
         let speed = speeds.into_iter().find(|speed| *speed > 0.0).unwrap_or(1.0);
@@ -56,27 +53,17 @@ impl AdaptiveState {
             time_s: Sum { total: plan.grid.time_s(initial.step), rest: 0.0 },
             step_s: 0.0,
             next_step_s: FIRST_STEP * law.critical_slip_m / speed,
-            behind_m: initial.displacement_m.iter().map(|u| u - point_m).collect(),
-            friction: initial.velocity_m_per_s.iter().zip(&initial.state).map(friction).collect(),
-            state: initial.state.clone(),
-            work_j: Work::default(),
+            unknowns: behind_m
+                .chain(friction)
+                .chain(initial.state.iter().copied())
+                .chain([0.0; ENERGIES])
+                .collect(),
             crossings: Vec::new(),
-        }
-    }
-
-    pub(super) fn unknowns(&self) -> Unknowns {
-        Unknowns {
-            behind_m: self.behind_m.clone(),
-            friction: self.friction.clone(),
-            state: self.state.clone(),
-            work_j: self.work_j,
         }
     }
 
     /// Checks a loaded state, of a slider after `step`, against the plan.
     pub(crate) fn fits(&self, plan: &Plan, step: u64) -> bool {
-        let are_finite =
-            |values: &[f64]| values.len() == plan.blocks && values.iter().all(|value| value.is_finite());
         let ahead = |crossing: &Crossing| crossing.step > step && (crossing.block as usize) < plan.blocks;
         let is_length = |seconds: f64| seconds.is_finite() && seconds >= 0.0;
         let from_s = plan.grid.time_s(plan.initial.step);
@@ -87,10 +74,8 @@ impl AdaptiveState {
             && is_length(self.step_s)
             && is_length(self.next_step_s)
             && self.next_step_s > 0.0
-            && are_finite(&self.behind_m)
-            && are_finite(&self.friction)
-            && are_finite(&self.state)
-            && self.work_j.iter().all(|work_j| work_j.is_finite())
+            && self.unknowns.len() == 3 * plan.blocks + ENERGIES
+            && self.unknowns.iter().all(|value| value.is_finite())
             && self.crossings.iter().all(ahead)
             && self.crossings.is_sorted_by(|a, b| a < b)
     }

@@ -146,7 +146,7 @@ fn both_solvers_write_the_same_events_and_every_command_knows_them() {
     let profile = folder.path().join("profile.csv");
     fs::write(&profile, "x_over_l,tau_over_p\n0,0.15\n0.4,0\n1,0.1\n").expect("the folder can be written");
     let from_file = format!("prestress.profile_csv={}", text(&profile));
-    let cases: [(&str, &[&str], &[&str]); 3] = [
+    let cases: [(&str, &[&str], &[&str]); 4] = [
         ("front", &FRONT, &[]),
         (
             "pulse",
@@ -156,6 +156,16 @@ fn both_solvers_write_the_same_events_and_every_command_knows_them() {
                 "drive.stiffness_n_per_m=2.6e9",
                 "prestress.ratio=0.55",
                 "prestress.first_block_ratio=0.150000000001",
+            ],
+        ),
+        (
+            "barrier",
+            &FRONT,
+            &[
+                "prestress.first_block_ratio=0",
+                "prestress.from_blocks=[2,3,20]",
+                "prestress.from_blocks_ratio=[0.100000000001,0,-0.3]",
+                "friction.stuck_blocks=[1,40]",
             ],
         ),
         (

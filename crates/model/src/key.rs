@@ -10,6 +10,19 @@ use Kind::{Count, Flag, Number, Numbers, Text, Word};
 pub(crate) const LEAST_MAGNITUDE: f64 = 1e-30;
 pub(crate) const MOST_MAGNITUDE: f64 = 1e30;
 
+/// The word of `parameter_set` for the values of the thesis' program.
+pub const AS_CODED: &str = "as-coded";
+/// The word of `parameter_set` for the values of the thesis' text, the default.
+pub const AS_STATED: &str = "as-stated";
+
+/// The words of `parameter_set`, in the order of [`Default::BySet`].
+pub const PARAMETER_SETS: &[&str] = &[AS_CODED, AS_STATED];
+
+/// Above 0.
+pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
+/// 0 or above.
+pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
+
 /// One key of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {

@@ -8,8 +8,8 @@ use asperity_record::MOST_BLOCKS;
 use crate::laws::{self, FrictionLaw};
 
 pub use crate::drawn_keys::DRAWN_KEYS;
-pub use crate::key::{Bound, Default, Key, Kind, Value};
-pub(crate) use crate::key::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
+pub use crate::key::{AS_CODED, AS_STATED, Bound, Default, Key, Kind, PARAMETER_SETS, Value};
+pub(crate) use crate::key::{LEAST_MAGNITUDE, MOST_MAGNITUDE, NOT_NEGATIVE, POSITIVE};
 
 use Bound::{Excluding, Including, Open};
 use Default::{BySet, Is};
@@ -20,26 +20,14 @@ pub(crate) const FOUNDATION_RATIO: f64 = 0.5;
 
 /// Most nodes upwards, and most across the sliding direction.
 const MOST_ROWS: u64 = 10_000;
-
 /// Most junctions of a contact.
 const MOST_JUNCTIONS: u64 = 10_000;
-
-pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
-pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
 
 /// Largest kick of a start, `ln(V / V_l)`: from nanometres to kilometres per second.
 const MOST_KICK: f64 = 30.0;
 
 /// No contact bears more than a few times its normal load; far beyond that forces overflow.
 pub(crate) const MOST_SHEAR_RATIO: f64 = 1e6;
-
-/// The word of `parameter_set` for the values of the thesis' program.
-pub const AS_CODED: &str = "as-coded";
-/// The word of `parameter_set` for the values of the thesis' text, the default.
-pub const AS_STATED: &str = "as-stated";
-
-/// The words of `parameter_set`, in the order of [`Default::BySet`].
-pub const PARAMETER_SETS: &[&str] = &[AS_CODED, AS_STATED];
 
 /// All keys, in the order in which they are shown.
 pub const KEYS: &[Key] = &[
@@ -586,8 +574,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "prestress.from_blocks_ratio",
         symbol: "",
-        doc: "A further force of that kind on each of these blocks and those behind it up to the next, over the normal \
-              load; as many as from_blocks.",
+        doc: "A further force of that kind on each of these blocks and those up to the next, over the normal load.",
         kind: Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
         default: Is(Value::NoNumbers),
     },
@@ -660,8 +647,7 @@ pub const KEYS: &[Key] = &[
         symbol: "lambda",
         doc: "Detachments of the same or neighbouring blocks are one rupture if no more than lambda sqrt(m/k) lies \
               between them, by junctions also if no more than twice their healing time: a front may be this much \
-              slower than elastic waves. Never changes the run, only what \
-              is told of it.",
+              slower than elastic waves. Never changes the run, only what is told of it.",
         kind: POSITIVE,
         default: Is(Value::Number(100.0)),
     },

@@ -157,6 +157,20 @@ fn the_numbers_of_a_preview_are_in_the_json_with_their_units() {
     }
 }
 
+/// The adaptive solver has no longest step, so the step of the grid is no share of it; it was 0 once. What has no
+/// inertia has no density that matters and no waves.
+#[test]
+fn numbers_that_a_scenario_lacks_are_null() {
+    for (sets, has_inertia) in [(&["rate-and-state"][..], true), (&["spring-slider"], false)] {
+        let found = forecast(&[sets, &["--quiet"]].concat());
+        assert!(found["step_ratio"].is_null() && found["longest_stable_step_s"].is_null(), "{found}");
+        for key in ["density_kg_per_m3", "wave_speed_m_per_s"] {
+            assert_eq!(found["preview"][key].is_number(), has_inertia, "{key}: {found}");
+        }
+    }
+    assert!(forecast(&["default", "--quiet"])["step_ratio"].is_number());
+}
+
 /// Windows, long chains and dense samples; runs with many events and with none.
 const RUNS: [&[&str]; 6] = [
     &["default", "--set", "time.duration_s=0.05"],

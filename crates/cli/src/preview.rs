@@ -12,12 +12,19 @@ use asperity_record::counted;
 pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, String); 3] {
     let Preview { density_kg_per_m3, wave_speed_m_per_s, decay_length_m, .. } = preview;
     let decay = decay_length_m.map(|length_m| format!(", decay length l_0 = {} m", short(length_m)));
-    let material = format!(
-        "density {} kg/m^3, waves at c = {} m/s{}",
-        short(*density_kg_per_m3),
-        short(*wave_speed_m_per_s),
-        decay.unwrap_or_default()
-    );
+    let material = match density_kg_per_m3.zip(*wave_speed_m_per_s) {
+        Some((density, speed)) => format!(
+            "density {} kg/m^3, waves at c = {} m/s{}",
+            short(density),
+            short(speed),
+            decay.unwrap_or_default()
+        ),
+        None if scenario.slider.blocks == 1 => "no inertia, so slider.mass_kg has no effect".to_owned(),
+        None => format!(
+            "no inertia: slider.mass_kg sets only the link time and the unit of front speeds, c = {} m/s",
+            short(scenario.scales().wave_speed_m_per_s())
+        ),
+    };
     if let Some(stability) = preview.stability {
         let [stability, nucleation] = of_sliding(scenario, &stability);
         return [("material", material), ("stability", stability), ("nucleation", nucleation)];
@@ -183,6 +190,15 @@ mod tests {
             ]
         );
         assert_eq!(ranges(&[&resolve::<&str>("spring-slider", &[]).unwrap().preview()]), None);
+        // Without inertia nothing runs at c, and the mass is no property of the motion.
+        assert_eq!(slider[0], "material: no inertia, so slider.mass_kg has no effect");
+        let without =
+            ["friction.inertia=false", "friction.radiation_kg_per_s=200", "slider.relative_damping=0"];
+        assert_eq!(
+            of("rate-and-state", &without)[0],
+            "material: no inertia: slider.mass_kg sets only the link time and the unit of front speeds, c = 1414 m/s"
+        );
+        assert!(chain[0].starts_with("material: density 1067 kg/m^3, waves at c = "), "{}", chain[0]);
     }
 
     #[test]

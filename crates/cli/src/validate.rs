@@ -63,12 +63,12 @@ fn say(scenario: &Scenario, forecast: &Forecast) -> io::Result<()> {
     for (what, words) in preview::lines(scenario, &forecast.preview) {
         terminal::say(format_args!("  {what:12} {words}"))?;
     }
-    match longest_stable_step_s.is_finite() {
-        true => terminal::say(format_args!(
+    match step_ratio {
+        Some(step_ratio) => terminal::say(format_args!(
             "  time step    {time_step_s:e} s, {step_ratio:.2e} of the longest stable one, {longest_stable_step_s:.3e} s \
              (warning above {ADVISED_SHARE})"
         ))?,
-        false => terminal::say(format_args!(
+        None => terminal::say(format_args!(
             "  time step    {time_step_s:e} s, to which times are rounded; the solver chooses its steps by \
              time.tolerance = {:e}",
             scenario.time.tolerance

@@ -9,7 +9,7 @@ use asperity_model::{Plan, among, text};
 use asperity_record::counted;
 use asperity_run::at_once;
 use asperity_run::study::Job;
-use asperity_run::verify::{Proof, Verified, verify};
+use asperity_run::verify::{Proof, Verified, VerifyError, verify};
 
 use crate::args::VerifySolverArguments;
 use crate::exit::Failure;
@@ -73,7 +73,13 @@ fn compare(job: &Job, for_s: Option<f64>, board: &Board) -> Result<Outcome, Fail
     let mut progress = board.steps(&job.name, plan.steps, plan.grid.time_s(plan.steps));
     let verified = verify(&plan, |step| progress.advance(step));
     progress.clear();
-    let verified = verified.map_err(|error| Failure::Failed(format!("run {}: {error}", job.name)))?;
+    let verified = verified.map_err(|error| {
+        let said = format!("run {}: {error}", job.name);
+        match error {
+            VerifyError::TooAccurate { .. } => Failure::BadInput(said),
+            _ => Failure::Failed(said),
+        }
+    })?;
     board.line(&format!(
         "{}: {} switches and {} slip events are equal, {} near ties",
         job.name,

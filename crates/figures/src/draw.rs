@@ -132,11 +132,12 @@ kinds! {
     "spread" spread: spread::Spread,
     /// Velocities of some blocks during a slip event.
     "velocities" velocities: velocities::Velocities,
-    /// `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
+    /// `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time; of rate-and-state friction `f_0 F_N`.
     "forces" forces: forces::Forces,
     /// Share of the blocks that slid, against the load, wherever slip began.
     "slipped" slipped: slipped::Slipped,
-    /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants.
+    /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants; of rate-and-state friction
+    /// `f_0 p_n`.
     "stress" stress: stress::Stress,
     /// Rate-and-state friction of a block, from dense windows: against its velocity, with steady sliding, or
     /// against slip after a step of the drive, with its closed form. Friction is the force that pulls the
@@ -453,13 +454,18 @@ mod tests {
 
     /// A run with a state whose load has fallen to a quarter.
     fn runs(required: RequiredData) -> BTreeMap<String, RunData> {
-        let mut run = made_up::run("", &EVENTS);
+        runs_of("", required, &[450])
+    }
+
+    /// Such a run of a scenario, with states at these steps.
+    fn runs_of(scenario_toml: &str, required: RequiredData, steps: &[u64]) -> BTreeMap<String, RunData> {
+        let mut run = made_up::run(scenario_toml, &EVENTS);
         for record in &mut run.loads[3..] {
             record.normal_load_n = 100.0;
         }
-        let state = FieldRecord {
-            step: 450,
-            time_s: run.plan.grid.time_s(450),
+        let state = |step: &u64| FieldRecord {
+            step: *step,
+            time_s: run.plan.grid.time_s(*step),
             displacement_m: vec![0.0; 3],
             velocity_m_per_s: vec![0.0; 3],
             tangential_force_n: vec![1.0, 2.0, 3.0],
@@ -468,8 +474,9 @@ mod tests {
             detached: vec![0; 3],
             ..FieldRecord::default()
         };
+        let states: Vec<FieldRecord> = steps.iter().map(state).collect();
         run.kept |= required;
-        made_up::with_states(&mut run, &[state]);
+        made_up::with_states(&mut run, &states);
         BTreeMap::from([("a".to_owned(), run)])
     }
 
@@ -508,6 +515,30 @@ mod tests {
         let loads: Vec<f64> = panel.series[0].points.iter().map(|(_, load)| *load).collect();
         assert_eq!(loads, [400.0, 400.0, 400.0, 100.0, 100.0, 100.0, 100.0]);
         assert!((panel.series[1].points[6].1 - 70.0).abs() < 1e-12);
+    }
+
+    /// It has neither coefficient: figures once showed `f_0` twice, as `mu_s` and as `mu_d`.
+    #[test]
+    fn the_level_of_rate_and_state_friction_is_f_0() {
+        let law = "friction.law = \"rate-and-state\"\nfriction.reference_coefficient = 0.5";
+        for text in [
+            "[[forces]]\nfile = \"f.png\"\nrun = \"a\"",
+            "[[stress]]\nfile = \"f.png\"\nrun = \"a\"\nat_s = [4e-5]",
+            "[[load]]\nfile = \"f.png\"\nrun = \"a\"\nsliding = false",
+            "[[stress-sequence]]\nfile = \"f.png\"\nrun = \"a\"\nfrom_blocks = 1",
+            "[[slipped]]\nfile = \"f.png\"\nseries = [{ label = \"a\", run = \"a\" }]",
+        ] {
+            let figures: Figures = toml::from_str(text).unwrap();
+            let figure = figures.all()[0].1;
+            let drawn_of = |law: &str| {
+                let runs = runs_of(law, figure.required_data(), &[100, 101, 450]);
+                format!("{:?}", drawn(figure, runs).unwrap_or_else(|problem| panic!("{text}: {problem}")))
+            };
+            let (sticking, sliding) = (drawn_of(""), drawn_of(law));
+            assert!(sticking.contains("μ_d") && !sticking.contains("f_0"), "{text}: {sticking}");
+            assert!(!sliding.contains("μ_"), "{text}: {sliding}");
+            assert!(sliding.contains("f_0") != text.contains("slipped"), "{text}: {sliding}");
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ pub fn spelled(text: &str) -> String {
     for link in ["[`LoadCurve`]", "[`balance_load_ratio`]", "[`screened_load_ratio`]"] {
         line = line.replace(link, "the [load in time](model.md#the-load-in-time)");
     }
-    const SYMBOLS: [(&str, &str); 18] = [
+    const SYMBOLS: [(&str, &str); 20] = [
         ("`F_T / F_N`", "F_T/F_N"),
         ("`L_p / L`", "L_p/L"),
         ("`L_p = L`", "L_p = L"),
@@ -18,6 +18,8 @@ pub fn spelled(text: &str) -> String {
         ("`mu_d F_N`", "μ_d F_N"),
         ("`mu_s p_n`", "μ_s p_n"),
         ("`mu_d p_n`", "μ_d p_n"),
+        ("`f_0 F_N`", "f_0 F_N"),
+        ("`f_0 p_n`", "f_0 p_n"),
         ("`tau / p`", "τ/p"),
         ("`tau_n / p_n`", "τ_n/p_n"),
         ("`tau_n`", "τ_n"),

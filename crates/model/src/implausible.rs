@@ -109,11 +109,13 @@ fn outside(scenario: &Scenario) -> Vec<(&'static str, f64, String)> {
             format!("{what} is {} {unit}, and solids have {least} to {most}", short(value))
         })
     };
+    // Without inertia the mass moves nothing.
+    let dynamic = |words: Option<String>| words.filter(|_| scenario.has_inertia());
     let (modulus, mass) = (scenario.slider.youngs_modulus_pa, scenario.slider.mass_kg);
     [
         ("slider.youngs_modulus_pa", modulus, words("Young's modulus", modulus, "Pa", &MODULI)),
-        ("slider.mass_kg", mass, words("the density", density, "kg/m^3", &DENSITIES)),
-        ("slider.youngs_modulus_pa", modulus, words("the speed of waves", speed, "m/s", &SPEEDS)),
+        ("slider.mass_kg", mass, dynamic(words("the density", density, "kg/m^3", &DENSITIES))),
+        ("slider.youngs_modulus_pa", modulus, dynamic(words("the speed of waves", speed, "m/s", &SPEEDS))),
     ]
     .into_iter()
     .filter_map(|(key, value, words)| Some((key, value, words?)))
@@ -231,6 +233,11 @@ mod tests {
     fn what_cannot_be_guessed_is_not() {
         let said = warnings(&["slider.mass_kg=1"]);
         assert_eq!(said, ["slider.mass_kg = 1: the density is 1e5 kg/m^3, and solids have 10 to 25000"]);
+        // Without inertia the mass moves nothing.
+        let law = ["friction.law=rate-and-state", "friction.critical_slip_m=1e-4", "slider.mass_kg=1"];
+        let without =
+            ["friction.inertia=false", "friction.radiation_kg_per_s=100", "slider.relative_damping=0"];
+        assert_eq!((warnings(&law).len(), warnings(&[law, without].concat())), (1, Vec::new()));
         let said = warnings(&["time.duration_s=0.01"]);
         let expected = "time.duration_s = 0.01: nothing slips within 0.01 s: block 1 reaches its static friction at \
                         0.05674 s";

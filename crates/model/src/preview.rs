@@ -35,10 +35,11 @@ const TOGETHER: f64 = 1e-9;
 /// Predictions about a run from its scenario alone.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Preview {
-    /// Density of the slider, `rho = M / (L_x L_y L_z)`.
-    pub density_kg_per_m3: f64,
-    /// Speed `c` of long waves along the slider; where there are shear waves, that of these.
-    pub wave_speed_m_per_s: f64,
+    /// Density of the slider, `rho = M / (L_x L_y L_z)`; `None` without inertia.
+    pub density_kg_per_m3: Option<f64>,
+    /// Speed `c` of long waves along the slider; where there are shear waves, that of these. `None` without inertia:
+    /// nothing runs at `c` there, which is but the unit of front speeds.
+    pub wave_speed_m_per_s: Option<f64>,
     /// Length over which a stuck chain screens a force on its end, `l_0`; `None` for others, and for laws
     /// without friction springs.
     pub decay_length_m: Option<f64>,
@@ -74,6 +75,11 @@ impl Scenario {
         Plan::new(&Scenario { time: Time { start: Start::AtRest, ..self.time.clone() }, ..self.clone() })
     }
 
+    /// Whether its blocks have inertia: by all laws but rate-and-state with `friction.inertia = false`.
+    pub fn has_inertia(&self) -> bool {
+        self.contact_law().rate_and_state().is_none_or(|law| law.inertia)
+    }
+
     /// Density of the slider, `M / (L_x L_y L_z)`.
     pub(crate) fn density_kg_per_m3(&self) -> f64 {
         let slider = &self.slider;
@@ -84,9 +90,10 @@ impl Scenario {
 impl Preview {
     /// The preview of a scenario whose plan, with a start at rest, is given.
     pub(crate) fn of(scenario: &Scenario, plan: &Plan) -> Preview {
+        let has_inertia = scenario.has_inertia();
         let sliding = Preview {
-            density_kg_per_m3: scenario.density_kg_per_m3(),
-            wave_speed_m_per_s: plan.scales.wave_speed_m_per_s(),
+            density_kg_per_m3: has_inertia.then(|| scenario.density_kg_per_m3()),
+            wave_speed_m_per_s: has_inertia.then(|| plan.scales.wave_speed_m_per_s()),
             decay_length_m: None,
             step_ratio: Some(plan.step_share()).filter(|_| plan.longest_stable_step_s.is_finite()),
             first_slip_s: None,
@@ -415,12 +422,12 @@ mod tests {
     #[test]
     fn the_material_is_that_of_plexiglass() {
         let stated = preview(&["parameter_set=as-stated"]);
-        is(Some(stated.density_kg_per_m3), 1200.0, 1e-12);
-        is(Some(stated.wave_speed_m_per_s), (2.5e9_f64 / 1200.0).sqrt() * (100.0_f64 / 99.0).sqrt(), 1e-2);
+        is(stated.density_kg_per_m3, 1200.0, 1e-12);
+        is(stated.wave_speed_m_per_s, (2.5e9_f64 / 1200.0).sqrt() * (100.0_f64 / 99.0).sqrt(), 1e-2);
         is(stated.decay_length_m, 0.1 / 99.0, 1e-12);
         let slab = resolve::<&str>("slab", &[]).unwrap().preview();
-        is(Some(slab.density_kg_per_m3), 1200.0, 1e-9);
-        is(Some(slab.wave_speed_m_per_s), 993.0, 1e-3);
+        is(slab.density_kg_per_m3, 1200.0, 1e-9);
+        is(slab.wave_speed_m_per_s, 993.0, 1e-3);
         assert_eq!(slab.decay_length_m, None);
         assert_eq!(preview(&["friction.law=rigid"]).decay_length_m, None);
     }

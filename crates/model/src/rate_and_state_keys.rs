@@ -9,6 +9,10 @@ use crate::scenario::Scenario;
 /// The law, in refusals.
 const THE_LAW: &str = "friction.law = \"rate-and-state\"";
 
+/// Most `f_0 / a`. An e-fold of velocity then changes friction by 1e-4 of itself, a tenth of what is measured at the
+/// least; with more, steps become so short that runs do not end.
+const MOST_STIFFNESS: f64 = 1e4;
+
 /// Checks the rules. Keys at their defaults are accepted.
 pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     let drive = &scenario.drive;
@@ -78,6 +82,32 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
             );
             refuse("slider.relative_damping", problem, "0, or friction.inertia = true");
         }
+    }
+    let stiffness = law.reference_coefficient / law.direct_effect;
+    if stiffness > MOST_STIFFNESS {
+        let least = law.reference_coefficient / MOST_STIFFNESS;
+        refuse(
+            "friction.direct_effect",
+            format!(
+                "{:e} is {stiffness:.1e} times below friction.reference_coefficient = {}: friction hardly depends on \
+                 velocity, and steps of the adaptive solver would be too short to end",
+                law.direct_effect, law.reference_coefficient
+            ),
+            &format!("a number from {least:.3e}"),
+        );
+    }
+    // Times, and with them the way of the drive, are known to a rounding of the whole run.
+    let way_m = drive.fastest_m_per_s() * scenario.time.duration_s;
+    let least_slip_m = f64::EPSILON * way_m;
+    if law.critical_slip_m < least_slip_m {
+        refuse(
+            "friction.critical_slip_m",
+            format!(
+                "{:e} is less than the rounding of the way of the drive in {} s, {way_m:.3e} m",
+                law.critical_slip_m, scenario.time.duration_s
+            ),
+            &format!("a number above {least_slip_m:.3e}, or a shorter time.duration_s"),
+        );
     }
     let offsets = scenario.friction.evolution_offsets.len();
     // Lists of the wrong length have a rule of their own.
@@ -166,6 +196,17 @@ mod tests {
             (
                 "slider.blocks = 2\nfriction.evolution_offsets = [0, -0.015]",
                 "2:30: friction.evolution_offsets: block 2 gets b = 0 (accepted: b > 0 for every block)",
+            ),
+            (
+                "friction.direct_effect = 1e-9",
+                "1:26: friction.direct_effect: 1e-9 is 6.0e8 times below friction.reference_coefficient = 0.6: friction \
+                 hardly depends on velocity, and steps of the adaptive solver would be too short to end (accepted: a \
+                 number from 6.000e-5)",
+            ),
+            (
+                "friction.critical_slip_m = 1e-20",
+                "1:28: friction.critical_slip_m: 1e-20 is less than the rounding of the way of the drive in 5 s, \
+                 5.000e-4 m (accepted: a number above 1.110e-19, or a shorter time.duration_s)",
             ),
             (
                 "friction.evolution_offsets = [0.1]",

@@ -89,7 +89,7 @@ pub(crate) fn hyperbola_error(flank: &[Load]) -> Option<f64> {
 /// The precursors on one side of the hold, beside the law that the scenario calls for; after it with the
 /// first global slip, often the only point shown.
 pub(crate) fn points_beside_hold(run: &RunEvents, side: Side) -> Option<Vec<PrecursorPoint>> {
-    run.plan.drive.hold_from_step?;
+    run.plan.drive.hold_from_step.and(run.mu_d())?;
     let mut precursors = match side {
         Side::BeforeHold => precursors::alone(run),
         Side::AfterHold => precursors::one_by_one(run),

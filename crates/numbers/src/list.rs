@@ -27,7 +27,7 @@ use crate::run_data::{Load, RunEvents};
 use crate::slow_slip;
 use crate::statistics::median;
 use crate::theory_residuals::{
-    AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
+    affected_blocks, affected_blocks_error, affected_blocks_theory, affected_cut_off, ahead_of_front_error,
     decaying_drive_onset_error, initial_shear_error, intercept_error, intercept_error_of, largest,
     load_curve_error, onset_profile_error, residual, ring_down_error, rms_over_mu_d, slope_error,
     slope_error_of, time_to_reach,
@@ -37,27 +37,27 @@ numbers! {
     "Load in time" {
         /// First time at which `F_T / F_N` has reached `mu_d`, s.
         time_to_dynamic_coefficient_s: f64 [was = "time-to-dynamic-coefficient"] =
-            Loads |run, loads, _| time_to_reach(loads, run.mu_d());
+            Loads |run, loads, _| time_to_reach(loads, run.mu_d()?);
         /// `mu_d` over that time, 1/s.
         slope_to_dynamic_coefficient_per_s: f64 [was = "slope-to-dynamic-coefficient"] =
-            Loads |run, loads, _| Some(run.mu_d() / time_to_reach(loads, run.mu_d())?);
+            Loads |run, loads, _| Some(run.mu_d()? / time_to_reach(loads, run.mu_d()?)?);
         /// Time at which `F_T / F_N` reaches `mu_d` by [`LoadCurve`], s.
         time_to_dynamic_coefficient_theory_s: f64 [was = "time-to-dynamic-coefficient-theory"] =
             Events |run, _| LoadCurve::of(&run.scenario)?.time_to_dynamic_s();
         /// `mu_d` over the time at which `F_T / F_N` reaches it by [`LoadCurve`], 1/s.
         slope_to_dynamic_coefficient_theory_per_s: f64 [was = "slope-to-dynamic-coefficient-theory"] =
-            Events |run, _| Some(run.mu_d() / LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?);
+            Events |run, _| Some(run.mu_d()? / LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?);
         /// Deviation of the time to `mu_d` from the theory, over the theory.
         time_to_dynamic_coefficient_error_ratio: f64 [was = "time-to-dynamic-coefficient-error"] =
             Loads |run, loads, _| {
                 let theory_s = LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?;
-                Some((time_to_reach(loads, run.mu_d())? / theory_s - 1.0).abs())
+                Some((time_to_reach(loads, run.mu_d()?)? / theory_s - 1.0).abs())
             };
         /// Largest deviation of `F_T / F_N` from [`LoadCurve`] up to `mu_d`, over `mu_d`.
         load_curve_error_ratio: f64 [was = "load-curve-error"] = Loads |run, loads, _| load_curve_error(run, loads);
-        /// `mu_s / mu_d`.
+        /// `mu_s / mu_d`; none by rate-and-state friction, as are all numbers over `mu_d`.
         coefficient_ratio: f64 [was = "coefficient-ratio"] =
-            Events |run, _| Some(run.plan.friction.static_coefficient / run.mu_d());
+            Events |run, _| Some(run.plan.friction.static_coefficient / run.mu_d()?);
         /// Share of the time in which the load rises.
         rising_time_ratio: f64 [was = "rising-share"] = Loads |_, loads, _| rising_share(loads);
     }
@@ -72,18 +72,17 @@ numbers! {
             Some(first.ft_fn_onset / first.onset_s)
         };
         /// Deviation of the load at the first slip event from the prediction for a decaying drive, over
-        /// the prediction.
+        /// the prediction; none without friction springs.
         first_event_decaying_drive_error_ratio: f64
             [was = "decaying-drive-onset-error", words = "decaying drive onset error"] =
-            Events |run, _| decaying_drive_onset_error(run.of_chain()?);
+            Events |run, _| decaying_drive_onset_error(run.of_stuck_springs()?);
         /// Number of blocks, block 1 included, that carry more than 0.49 % of the force on block 1 when
         /// the first precursor starts; none over an area.
         affected_blocks: u32 [was = "affected-blocks"] = States |run, states, _| run.of_one_row().and(affected_blocks(states));
-        /// Number of affected blocks in the theory of the discrete chain.
-        affected_blocks_theory: u32 [was = "affected-blocks-theory"] = Events |run, _| {
-            let ratio = run.of_chain()?.scenario.friction.interfacial_stiffness_ratio;
-            Some(f64::from(analytic::affected_blocks(ratio, AFFECTED_THRESHOLD)))
-        };
+        /// Number of affected blocks in the theory of the discrete chain; none without friction springs, as are
+        /// the two errors below.
+        affected_blocks_theory: u32 [was = "affected-blocks-theory"] =
+            Events |run, _| Some(affected_blocks_theory(run.of_stuck_springs()?));
         /// Lowest cut-off, as a share of the force on block 1, at which the number of affected blocks is
         /// the claimed number, or `near`.
         affected_cut_off_lowest_ratio: f64 [was = "affected-cut-off-lowest"] =
@@ -94,10 +93,10 @@ numbers! {
         /// Largest difference between the number of affected blocks and the number in theory, over all
         /// cut-offs from 0.1 % to 100 % of the force on block 1.
         affected_blocks_error: u32 [was = "affected-blocks-error"] =
-            States |run, states, _| affected_blocks_error(run.of_chain()?, states);
+            States |run, states, _| affected_blocks_error(run.of_stuck_springs()?, states);
         /// Largest deviation of `tau_n` at the first onset from (5.45), over its value on block 1.
         onset_profile_error_ratio: f64 [was = "onset-profile-error"] =
-            States |run, states, _| onset_profile_error(run.of_chain()?, states);
+            States |run, states, _| onset_profile_error(run.of_stuck_springs()?, states);
     }
     "Precursors among slip events" {
         /// Number of precursors before the first global slip event.
@@ -123,7 +122,7 @@ numbers! {
         /// Deviation of that mean from `mu_d`, over `mu_d`.
         mean_behind_event_front_error_ratio: f64 [was = "mean-behind-front-error"] =
             LoadsAndStates |run, loads, states, near| {
-                Some((mean_behind_front(run, loads, states, near?)? / run.mu_d() - 1.0).abs())
+                Some((mean_behind_front(run, loads, states, near?)? / run.mu_d()? - 1.0).abs())
             };
         /// Deviation of a mean of `tau_n / p_n` from `alpha = (mu_s + mu_d) / 2`, over `alpha`: the mean
         /// over all precursors before the first global slip event, each at its end, of the first block
@@ -187,19 +186,20 @@ numbers! {
             [was = "end-error-5.52", words = "end error initial shear"] =
             Events |run, _| {
                 let parameters = LengthLawParameters::of(&run.scenario);
-                Some((LengthLaw::InitialShear.load_ratio(&parameters, 1.0) / run.mu_d() - 1.0).abs())
+                Some((LengthLaw::InitialShear.load_ratio(&parameters, 1.0) / run.mu_d()? - 1.0).abs())
             };
     }
     "First global slip event, and those after it" {
         /// Deviation of `F_T / F_N` at the onset of the first global slip event from `mu_d`, over `mu_d`.
         first_global_event_load_error_ratio: f64 [was = "load-at-first-global-slip-error"] =
-            Events |run, _| Some((run.first_global_slip()?.ft_fn_onset / run.mu_d() - 1.0).abs());
+            Events |run, _| Some((run.first_global_slip()?.ft_fn_onset / run.mu_d()? - 1.0).abs());
         /// Position of `F_T / F_N` at the onset of the first global slip event between the two
         /// coefficients: 0 at `mu_d`, 1 at `mu_s`.
         first_global_event_between_coefficients_ratio: f64 [was = "load-between-coefficients"] =
             Events |run, _| {
-                let above = run.first_global_slip()?.ft_fn_onset - run.mu_d();
-                let between = run.plan.friction.static_coefficient - run.mu_d();
+                let mu_d = run.mu_d()?;
+                let above = run.first_global_slip()?.ft_fn_onset - mu_d;
+                let between = run.plan.friction.static_coefficient - mu_d;
                 (between > 0.0).then(|| above / between)
             };
         /// Mean of `F_T / F_N` over time from the first global slip event to the end, over `mu_d`.
@@ -211,7 +211,10 @@ numbers! {
         /// Deviation of the middle between the extrema of `F_T / F_N` in a global slip event from `mu_d`,
         /// over `mu_d`; the largest of all global slip events.
         global_event_middle_error_ratio: f64 [was = "global-slip-middle-error"] =
-            Events |run, _| largest(global_slips(run).map(|slip| middle(slip) / run.mu_d() - 1.0));
+            Events |run, _| {
+                let mu_d = run.mu_d()?;
+                largest(global_slips(run).map(|slip| middle(slip) / mu_d - 1.0))
+            };
         /// Extent of the largest drop of `F_T / F_N` in a global slip event.
         largest_global_event_drop_ft_fn: f64 [unit = "1"] [was = "largest-drop"] =
             Events |run, _| largest_drop(run).map(|slip| slip.ft_fn_max - slip.ft_fn_min);
@@ -220,7 +223,7 @@ numbers! {
             Events |run, _| largest_drop(run).map(middle);
         /// Deviation of that middle from `mu_d`, over `mu_d`.
         largest_global_event_drop_middle_error_ratio: f64 [was = "largest-drop-middle-error"] =
-            Events |run, _| largest_drop(run).map(|slip| (middle(slip) / run.mu_d() - 1.0).abs());
+            Events |run, _| Some((middle(largest_drop(run)?) / run.mu_d()? - 1.0).abs());
     }
     "Before and after the drive is held" {
         /// Sag of `F_T / F_N` below the chord of the longest flank between two slip events before the
@@ -459,13 +462,13 @@ numbers! {
         steady_ft_fn: f64 [unit = "1"] = Loads |_, loads, _| junctions::steady_ft_fn(loads);
         /// Friction over normal load in steady sliding at the velocity of the drive, in theory: of junctions
         /// at the mean load of a contact, by (a) of the page on junctions; of rate-and-state friction at the
-        /// last velocity of the drive.
+        /// last velocity of the drive, if it moves at the end.
         steady_friction_theory_ratio: f64 =
             Events |run, _| junctions::steady_ratio(run).or_else(|| rate_and_state::steady_ratio(run));
         /// Largest friction over normal load, in theory; measured it is `largest_ft_fn`. Of junctions that of a
         /// contact that is pulled from its start in a time that is short against `t_R`, by (b); none for a
         /// drawn start. Of rate-and-state friction in a stiff machine that at the last velocity of the drive,
-        /// before any slip there: with the state of steady sliding at the first velocity and of the hold.
+        /// before any slip there: with the state of steady sliding at the first velocity and of the longest hold.
         peak_friction_theory_ratio: f64 =
             Events |run, _| junctions::peak_ratio(run).or_else(|| rate_and_state::peak_ratio(run));
         /// Slow slip of block 1 of a chain whose other blocks stick, in theory, by (c), with its load and the
@@ -476,13 +479,14 @@ numbers! {
     "Rate and state" {
         /// `F_T / F_N` at a given time.
         at_time_ft_fn: f64 [unit = "1"] = Loads |_, loads, near| rate_and_state::ft_fn_at(loads, near?);
-        /// Longest time for which the drive rests by its course; 0 if it never does.
+        /// Longest hold: time for which the drive rests by its course and then moves again, of several the longest;
+        /// 0 if there is none. Rate-and-state friction alone has it.
         hold_s: f64 = Events |run, _| rate_and_state::hold_s(run);
         /// Stiffness of the drive per block over the critical stiffness `k_c`, below which steady sliding is
         /// unstable.
         stiffness_over_critical_ratio: f64 = Events |run, _| rate_and_state::stiffness_over_critical(run);
         /// Growth of oscillations of `F_T / F_N` per radian, below 0 where they decay: the logarithm of the
-        /// last rise or fall over the first one, over pi times their distance.
+        /// last rise or fall over the first one, over pi times the number of half periods between them.
         oscillation_growth_ratio: f64 = Loads |_, loads, _| rate_and_state::growth(loads);
         /// Growth per radian of small oscillations about steady sliding of one block, in theory; none where
         /// there are no oscillations.
@@ -500,7 +504,7 @@ numbers! {
 fn mean_after_global_slip(run: &RunEvents, loads: &[Load]) -> Option<f64> {
     let from = run.first_global_slip()?.onset_step;
     let records = &loads[loads.partition_point(|record| record.step < from)..];
-    Some(mean_in_time(records, Load::load_ratio)? / run.mu_d())
+    Some(mean_in_time(records, Load::load_ratio)? / run.mu_d()?)
 }
 
 /// The global slips that have ended.

@@ -13,11 +13,16 @@ fn law(run: &RunEvents) -> Option<(RateAndState, f64)> {
     Some((law, effects.iter().sum::<f64>() / effects.len() as f64))
 }
 
-/// The velocity of the drive at the start and at the end, m/s.
+/// The step from which the drive rests or the run has ended.
+fn last_step(run: &RunEvents) -> u64 {
+    run.plan.drive.hold_from_step.unwrap_or(u64::MAX).min(run.plan.steps)
+}
+
+/// The velocity of the drive at the start and at the end of the run, m/s; 0 where it has been stopped.
 fn velocities_m_per_s(run: &RunEvents) -> [f64; 2] {
-    let drive = &run.scenario.drive;
-    let start_m_per_s = run.plan.drive.velocity_m_per_s;
-    [start_m_per_s, drive.course_m_per_s.last().copied().unwrap_or(start_m_per_s)]
+    let plan = &run.plan;
+    let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+    [plan.drive.velocity_m_per_s, plan.drive_velocity_m_per_s(plan.steps, hold_step)]
 }
 
 /// Friction over normal load of steady sliding at the last velocity of the drive.
@@ -28,17 +33,25 @@ pub(crate) fn steady_ratio(run: &RunEvents) -> Option<f64> {
     (velocity_m_per_s > 0.0).then(|| law.coefficient(velocity_m_per_s, state))
 }
 
-/// Longest time for which the drive rests between two knots of its course, s; 0 if it never does.
+/// Longest time for which the drive rests by its course before it moves again within the run, s; 0 if it never does.
 pub(crate) fn hold_s(run: &RunEvents) -> Option<f64> {
+    run.plan.friction.law.rate_and_state()?;
     let drive = &run.scenario.drive;
+    let end_s = run.plan.grid.time_s(last_step(run));
     let knots: Vec<(f64, f64)> =
         drive.course_s.iter().copied().zip(drive.course_m_per_s.iter().copied()).collect();
-    let at_rest = knots.windows(2).filter(|ends| ends.iter().all(|(_, m_per_s)| *m_per_s == 0.0));
-    Some(at_rest.map(|ends| ends[1].0 - ends[0].0).fold(0.0, f64::max))
+    let rests = knots.chunk_by(|(_, before), (_, after)| *before == 0.0 && *after == 0.0);
+    // What follows the last knot of a rest ends it, as a jump or a ramp.
+    let ends_before = |rest: &&[(f64, f64)]| rest[rest.len() - 1].0 < end_s;
+    let last_s = knots.last().map_or(0.0, |(time_s, _)| *time_s);
+    let moves_on = drive.course_m_per_s.last().is_some_and(|m_per_s| *m_per_s > 0.0);
+    let is_hold = |rest: &&[(f64, f64)]| rest[0].1 == 0.0 && (moves_on || rest[rest.len() - 1].0 < last_s);
+    let holds = rests.filter(ends_before).filter(is_hold);
+    Some(holds.map(|rest| rest[rest.len() - 1].0 - rest[0].0).fold(0.0, f64::max))
 }
 
 /// Friction over normal load at the last velocity of the drive with the state of steady sliding at the first one and
-/// of a hold: contacts age by its length, or do not change.
+/// of the longest hold: contacts age by its length, or do not change.
 pub(crate) fn peak_ratio(run: &RunEvents) -> Option<f64> {
     let (law, b) = law(run)?;
     let [before_m_per_s, after_m_per_s] = velocities_m_per_s(run);
@@ -94,13 +107,20 @@ fn drive_n_per_m(run: &RunEvents) -> f64 {
 }
 
 /// By how much oscillations of `F_T / F_N` grow per radian: the logarithm of the last rise or fall over the first
-/// one, over pi times their distance. Turning points are those of parabolas through three records.
+/// one, over pi times the number of half periods between them. Turning points are those of parabolas through three
+/// records, which may be apart by any number of steps.
 pub(crate) fn growth(loads: &[Load]) -> Option<f64> {
     let mut turns = Vec::new();
     for three in loads.windows(3) {
         let [low, middle, high] = [0, 1, 2].map(|n| three[n].load_ratio());
+        let [before, after] = [0, 1].map(|n| (three[n + 1].step - three[n].step) as f64);
         if (middle - low) * (high - middle) < 0.0 {
-            turns.push(middle - (high - low).powi(2) / (8.0 * (high - 2.0 * middle + low)));
+            // In units of the mean distance; equal distances leave the usual second difference.
+            let [left, right] = [before, after].map(|distance| 0.5 * (before + after) / distance);
+            let uneven = (after - before) * ((middle - low) / before - (high - middle) / after);
+            let rise = (high - low) + uneven;
+            let bend = right * high - (left + right) * middle + left * low;
+            turns.push(middle - rise.powi(2) / (8.0 * bend));
         }
     }
     let swings: Vec<f64> = turns.windows(2).map(|ends| (ends[1] - ends[0]).abs()).collect();
@@ -146,7 +166,8 @@ mod tests {
         let law = "friction.law = \"rate-and-state\"\nfriction.direct_effect = 0.01\n\
                    friction.evolution_effect = 0.015\nfriction.critical_slip_m = 1e-5\n\
                    friction.reference_velocity_m_per_s = 1e-5\nslider.relative_damping = 0\n";
-        let mut run = made_up::run(&format!("{law}{keys}"), &[]);
+        let duration = if keys.contains("duration_s") { "" } else { "time.duration_s = 20\n" };
+        let mut run = made_up::run(&format!("{law}{duration}{keys}"), &[]);
         run.plan.friction.evolution_effects.truncate(1);
         run.plan.blocks = 1;
         run.plan.normal_load_n = vec![run.plan.total_normal_load_n];
@@ -188,7 +209,7 @@ mod tests {
         let mut run = made_up::run("", &[]);
         run.loads = ft_fn
             .map(|(time_s, ft_fn)| Load {
-                step: 0,
+                step: run.plan.grid.nearest_step(time_s),
                 time_s,
                 driving_force_n: 100.0 * ft_fn,
                 normal_load_n: 100.0,
@@ -213,13 +234,93 @@ mod tests {
                     drive.course_m_per_s = [1e-5, 0, 0, 1e-5]";
         let run = slider(hold);
         assert_eq!(number("hold_s", &run, None), Some(7.0));
+        // A knot within the hold, and a shorter hold after it.
+        let several = "drive.velocity_m_per_s = 1e-5\ndrive.course_s = [1, 1, 3, 8, 8, 9, 9, 11, 11]\n\
+                       drive.course_m_per_s = [1e-5, 0, 0, 0, 1e-5, 1e-5, 0, 0, 1e-5]";
+        assert_eq!(number("hold_s", &slider(several), None), Some(7.0));
         close(number("peak_friction_theory_ratio", &run, None), 0.6 + 0.015 * 8f64.ln());
         let run = slider(&format!("{hold}\nfriction.evolution = \"slip\""));
         close(number("peak_friction_theory_ratio", &run, None), 0.6);
-        for name in
-            ["steady_friction_theory_ratio", "peak_friction_theory_ratio", "oscillation_growth_theory_ratio"]
-        {
+        for name in [
+            "steady_friction_theory_ratio",
+            "peak_friction_theory_ratio",
+            "oscillation_growth_theory_ratio",
+            "hold_s",
+        ] {
             assert_eq!(number(name, &made_up::run("", &[]), None), None, "{name}");
+        }
+    }
+
+    /// A drive that rests at the end has no steady sliding then, and its rest is no hold.
+    #[test]
+    fn a_drive_that_stops_for_good_has_neither_steady_friction_nor_a_hold() {
+        let hold = "drive.velocity_m_per_s = 1e-5\ndrive.course_s = [1, 1, 8, 8]\n\
+                    drive.course_m_per_s = [1e-5, 0, 0, 1e-5]\n";
+        for (keys, hold_s) in [
+            ("drive.velocity_m_per_s = 1e-5\ndrive.hold_from_s = 2", 0.0),
+            (&format!("{hold}drive.hold_from_s = 9"), 7.0),
+            (&format!("{hold}drive.hold_from_s = 7"), 0.0),
+            (&format!("{hold}time.duration_s = 7"), 0.0),
+            (&hold.replace("0, 0, 1e-5]", "0, 0, 0]"), 0.0),
+        ] {
+            let run = slider(keys);
+            assert_eq!(number("hold_s", &run, None), Some(hold_s), "{keys}");
+            for name in ["steady_friction_theory_ratio", "peak_friction_theory_ratio"] {
+                assert_eq!(number(name, &run, None), None, "{name}: {keys}");
+            }
+        }
+        // A stop after the end of the run is none.
+        let run = slider("drive.velocity_m_per_s = 1e-5\ntime.duration_s = 7\ndrive.hold_from_s = 9");
+        close(number("steady_friction_theory_ratio", &run, None), 0.6);
+    }
+
+    /// It has neither `mu_s` nor `mu_d`, and nothing decays along a chain without friction springs.
+    #[test]
+    fn numbers_of_what_sticks_are_absent() {
+        let law = "friction.law = \"rate-and-state\"\n";
+        let keys = "drive.kind = \"top\"\ndrive.decay_length_m = 0.02\n";
+        let of = |toml: &str| made_up::run(&format!("{keys}{toml}"), &made_up::EVENTS);
+        let sticks = of("");
+        let with_states = |mut run: RunData| {
+            let state = |step: u64| asperity_record::FieldRecord {
+                step,
+                time_s: run.plan.grid.time_s(step),
+                displacement_m: vec![0.0; 3],
+                velocity_m_per_s: vec![0.0; 3],
+                tangential_force_n: vec![3.0, 2.0, 1.0],
+                stick_position_m: vec![0.0; 3],
+                detached: vec![0; 3],
+                ..asperity_record::FieldRecord::default()
+            };
+            let steps = [100, 101, 200, 210, 300, 310, 400, 410, 412, 420, 500, 510, 600, 610];
+            let states: Vec<_> = steps.into_iter().map(state).collect();
+            made_up::with_states(&mut run, &states);
+            run
+        };
+        let (sticks, slides) = (with_states(sticks), with_states(of(law)));
+        let rigid = with_states(of("friction.law = \"rigid\""));
+        let of_springs = [
+            "affected_blocks_theory",
+            "affected_blocks_error",
+            "onset_profile_error_ratio",
+            "first_event_decaying_drive_error_ratio",
+        ];
+        for name in of_springs {
+            assert!(number(name, &sticks, None).is_some(), "{name}");
+            assert_eq!([number(name, &slides, None), number(name, &rigid, None)], [None, None], "{name}");
+        }
+        for name in [
+            "coefficient_ratio",
+            "first_global_event_load_error_ratio",
+            "global_event_middle_error_ratio",
+            "largest_global_event_drop_middle_error_ratio",
+            "ahead_of_event_front_error_ratio",
+            "event_residual_balance_ratio",
+            "event_slope_error_balance_ratio",
+            "law_end_error_initial_shear_ratio",
+        ] {
+            assert!(number(name, &sticks, None).is_some(), "{name}");
+            assert_eq!(number(name, &slides, None), None, "{name}");
         }
     }
 
@@ -244,6 +345,15 @@ mod tests {
             let found = number("oscillation_growth_ratio", &with_loads((0..6000).map(wave)), None).unwrap();
             assert!((found - growth).abs() < 1e-6, "{found} {growth}");
         }
+        // Records of switches besides, now and then: each turn is that of its own three records.
+        let extra = |n: &u32| [0, 1, 3, 10, 12].contains(&(n % 20));
+        let wave = |n: u32| {
+            let t = f64::from(n) * 0.02;
+            (t, 0.6 + 1e-3 * (0.03 * t).exp() * t.cos())
+        };
+        let uneven = with_loads((0..3000).filter(extra).map(wave));
+        let found = number("oscillation_growth_ratio", &uneven, None).unwrap();
+        assert!((found - 0.03).abs() < 1e-6, "{found}");
         assert_eq!(
             number("oscillation_growth_ratio", &with_loads((0..9).map(|n| (f64::from(n), 0.1))), None),
             None

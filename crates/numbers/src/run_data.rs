@@ -327,9 +327,15 @@ impl RunEvents {
         (self.header.rows == 1).then_some(self)
     }
 
-    /// `mu_d`.
-    pub(crate) fn mu_d(&self) -> f64 {
-        self.plan.friction.dynamic_coefficient
+    /// `mu_d`; by rate-and-state friction there is none.
+    pub(crate) fn mu_d(&self) -> Option<f64> {
+        let friction = &self.plan.friction;
+        friction.law.word().sticks().then_some(friction.dynamic_coefficient)
+    }
+
+    /// The run, if it is of a chain whose stuck blocks have springs, so that force decays along it.
+    pub(crate) fn of_stuck_springs(&self) -> Option<&RunEvents> {
+        self.of_chain().filter(|run| run.plan.friction.interfacial_stiffness_n_per_m > 0.0)
     }
 
     /// The run, if theory of the stuck or the moving chain is of it; slabs have none.

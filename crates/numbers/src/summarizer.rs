@@ -235,7 +235,8 @@ impl Summarizer {
                 .zip(wave_speed_m_per_s)
                 .and_then(|(front, wave)| finite(front / wave)),
             front_speed_error_ratio: scales
-                .filter(|_| front_speed_m_per_s.is_some())
+                // With a state the solver chooses its steps.
+                .filter(|_| front_speed_m_per_s.is_some() && !header.has_state)
                 .map(|scales| scales.front_error(header.time_step_s)),
             precursor_slip_m: mean_of(&precursors, |rupture| rupture.mean_slip_m),
             global_rupture_slip_m: mean_of(&global, |rupture| rupture.mean_slip_m),
@@ -250,6 +251,7 @@ impl Summarizer {
             drive_work_j: energy.map(|energy| energy.drive_work_j),
             prestress_work_j: energy.map(|energy| energy.prestress_work_j),
             friction_heat_j: energy.map(|energy| energy.friction_heat_j),
+            radiated_j: energy.and_then(|energy| energy.radiated_j),
             anchor_change_j: energy.map(|energy| energy.anchor_change_j),
             viscous_loss_j: energy.map(|energy| energy.viscous_loss_j),
             kinetic_j: energy.map(|energy| energy.kinetic_j),

@@ -125,7 +125,8 @@ summary! {
             /// Median front speed of precursors and global ruptures over the wave speed.
             front_speed_over_wave_speed_ratio: Option<f64>,
             /// Relative error of these speeds, of either sign, due to the time step: an estimate, 0.4
-            /// times the time step over the time in which a wave crosses a block.
+            /// times the time step over the time in which a wave crosses a block; null by rate-and-state
+            /// friction, whose solver chooses its steps.
             front_speed_error_ratio: Option<f64>,
         }
         "Slip and force" {
@@ -151,6 +152,8 @@ summary! {
             prestress_work_j: Option<f64>,
             /// Heat of sliding contacts, J.
             friction_heat_j: Option<f64>,
+            /// Work of radiation damping on sliding contacts, J; null in runs without radiation.
+            radiated_j: Option<f64>,
             /// Energy that friction springs stored when blocks re-attached, less the energy that they
             /// lost when blocks detached, J.
             anchor_change_j: Option<f64>,

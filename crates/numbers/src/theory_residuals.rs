@@ -30,9 +30,22 @@ pub(crate) fn affected_cut_off(states: &States, blocks: f64) -> Option<f64> {
     Some(tau.get(blocks as usize)? / tau[0])
 }
 
+/// `k_t / k`; of junctions, whose springs are those of the mean load, from these.
+fn stiffness_ratio(run: &RunEvents) -> f64 {
+    let (plan, friction) = (&run.plan, &run.scenario.friction);
+    match plan.friction.law.junctions() {
+        Some(_) => plan.friction.interfacial_stiffness_n_per_m / plan.elastic.stiffness_n_per_m(),
+        None => friction.interfacial_stiffness_ratio,
+    }
+}
+
+pub(crate) fn affected_blocks_theory(run: &RunEvents) -> f64 {
+    f64::from(analytic::affected_blocks(stiffness_ratio(run), AFFECTED_THRESHOLD))
+}
+
 pub(crate) fn affected_blocks_error(run: &RunEvents, states: &States) -> Option<f64> {
     let tau = &states.at_first_onset()?.tangential_force_n;
-    let ratio = run.scenario.friction.interfacial_stiffness_ratio;
+    let ratio = stiffness_ratio(run);
     // Three decades, a hundred cut-offs in each.
     largest((1..=300).map(|n| 10f64.powf(-f64::from(n) / 100.0)).map(|threshold| {
         let simulated = tau.iter().filter(|&&force| force > threshold * tau[0]).count();
@@ -44,7 +57,7 @@ pub(crate) fn affected_blocks_error(run: &RunEvents, states: &States) -> Option<
 /// (5.48): the mean of all precursors before the first global slip.
 pub(crate) fn ahead_of_front_error(run: &RunEvents, states: &States) -> Option<Estimate> {
     let friction = &run.plan.friction;
-    let alpha = (friction.static_coefficient + friction.dynamic_coefficient) / 2.0;
+    let alpha = (friction.static_coefficient + run.mu_d()?) / 2.0;
     let ratios: Vec<f64> = precursors::alone(run)
         .iter()
         .filter_map(|precursor| {
@@ -57,8 +70,10 @@ pub(crate) fn ahead_of_front_error(run: &RunEvents, states: &States) -> Option<E
     run.plan.load_course.is_constant().then_some(mean)
 }
 
+/// None where nothing sticks: no length law is of it.
 fn points(run: &RunEvents, law: LengthLaw) -> Vec<PrecursorPoint> {
-    precursor_points(run, law, &precursors::alone(run))
+    let precursors = run.mu_d().map_or(Vec::new(), |_| precursors::alone(run));
+    precursor_points(run, law, &precursors)
 }
 
 pub(crate) fn residual(run: &RunEvents, law: LengthLaw) -> Option<Estimate> {
@@ -76,7 +91,7 @@ pub(crate) fn intercept_error(run: &RunEvents, law: LengthLaw) -> Option<Estimat
 /// Root mean square of the deviations of precursors from a law, over `mu_d`.
 pub(crate) fn rms_over_mu_d(run: &RunEvents, points: &[PrecursorPoint]) -> Option<Estimate> {
     let residuals: Vec<f64> = points.iter().map(|point| point.ft_fn - point.predicted).collect();
-    Some(estimate::root_mean_square(&residuals)?.over(run.mu_d()))
+    Some(estimate::root_mean_square(&residuals)?.over(run.mu_d()?))
 }
 
 /// Deviation of the slope of the straight line through precursors from that of the law.
@@ -88,13 +103,13 @@ pub(crate) fn slope_error_of(points: &[PrecursorPoint]) -> Option<Estimate> {
 /// Deviation of its intercept from that of the law, over `mu_d`.
 pub(crate) fn intercept_error_of(run: &RunEvents, points: &[PrecursorPoint]) -> Option<Estimate> {
     let [_, intercept] = line_beside_law(points)?;
-    Some(intercept.distance_from(0.0).over(run.mu_d()))
+    Some(intercept.distance_from(0.0).over(run.mu_d()?))
 }
 
 /// Deviation of the load from its theory in the step records up to `mu_d`.
 pub(crate) fn load_curve_error(run: &RunEvents, loads: &[Load]) -> Option<f64> {
     let curve = LoadCurve::of(&run.scenario)?.points();
-    let end_s = time_to_reach(loads, run.mu_d())?.min(curve.last()?.0);
+    let end_s = time_to_reach(loads, run.mu_d()?)?.min(curve.last()?.0);
     let theory = |time_s: f64| {
         let after = curve.partition_point(|point| point.0 <= time_s).clamp(1, curve.len() - 1);
         let [(from_s, low), (to_s, high)] = [curve[after - 1], curve[after]];
@@ -104,7 +119,7 @@ pub(crate) fn load_curve_error(run: &RunEvents, loads: &[Load]) -> Option<f64> {
         .iter()
         .take_while(|record| record.time_s <= end_s)
         .map(|record| record.load_ratio() - theory(record.time_s));
-    Some(largest(deviations)? / run.mu_d())
+    Some(largest(deviations)? / run.mu_d()?)
 }
 
 pub(crate) fn initial_shear_error(run: &RunEvents, states: &States) -> Option<f64> {

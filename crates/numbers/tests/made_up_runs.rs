@@ -194,6 +194,33 @@ fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
     assert_near(found.length_law_rms_residual, (0.005_f64 / 3.0).sqrt());
 }
 
+/// A solver that chooses its steps has no error of fronts from the step of the grid.
+#[test]
+fn only_fixed_steps_have_an_error_of_front_speeds() {
+    let error_of = |header: &RunHeader| {
+        let mut run = Summarizer::new("front", header, slider());
+        run.rupture(&rupture(0, 1000, 1040, 1100, 8, 0.4));
+        let found = run.finish(RupturesFrom::Log, None);
+        assert_near(found.front_speed_m_per_s, 4.0);
+        found.front_speed_error_ratio
+    };
+    assert!(error_of(&header()).is_some_and(|error| error > 0.0));
+    assert_eq!(error_of(&RunHeader { has_state: true, ..header() }), None);
+}
+
+#[test]
+fn what_contacts_radiated_is_that_of_the_last_record() {
+    let radiated_j = |energies: &[Option<f64>]| {
+        let mut run = summarizer();
+        for (step, radiated_j) in (1..).zip(energies) {
+            let energy = Some(Energy { radiated_j: *radiated_j, ..Energy::default() });
+            run.step(&StepRecord { energy, ..quiet_step(step, seconds(step), 0.4) });
+        }
+        run.finish(RupturesFrom::Log, None).radiated_j
+    };
+    assert_eq!([radiated_j(&[Some(0.5), Some(0.75)]), radiated_j(&[None, None])], [Some(0.75), None]);
+}
+
 #[test]
 fn recurrence_is_that_of_the_first_times_and_of_the_later_half() {
     let of = |onsets: &[u64]| {
@@ -357,7 +384,8 @@ fn energies_are_those_of_the_last_record_and_counters_those_of_the_end() {
 /// A summary in which every key has a value.
 fn full() -> Summary {
     let mut run = summarizer();
-    run.step(&StepRecord { energy: Some(Energy::default()), ..detach(99, &[1]) });
+    let energy = Some(Energy { radiated_j: Some(0.5), ..Energy::default() });
+    run.step(&StepRecord { energy, ..detach(99, &[1]) });
     run.slip_event(&slip(0, 100, Some(600), 10));
     for (number, last_block) in [(0, 3), (1, 5), (2, 7), (3, 10), (4, 10), (5, 10), (6, 10), (7, 10)] {
         let onset = 100 + number * 1000;

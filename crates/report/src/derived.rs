@@ -22,10 +22,10 @@ pub(crate) struct Derived {
 type Number = (&'static str, fn(&Preview) -> Option<f64>, &'static str, &'static str);
 
 const NUMBERS: [Number; 8] = [
-    ("rho", |preview| Some(preview.density_kg_per_m3), "kg/m³", "density of the slider"),
+    ("rho", |preview| preview.density_kg_per_m3, "kg/m³", "density of the slider"),
     (
         "c",
-        |preview| Some(preview.wave_speed_m_per_s),
+        |preview| preview.wave_speed_m_per_s,
         "m/s",
         "speed of long waves; except in a chain, of shear waves",
     ),

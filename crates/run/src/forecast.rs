@@ -26,8 +26,8 @@ pub struct Forecast {
     /// The longest time step that is stable while no block switches, s; infinite, in JSON `null`, where the solver
     /// chooses its steps.
     pub longest_stable_step_s: f64,
-    /// The time step over the longest stable one.
-    pub step_ratio: f64,
+    /// The time step over the longest stable one; None, in JSON `null`, where the solver chooses its steps.
+    pub step_ratio: Option<f64>,
     /// The number of steps.
     pub steps: u64,
     /// Estimated time of the plain solver on this machine, s; None without a trial.
@@ -68,16 +68,17 @@ impl Forecast {
     pub fn of(scenario: &Scenario) -> Forecast {
         let plan = Plan::new(scenario);
         let longest_stable_step_s = scenario.longest_stable_step_s();
+        let preview = scenario.preview();
         Forecast {
             scenario: scenario.name.clone(),
             scenario_hash: scenario.hash(),
             time_step_s: plan.grid.step_s(),
             longest_stable_step_s,
-            step_ratio: plan.grid.step_s() / longest_stable_step_s,
+            step_ratio: preview.step_ratio,
             steps: plan.steps - plan.initial.step,
             plain_solver_s: None,
             log: MostLogBytes::of(scenario, &plan),
-            preview: scenario.preview(),
+            preview,
             warnings: scenario.warnings().into_iter().map(|warning| warning.text).collect(),
         }
     }

@@ -141,7 +141,7 @@ steps apart. Each such near tie is proved by computing the step without
 rounding, and must be listed in the folder of --near-ties.
 
 A run by rate-and-state friction is compared with itself at a hundredth of
-time.tolerance (docs/rate-and-state.md).")]
+time.tolerance, which must be 1e-10 or above (docs/rate-and-state.md).")]
 pub(crate) struct VerifySolverArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]

@@ -1,11 +1,11 @@
-//! `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
+//! `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time; of rate-and-state friction `f_0 F_N`.
 
 use asperity_numbers::curves::pull_ratio;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, keys, of_one_run};
-use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Panel, RED, Series, Sheet};
+use super::kind::{Figure, keys, levels, of_one_run};
+use super::plot::{Axis, Corner, Dash, GREY, INK, Panel, Series, Sheet};
 
 keys! {
     Forces: file, run, title;
@@ -31,7 +31,6 @@ impl Figure for Forces {
         if shown.len() < 2 {
             return Err(format!("run {} has no records from {from_s} s to {to_s} s", run.name));
         }
-        let friction = &run.plan.friction;
         let load =
             |factor: f64| shown.iter().map(|record| (record.time_s, factor * record.normal_load_n)).collect();
         let pull: Vec<(f64, f64)> =
@@ -43,12 +42,12 @@ impl Figure for Forces {
         let both_ways = run.plan.drive.pulls_both_ways();
         let x = Axis::new("t (s)", from_s, to_s);
         let y = Axis::new("force (N)", lowest * 1.1, highest * 1.08);
-        let series = vec![
-            Series::line("F_N", load(1.0), Dash::Solid, GREY),
-            Series::line("μ_s F_N", load(friction.static_coefficient), Dash::Dashed, BLUE),
-            Series::line("μ_d F_N", load(friction.dynamic_coefficient), Dash::DotDashed, RED),
-            Series::line(if both_ways { "F_T, both ends added" } else { "F_T" }, pull, Dash::Solid, INK),
-        ];
+        let mut series = vec![Series::line("F_N", load(1.0), Dash::Solid, GREY)];
+        for (level, dash, color, label) in levels(run) {
+            series.push(Series::line(format!("{label} F_N"), load(level), dash, color));
+        }
+        let pulls = if both_ways { "F_T, both ends added" } else { "F_T" };
+        series.push(Series::line(pulls, pull, Dash::Solid, INK));
         Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series).titled(&self.title)))
     }
 }

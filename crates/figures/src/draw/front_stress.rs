@@ -4,9 +4,9 @@ use asperity_numbers::fronts::{ACROSS, FROM_BLOCKS, over_stress};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::kind::{Figure, Labelled, Level, Parts, keys, levels, of_runs_in, with_parts};
 use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{BLUE, Dash, GREY, RED, Sheet, nth};
+use super::plot::{Dash, GREY, Sheet, nth};
 use super::scale::Scale;
 
 keys! {
@@ -44,7 +44,8 @@ pub(super) fn over(run: &RunData, across: u32) -> String {
 pub(crate) struct Part {
     /// Stress and speed of the fronts of precursors, and of the global slip.
     marks: [Vec<(f64, f64)>; 2],
-    coefficients: [f64; 2],
+    /// Levels of friction over load.
+    levels: Vec<Level>,
     /// The wave speed, and that of longitudinal waves over it where there are any.
     wave_m_per_s: f64,
     longitudinal: Option<f64>,
@@ -60,10 +61,9 @@ impl Figure for FrontStress {
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
-        let friction = &run.plan.friction;
         Ok(Part {
             marks: over_stress(run, run.of_fronts()?, self.from_blocks, self.across.max(1)),
-            coefficients: [friction.static_coefficient, friction.dynamic_coefficient],
+            levels: levels(run),
             wave_m_per_s: run.plan.scales.wave_speed_m_per_s(),
             longitudinal: run.plan.elastic.longitudinal_over_shear(),
             over: over(run, self.across),
@@ -82,16 +82,14 @@ impl Figure for FrontStress {
             ));
         }
         let Some((_, first)) = all.first() else { return Err("no run is named".to_owned()) };
-        let x = Scale::of("τ_n/p_n before the rupture", false, 0.05, stresses().chain(first.coefficients));
+        let friction = || first.levels.iter().map(|(level, ..)| *level);
+        let x = Scale::of("τ_n/p_n before the rupture", false, 0.05, stresses().chain(friction()));
         let (from, to) = x.about(0.0);
-        let [mu_s, mu_d] = first.coefficients;
-        let upright = |at: f64, dash, color| Item::Line(vec![(at, 0.0), (at, self.to_speed)], dash, color);
+        let upright =
+            |&(at, dash, color, _): &Level| Item::Line(vec![(at, 0.0), (at, self.to_speed)], dash, color);
         let level = |at: f64, dash| Item::Line(vec![(from, at), (to, at)], dash, GREY);
-        let mut items = vec![
-            upright(mu_s, Dash::Dashed, BLUE),
-            upright(mu_d, Dash::DotDashed, RED),
-            level(1.0, Dash::Dashed),
-        ];
+        let mut items: Vec<Item> = first.levels.iter().map(upright).collect();
+        items.push(level(1.0, Dash::Dashed));
         let mut rows = Vec::new();
         let mut own = Vec::new();
         for (index, (label, part)) in all.iter().enumerate() {
@@ -116,8 +114,8 @@ impl Figure for FrontStress {
         rows.extend(has(0).then(|| (Sample::Nothing, "open: precursors".to_owned())));
         rows.extend(has(1).then(|| (Sample::Nothing, "discs: first global slip".to_owned())));
         rows.push((Sample::Nothing, first.over.clone()));
-        rows.push((Sample::Line(Dash::Dashed, BLUE), "μ_s".to_owned()));
-        rows.push((Sample::Line(Dash::DotDashed, RED), "μ_d".to_owned()));
+        let row = |&(_, dash, color, label): &Level| (Sample::Line(dash, color), label.to_owned());
+        rows.extend(first.levels.iter().map(row));
         let name = if first.longitudinal.is_some() { "c_S" } else { "c" };
         rows.push((Sample::Line(Dash::Dashed, GREY), format!("{name} = {:.0} m/s", first.wave_m_per_s)));
         if let Some(ratio) = first.longitudinal.filter(|ratio| *ratio <= self.to_speed) {

@@ -224,8 +224,11 @@ pub(super) fn of_one_row(run: &RunData) -> Result<(), String> {
     })
 }
 
+/// A level of friction over load, how its line looks, and what it is called.
+pub(super) type Level = (f64, Dash, RGBColor, &'static str);
+
 /// Levels of friction over load that the law of a run has: the two coefficients, or `f_0`.
-pub(super) fn levels(run: &RunData) -> Vec<(f64, Dash, RGBColor, &'static str)> {
+pub(super) fn levels(run: &RunData) -> Vec<Level> {
     let friction = &run.plan.friction;
     match friction.law.rate_and_state() {
         Some(law) => vec![(law.reference_coefficient, Dash::Dashed, BLUE, "f_0")],

@@ -19,7 +19,7 @@ keys! {
 /// What is shown of a run.
 pub(crate) struct Part {
     points: Vec<(f64, f64)>,
-    /// `mu_d` of a chain, in which what slid bears it and nothing else bears anything.
+    /// `mu_d` of a chain, in which what slid bears it and nothing else bears anything; none where nothing sticks.
     dynamic_coefficient: Option<f64>,
 }
 
@@ -31,8 +31,9 @@ impl Figure for Slipped {
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
-        let has_theory = run.plan.elastic.has_theory();
-        let dynamic_coefficient = has_theory.then_some(run.plan.friction.dynamic_coefficient);
+        let friction = &run.plan.friction;
+        let has_theory = run.plan.elastic.has_theory() && friction.law.word().sticks();
+        let dynamic_coefficient = has_theory.then_some(friction.dynamic_coefficient);
         Ok(Part { points: growing_slips(run, run.loads()?), dynamic_coefficient })
     }
 

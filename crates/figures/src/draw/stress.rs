@@ -1,5 +1,6 @@
 //! `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants, with the
-//! normal load of the instant. Over an area they are means of the columns of contacts.
+//! normal load of the instant; of rate-and-state friction `f_0 p_n`. Over an area they are means of the columns of
+//! contacts.
 
 use asperity_numbers::curves::pull_ratio;
 use asperity_numbers::required_data::RequiredData;
@@ -7,8 +8,8 @@ use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
 use super::area::along;
-use super::kind::{Figure, keys, of_one_run};
-use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
+use super::kind::{Figure, Level, keys, levels, of_one_run};
+use super::plot::{Axis, Corner, Dash, INK, Look, Panel, Series, Sheet};
 
 keys! {
     Stress: file, run;
@@ -44,9 +45,16 @@ impl Figure for Stress {
     }
 }
 
-/// `mu_s p_n` and `mu_d p_n` of every block in a state: with the load of the instant, or what the
-/// contacts of a slab bear.
-fn thresholds_n(run: &RunData, fields: &FieldRecord, load: &Load) -> [Vec<f64>; 2] {
+/// The levels of friction of the run's law as forces on every block in a state, the one of sliding last: with the load
+/// of the instant, or what the contacts of a slab bear.
+fn thresholds_n(run: &RunData, fields: &FieldRecord, load: &Load) -> Vec<(Level, Vec<f64>)> {
+    let forces_n = coefficients_n(run, fields, load);
+    // A single level is that of both.
+    levels(run).into_iter().zip(forces_n).collect()
+}
+
+/// `mu_s p_n` and `mu_d p_n`; of rate-and-state friction `f_0 p_n` twice.
+fn coefficients_n(run: &RunData, fields: &FieldRecord, load: &Load) -> [Vec<f64>; 2] {
     let friction = &run.plan.friction;
     let borne_n = &fields.normal_load_n;
     if !borne_n.is_empty() {
@@ -60,7 +68,7 @@ fn thresholds_n(run: &RunData, fields: &FieldRecord, load: &Load) -> [Vec<f64>; 
 
 /// Whether some block is pulled backwards with more than half of sliding friction.
 fn is_mirrored(run: &RunData, fields: &FieldRecord, load: &Load) -> bool {
-    let [_, sliding_n] = thresholds_n(run, fields, load);
+    let [_, sliding_n] = coefficients_n(run, fields, load);
     let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
     -backwards > 0.5 * sliding_n[0]
 }
@@ -71,27 +79,23 @@ fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool)
         let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
         along(run, values).into_iter().enumerate().map(|(n, value)| (position_mm(n), value)).collect()
     };
-    let [threshold, sliding] = thresholds_n(run, fields, record).map(|force_n| along(&force_n));
-    let curves = [threshold, sliding, along(&fields.tangential_force_n)];
+    let thresholds = thresholds_n(run, fields, record);
+    let thresholds: Vec<(Level, Vec<(f64, f64)>)> =
+        thresholds.into_iter().map(|(level, force_n)| (level, along(&force_n))).collect();
+    let tau = along(&fields.tangential_force_n);
     let mirrored = is_mirrored(run, fields, record);
-    let values = || curves.iter().flatten().map(|(_, force)| *force);
+    let curves = || thresholds.iter().map(|(_, points)| points).chain([&tau]);
+    let values = || curves().flatten().map(|(_, force)| *force);
     let (lowest, highest) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
     let lowest = if mirrored { lowest.min(-highest) } else { lowest };
-    let [threshold, sliding, tau] = curves;
     let below = |points: &[(f64, f64)]| points.iter().map(|(x, force)| (*x, -force)).collect();
     let mut series = Vec::new();
-    for (label, points, look) in [
-        ("μ_s p_n", threshold, Look::Line(Dash::Dashed, BLUE)),
-        ("μ_d p_n", sliding, Look::Line(Dash::DotDashed, RED)),
-    ] {
+    for ((_, dash, color, name), points) in thresholds {
+        let (label, look) = (format!("{name} p_n"), Look::Line(dash, color));
         if mirrored {
             series.push(Series { label: String::new(), points: below(&points), look });
         }
-        series.push(Series {
-            label: if any_mirrored { format!("±{label}") } else { label.to_owned() },
-            points,
-            look,
-        });
+        series.push(Series { label: if any_mirrored { format!("±{label}") } else { label }, points, look });
     }
     series.push(Series::line("τ_n", tau, Dash::Solid, INK));
     let x = Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3);

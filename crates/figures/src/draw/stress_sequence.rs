@@ -11,10 +11,10 @@ use asperity_numbers::run_data::RunData;
 use asperity_record::FieldRecord;
 
 use super::area::along;
-use super::kind::{Figure, keys, of_one_run, place_name};
+use super::kind::{Figure, Level, keys, levels, of_one_run, place_name};
 use super::of_study::colours::{Colours, On};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::plot::{BLUE, Dash, RED, Sheet};
+use super::plot::{Dash, Sheet};
 use super::scale::Scale;
 
 keys! {
@@ -69,29 +69,27 @@ impl StressSequence {
         }
         let scale = Scale::of("F_T/F_N at the onset", false, 0.0, pairs.iter().map(|(load, _)| *load));
         let colours = Colours::of(scale, On::Lines);
-        let friction = &run.plan.friction;
         let ratios = pairs.iter().flat_map(|(_, both)| both.iter().flatten()).map(|(_, ratio)| *ratio);
-        let (mut low, mut high) = (0.0f64, friction.static_coefficient);
+        let (mut low, mut high) = (0.0f64, run.plan.friction.static_coefficient);
         for ratio in ratios {
             (low, high) = (low.min(ratio), high.max(ratio));
         }
         let margin = 0.05 * (high - low);
         let last = f64::from(run.columns());
-        let lines = [(friction.static_coefficient, Dash::Dashed, BLUE, "μ_s")];
-        let lines = lines.into_iter().chain([(friction.dynamic_coefficient, Dash::DotDashed, RED, "μ_d")]);
+        let lines = levels(run);
         let panel = |title: &str, which: usize| {
             let profiles = pairs.iter().map(|(load, both)| {
                 let color = colours.at(colours.scale.nearest_share(*load));
                 Item::Line(both[which].clone(), Dash::Solid, color)
             });
-            let levels = lines.clone().map(|(level, dash, color, _)| {
+            let levels = lines.iter().map(|&(level, dash, color, _)| {
                 Item::Line(vec![(0.5, level), (last + 0.5, level)], dash, color)
             });
             Panel { title: title.to_owned(), items: profiles.chain(levels).collect() }
         };
         let panels = vec![panel("before each precursor", 0), panel("after each precursor", 1)];
-        let rows =
-            lines.map(|(_, dash, color, label)| (Sample::Line(dash, color), label.to_owned())).collect();
+        let row = |&(_, dash, color, label): &Level| (Sample::Line(dash, color), label.to_owned());
+        let rows = lines.iter().map(row).collect();
         let x = Scale::between(place_name(run), 0.5, last + 0.5);
         let y = Scale::between("τ_n/p_n", if low < 0.0 { low - margin } else { 0.0 }, high + margin);
         Ok(Paper { bar: Some(colours), ..Paper::new(x, y, panels, rows) })

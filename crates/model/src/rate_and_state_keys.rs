@@ -9,9 +9,8 @@ use crate::scenario::Scenario;
 /// The law, in refusals.
 const THE_LAW: &str = "friction.law = \"rate-and-state\"";
 
-/// Most `f_0 / a`. An e-fold of velocity then changes friction by 1e-4 of itself, a tenth of what is measured at the
-/// least; with more, steps become so short that runs do not end.
-const MOST_STIFFNESS: f64 = 1e4;
+/// Most `f_0 / a`: `e^(-f_0 / a)`, over which a block that turns back passes, underflows from 745 on.
+const MOST_STIFFNESS: f64 = 700.0;
 
 /// Checks the rules. Keys at their defaults are accepted.
 pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
@@ -85,15 +84,14 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     }
     let stiffness = law.reference_coefficient / law.direct_effect;
     if stiffness > MOST_STIFFNESS {
-        let least = law.reference_coefficient / MOST_STIFFNESS;
         refuse(
             "friction.direct_effect",
             format!(
-                "{:e} is {stiffness:.1e} times below friction.reference_coefficient = {}: friction hardly depends on \
-                 velocity, and steps of the adaptive solver would be too short to end",
+                "{:e} is {stiffness:.1e} times below friction.reference_coefficient = {}, so that e^(-f_0 / a) \
+                 underflows",
                 law.direct_effect, law.reference_coefficient
             ),
-            &format!("a number from {least:.3e}"),
+            &format!("a number from friction.reference_coefficient / {MOST_STIFFNESS}"),
         );
     }
     // Times, and with them the way of the drive, are known to a rounding of the whole run.
@@ -199,9 +197,9 @@ mod tests {
             ),
             (
                 "friction.direct_effect = 1e-9",
-                "1:26: friction.direct_effect: 1e-9 is 6.0e8 times below friction.reference_coefficient = 0.6: friction \
-                 hardly depends on velocity, and steps of the adaptive solver would be too short to end (accepted: a \
-                 number from 6.000e-5)",
+                "1:26: friction.direct_effect: 1e-9 is 6.0e8 times below friction.reference_coefficient = 0.6, so that \
+                 e^(-f_0 / a) underflows (accepted: a number from friction.reference_coefficient / \
+                 700)",
             ),
             (
                 "friction.critical_slip_m = 1e-20",

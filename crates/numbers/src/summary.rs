@@ -23,7 +23,7 @@ summary! {
             /// `as-coded` or `as-stated`.
             parameter_set: String,
             /// How it ended: `complete`, `load-not-reached` (the load at which the drive was to stop),
-            /// `interrupted`, `salvaged`, `stopped-energy` or `stopped-not-finite` (it could not
+            /// `interrupted`, `salvaged`, `stopped-energy`, `stopped-not-finite` or `stopped-stalled` (it could not
             /// continue); or `unknown`, if the log does not record it.
             status: String,
             /// Source of its ruptures: `log`; `steps`, if the log has none and they were found in its

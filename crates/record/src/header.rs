@@ -109,6 +109,8 @@ pub enum RunStatus {
     StoppedEnergy,
     /// The step after the last could not be recorded: a number was no longer finite.
     StoppedNotFinite,
+    /// The solver's own steps had become too short to end.
+    StoppedStalled,
     /// The log was put together from what was left of a damaged one.
     Salvaged,
 }
@@ -116,7 +118,7 @@ pub enum RunStatus {
 impl RunStatus {
     /// Whether the run was stopped because it could not continue.
     pub fn is_stopped(self) -> bool {
-        matches!(self, RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite)
+        matches!(self, RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite | RunStatus::StoppedStalled)
     }
 }
 

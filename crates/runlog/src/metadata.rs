@@ -146,12 +146,13 @@ fn scales_from_map(map: &Reader<'_>) -> Result<Option<Scales>, MetadataError> {
     }))
 }
 
-const STATUSES: [RunStatus; 6] = [
+const STATUSES: [RunStatus; 7] = [
     RunStatus::Complete,
     RunStatus::LoadNotReached,
     RunStatus::Interrupted,
     RunStatus::StoppedEnergy,
     RunStatus::StoppedNotFinite,
+    RunStatus::StoppedStalled,
     RunStatus::Salvaged,
 ];
 
@@ -162,6 +163,7 @@ fn status_word(status: RunStatus) -> &'static str {
         RunStatus::Interrupted => "interrupted",
         RunStatus::StoppedEnergy => "stopped-energy",
         RunStatus::StoppedNotFinite => "stopped-not-finite",
+        RunStatus::StoppedStalled => "stopped-stalled",
         RunStatus::Salvaged => "salvaged",
     }
 }

@@ -568,7 +568,7 @@ impl RunReader {
         mismatch("digest:", end.digest.clone(), digest)?;
         match end.status {
             RunStatus::Interrupted => Err(LogProblem::Interrupted(end.last_step)),
-            RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite => {
+            RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite | RunStatus::StoppedStalled => {
                 Err(LogProblem::Stopped(end.stopped.clone().unwrap_or_default()))
             }
             RunStatus::Salvaged => Err(LogProblem::Salvaged),

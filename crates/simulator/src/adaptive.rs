@@ -37,6 +37,10 @@ pub(crate) const NAME: &str = "adaptive";
 /// Shortest step, s. A reversal takes steps of 1e-20 s; shorter ones cannot come from finite numbers.
 const SHORTEST_STEP_S: f64 = 1e-200;
 
+/// Most steps, rejected ones included, from one grid step to the next: a reversal takes thousands, a run far more in
+/// seconds, but seconds are many grid steps.
+const MOST_STEPS: u32 = 1_000_000;
+
 /// A re-attachment happens at the event speed times this.
 const HYSTERESIS: f64 = 0.5;
 
@@ -63,6 +67,10 @@ pub(crate) struct Adaptive {
     crossings: Vec<Crossing>,
     /// For states within a step.
     within: Unknowns,
+    /// The grid step that time has passed last, and the steps since.
+    passed: (u64, u32),
+    /// Why it cannot continue.
+    stopped: Option<SimulationError>,
     counters: Counters,
 }
 
@@ -123,6 +131,8 @@ impl Adaptive {
             is_above: vec![false; blocks],
             crossings: Vec::new(),
             within: Unknowns::zeros(blocks),
+            passed: (step, 0),
+            stopped: None,
             counters: Counters::default(),
             equations,
             slider,
@@ -138,6 +148,8 @@ impl Adaptive {
         let plan = Arc::clone(&self.plan);
         self.time_s = saved.time_s;
         self.next_step_s = saved.next_step_s;
+        self.passed = (plan.grid.first_step_from(saved.time_s.value()).saturating_sub(1), 0);
+        self.stopped = None;
         self.crossings.clone_from(&saved.crossings);
         self.begin.at.0.clone_from(&saved.unknowns);
         // The piece of the courses in which the step begins; a step ends at a knot.
@@ -188,6 +200,9 @@ impl Adaptive {
             }
         }
         self.time_s = end_s;
+        if end_s.value() > plan.grid.time_s(self.passed.0 + 1) {
+            self.passed = (plan.grid.first_step_from(end_s.value()) - 1, 0);
+        }
         std::mem::swap(&mut self.begin, &mut self.end);
         if self.piece.from_s == end_s.value() {
             // Drive and load may have turned.
@@ -202,6 +217,13 @@ impl Adaptive {
             if step_s < SHORTEST_STEP_S {
                 return Err(self.overflow());
             }
+            if self.passed.1 == MOST_STEPS {
+                return Err(SimulationError::Stalled {
+                    step: self.passed.0,
+                    time_step_s: plan.grid.step_s(),
+                });
+            }
+            self.passed.1 += 1;
             let error = self.rodas4.step(&mut self.equations, &self.begin, step_s);
             let next_s = step_s * rodas4::factor(error);
             if error <= 1.0 {
@@ -383,6 +405,9 @@ impl Solver for Adaptive {
             if !self.recorder.is_empty() {
                 return self.recorder.next();
             }
+            if let Some(error) = &self.stopped {
+                return Err(error.clone());
+            }
             if self.slider.step >= self.plan.steps {
                 return Ok(None);
             }
@@ -393,7 +418,7 @@ impl Solver for Adaptive {
             if self.seconds_to(self.plan.grid.time_s(due_step)) <= self.step_s {
                 self.record(due_step)?;
             } else {
-                self.advance()?;
+                self.stopped = self.advance().err();
             }
         }
     }

@@ -133,6 +133,17 @@ pub enum SimulationError {
         /// Its velocity.
         velocity_m_per_s: f64,
     },
+    /// The solver's own steps have become too short to end.
+    #[error(
+        "after step {step} a million steps of the adaptive solver have not passed the next multiple of time.step_s = \
+         {time_step_s:e} s: what it follows is faster than the times that are recorded"
+    )]
+    Stalled {
+        /// The last multiple of `time.step_s` that was passed.
+        step: u64,
+        /// `time.step_s`.
+        time_step_s: f64,
+    },
 }
 
 impl SimulationError {
@@ -141,6 +152,7 @@ impl SimulationError {
         match self {
             SimulationError::Energy { .. } => RunStatus::StoppedEnergy,
             SimulationError::NotFinite { .. } => RunStatus::StoppedNotFinite,
+            SimulationError::Stalled { .. } => RunStatus::StoppedStalled,
         }
     }
 }

@@ -2,8 +2,8 @@
 //! the two promises of the solver: its error follows the tolerance, and a restored run has the same bits.
 
 use asperity_model::Plan;
-use asperity_record::{Direction, Energy, Record, StepRecord, WindowRecord};
-use asperity_simulator::{AdaptiveState, Crossing, Snapshot, Solver, SolverKind};
+use asperity_record::{Direction, Energy, Record, RunStatus, StepRecord, WindowRecord};
+use asperity_simulator::{AdaptiveState, Crossing, SimulationError, Snapshot, Solver, SolverKind};
 use asperity_testkit::reference;
 
 fn plan(name: &str, sets: &[&str]) -> Plan {
@@ -452,4 +452,20 @@ fn a_uniform_chain_is_a_slider() {
     for (n, (time_s, _)) in found.iter().enumerate() {
         assert!((time_s - alone[n / 4].0).abs() < 5e-8, "{time_s} for {}", alone[n / 4].0);
     }
+}
+
+/// A spring of 1e30 N/m swings so fast that a run of milliseconds would take days.
+#[test]
+fn a_run_whose_steps_no_longer_end_is_stopped() {
+    let mut solver =
+        solver(&plan("spring-slider", &["drive.stiffness_n_per_m=1e30", "friction.inertia=true"]));
+    let error = loop {
+        match solver.next_record() {
+            Ok(record) => assert!(record.is_some(), "it does not end"),
+            Err(error) => break error,
+        }
+    };
+    assert!(matches!(error, SimulationError::Stalled { .. }), "{error}");
+    assert_eq!(error.status(), RunStatus::StoppedStalled);
+    assert_eq!(solver.next_record(), Err(error));
 }

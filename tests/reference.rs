@@ -50,30 +50,31 @@ const COARSE_SLAB: (&str, f64, &str) =
 
 #[test]
 fn the_fast_solver_gives_the_tables() {
-    TABLES.iter().for_each(|table| check(table, "fast"));
+    TABLES.iter().for_each(|table| check(table, "fast", None));
 }
 
 #[test]
 fn the_fast_solver_gives_the_table_of_a_coarse_slab() {
-    check(&COARSE_SLAB, "fast");
+    check(&COARSE_SLAB, "fast", None);
 }
 
 #[test]
 #[ignore = "minutes of 5e8 single steps: a stage of cargo xtask ci"]
 fn the_plain_solver_gives_the_table_as_coded() {
-    check(&TABLES[0], "plain");
+    check(&TABLES[0], "plain", None);
 }
 
+/// Until after the first global slip.
 #[test]
-#[ignore = "minutes of 5e8 single steps: a stage of cargo xtask ci"]
+#[ignore = "a minute of 3e8 single steps: a stage of cargo xtask ci"]
 fn the_plain_solver_gives_the_table_as_stated() {
-    check(&TABLES[1], "plain");
+    check(&TABLES[1], "plain", Some(2.8));
 }
 
 #[test]
 #[ignore = "minutes of single steps: a stage of cargo xtask ci"]
 fn the_plain_solver_gives_the_other_tables() {
-    TABLES[2..].iter().chain([&COARSE_SLAB]).for_each(|table| check(table, "plain"));
+    TABLES[2..].iter().chain([&COARSE_SLAB]).for_each(|table| check(table, "plain", None));
 }
 
 /// A row of either table; times in steps.
@@ -107,19 +108,27 @@ impl Row {
     }
 }
 
-/// A solver must give the table.
-fn check((table, step_s, scenario): &(&str, f64, &str), solver: &str) {
+/// A solver must give the table, or what ends in it by a time.
+fn check((table, step_s, scenario): &(&str, f64, &str), solver: &str, until_s: Option<f64>) {
+    let duration = until_s.map(|until_s| format!("time.duration_s={until_s}"));
     let mut words = scenario.split_whitespace();
     let mut scenario = vec![words.next().expect("a scenario has a name"), "--solver", solver];
-    scenario.extend(words.flat_map(|set| ["--set", set]));
+    scenario.extend(words.chain(duration.as_deref()).flat_map(|set| ["--set", set]));
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/reference");
     let stored = fs::read_to_string(fixtures.join(format!("{table}.csv"))).expect("the table is stored");
-    let stored = rows(&stored, *step_s);
+    let mut stored = rows(&stored, *step_s);
 
     let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
     run(&scenario, &log);
-    let found = rows(&succeed(&["events", text(&log), "--format", "csv"]), *step_s);
+    let mut found = rows(&succeed(&["events", text(&log), "--format", "csv"]), *step_s);
+    if let Some(until_s) = until_s {
+        let until_step = (until_s / step_s) as u64;
+        for rows in [&mut stored, &mut found] {
+            rows.retain(|row| row.end_step.is_some_and(|end| end < until_step));
+        }
+        assert!(stored.iter().any(|row| row.last_block == 100), "no global slip by then");
+    }
 
     let differing: Vec<String> = stored
         .iter()
@@ -135,11 +144,10 @@ fn check((table, step_s, scenario): &(&str, f64, &str), solver: &str) {
         differing.join("\n")
     );
     assert_eq!(found.len(), stored.len(), "{scenario:?}: number of slip events");
-    assert_eq!(
-        recorded_switches(&log),
-        stored_switches(&fixtures, table),
-        "{scenario:?}: number of switches"
-    );
+    if until_s.is_none() {
+        let switches = stored_switches(&fixtures, table);
+        assert_eq!(recorded_switches(&log), switches, "{scenario:?}: number of switches");
+    }
 }
 
 fn rows(table: &str, step_s: f64) -> Vec<Row> {

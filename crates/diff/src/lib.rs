@@ -52,6 +52,7 @@
 //!     # breaks_end: None,
 //!     # repins_onset: None,
 //!     # repins_end: None,
+//!     # peak_velocity_m_per_s: None,
 //!     # first_across: None,
 //!     # last_across: None,
 //! };

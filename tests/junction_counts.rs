@@ -215,7 +215,7 @@ fn counts_that_contradict_each_other_are_refused() {
     let (run, _) = log(folder.path(), 6);
     let sound = take_apart(&fs::read(&run).unwrap());
     type Change = fn(&mut Value);
-    let cases: [(&str, usize, Change, &str); 12] = [
+    let cases: [(&str, usize, Change, &str); 14] = [
         ("/step", 1, |step| take(step, "repins"), "step 3: it has breaks without repins"),
         ("/step", 1, |step| take(step, "breaks"), "step 3: it has repins without breaks"),
         (
@@ -223,6 +223,18 @@ fn counts_that_contradict_each_other_are_refused() {
             1,
             |step| ["breaks", "repins"].iter().for_each(|key| take(step, key)),
             "step 3: it has no breaks and repins, in a run with junctions",
+        ),
+        (
+            "/step",
+            1,
+            |step| step["peak_velocity_m_per_s"] = json!(-0.5),
+            "step 3: peak_velocity_m_per_s = Some(-0.5), in a run with has_state = false",
+        ),
+        (
+            "/events/slip",
+            1,
+            |slip| slip["peak_velocity_m_per_s"] = json!(0.5),
+            "peak_velocity_m_per_s = Some(0.5), in a run with has_state = false",
         ),
         ("/step", 2, |step| step["breaks"] = json!(4), "step 4: breaks = 4, after 5"),
         ("/step", 3, |step| step["repins"] = json!(0), "step 5: repins = 0, after 1"),

@@ -19,7 +19,9 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
             short(speed),
             decay.unwrap_or_default()
         ),
-        None if scenario.slider.blocks == 1 => "no inertia, so slider.mass_kg has no effect".to_owned(),
+        None if scenario.slider.blocks == 1 => {
+            "no inertia: slider.mass_kg sets only the link time".to_owned()
+        }
         None => format!(
             "no inertia: slider.mass_kg sets only the link time and the unit of front speeds, c = {} m/s",
             short(scenario.scales().wave_speed_m_per_s())
@@ -191,7 +193,7 @@ mod tests {
         );
         assert_eq!(ranges(&[&resolve::<&str>("spring-slider", &[]).unwrap().preview()]), None);
         // Without inertia nothing runs at c, and the mass is no property of the motion.
-        assert_eq!(slider[0], "material: no inertia, so slider.mass_kg has no effect");
+        assert_eq!(slider[0], "material: no inertia: slider.mass_kg sets only the link time");
         let without =
             ["friction.inertia=false", "friction.radiation_kg_per_s=200", "slider.relative_damping=0"];
         assert_eq!(

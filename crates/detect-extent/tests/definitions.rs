@@ -85,6 +85,24 @@ fn an_event_has_the_totals_of_its_onset_and_its_end() {
     assert_eq!(merged.iter().map(totals).collect::<Vec<_>>(), [of(11, Some(14))]);
 }
 
+/// The record of the detachment covers what a grid step contains, and that of the end what follows within the event.
+#[test]
+fn an_event_has_the_largest_speed_of_its_records_and_of_the_one_before() {
+    let records = [
+        (10, 0, &[1][..], 0.3),
+        (11, 1, &[-1], 0.1),
+        (12, 0, &[1], 0.2),
+        (13, 1, &[], 0.4),
+        (14, 0, &[], 0.5),
+    ];
+    let records = records.map(|(step, sliding, switches, speed)| StepRecord {
+        peak_velocity_m_per_s: Some(speed),
+        ..record(step, sliding, 0.3, switches)
+    });
+    let peaks: Vec<_> = slips(&records).iter().map(|slip| slip.peak_velocity_m_per_s).collect();
+    assert_eq!(peaks, [Some(0.3), Some(0.5)]);
+}
+
 #[test]
 fn events_a_step_apart_are_two_and_without_a_gap_one() {
     let apart = slips(&[

@@ -34,6 +34,8 @@ pub struct SlipTracker {
     /// Switches and load of the last record, at which an event may start.
     last_switches: Vec<Switch>,
     last_load_ratio: f64,
+    /// The largest speed up to the last record: a slip may begin and end in one step of the grid.
+    last_peak_m_per_s: Option<f64>,
     /// The current event, or one that has ended and may yet be merged with the next.
     open: Option<Slip>,
     /// Whether that event already has enough blocks to count.
@@ -114,6 +116,7 @@ impl SlipTracker {
             detached: Extent::none(blocks),
             last_switches: Vec::new(),
             last_load_ratio: f64::NAN,
+            last_peak_m_per_s: None,
             open: None,
             counts: false,
             events: 0,
@@ -174,6 +177,7 @@ impl SlipTracker {
         }
         self.last_switches.clone_from(&record.switches);
         self.last_load_ratio = record.load_ratio();
+        self.last_peak_m_per_s = record.peak_velocity_m_per_s;
         if self.rules.merge_gap_s == 0.0 && record.sliding == 0 {
             self.conclude(changes);
         }
@@ -225,7 +229,7 @@ impl SlipTracker {
             max_sliding: 0,
             min_load_ratio: self.last_load_ratio,
             max_load_ratio: self.last_load_ratio,
-            peak_velocity_m_per_s: None,
+            peak_velocity_m_per_s: self.last_peak_m_per_s,
             end: None,
         }
     }

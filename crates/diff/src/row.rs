@@ -83,7 +83,8 @@ impl Row for Rupture {
         .without(Column::BreaksOnset)
         .without(Column::BreaksEnd)
         .without(Column::RepinsOnset)
-        .without(Column::RepinsEnd);
+        .without(Column::RepinsEnd)
+        .without(Column::PeakVelocity);
 
     fn number(&self) -> u64 {
         self.rupture

@@ -293,7 +293,7 @@ fn extent(event: &impl Row) -> Extent {
 
 /// The tightest policy that allows all observed differences.
 ///
-/// Numbers get tolerances: for every column of time or load the largest difference of any pair of events
+/// Numbers get tolerances: for every column of time, load or speed the largest difference of any pair of events
 /// with equal blocks. Differences in kind get counts: pairs with different blocks, splits, merges, missing,
 /// extra and open events.
 #[derive(Debug, Clone, Default)]

@@ -9,8 +9,9 @@ use crate::scenario::Scenario;
 /// The law, in refusals.
 const THE_LAW: &str = "friction.law = \"rate-and-state\"";
 
-/// Most `f_0 / a`: `e^(-f_0 / a)`, over which a block that turns back passes, underflows from 745 on.
-const MOST_STIFFNESS: f64 = 700.0;
+/// Most `psi / a` at the start. From 708 on `e^(-psi / a)` has no longer all digits, and from 745 on it is 0: a block
+/// that turns back would do so at once.
+const MOST_STATE: f64 = 700.0;
 
 /// Checks the rules. Keys at their defaults are accepted.
 pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
@@ -82,18 +83,6 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
             refuse("slider.relative_damping", problem, "0, or friction.inertia = true");
         }
     }
-    let stiffness = law.reference_coefficient / law.direct_effect;
-    if stiffness > MOST_STIFFNESS {
-        refuse(
-            "friction.direct_effect",
-            format!(
-                "{:e} is {stiffness:.1e} times below friction.reference_coefficient = {}, so that e^(-f_0 / a) \
-                 underflows",
-                law.direct_effect, law.reference_coefficient
-            ),
-            &format!("a number from friction.reference_coefficient / {MOST_STIFFNESS}"),
-        );
-    }
     // Times, and with them the way of the drive, are known to a rounding of the whole run.
     let way_m = drive.fastest_m_per_s() * scenario.time.duration_s;
     let least_slip_m = f64::EPSILON * way_m;
@@ -109,11 +98,24 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     }
     let offsets = scenario.friction.evolution_offsets.len();
     // Lists of the wrong length have a rule of their own.
-    if offsets == slider.contacts() as usize
-        && let Some((n, b)) = evolution_effects(scenario).iter().enumerate().find(|(_, b)| **b <= 0.0)
-    {
-        let problem = format!("block {} gets b = {b}", n + 1);
-        refuse("friction.evolution_offsets", problem, "b > 0 for every block");
+    if offsets == 0 || offsets == slider.contacts() as usize {
+        let effects = evolution_effects(scenario);
+        if let Some((n, b)) = effects.iter().enumerate().find(|(_, b)| **b <= 0.0) {
+            let problem = format!("block {} gets b = {b}", n + 1);
+            refuse("friction.evolution_offsets", problem, "b > 0 for every block");
+        }
+        let states = effects.iter().map(|b| law.steady_state(*b, drive.velocity_m_per_s));
+        let most = states.fold(0.0, f64::max);
+        if most > MOST_STATE * law.direct_effect && drive.velocity_m_per_s > 0.0 {
+            refuse(
+                "friction.direct_effect",
+                format!(
+                    "{:e}, of states psi = {most:.3} at the start: e^(-psi / a) underflows",
+                    law.direct_effect
+                ),
+                &format!("a number above {:.3e}", 1.0005 * most / MOST_STATE),
+            );
+        }
     }
     let shear = &scenario.initial_shear;
     let moves = scenario.initial_velocity.amplitude_m_per_s;
@@ -197,9 +199,8 @@ mod tests {
             ),
             (
                 "friction.direct_effect = 1e-9",
-                "1:26: friction.direct_effect: 1e-9 is 6.0e8 times below friction.reference_coefficient = 0.6, so that \
-                 e^(-f_0 / a) underflows (accepted: a number from friction.reference_coefficient / \
-                 700)",
+                "1:26: friction.direct_effect: 1e-9, of states psi = 0.531 at the start: e^(-psi / a) underflows \
+                 (accepted: a number above 7.588e-4)",
             ),
             (
                 "friction.critical_slip_m = 1e-20",

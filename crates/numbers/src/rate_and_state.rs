@@ -77,7 +77,7 @@ pub(crate) fn ft_fn_at(loads: &[Load], at_s: f64) -> Option<f64> {
     Some(before.load_ratio() + share * (after.load_ratio() - before.load_ratio()))
 }
 
-/// The share of the mean displacement outside of slip events.
+/// The share of the mean displacement outside of slip events; `None` unless both ends of each have their states.
 pub(crate) fn creep_ratio(run: &RunEvents, states: &States) -> Option<f64> {
     let (mut whole_m, mut slipped_m) = (0.0, 0.0);
     for block in 1..=run.header.blocks {
@@ -88,8 +88,7 @@ pub(crate) fn creep_ratio(run: &RunEvents, states: &States) -> Option<f64> {
         };
         whole_m += course.last()?.1 - course.first()?.1;
         for slip in &run.slips {
-            let ends = at(slip.onset_s).zip(slip.end_s.and_then(at));
-            slipped_m += ends.map_or(0.0, |(from_m, to_m)| to_m - from_m);
+            slipped_m += slip.end_s.and_then(at)? - at(slip.onset_s)?;
         }
     }
     (whole_m != 0.0).then(|| 1.0 - slipped_m / whole_m)
@@ -200,6 +199,8 @@ mod tests {
         run.kept = crate::required_data::RequiredData::all();
         made_up::with_states(&mut run, &states);
         close(number("creep_ratio", &run, None), 1.0 - 1.6 / 3.0);
+        run.slips[0].end_s = None;
+        assert_eq!(number("creep_ratio", &run, None), None);
         assert_eq!(number("peak_velocity_m_per_s", &run, None), None);
         run.slips[0].peak_velocity_m_per_s = Some(0.25);
         assert_eq!(number("peak_velocity_m_per_s", &run, None), Some(0.25));

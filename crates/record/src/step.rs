@@ -30,8 +30,7 @@ pub struct StepRecord {
     pub energy: Option<Energy>,
     /// Breaks and re-pins of junctions in all steps before this one; `None` by laws without junctions.
     pub junctions: Option<JunctionTotals>,
-    /// Largest speed of any block in the solver's own steps that began since the step record before, m/s; `None` by
-    /// laws without a state.
+    /// Largest speed of any block since the step record before, m/s; `None` by laws without a state.
     pub peak_velocity_m_per_s: Option<f64>,
     /// How many blocks slid in this step, that is, entered it detached.
     pub sliding: u32,

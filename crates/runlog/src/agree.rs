@@ -72,12 +72,8 @@ pub(crate) fn step(
             format!("radiated_j = {:?}, in a run with radiates = {}", message.radiated_j, header.radiates);
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
-    if message.peak_velocity_m_per_s.is_some_and(|speed| speed >= 0.0) != header.has_state {
-        let (speed, has_state) = (message.peak_velocity_m_per_s, header.has_state);
-        let what = format!("peak_velocity_m_per_s = {speed:?}, in a run with has_state = {has_state}");
-        return Err(LogProblem::Contradiction { step: message.step, what });
-    }
-    junctions(header, message, before.unwrap_or_default())
+    peak(message.peak_velocity_m_per_s, header)
+        .and_then(|()| junctions(header, message, before.unwrap_or_default()))
         .map_err(|what| LogProblem::Contradiction { step: message.step, what })
 }
 
@@ -283,6 +279,9 @@ pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Ev
         if slip.open != slip.end_step.is_none() || slip.open != slip.end_s.is_none() {
             return wrong(format!("open = {}, and it ends in step {:?}", slip.open, slip.end_step));
         }
+        if let Err(what) = peak(slip.peak_velocity_m_per_s, header) {
+            return wrong(what);
+        }
         let junctions = header.parts().junctions;
         for (what, onset, end) in
             [("breaks", slip.breaks_onset, slip.breaks_end), ("repins", slip.repins_onset, slip.repins_end)]
@@ -322,6 +321,15 @@ pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Ev
         serde_json::from_str::<Map<String, Value>>(payload)?;
         Ok(Event::of_json(topic, payload))
     }
+}
+
+/// Checks the largest speed of a step or an event: a number from 0 on in runs with a state, and none in others.
+fn peak(speed: Option<f64>, header: &RunHeader) -> Result<(), String> {
+    let has_state = header.has_state;
+    if speed.is_some() != has_state || speed.is_some_and(|speed| speed < 0.0) {
+        return Err(format!("peak_velocity_m_per_s = {speed:?}, in a run with has_state = {has_state}"));
+    }
+    Ok(())
 }
 
 /// What kind of run a header is of, as far as its contacts go, in words.

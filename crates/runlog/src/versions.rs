@@ -7,11 +7,11 @@
 //! | 3 | metadata records `chunk`, seals of what precedes them; a summary that lists everything in the log; chunks end where a step and its switches end |
 //! | 4 | topics `/events/rupture` and `/events/arrival`; in the metadata `run`, `block_length_m`, `block_time_s`, `link_time_ratio` and `link_s`, which link detachments to ruptures; in `/step` and `run_end` the energies; in logs written later `longest_stable_step_s` in `run`, and the statuses `stopped-energy` and `stopped-not-finite`, with why in `stopped` |
 //! | 5 | slabs: in `/fields` the normal load of each contact, in checkpoints the states of all nodes |
-//! | 6 | in `/events/rupture` `moment_n_m`, an `anchor_change_j` of every rupture that counts all of its switches, and an `elastic_change_j` to match: before, those of its first step were left out; in the metadata `run`, `modulus_n_per_m` and `interfacial_stiffness_n_per_m`, from which these two are computed; in logs of laws with junctions, written later, `junction_count` in `run`, totals of breaks and re-pins in `/step` and `/events/slip`, and what contacts have of junctions in `/switch` and `/fields` |
+//! | 6 | in `/events/rupture` `moment_n_m`, an `anchor_change_j` of every rupture that counts all of its switches, and an `elastic_change_j` to match: before, those of its first step were left out; in the metadata `run`, `modulus_n_per_m` and `interfacial_stiffness_n_per_m`, from which these two are computed; in logs of laws with junctions, written later, `junction_count` in `run`, totals of breaks and re-pins in `/step` and `/events/slip`, and what contacts have of junctions in `/switch` and `/fields`; in logs of rate-and-state friction, written later, `has_state` in `run`, the state of each block in `/fields`, the largest speed in `/step` and `/events/slip`, and the status `stopped-stalled` |
 //!
 //! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; older logs have none,
 //! and nothing is compared. Readers that do not know these keys ignore them, so they are not a new
-//! version. Laws with junctions are none either: a program without them refuses the scenario of such a
+//! version. Laws with junctions or a state are none either: a program without them refuses the scenario of such a
 //! log, and the schemas of other logs are as they were.
 //!
 //! Versions 2 to 6 only add, so that a log of version 1 reads as one without checkpoints, logs of versions

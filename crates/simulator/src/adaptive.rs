@@ -167,7 +167,6 @@ impl Adaptive {
         if self.step_s == 0.0 {
             self.end.clone_from(&self.begin);
             self.find_crossings();
-            self.slider.peak_velocity_m_per_s = Some(self.peak_velocity_m_per_s());
         } else {
             self.rodas4.step(&mut self.equations, &self.begin, self.step_s);
             self.close_step();
@@ -191,6 +190,7 @@ impl Adaptive {
     /// Takes the next step, as long as its error allows, and finds the crossings in it.
     fn advance(&mut self) -> Result<(), SimulationError> {
         let plan = Arc::clone(&self.plan);
+        self.count_peak(1.0);
         let mut end_s = self.end_s();
         if self.piece.until_step != u64::MAX {
             let knot_s = plan.grid.time_s(self.piece.until_step);
@@ -239,25 +239,50 @@ impl Adaptive {
         self.counters.adaptive_steps += 1;
         self.close_step();
         self.find_crossings();
-        let peak = self.slider.peak_velocity_m_per_s.unwrap_or(0.0);
-        self.slider.peak_velocity_m_per_s = Some(peak.max(self.peak_velocity_m_per_s()));
         Ok(())
     }
 
-    /// The largest speed in the step: of the block that is fastest at its end, at the vertex of the parabola through
-    /// beginning, middle and end.
-    fn peak_velocity_m_per_s(&self) -> f64 {
-        let speeds = self.equations.contacts.iter().map(|contact| contact.velocity.abs());
-        let Some((n, end)) = speeds.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else { return 0.0 };
-        if !self.is_above[n] || self.step_s == 0.0 {
-            return end;
+    /// The share of the step after which a grid step ends; 0 before the step, and 1 behind it.
+    fn share_of(&self, step: u64) -> f64 {
+        let share = self.seconds_to(self.plan.grid.time_s(step)) / self.step_s;
+        // Before the first step it is 0 / 0.
+        if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) }
+    }
+
+    /// Counts the speeds from the last recorded grid step up to a share of the step, in which the law was evaluated: of
+    /// the blocks that are fastest there and at the beginning.
+    fn count_peak(&mut self, to: f64) {
+        let from = self.share_of(self.slider.step);
+        let at_end = if to == 1.0 { &self.end.contacts } else { &self.equations.contacts };
+        let [first, last] = [&self.begin.contacts, at_end].map(|contacts| {
+            let speeds = contacts.iter().map(|contact| contact.velocity.abs()).enumerate();
+            speeds.fold((0, 0.0), |most, at| if at.1 > most.1 { at } else { most })
+        });
+        let mut peak = self.slider.peak_velocity_m_per_s.unwrap_or(0.0).max(last.1);
+        let slides = first.1.max(last.1) > HYSTERESIS * self.equations.law.event_speed_m_per_s;
+        if slides && from < to {
+            peak = peak.max(self.peak_within(first.0, from, to)).max(self.peak_within(last.0, from, to));
         }
-        let [begin, middle] = [0.0, 0.5].map(|share| self.speed_within(n, share));
-        let (rise, bend) = (end - begin, 2.0 * (begin - 2.0 * middle + end));
-        let vertex = 0.5 - 0.5 * rise / bend;
-        let at_vertex =
-            if bend < 0.0 && (0.0..1.0).contains(&vertex) { self.speed_within(n, vertex) } else { 0.0 };
-        end.max(begin).max(at_vertex)
+        self.slider.peak_velocity_m_per_s = Some(peak);
+    }
+
+    /// The largest speed of block `n` between two shares of the step: at one of them, or at the vertex of parabolas
+    /// through ever closer points.
+    fn peak_within(&self, n: usize, mut low: f64, mut high: f64) -> f64 {
+        let at = |share: f64| self.speed_within(n, share);
+        let mut peak = at(low).max(at(high));
+        for _ in 0..3 {
+            let [begin, middle, end] = [low, 0.5 * (low + high), high].map(at);
+            let bend = begin - 2.0 * middle + end;
+            let vertex = 0.5 * (low + high) - 0.25 * (high - low) * (end - begin) / bend;
+            if bend >= 0.0 || !(low..high).contains(&vertex) {
+                break;
+            }
+            peak = peak.max(at(vertex));
+            let reach = 0.1 * (high - low);
+            (low, high) = ((vertex - reach).max(low), (vertex + reach).min(high));
+        }
+        peak
     }
 
     /// From the beginning of the step to a time.
@@ -331,12 +356,13 @@ impl Adaptive {
     fn record(&mut self, step: u64) -> Result<(), SimulationError> {
         let plan = Arc::clone(&self.plan);
         let time_s = plan.grid.time_s(step);
-        let share = (self.seconds_to(time_s) / self.step_s).clamp(0.0, 1.0);
+        let share = self.share_of(step);
         let Adaptive { rodas4, begin, within, .. } = &mut *self;
         for (place, unknown) in within.0.iter_mut().enumerate() {
             *unknown = rodas4.within(&begin.at, share, place);
         }
         self.equations.evaluate(&mut self.within, self.piece.outside(time_s));
+        self.count_peak(share);
         let was_sliding = self.slider.sliding > 0;
         let slider = &mut self.slider;
         self.counters.covered_steps += step - slider.step;
@@ -366,7 +392,8 @@ impl Adaptive {
         let total_n = springs.map(|spring| -spring.stiffness_n_per_m * behind_m[spring.block]).sum();
         let driving = Driving { total_n, ends_n: None };
         if self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)? {
-            self.slider.peak_velocity_m_per_s = Some(0.0);
+            let speeds = self.slider.velocity_m_per_s.iter().map(|v| v.abs());
+            self.slider.peak_velocity_m_per_s = Some(speeds.fold(0.0, f64::max));
         }
         Ok(())
     }

@@ -353,7 +353,8 @@ fn not_finite(record: &StepRecord, step: u64, state: &SliderState) -> Option<Sim
     let ends_n = record.end_forces_n.into_iter().flatten();
     let driving_n = ends_n.chain([record.driving_force_n]).map(|force_n| ("the force of the drive", force_n));
     let energies_j = record.energy.into_iter().flat_map(|energy| energy.parts());
-    let mut numbers = driving_n.chain(energies_j);
+    let peak = record.peak_velocity_m_per_s.map(|speed| ("the largest speed", speed));
+    let mut numbers = driving_n.chain(energies_j).chain(peak);
     let (what, _) = numbers.find(|(_, value)| !value.is_finite())?;
     let speed = |n: &usize| state.velocity_m_per_s[*n].abs();
     let fastest = (0..state.velocity_m_per_s.len()).max_by(|a, b| speed(a).total_cmp(&speed(b)));

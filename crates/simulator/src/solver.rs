@@ -136,7 +136,7 @@ pub enum SimulationError {
     /// The solver's own steps have become too short to end.
     #[error(
         "after step {step} a million steps of the adaptive solver have not passed the next multiple of time.step_s = \
-         {time_step_s:e} s: what it follows is faster than the times that are recorded"
+         {time_step_s:e} s: a shorter one is needed, or a larger time.tolerance, if what it follows is wanted"
     )]
     Stalled {
         /// The last multiple of `time.step_s` that was passed.

@@ -229,10 +229,7 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
         columns.push(number("radiated_j", "Work of radiation damping on sliding contacts."));
     }
     if parts.state {
-        columns.push(number(
-            "peak_velocity_m_per_s",
-            "Largest speed of any block in the solver's steps that began since the record before.",
-        ));
+        columns.push(number("peak_velocity_m_per_s", "Largest speed of any block since the record before."));
     }
     if parts.junctions {
         columns.push(step("breaks", "How many junctions broke in all steps before this one."));

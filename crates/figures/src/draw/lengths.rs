@@ -48,7 +48,7 @@ impl Figure for Lengths {
             let shares = (0..=400).map(|i| f64::from(i) / 400.0);
             shares.map(|x| (law.load_ratio(&parameters, x), x)).collect()
         };
-        let law = self.law.filter(|_| run.plan.elastic.has_theory()).map_or_else(Vec::new, line);
+        let law = self.law.filter(|_| LengthLaw::are_known(&run.scenario)).map_or_else(Vec::new, line);
         let found = precursors::one_by_one(run);
         let points: Vec<(f64, f64)> =
             found.iter().map(|found| (found.start.ft_fn_onset, found.length_ratio(run.columns()))).collect();
@@ -144,7 +144,11 @@ mod tests {
     /// The labels of the lines.
     fn lines(toml: &str) -> Result<Vec<String>, String> {
         let figure: Lengths = toml::from_str(toml).unwrap();
-        let runs = [("slab", made_up::slab(&EVENTS)), ("chain", made_up::run("", &EVENTS))];
+        let runs = [
+            ("slab", made_up::slab(&EVENTS)),
+            ("chain", made_up::run("", &EVENTS)),
+            ("creeping", made_up::run("friction.law = 'rate-and-state'", &EVENTS)),
+        ];
         let parts: BTreeMap<String, _> =
             runs.iter().map(|(name, run)| ((*name).to_owned(), figure.part(run).unwrap())).collect();
         let Sheet::Single(panel) = figure.sheet(parts)? else { panic!("one panel") };

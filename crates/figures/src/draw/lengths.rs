@@ -177,13 +177,15 @@ mod tests {
         assert_eq!((panel.y.label.as_str(), panel.note.as_str()), ("L_p/L, A_p/A", "discs: A_p/A"));
     }
 
-    /// The laws are those of chains.
+    /// The laws are those of chains by whose friction blocks stick.
     #[test]
     fn a_slab_has_marks_and_no_line() {
         let slab = "file = 'f.png'\nseries = [{ run = 'slab', label = 'a slab' }";
         let both = format!("{slab}, {{ run = 'chain', label = 'a chain' }}]");
         assert_eq!(lines(&both).unwrap(), Vec::<String>::new());
         assert_eq!(lines(&format!("law = 'eq-5.57'\n{both}")).unwrap(), ["a chain"]);
+        let creeping = both.replace("'slab'", "'creeping'");
+        assert_eq!(lines(&format!("law = 'eq-5.57'\n{creeping}")).unwrap(), ["a chain"]);
         assert_eq!(lines(&format!("{slab}]")).unwrap(), Vec::<String>::new());
         let refused = lines(&format!("law = 'eq-5.57'\n{slab}]")).unwrap_err();
         assert!(refused.contains("law = eq-5.57") && refused.contains("(accepted: no law, or"), "{refused}");

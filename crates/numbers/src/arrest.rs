@@ -148,7 +148,7 @@ mod tests {
         assert_eq!(number("behind_barrier_blocks", &pulse(9, "prestress.ratio = 0.6"), None), None);
     }
 
-    /// The same blocks, with and without drive.
+    /// These blocks with and without a drive.
     #[test]
     fn cracks_and_pulses_have_theories_of_their_own() {
         let pulse = pulse(9, BARRIER);

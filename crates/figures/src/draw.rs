@@ -394,7 +394,7 @@ pub fn overview_files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Draws the two figures that any run allows: its load curve and its precursors
-/// beside the length law that its scenario calls for, if it is a chain. `provenance` is whether they name the code and
+/// beside the length law that its scenario calls for, if there is one. `provenance` is whether they name the code and
 /// bear a line at their foot.
 ///
 /// # Errors
@@ -405,7 +405,7 @@ pub fn draw_overview(
     files: &FileSet,
     folder: &Path,
 ) -> Result<(), FigureError> {
-    let law = run.plan.elastic.has_theory().then(|| LengthLaw::natural(&run.scenario));
+    let law = LengthLaw::are_known(&run.scenario).then(|| LengthLaw::natural(&run.scenario));
     let figures = Figures {
         load: vec![load::Load::of_run(OVERVIEW[0], &run.name)],
         lengths: vec![Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],

@@ -46,6 +46,11 @@ impl LengthLaw {
         }
     }
 
+    /// Whether there are laws for its slider and its friction: a chain by whose friction blocks stick.
+    pub fn are_known(scenario: &Scenario) -> bool {
+        scenario.elastic().has_theory() && scenario.friction.law.sticks()
+    }
+
     /// Whether the laws apply to a scenario: to a chain that is driven in one direction and whose
     /// prestress is smaller than sliding friction on every block. All laws balance the growing
     /// force of a drive with the friction behind the front. Without a drive nothing grows; and
@@ -53,8 +58,7 @@ impl LengthLaw {
     pub fn is_for(scenario: &Scenario) -> bool {
         let drive = &scenario.drive;
         let is_driven = drive.velocity_m_per_s > 0.0 && drive.stiffness_n_per_m > 0.0;
-        let is_known = scenario.elastic().has_theory() && scenario.friction.law.sticks();
-        if drive.kind == DriveKind::LeftRight || !is_known || !is_driven {
+        if drive.kind == DriveKind::LeftRight || !LengthLaw::are_known(scenario) || !is_driven {
             return false;
         }
         let plan = Plan::new(scenario);
@@ -270,12 +274,13 @@ pub struct LoadCurve {
 impl LoadCurve {
     /// The curve of a scenario that meets its assumptions: a chain with a drive at the side, a
     /// normal load that is constant at the start, no initial shear, at most a uniform prestress,
-    /// and sliding friction in proportion to the normal load. `None` for others.
+    /// blocks that can all slide, and sliding friction in proportion to the normal load. `None` for others.
     pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
         let (friction, prestress) = (&scenario.friction, &scenario.prestress);
         let law = scenario.contact_law();
         let is_plain_friction = law.affine().is_some()
             && law.radiation_kg_per_s() == 0.0
+            && friction.stuck_blocks.is_empty()
             && friction.dynamic_offsets.iter().all(|offset| *offset == 0.0)
             && friction.dynamic_spread == 0.0;
         let is_unstrained = initial::beta(scenario) == 0.0 && scenario.initial_shear.profile.is_empty();
@@ -500,6 +505,12 @@ mod tests {
             let last = curve.points().pop().unwrap();
             assert!((last.0 - time_s).abs() < 1e-9 && (last.1 - mu_d).abs() < 1e-15, "{last:?}");
         }
+    }
+
+    #[test]
+    fn blocks_that_never_slide_have_no_load_curve() {
+        assert!(load_curve("slider.blocks = 50").is_some());
+        assert!(load_curve("slider.blocks = 50\nfriction.stuck_blocks = [50]").is_none());
     }
 
     #[test]

@@ -158,23 +158,29 @@ impl Front {
         (self.top_stiffness > 0.0).then(|| 2.0 * self.prestress / self.top_stiffness)
     }
 
-    /// The time, over `sqrt(m / k)`, that a slow front takes from block 1 to block `blocks`; None without radiation.
+    /// The time, over `sqrt(m / k)`, that a slow front takes from block 1 to block `blocks`; None without radiation, with
+    /// a drive or dampers, and where `tau n^2` is too large: where a block would start before the one behind it.
     pub fn slow_duration(&self, blocks: usize) -> Option<f64> {
         let takes = |j: usize| {
             let f = |i: usize| libm::cos(PI * (i as f64 - 0.5) / (2 * j + 1) as f64);
             let (sum, square) = (1..=j).map(f).fold((0.0, 0.0), |(sum, square), f| (sum + f, square + f * f));
             let half = libm::sin(PI / (4 * j + 2) as f64);
-            libm::log(f(j) * sum / square / (j as f64 * self.prestress)) / (4.0 * half * half)
+            let logarithm = libm::log(f(j) * sum / square / (j as f64 * self.prestress));
+            (logarithm > 0.0).then(|| logarithm / (4.0 * half * half))
         };
         let alpha = self.relative_radiation;
-        (alpha > 0.0 && self.prestress > 0.0).then(|| alpha * (1..blocks).map(takes).sum::<f64>())
+        if alpha == 0.0 || self.prestress <= 0.0 || self.top_stiffness > 0.0 || self.relative_damping > 0.0 {
+            return None;
+        }
+        (1..blocks).map(takes).sum::<Option<f64>>().map(|sum| alpha * sum)
     }
 
     /// The sum of all slip, in `(mu_s - mu_d) p / k`, of `blocks` blocks that rest in balance before a stuck
-    /// one.
-    pub fn static_slip_sum(&self, blocks: usize) -> f64 {
+    /// one; None with a drive.
+    pub fn static_slip_sum(&self, blocks: usize) -> Option<f64> {
         let (n, tau) = (blocks as f64, self.prestress);
-        n * (n + 1.0) * ((1.0 - tau) / 2.0 + tau * (2.0 * n + 1.0) / 6.0)
+        let sum = || n * (n + 1.0) * ((1.0 - tau) / 2.0 + tau * (2.0 * n + 1.0) / 6.0);
+        (self.top_stiffness == 0.0).then(sum)
     }
 
     /// The prestress below which no pulse propagates, without damping; 0 without a stopped top
@@ -435,8 +441,15 @@ mod tests {
         }
         assert_eq!(slow(1e-5, 1), Some(0.0));
         assert_eq!((slow(0.0, 8), front(0.1, 0.0, 0.0).slow_duration(8)), (None, None));
+        // It would fall with n, from 80780 at 48 to -13662 at 64.
+        assert!(slow(1e-3, 32).is_some());
+        assert_eq!((slow(1e-3, 56), slow(1e-3, 64)), (None, None));
+        for other in [front(1e-5, 0.1, 0.0), front(1e-5, 0.0, 0.1)] {
+            assert_eq!(Front { relative_radiation: 10.0, ..other }.slow_duration(8), None, "{other:?}");
+        }
         // Three blocks before a stuck one, of which each bears tau and block 1 bears 1: 1 + 2 + 3 and 6 + 5 + 3.
-        assert!((front(0.5, 0.0, 0.0).static_slip_sum(3) - (0.5 * 6.0 + 0.5 * 14.0)).abs() < 1e-12);
+        assert_eq!(front(0.5, 0.0, 0.1).static_slip_sum(3), None);
+        assert!((front(0.5, 0.0, 0.0).static_slip_sum(3).unwrap() - (0.5 * 6.0 + 0.5 * 14.0)).abs() < 1e-12);
     }
 
     #[test]

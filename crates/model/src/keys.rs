@@ -347,7 +347,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.stuck_blocks",
         symbol: "",
-        doc: "Blocks that never slide, counted from 1, ascending: their mu_s is 1e6.",
+        doc: "Blocks that never slide, unless nothing presses them, counted from 1, ascending: their mu_s is 1e6.",
         kind: Numbers(Including(1.0), Open),
         default: Is(Value::NoNumbers),
     },

@@ -277,6 +277,11 @@ impl Plan {
         stop.min(self.load_course.next_knot(step + 1, hold_step))
     }
 
+    /// Whether it is a chain whose stuck blocks have springs, so that force decays along it.
+    pub fn has_decay(&self) -> bool {
+        self.elastic.has_theory() && self.friction.interfacial_stiffness_n_per_m > 0.0
+    }
+
     /// Length over which a stuck chain screens a force on its end,
     /// `l_0 = a sqrt(k / k_t)`: (5.39), where the thesis misplaces the root.
     pub fn screening_length_m(&self) -> f64 {

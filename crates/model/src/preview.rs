@@ -37,8 +37,8 @@ const TOGETHER: f64 = 1e-9;
 pub struct Preview {
     /// Density of the slider, `rho = M / (L_x L_y L_z)`; `None` without inertia.
     pub density_kg_per_m3: Option<f64>,
-    /// Speed `c` of long waves along the slider; where there are shear waves, that of these. `None` without inertia:
-    /// nothing runs at `c` there, which is but the unit of front speeds.
+    /// Speed `c` of long waves along the slider; where there are shear waves, that of these. `None` without inertia,
+    /// where `c` is only the unit of front speeds.
     pub wave_speed_m_per_s: Option<f64>,
     /// Length over which a stuck chain screens a force on its end, `l_0`; `None` for others, and for laws
     /// without friction springs.
@@ -116,9 +116,8 @@ impl Preview {
             let step = first_step(&stretches, stuck.driving_n, limit);
             step.filter(|_| pulls_one_way).map(time_s)
         };
-        let has_decay = plan.elastic.has_theory() && plan.friction.interfacial_stiffness_n_per_m > 0.0;
         Preview {
-            decay_length_m: has_decay.then(|| plan.screening_length_m()),
+            decay_length_m: plan.has_decay().then(|| plan.screening_length_m()),
             first_slip_s: first_slip_step.map(time_s),
             first_slip_block,
             dynamic_load_s: reaches(plan.friction.dynamic_coefficient),

@@ -3,8 +3,9 @@
 //! A barrier is the last block of `prestress.from_blocks`: the prestress is even on both sides of it.
 
 use asperity_model::front::{Front, relative_prestress};
+use asperity_record::Direction;
 
-use crate::fronts::{crossing_s, passages, theory, unit_m};
+use crate::fronts::{crossing_s, passages, unit_m};
 use crate::run_data::RunEvents;
 use crate::states::States;
 
@@ -18,66 +19,102 @@ pub(crate) struct Arrest {
     is_stuck: bool,
     /// The front before it.
     front: Front,
-    /// Size of `tau` behind it.
+    /// `tau` behind it.
     behind: f64,
 }
 
 impl Arrest {
-    /// That of a run; `None` without barrier, or if the last block slid as well.
+    /// That of a run; `None` without barrier, if the last block slid as well, or if a block still slides at the
+    /// end.
     pub(crate) fn of(run: &RunEvents) -> Option<Arrest> {
         let at = *run.scenario.prestress.from_blocks.last()? as usize - 1;
         let last =
             run.switches.iter().rposition(Option::is_some).filter(|last| last + 1 < run.plan.blocks)?;
+        if run.switches.iter().flatten().any(|[_, switched]| switched.direction == Direction::Detach) {
+            return None;
+        }
         Some(Arrest {
             blocks: (last + 1).saturating_sub(at) as f64,
             before: at as f64,
             is_stuck: run.scenario.friction.stuck_blocks.first() == Some(&1.0),
             front: Front::of(&run.plan, at.checked_sub(1)?)?,
-            behind: relative_prestress(&run.plan, at)?.abs(),
+            behind: relative_prestress(&run.plan, at)?,
         })
     }
 
-    /// The length over that of a crack whose beginning is stuck, `n tau / |tau_b|`.
-    pub(crate) fn over_crack(&self) -> f64 {
-        self.blocks * self.behind / (self.before * self.front.prestress)
+    /// The length over that of a crack whose beginning is stuck, `n tau / |tau_b|`; `None` for pulses, and unless
+    /// `tau` is above 0 and `tau_b` below.
+    pub(crate) fn over_crack(&self) -> Option<f64> {
+        let is_crack = self.front.top_stiffness == 0.0 && self.stops();
+        is_crack.then(|| self.blocks * -self.behind / (self.before * self.front.prestress))
     }
 
-    /// This ratio in theory.
-    pub(crate) fn over_crack_theory(&self) -> f64 {
-        if self.is_stuck { 1.0 } else { 2.0 }
+    /// This ratio in theory, without damping.
+    pub(crate) fn over_crack_theory(&self) -> Option<f64> {
+        self.over_crack().filter(|_| self.is_undamped()).map(|_| if self.is_stuck { 1.0 } else { 2.0 })
     }
 
-    /// The length of a pulse times `sqrt(gamma)`.
-    pub(crate) fn of_pulse(&self) -> f64 {
-        self.blocks * self.front.top_stiffness.sqrt()
+    /// The length of a pulse times `sqrt(gamma)`; `None` for cracks, and unless `tau` is above 0 and `tau_b` below.
+    pub(crate) fn of_pulse(&self) -> Option<f64> {
+        let is_pulse = self.front.top_stiffness > 0.0 && self.stops();
+        is_pulse.then(|| self.blocks * self.front.top_stiffness.sqrt())
     }
 
-    /// This, over its bound `(1 + sqrt(1 - tau^2)) / |tau_b|`.
-    pub(crate) fn over_pulse_bound(&self) -> f64 {
+    /// This, over its bound without damping, `(1 + sqrt(1 - tau^2)) / |tau_b|`.
+    pub(crate) fn over_pulse_bound(&self) -> Option<f64> {
         let tau = self.front.prestress;
-        self.of_pulse() * self.behind / (1.0 + (1.0 - tau * tau).sqrt())
+        let length = self.of_pulse().filter(|_| self.is_undamped())?;
+        Some(length * -self.behind / (1.0 + (1.0 - tau * tau).sqrt()))
+    }
+
+    /// Whether the prestress drives the front before the barrier, and stops it behind.
+    fn stops(&self) -> bool {
+        self.front.prestress > 0.0 && self.behind < 0.0
+    }
+
+    fn is_undamped(&self) -> bool {
+        self.front.relative_damping == 0.0 && self.front.relative_radiation == 0.0
     }
 }
 
-/// The time from the first to the last arrival of the front from block 1, over `sqrt(m / k)`.
+/// The time from the first to the last arrival of the front from block 1, over `sqrt(m / k)`; `None` if the front may
+/// go on: a block still slides at the end, and the next one is not stuck for ever.
 pub(crate) fn front_duration(run: &RunEvents) -> Option<f64> {
     let passages = passages(run);
+    let next = passages.len() + 1;
+    let is_over = next > run.plan.blocks
+        || run.scenario.friction.stuck_blocks.contains(&(next as f64))
+        || passages.iter().all(|passage| passage.stop_s.is_some());
+    if !is_over {
+        return None;
+    }
     Some((passages.last()?.arrival_s - passages.first()?.arrival_s) / crossing_s(run))
 }
 
 /// This time of a slow front, in theory.
 pub(crate) fn slow_front_duration(run: &RunEvents) -> Option<f64> {
-    theory(run)?.slow_duration(passages(run).len())
+    let (front, blocks) = even_front(run)?;
+    front.slow_duration(blocks)
+}
+
+/// The front from block 1, if all blocks that it passed but block 1 bear the same prestress, and how many they are.
+fn even_front(run: &RunEvents) -> Option<(Front, usize)> {
+    let blocks = passages(run).len();
+    let front = Front::of(&run.plan, blocks.checked_sub(1)?)?;
+    let differs = |tau: f64| (tau - front.prestress).abs() > 1e-9;
+    let is_even = (1..blocks).all(|n| relative_prestress(&run.plan, n).is_some_and(|tau| !differs(tau)));
+    is_even.then_some((front, blocks))
 }
 
 /// The sum of all displacements in the last state, over `(mu_s - mu_d) p / k`.
 pub(crate) fn slip_sum(run: &RunEvents, states: &States) -> Option<f64> {
-    Some(states.last_displacement_sum_m()? / unit_m(run))
+    Some(states.last_displacement_sum_m()? / unit_m(run)?)
 }
 
 /// The sum at which the blocks that the front from block 1 has passed are in balance, if the next one is stuck.
 pub(crate) fn static_slip_sum(run: &RunEvents) -> Option<f64> {
-    Some(theory(run)?.static_slip_sum(passages(run).len()))
+    let (front, blocks) = even_front(run)?;
+    front.static_slip_sum(blocks)
 }
 
 #[cfg(test)]
@@ -88,26 +125,88 @@ mod tests {
     use crate::made_up::{pulse, with_states};
     use crate::number::number;
     use crate::required_data::RequiredData;
+    use crate::run_data::RunData;
+
+    /// A barrier behind five blocks: `tau` is 0.6 before it and -0.2 behind.
+    const BARRIER: &str = "slider.relative_damping = 0\nprestress.ratio = 0.6\n\
+                           prestress.from_blocks = [2, 6]\nprestress.from_blocks_ratio = [0, -0.2]";
 
     /// Nine of twelve blocks slide, from block 1 on; four of them behind the barrier.
     #[test]
     fn lengths_are_counted_from_the_barrier() {
-        let text =
-            "prestress.ratio = 0.6\nprestress.from_blocks = [2, 6]\nprestress.from_blocks_ratio = [0, -0.2]";
-        let run = pulse(9, text);
+        let run = pulse(9, BARRIER);
         let near = |name: &str, expected: f64| {
             let found = number(name, &run, None).unwrap_or_else(|| panic!("no {name}"));
             assert!((found - expected).abs() < 1e-12, "{name}: {found}, not {expected}");
         };
-        // tau = 0.6 before and -0.2 behind, gamma = 0.5.
+        // gamma = 0.5.
         near("behind_barrier_blocks", 4.0);
         near("before_barrier_blocks", 5.0);
-        near("behind_barrier_crack_theory_ratio", 2.0);
-        near("behind_barrier_crack_ratio", 4.0 * 0.2 / (5.0 * 0.6));
         near("behind_barrier_pulse_ratio", 4.0 * 0.5f64.sqrt());
         near("behind_barrier_pulse_bound_ratio", 4.0 * 0.5f64.sqrt() * 0.2 / 1.8);
-        assert_eq!(number("behind_barrier_blocks", &pulse(12, text), None), None, "it did not stop");
+        assert_eq!(number("behind_barrier_blocks", &pulse(12, BARRIER), None), None, "it did not stop");
         assert_eq!(number("behind_barrier_blocks", &pulse(9, "prestress.ratio = 0.6"), None), None);
+    }
+
+    /// These blocks with and without a drive.
+    #[test]
+    fn cracks_and_pulses_have_theories_of_their_own() {
+        let pulse = pulse(9, BARRIER);
+        let mut crack = pulse.clone();
+        crack.run.plan.drive.springs.clear();
+        let of = |run: &RunData| {
+            ["crack_ratio", "crack_theory_ratio", "pulse_ratio", "pulse_bound_ratio"]
+                .map(|name| number(&format!("behind_barrier_{name}"), run, None))
+        };
+        let [length, theory, of_pulse @ ..] = of(&crack);
+        assert!((length.unwrap() - 4.0 * 0.2 / (5.0 * 0.6)).abs() < 1e-12, "{length:?}");
+        assert_eq!((theory, of_pulse), (Some(2.0), [None, None]));
+        assert!(matches!(of(&pulse), [None, None, Some(_), Some(_)]));
+        // Theory is that of fronts without damping.
+        let mut damped = self::pulse(9, &BARRIER.replace("damping = 0", "damping = 0.1"));
+        assert!(matches!(of(&damped), [None, None, Some(_), None]));
+        damped.run.plan.drive.springs.clear();
+        assert!(matches!(of(&damped), [Some(_), None, None, None]));
+        // 0.05 behind it.
+        let weaker = self::pulse(9, &BARRIER.replace("-0.2", "-0.1375"));
+        let mut driven = weaker.clone();
+        driven.run.plan.drive.springs.clear();
+        assert_eq!((of(&weaker), of(&driven)), ([None; 4], [None; 4]));
+        assert_eq!(number("behind_barrier_blocks", &weaker, None), Some(4.0));
+    }
+
+    /// A run that ends too soon has no length, and its front no duration unless a stuck block is next.
+    #[test]
+    fn a_front_that_still_runs_has_not_stopped() {
+        let names = ["behind_barrier_blocks", "first_front_duration_ratio"];
+        let of = |run: &RunData| names.map(|name| number(name, run, None).is_some());
+        let mut run = pulse(9, BARRIER);
+        assert_eq!(of(&run), [true, true]);
+        let [first, last] = run.run.switches[8].as_mut().unwrap();
+        *last = *first;
+        assert_eq!(of(&run), [false, false]);
+        run.run.scenario.friction.stuck_blocks = vec![10.0];
+        assert_eq!(of(&run), [false, true]);
+    }
+
+    /// Of blocks that bear the same, without a drive, and of friction that weakens.
+    #[test]
+    fn the_balance_before_a_stuck_block_is_that_of_an_even_front() {
+        let of = |run: &RunData| number("slip_sum_theory_ratio", run, None);
+        let mut run = pulse(9, "prestress.ratio = 0.6");
+        assert_eq!(of(&run), None, "springs of the drive bear some of it");
+        run.run.plan.drive.springs.clear();
+        // 1 + 2 + ... + 9 and 1 + 4 + ... + 81.
+        let theory = of(&run).unwrap();
+        assert!((theory - (0.4 * 45.0 + 0.6 * 285.0)).abs() < 1e-9, "{theory}");
+        let mut run = pulse(9, BARRIER);
+        run.run.plan.drive.springs.clear();
+        assert_eq!(of(&run), None, "a barrier lies before block 9");
+        let mut run = pulse(9, "prestress.ratio = 0.6\nfriction.static_coefficient = 0.45");
+        run.kept |= RequiredData::STATES;
+        let state = FieldRecord { displacement_m: vec![1e-6; 12], ..FieldRecord::default() };
+        with_states(&mut run, &[state]);
+        assert_eq!(number("slip_sum_ratio", &run, None), None, "mu_s = mu_d");
     }
 
     /// The last of two states counts.
@@ -125,10 +224,7 @@ mod tests {
         let took = (passages[8].arrival_s - passages[0].arrival_s) / crossing_s(&run);
         assert_eq!(number("first_front_duration_ratio", &run, None), Some(took));
         let sum = number("slip_sum_ratio", &run, None).unwrap();
-        assert!((sum * unit_m(&run) / 24e-6 - 1.0).abs() < 1e-12, "{sum}");
-        // 1 + 2 + ... + 9 and 1 + 4 + ... + 81.
-        let theory = number("slip_sum_theory_ratio", &run, None).unwrap();
-        assert!((theory - (0.4 * 45.0 + 0.6 * 285.0)).abs() < 1e-9, "{theory}");
+        assert!((sum * unit_m(&run).unwrap() / 24e-6 - 1.0).abs() < 1e-12, "{sum}");
         assert_eq!(number("slow_front_duration_theory_ratio", &run, None), None, "nothing radiates");
     }
 }

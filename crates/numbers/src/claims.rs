@@ -239,8 +239,10 @@ impl ClaimSpec {
         {
             return Err(format!("at_least: {low} is not accepted (accepted: up to at_most, {high})"));
         }
-        if self.power_of.is_some() && self.minus.is_none() {
-            return Err("power_of needs minus, the other run".to_owned());
+        let second_lacks_minus = self.as_stated.as_ref().is_some_and(|runs| runs.minus.is_none());
+        if self.power_of.is_some() && (self.minus.is_none() || second_lacks_minus) {
+            let of = if self.minus.is_none() { "" } else { " of as_stated" };
+            return Err(format!("power_of needs minus{of}, the other run"));
         }
         let names_runs = !self.run.is_empty() || !self.spread.is_empty() || self.minus.is_some();
         if names_runs != self.at.is_empty() {
@@ -326,10 +328,12 @@ fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<[Esti
         None => Some(measure(name)?[0]),
         Some(other) => {
             let ([ours, power], [other, other_power]) = (measure(name)?, measure(other)?);
-            Some(match claim.power_of {
-                None => ours.minus(other),
-                Some(_) => ours.ln().minus(other.ln()).over(power.ln().minus(other_power.ln()).value),
-            })
+            if claim.power_of.is_none() {
+                return Some(ours.minus(other));
+            }
+            // Numbers of 0 or less have no logarithm, and equal ones no exponent.
+            let exponent = ours.ln().minus(other.ln()).over(power.ln().minus(other_power.ln()).value);
+            Some(exponent).filter(|exponent| exponent.value.is_finite())
         }
     };
     let judgement = |ours: Option<Estimate>, rule: String, verdict: &str| Judgement {
@@ -393,6 +397,7 @@ mod tests {
     use super::{ClaimSpec, Measured, half_last_digit, judge, markdown, verdict};
     use crate::estimate::Estimate;
     use crate::made_up;
+    use crate::number::Number;
     use crate::run_data::RunData;
 
     fn judged(claims: &[ClaimSpec], runs: &mut BTreeMap<String, RunData>) -> Vec<Claim> {
@@ -451,6 +456,27 @@ mod tests {
         assert!(judged[0].measure.ends_with(", exponent against slope to first slip"), "{judged:?}");
         assert!(page_of(&claims, &judged, &runs).contains("| early to late |"));
         assert!(claim(&format!("run = \"late\"\n{power}")).check().unwrap_err().contains("needs minus"));
+        let second = |runs: &str| {
+            let own = "run = \"late\"\nminus = \"early\"";
+            claim(&format!("{own}\nas_stated = {{ run = \"late\"{runs} }}\n{power}")).check()
+        };
+        assert!(second("").unwrap_err().contains("needs minus of as_stated"));
+        second(", minus = \"early\"").unwrap();
+    }
+
+    /// Equal numbers, of which one is to be a power of the other, and a number of 0.
+    #[test]
+    fn without_logarithms_there_is_no_exponent() {
+        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
+        let mut runs =
+            BTreeMap::from([("early".to_owned(), global(10_000)), ("late".to_owned(), global(20_000))]);
+        let equal = "run = \"late\"\nminus = \"early\"\npower_of = \"coefficient_ratio\"\nstated = \"1\"";
+        let mut zero = claim(&equal.replace("coefficient_ratio", "slope_to_first_event_per_s"));
+        zero.measure = Number::find("precursor_event_count").unwrap();
+        for claim in [claim(equal), zero] {
+            let judged = &judged(&[claim], &mut runs)[0].own;
+            assert_eq!((judged.ours, judged.verdict.as_str()), (None, "not reached"));
+        }
     }
 
     #[test]

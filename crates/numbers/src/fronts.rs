@@ -233,11 +233,12 @@ pub fn theory(run: &RunEvents) -> Option<Front> {
     Front::of(&run.plan, run.plan.blocks / 2)
 }
 
-/// The displacement that strains a spring between blocks by `(mu_s - mu_d) p`, in the middle.
-pub fn unit_m(run: &RunEvents) -> f64 {
+/// The displacement that strains a spring between blocks by `(mu_s - mu_d) p`, in the middle; `None` if friction does
+/// not weaken.
+pub fn unit_m(run: &RunEvents) -> Option<f64> {
     let (friction, middle) = (&run.plan.friction, run.plan.blocks / 2);
-    (friction.static_threshold_n[middle] - friction.dynamic_friction_n[middle])
-        / run.plan.elastic.stiffness_n_per_m()
+    let weakening_n = friction.static_threshold_n[middle] - friction.dynamic_friction_n[middle];
+    (weakening_n > 0.0).then(|| weakening_n / run.plan.elastic.stiffness_n_per_m())
 }
 
 /// Deviation of the speed from the theory, over it.
@@ -257,7 +258,7 @@ pub fn pulse_length_blocks(run: &RunEvents) -> Option<f64> {
 pub fn pulse_slip_ratio(run: &RunEvents) -> Option<f64> {
     let steady = steady(run)?;
     let slip_m: Option<f64> = steady.iter().map(|passage| passage.slip_m).sum();
-    Some(slip_m? / steady.len() as f64 / unit_m(run) / theory(run)?.pulse_slip()?)
+    Some(slip_m? / steady.len() as f64 / unit_m(run)? / theory(run)?.pulse_slip()?)
 }
 
 /// The relative prestress of the last block that the front reached; None if it reached all, or

@@ -348,28 +348,30 @@ numbers! {
         first_front_arrest_prestress_ratio: f64 [was = "arrest-prestress"] =
             Events |run, _| fronts::arrest_prestress(run.of_chain()?);
         /// Number of blocks that slid behind a barrier, the last block of `prestress.from_blocks`; none if
-        /// the last block of the chain slid as well.
+        /// the last block of the chain slid as well, or a block still slides at the end.
         behind_barrier_blocks: u32 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.blocks);
         /// Number of blocks before the barrier, `n`.
         before_barrier_blocks: u32 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.before);
-        /// `behind_barrier_blocks` over `n tau / |tau_b|`, with the `tau` of the blocks before the barrier and
-        /// the `tau_b` behind it.
-        behind_barrier_crack_ratio: f64 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.over_crack());
-        /// This ratio in theory, without a drive: 2 of a crack that begins at a free end, and 1 if block 1 is
+        /// `behind_barrier_blocks` over `n tau / |tau_b|`, with a `tau` above 0 of the blocks before the barrier and
+        /// a `tau_b` below 0 behind it, without a drive.
+        behind_barrier_crack_ratio: f64 = Events |run, _| Arrest::of(run.of_chain()?)?.over_crack();
+        /// This ratio in theory, without damping: 2 of a crack that begins at a free end, and 1 if block 1 is
         /// stuck.
         behind_barrier_crack_theory_ratio: f64 =
-            Events |run, _| Some(Arrest::of(run.of_chain()?)?.over_crack_theory());
+            Events |run, _| Arrest::of(run.of_chain()?)?.over_crack_theory();
         /// `gamma`, the stiffness of a held top drive per block over that between blocks.
         held_stiffness_ratio: f64 = Events |run, _| Some(fronts::theory(run.of_chain()?)?.top_stiffness);
         /// `behind_barrier_blocks` times `sqrt(gamma)`: the length of a pulse behind the barrier, in the length on which
-        /// the held drive acts.
-        behind_barrier_pulse_ratio: f64 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.of_pulse());
-        /// This length over its upper bound in theory, `(1 + sqrt(1 - tau^2)) / |tau_b|`.
+        /// the held drive acts; none without such a drive.
+        behind_barrier_pulse_ratio: f64 = Events |run, _| Arrest::of(run.of_chain()?)?.of_pulse();
+        /// This length over its upper bound in theory without damping, `(1 + sqrt(1 - tau^2)) / |tau_b|`.
         behind_barrier_pulse_bound_ratio: f64 =
-            Events |run, _| Some(Arrest::of(run.of_chain()?)?.over_pulse_bound());
-        /// Time from the first to the last arrival of the front from block 1, over `sqrt(m / k)`.
+            Events |run, _| Arrest::of(run.of_chain()?)?.over_pulse_bound();
+        /// Time from the first to the last arrival of the front from block 1, over `sqrt(m / k)`; none
+        /// if a block still slides at the end, unless it reached all or the next one is stuck.
         first_front_duration_ratio: f64 = Events |run, _| arrest::front_duration(run.of_one_row()?);
-        /// This time of a slow front with radiation, in theory, for `tau n^2` far below 1.
+        /// This time of a slow front with radiation, in theory, for `tau n^2` far below 1; none with
+        /// a drive or dampers.
         slow_front_duration_theory_ratio: f64 = Events |run, _| arrest::slow_front_duration(run.of_chain()?);
         /// Deviation of the time from that theory, over the theory.
         slow_front_duration_error_ratio: f64 = Events |run, _| {
@@ -380,7 +382,7 @@ numbers! {
         /// `(mu_s - mu_d) p / k`: a moment over `k a`.
         slip_sum_ratio: f64 = States |run, states, _| arrest::slip_sum(run.of_chain()?, states);
         /// The sum at which the blocks that the front from block 1 has passed are in balance before a stuck
-        /// block, in theory.
+        /// block, in theory; none with a drive, or if blocks behind the first bear different prestress.
         slip_sum_theory_ratio: f64 = Events |run, _| arrest::static_slip_sum(run.of_chain()?);
         /// Deviation of the sum from that theory, over the theory.
         slip_sum_error_ratio: f64 = States |run, states, _| {
@@ -479,8 +481,8 @@ numbers! {
     "Rate and state" {
         /// `F_T / F_N` at a given time.
         at_time_ft_fn: f64 [unit = "1"] = Loads |_, loads, near| rate_and_state::ft_fn_at(loads, near?);
-        /// Longest hold: time for which the drive rests by its course and then moves again, of several the longest;
-        /// 0 if there is none. Rate-and-state friction alone has it.
+        /// Longest time for which the drive rests and then moves again, by the course of its velocity; 0 if it never
+        /// does. Of rate-and-state friction alone.
         hold_s: f64 = Events |run, _| rate_and_state::hold_s(run);
         /// Stiffness of the drive per block over the critical stiffness `k_c`, below which steady sliding is
         /// unstable.
@@ -495,8 +497,8 @@ numbers! {
         /// `slow_slip_m`.
         peak_velocity_m_per_s: f64 =
             Events |run, _| run.slips.iter().filter_map(|slip| slip.peak_velocity_m_per_s).reduce(f64::max);
-        /// Share of the mean displacement of the blocks, from the first recorded state to the last, that lies
-        /// outside of slip events; of events whose states at onset and end were recorded.
+        /// Share of the mean displacement of the blocks, from the first recorded state to the last, that is no slip
+        /// in slip events; events count if their states at onset and end were recorded.
         creep_ratio: f64 = Motion |run, (_, states, _), _| rate_and_state::creep_ratio(run, states);
     }
 }

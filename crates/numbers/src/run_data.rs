@@ -335,7 +335,7 @@ impl RunEvents {
 
     /// The run, if it is of a chain whose stuck blocks have springs, so that force decays along it.
     pub(crate) fn of_stuck_springs(&self) -> Option<&RunEvents> {
-        self.of_chain().filter(|run| run.plan.friction.interfacial_stiffness_n_per_m > 0.0)
+        self.plan.has_decay().then_some(self)
     }
 
     /// The run, if theory of the stuck or the moving chain is of it; slabs have none.

@@ -70,7 +70,9 @@ fn cracks_stop_where_the_stress_behind_the_barrier_has_used_up_that_before_it() 
         let plan = chain(blocks as usize, [0.01, 4.0 * blocks], &sets);
         let found = blocks_behind_barrier(&plan, before as usize) as f64;
         let (of_table, theory) = (number(6), number(8) * before * tau / tau_b.abs());
-        // Some blocks depend on the step and on the last digits.
+        // At a free end the last blocks depend on the step: for tau = 0.2 steps from 0.02 to 0.00125 give 181 to 199
+        // blocks, and the table has 201; 15 blocks would be too few. Longer cracks, of 500 and 1000 blocks, take minutes here; the
+        // pipeline has them.
         assert!((found / of_table - 1.0).abs() <= 0.1, "{row:?}: {found}");
         assert!((found / theory - 1.0).abs() < 0.16, "{row:?}: {found} of {theory}");
     }
@@ -103,7 +105,7 @@ fn slow_ruptures_of_large_prestress_last_as_long_as_they_relax() {
         let drift_m_per_s = weakening_n / k / plan.scales.block_time_s * tau / alpha;
         let mut solver = SolverKind::Fast.start(plan.clone());
         let mut before = (0.0, f64::INFINITY);
-        let end = loop {
+        let (end, moment) = loop {
             let Some(record) = solver.next_record().expect("it goes on") else {
                 panic!("{row:?}: it does not rest")
             };
@@ -113,14 +115,20 @@ fn slow_ruptures_of_large_prestress_last_as_long_as_they_relax() {
             let now = (state.time_s, ((square / blocks).sqrt() / drift_m_per_s / 0.01).ln());
             if state.time_s > 0.0 && now.1 < 0.0 {
                 let share = before.1 / (before.1 - now.1);
-                break (before.0 + share * (now.0 - before.0)) / plan.scales.block_time_s;
+                let end_s = before.0 + share * (now.0 - before.0);
+                let moment = state.displacement_m.iter().sum::<f64>() / (weakening_n / k);
+                break (end_s / plan.scales.block_time_s, moment);
             }
             before = now;
         };
         assert!((end / of_table - 1.0).abs() < 2e-3, "{row:?}: {end}");
         assert!((relative_prestress(&plan, 1).expect("it weakens") - tau).abs() < 1e-12);
+        assert!((moment / number(5) - 1.0).abs() < 1e-3, "{row:?}: {moment}");
+        // The blocks have nearly come to rest.
         let front = Front::of(&plan, 1).expect("there is a theory");
-        ends.push((end, front.static_slip_sum(sliding as usize)));
+        let rest = front.static_slip_sum(sliding as usize).expect("nothing drives it");
+        assert!((0.985..1.0).contains(&(moment / rest)), "{row:?}: {moment} of {rest}");
+        ends.push((end, moment));
     }
     let exponents: Vec<f64> =
         ends.windows(2).map(|pair| (pair[1].1 / pair[0].1).ln() / (pair[1].0 / pair[0].0).ln()).collect();

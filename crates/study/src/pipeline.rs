@@ -157,12 +157,15 @@ impl Pipeline {
         for claim in &self.claim {
             claim.check().map_err(|error| format!("claim about {}: {error}", claim.about))?;
             let is_over_axes = !claim.at.is_empty() || claim.runs().any(|run| is_over_axes(&run));
-            if is_over_axes && !claim.measure.is_of_summary() {
+            let measures = [("measure", Some(claim.measure)), ("power_of", claim.power_of)];
+            let mut measures = measures.into_iter().filter_map(|(key, number)| Some((key, number?)));
+            if let Some((key, number)) = measures.find(|(_, number)| is_over_axes && !number.is_of_summary())
+            {
                 return Err(format!(
-                    "claim about {}: measure = {:?} of a run over axes, of which no log is read (accepted: a number of \
+                    "claim about {}: {key} = {:?} of a run over axes, of which no log is read (accepted: a number of \
                      `asperity summary --schema`)",
                     claim.about,
-                    claim.measure.name()
+                    number.name()
                 ));
             }
         }
@@ -269,6 +272,25 @@ mod tests {
         );
         assert_eq!(pipeline.study[0].measures[0].words(), "precursor count");
         assert_eq!(pipeline.claim[0].measure.name(), "first_global_event_onset_s");
+    }
+
+    #[test]
+    fn over_axes_both_numbers_of_an_exponent_are_of_the_summary() {
+        let refused = |measure: &str, power_of: &str| {
+            let text = format!(
+                "title = \"t\"\n[[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"2\"\nminus = \"1\"\nstated = \"1\"\n\
+                 measure = \"{measure}\"\npower_of = \"{power_of}\"\n"
+            );
+            Pipeline::beside(&text, 2, &|_| Ok(Vec::new())).err()
+        };
+        let (summary, log) = ("event_count", "coefficient_ratio");
+        assert_eq!(refused(summary, summary), None);
+        assert!(
+            refused(log, summary).unwrap().contains("measure = \"coefficient_ratio\" of a run over axes")
+        );
+        assert!(
+            refused(summary, log).unwrap().contains("power_of = \"coefficient_ratio\" of a run over axes")
+        );
     }
 
     #[test]

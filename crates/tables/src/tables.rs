@@ -196,9 +196,9 @@ pub fn precursors(
     ))
 }
 
-/// Whether the length laws, which are derived for chains, apply to a run.
+/// Whether there are length laws for a run.
 fn has_law(run: &RunData) -> bool {
-    run.plan.elastic.has_theory()
+    LengthLaw::are_known(&run.scenario)
 }
 
 /// The name of a law beside precursors that it is compared with.

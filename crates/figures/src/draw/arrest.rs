@@ -21,14 +21,15 @@ impl Figure for Arrest {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         of_one_row(run)?;
         let blocks = run.plan.blocks;
-        let theory = fronts::theory(run)
+        let (theory, unit_m) = fronts::theory(run)
             .filter(|theory| theory.top_stiffness > 0.0)
+            .zip(fronts::unit_m(run))
             .ok_or_else(|| format!("run {} has no rigid contacts under a held top drive", run.name))?;
         let prestress: Vec<(f64, f64)> = (0..blocks)
             .filter_map(|block| Some((block as f64 + 1.0, relative_prestress(&run.plan, block)?)))
             .collect();
         // The slip of a steady pulse, 2 tau / gamma, is drawn as the tau that it belongs to.
-        let scale = theory.top_stiffness / 2.0 / fronts::unit_m(run);
+        let scale = theory.top_stiffness / 2.0 / unit_m;
         let passages = fronts::passages(run);
         let slip: Vec<(f64, f64)> = passages
             .iter()

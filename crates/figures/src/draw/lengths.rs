@@ -48,7 +48,7 @@ impl Figure for Lengths {
             let shares = (0..=400).map(|i| f64::from(i) / 400.0);
             shares.map(|x| (law.load_ratio(&parameters, x), x)).collect()
         };
-        let law = self.law.filter(|_| run.plan.elastic.has_theory()).map_or_else(Vec::new, line);
+        let law = self.law.filter(|_| LengthLaw::are_known(&run.scenario)).map_or_else(Vec::new, line);
         let found = precursors::one_by_one(run);
         let points: Vec<(f64, f64)> =
             found.iter().map(|found| (found.start.ft_fn_onset, found.length_ratio(run.columns()))).collect();
@@ -144,7 +144,11 @@ mod tests {
     /// The labels of the lines.
     fn lines(toml: &str) -> Result<Vec<String>, String> {
         let figure: Lengths = toml::from_str(toml).unwrap();
-        let runs = [("slab", made_up::slab(&EVENTS)), ("chain", made_up::run("", &EVENTS))];
+        let runs = [
+            ("slab", made_up::slab(&EVENTS)),
+            ("chain", made_up::run("", &EVENTS)),
+            ("creeping", made_up::run("friction.law = 'rate-and-state'", &EVENTS)),
+        ];
         let parts: BTreeMap<String, _> =
             runs.iter().map(|(name, run)| ((*name).to_owned(), figure.part(run).unwrap())).collect();
         let Sheet::Single(panel) = figure.sheet(parts)? else { panic!("one panel") };
@@ -173,13 +177,15 @@ mod tests {
         assert_eq!((panel.y.label.as_str(), panel.note.as_str()), ("L_p/L, A_p/A", "discs: A_p/A"));
     }
 
-    /// The laws are those of chains.
+    /// The laws are those of chains by whose friction blocks stick.
     #[test]
     fn a_slab_has_marks_and_no_line() {
         let slab = "file = 'f.png'\nseries = [{ run = 'slab', label = 'a slab' }";
         let both = format!("{slab}, {{ run = 'chain', label = 'a chain' }}]");
         assert_eq!(lines(&both).unwrap(), Vec::<String>::new());
         assert_eq!(lines(&format!("law = 'eq-5.57'\n{both}")).unwrap(), ["a chain"]);
+        let creeping = both.replace("'slab'", "'creeping'");
+        assert_eq!(lines(&format!("law = 'eq-5.57'\n{creeping}")).unwrap(), ["a chain"]);
         assert_eq!(lines(&format!("{slab}]")).unwrap(), Vec::<String>::new());
         let refused = lines(&format!("law = 'eq-5.57'\n{slab}]")).unwrap_err();
         assert!(refused.contains("law = eq-5.57") && refused.contains("(accepted: no law, or"), "{refused}");

@@ -38,10 +38,9 @@ impl Figure for Pulse {
     fn part(&self, run: &RunData) -> Result<Part, String> {
         of_one_row(run)?;
         let (from, to) = (-self.before, self.after);
-        let (unit_m, crossing_s) = (fronts::unit_m(run), fronts::crossing_s(run));
-        if unit_m <= 0.0 {
-            return Err(format!("run {} has no difference of static and sliding friction", run.name));
-        }
+        let crossing_s = fronts::crossing_s(run);
+        let unit_m = fronts::unit_m(run)
+            .ok_or_else(|| format!("run {} has no difference of static and sliding friction", run.name))?;
         let passages = fronts::passages(run);
         let mut traces: BTreeMap<u32, [Vec<(f64, f64)>; 2]> = BTreeMap::new();
         for record in run.windows()? {

@@ -2,6 +2,7 @@
 //! before them, wherever they began: for drives from the top and from both ends,
 //! where fronts need not start at block 1.
 
+use asperity_model::analytic::LengthLaw;
 use asperity_numbers::curves::growing_slips;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
@@ -31,9 +32,8 @@ impl Figure for Slipped {
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
-        let friction = &run.plan.friction;
-        let has_theory = run.plan.elastic.has_theory() && friction.law.word().sticks();
-        let dynamic_coefficient = has_theory.then_some(friction.dynamic_coefficient);
+        let has_theory = LengthLaw::are_known(&run.scenario);
+        let dynamic_coefficient = has_theory.then_some(run.plan.friction.dynamic_coefficient);
         Ok(Part { points: growing_slips(run, run.loads()?), dynamic_coefficient })
     }
 

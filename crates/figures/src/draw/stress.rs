@@ -1,4 +1,4 @@
-//! `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants, with the
+//! `tau_n`, `mu_s p_n`, but not of blocks that never slide, and `mu_d p_n` along the slider at chosen instants, with the
 //! normal load of the instant; of rate-and-state friction `f_0 p_n`. Over an area they are means of the columns of
 //! contacts.
 
@@ -53,17 +53,22 @@ fn thresholds_n(run: &RunData, fields: &FieldRecord, load: &Load) -> Vec<(Level,
     levels(run).into_iter().zip(forces_n).collect()
 }
 
-/// `mu_s p_n` and `mu_d p_n`; of rate-and-state friction `f_0 p_n` twice.
+/// `mu_s p_n`, which is NaN on blocks that never slide, and `mu_d p_n`; of rate-and-state friction `f_0 p_n` twice.
 fn coefficients_n(run: &RunData, fields: &FieldRecord, load: &Load) -> [Vec<f64>; 2] {
     let friction = &run.plan.friction;
     let borne_n = &fields.normal_load_n;
-    if !borne_n.is_empty() {
+    let mut forces_n: [Vec<f64>; 2] = if borne_n.is_empty() {
+        let course = load.normal_load_n / run.plan.total_normal_load_n;
+        let of = |at_start_n: &[f64]| at_start_n.iter().map(|force_n| course * force_n).collect();
+        [of(&friction.static_threshold_n), of(&friction.dynamic_friction_n)]
+    } else {
         let of = |mu: &[f64]| mu.iter().zip(borne_n).map(|(mu, p_n)| mu * p_n).collect();
-        return [of(&friction.static_coefficients), of(&friction.dynamic_coefficients)];
+        [of(&friction.static_coefficients), of(&friction.dynamic_coefficients)]
+    };
+    for block in &run.scenario.friction.stuck_blocks {
+        forces_n[0][*block as usize - 1] = f64::NAN;
     }
-    let course = load.normal_load_n / run.plan.total_normal_load_n;
-    let of = |at_start_n: &[f64]| at_start_n.iter().map(|force_n| course * force_n).collect();
-    [of(&friction.static_threshold_n), of(&friction.dynamic_friction_n)]
+    forces_n
 }
 
 /// Whether some block is pulled backwards with more than half of sliding friction.
@@ -77,7 +82,8 @@ fn is_mirrored(run: &RunData, fields: &FieldRecord, load: &Load) -> bool {
 fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool) -> Panel {
     let along = |values: &[f64]| -> Vec<(f64, f64)> {
         let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
-        along(run, values).into_iter().enumerate().map(|(n, value)| (position_mm(n), value)).collect()
+        let points = along(run, values).into_iter().enumerate().map(|(n, value)| (position_mm(n), value));
+        points.filter(|(_, value)| value.is_finite()).collect()
     };
     let thresholds = thresholds_n(run, fields, record);
     let thresholds: Vec<(Level, Vec<(f64, f64)>)> =
@@ -130,5 +136,10 @@ mod tests {
         let Sheet::Single(panel) = figure.part(&run).unwrap() else { panic!("one panel") };
         let heights = |n: usize| panel.series[n].points.iter().map(|point| point.1).collect::<Vec<f64>>();
         assert_eq!((heights(0), heights(1)), (vec![70.0, 140.0, 70.0], vec![45.0, 90.0, 45.0]));
+        run.run.scenario.friction.stuck_blocks = vec![2.0];
+        run.run.plan.friction.static_coefficients[1] = 1e6;
+        let Sheet::Single(panel) = figure.part(&run).unwrap() else { panic!("one panel") };
+        let heights = |n: usize| panel.series[n].points.iter().map(|point| point.1).collect::<Vec<f64>>();
+        assert_eq!((heights(0), heights(1)), (vec![70.0, 70.0], vec![45.0, 90.0, 45.0]));
     }
 }

@@ -21,7 +21,7 @@ keys! {
     /// Whether the parameter's axis is logarithmic, with a label at every decade.
     #[serde(default)]
     logarithmic: bool,
-    /// Whether the axis upwards is logarithmic as well.
+    /// Whether the axis upwards is logarithmic.
     #[serde(default)]
     logarithmic_measure: bool,
     /// Factor of the parameter on the axis, such as 1000 for millimetres.

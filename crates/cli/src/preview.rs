@@ -64,7 +64,7 @@ fn of_sliding(scenario: &Scenario, stability: &Stability) -> [String; 2] {
     };
     let critical = match critical_stiffness_n_per_m > 0.0 {
         true => {
-            format!("modes grow below k_c = {} N/m per block", short(critical_stiffness_n_per_m))
+            format!("a block alone is unstable below k_c = {} N/m", short(critical_stiffness_n_per_m))
         }
         false => "k_c is not above 0: no spring is too soft".to_owned(),
     };
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(
             chain[1..],
             [
-                "stability: at V = 1e-4 m/s 1 of 16 modes grows; modes grow below k_c = 1.276e5 N/m per block",
+                "stability: at V = 1e-4 m/s 1 of 16 modes grows; a block alone is unstable below k_c = 1.276e5 N/m",
                 "nucleation: over sqrt(k D_c / (b p)) = 8.532 blocks (warning below 3)",
             ]
         );

@@ -174,7 +174,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.radiation_kg_per_s",
         symbol: "E",
-        doc: "Damping -E v of a sliding block, as by waves that it radiates (2.4); chains only.",
+        doc: "Damping -E v of a sliding block, as by waves that it radiates (2.4); of chains, not by junctions.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },
@@ -255,7 +255,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.evolution_offsets",
         symbol: "",
-        doc: "What is added to b, block by block; empty for nothing. Every sum is above 0.",
+        doc: "Of rate-and-state: what is added to b, block by block; empty for nothing. Every sum is above 0.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },
@@ -310,7 +310,7 @@ pub const KEYS: &[Key] = &[
         path: "friction.event_speed_m_per_s",
         symbol: "V_th",
         doc: "Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th \
-              to where it falls below V_th / 2. Must exceed the largest velocity of the drive; 0 for 10 times that. Never \
+              to where it falls below V_th / 2. Must exceed the largest speed of the drive; 0 for 10 times that. Never \
               changes the run, but onsets and durations of events depend on it.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
@@ -347,7 +347,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.stuck_blocks",
         symbol: "",
-        doc: "Blocks that never slide, unless nothing presses them, counted from 1, ascending: their mu_s is 1e6.",
+        doc: "Blocks that never detach, unless nothing presses them, counted from 1, ascending: their mu_s is 1e6.",
         kind: Numbers(Including(1.0), Open),
         default: Is(Value::NoNumbers),
     },
@@ -411,8 +411,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "drive.course_m_per_s",
         symbol: "",
-        doc: "Velocities at these times, the first being velocity_m_per_s; before the first and after the last the \
-              velocity is constant.",
+        doc: "Velocities at these times, below 0 backwards, the first being velocity_m_per_s; before the first and after the \
+              last the velocity is constant.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },
@@ -574,7 +574,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "prestress.from_blocks_ratio",
         symbol: "",
-        doc: "A further force of that kind on each of these blocks and those up to the next, over the normal load.",
+        doc: "A further constant force on each of these blocks and those up to the next one, over the normal load.",
         kind: Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
         default: Is(Value::NoNumbers),
     },

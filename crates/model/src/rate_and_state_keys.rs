@@ -29,11 +29,15 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     let slider = &scenario.slider;
     if slider.is_lattice() {
         let key = if slider.is_over_area() { "slider.across" } else { "slider.rows" };
-        let problem = format!("{THE_LAW} is known for chains, not for a {}", scenario.elastic().name());
+        let problem = format!(
+            "{THE_LAW} is available for chains and single blocks, not for a {}",
+            scenario.elastic().name()
+        );
         refuse(key, problem, "1, or another friction.law");
     }
     if drive.kind == DriveKind::LeftRight {
-        let problem = format!("by {THE_LAW} blocks begin in steady sliding, in one direction");
+        let problem =
+            format!("\"left-right\": by {THE_LAW} blocks begin in steady sliding, in one direction");
         refuse("drive.kind", problem, "\"side\" or \"top\"");
     }
     if drive.velocity_m_per_s == 0.0 {
@@ -93,7 +97,7 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
                 "{:e} is less than the rounding of the way of the drive in {} s, {way_m:.3e} m",
                 law.critical_slip_m, scenario.time.duration_s
             ),
-            &format!("a number above {least_slip_m:.3e}, or a shorter time.duration_s"),
+            &format!("a number from {least_slip_m:.3e}, or a shorter time.duration_s"),
         );
     }
     let offsets = scenario.friction.evolution_offsets.len();
@@ -109,10 +113,7 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
         if most > MOST_STATE * law.direct_effect && drive.velocity_m_per_s > 0.0 {
             refuse(
                 "friction.direct_effect",
-                format!(
-                    "{:e}, of states psi = {most:.3} at the start: e^(-psi / a) underflows",
-                    law.direct_effect
-                ),
+                format!("{:e}: with psi = {most:.3} at the start e^(-psi / a) underflows", law.direct_effect),
                 &format!("a number above {:.3e}", 1.0005 * most / MOST_STATE),
             );
         }
@@ -155,12 +156,12 @@ mod tests {
         for (line, expected) in [
             (
                 "slider.rows = 3\nslider.blocks = 11",
-                "1:15: slider.rows: friction.law = \"rate-and-state\" is known for chains, not for a slab \
+                "1:15: slider.rows: friction.law = \"rate-and-state\" is available for chains and single blocks, not for a slab \
                  (accepted: 1, or another friction.law)",
             ),
             (
                 "drive.kind = \"left-right\"",
-                "1:14: drive.kind: by friction.law = \"rate-and-state\" blocks begin in steady sliding, in one direction \
+                "1:14: drive.kind: \"left-right\": by friction.law = \"rate-and-state\" blocks begin in steady sliding, in one direction \
                  (accepted: \"side\" or \"top\")",
             ),
             (
@@ -198,14 +199,19 @@ mod tests {
                 "2:30: friction.evolution_offsets: block 2 gets b = 0 (accepted: b > 0 for every block)",
             ),
             (
+                "friction.event_speed_m_per_s = 1e-3\ndrive.course_s = [0, 1]\ndrive.course_m_per_s = [1e-4, -0.01]",
+                "1:32: friction.event_speed_m_per_s: 0.001 is not above drive.course_m_per_s = 0.01, at which blocks creep \
+                 without an event (accepted: a number above 0.01, or 0 for 10 times it)",
+            ),
+            (
                 "friction.direct_effect = 1e-9",
-                "1:26: friction.direct_effect: 1e-9, of states psi = 0.531 at the start: e^(-psi / a) underflows \
+                "1:26: friction.direct_effect: 1e-9: with psi = 0.531 at the start e^(-psi / a) underflows \
                  (accepted: a number above 7.588e-4)",
             ),
             (
                 "friction.critical_slip_m = 1e-20",
                 "1:28: friction.critical_slip_m: 1e-20 is less than the rounding of the way of the drive in 5 s, \
-                 5.000e-4 m (accepted: a number above 1.110e-19, or a shorter time.duration_s)",
+                 5.000e-4 m (accepted: a number from 1.110e-19, or a shorter time.duration_s)",
             ),
             (
                 "friction.evolution_offsets = [0.1]",

@@ -337,7 +337,7 @@ impl Friction {
 impl Drive {
     /// The largest velocity of its point.
     pub(crate) fn fastest_m_per_s(&self) -> f64 {
-        self.course_m_per_s.iter().fold(self.velocity_m_per_s, |most, velocity| most.max(*velocity))
+        self.course_m_per_s.iter().fold(self.velocity_m_per_s, |most, velocity| most.max(velocity.abs()))
     }
 }
 

@@ -135,8 +135,8 @@ pub enum SimulationError {
     },
     /// The solver's own steps have become too short to end.
     #[error(
-        "after step {step} a million steps of the adaptive solver have not passed the next multiple of time.step_s = \
-         {time_step_s:e} s: a shorter one is needed, or a larger time.tolerance, if what it follows is wanted"
+        "the adaptive solver took a million steps after step {step} without passing the next multiple of time.step_s = \
+         {time_step_s:e} s (accepted: a shorter time.step_s, or a larger time.tolerance)"
     )]
     Stalled {
         /// The last multiple of `time.step_s` that was passed.

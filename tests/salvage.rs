@@ -144,12 +144,12 @@ fn hit(each: usize) {
     let log = Log::make();
     let end = log.bytes.len();
     for number in (0..12).step_by(each) {
-        let place = 40 + (end - 80) * number / 12 + 131 * number;
+        let place = 40 + (end - 80) * number / 12 + 77 * number;
         // Bits turned, a block of the disk lost, bytes cut out, bytes put in.
         let mut flipped = log.bytes.clone();
         // Not all of the head of a chunk matters to its messages, whose content has a checksum of its own.
         let head = |chunk: &(Range<usize>, _)| (chunk.0.start..chunk.0.start + 64).contains(&place);
-        let bit_of = if log.chunks.iter().any(head) { place + 64 } else { place };
+        let bit_of = if number == 2 || log.chunks.iter().any(head) { place + 2000 } else { place };
         flipped[bit_of] ^= 1 << (number % 8);
         log.must_keep(&format!("a bit of byte {bit_of}"), &flipped, &(bit_of..bit_of + 1));
         // Header and scenario are in one block of the disk; with both gone, nothing identifies the run.

@@ -136,7 +136,7 @@ fn what_is_not_hit_is_kept() {
 #[test]
 #[ignore = "most of a minute of salvaging: a stage of cargo xtask ci"]
 fn what_is_not_hit_anywhere_is_kept() {
-    hit(1);
+    hit(5);
 }
 
 /// Damages a log in every `each`-th of twelve places.

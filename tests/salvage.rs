@@ -45,9 +45,11 @@ impl Log {
         Log { folder, bytes, items, chunks }
     }
 
-    /// The messages of all chunks that were not hit.
+    /// The messages of all chunks that were not hit; none depends on the indices behind a chunk.
     fn outside(&self, hit: &Range<usize>) -> Vec<Message> {
-        let untouched = |chunk: &&(Range<usize>, _)| chunk.0.end <= hit.start || hit.end <= chunk.0.start;
+        let untouched = |(chunk, _): &&(Range<usize>, _)| {
+            record_at(&self.bytes, chunk.start).end <= hit.start || hit.end <= chunk.start
+        };
         self.chunks.iter().filter(untouched).flat_map(|(_, messages)| messages).cloned().collect()
     }
 
@@ -153,13 +155,9 @@ fn hit(each: usize) {
         // Bits turned, a block of the disk lost, bytes cut out, bytes put in.
         let mut flipped = log.bytes.clone();
         flipped[place] ^= 1 << (number % 8);
-        // No message depends on the times in the head of a chunk, whose content has a checksum of its own, or on the
-        // indices behind it.
-        let beside = |(chunk, _): &(Range<usize>, _)| {
-            let indices = record_at(&log.bytes, chunk.start).end..chunk.end;
-            (chunk.start + 9..chunk.start + 25).contains(&place) || indices.contains(&place)
-        };
-        let hit = if log.chunks.iter().any(beside) { 0..0 } else { place..place + 1 };
+        // No message depends on the times in the head of a chunk, whose content has a checksum of its own.
+        let times = |chunk: &(Range<usize>, _)| (chunk.0.start + 9..chunk.0.start + 25).contains(&place);
+        let hit = if log.chunks.iter().any(times) { 0..0 } else { place..place + 1 };
         log.must_keep(&format!("a bit of byte {place}"), &flipped, &hit);
         // Header and scenario are in one block of the disk; with both gone, nothing identifies the run.
         let place = place.max(log.chunks[0].0.start);

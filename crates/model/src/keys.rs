@@ -411,8 +411,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "drive.course_m_per_s",
         symbol: "",
-        doc: "Velocities at these times, below 0 backwards, the first being velocity_m_per_s; before the first and after the \
-              last the velocity is constant.",
+        doc: "Velocities at these times, below 0 backwards, the first being velocity_m_per_s; before the first and \
+              after the last the velocity is constant.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },

@@ -427,6 +427,11 @@ mod tests {
         toml::from_str(&text).unwrap()
     }
 
+    /// A run whose one event is a global slip.
+    fn global(onset_step: u64) -> RunData {
+        made_up::run("", &[(onset_step, onset_step + 9, &[1, 2, 3])])
+    }
+
     /// A number stated allows 2 %, and one that is approximate half a unit of its last digit as well, if that is more.
     #[test]
     fn a_number_stated_allows_two_percent_or_half_a_digit() {
@@ -442,7 +447,6 @@ mod tests {
     /// The onset doubles, so a rate up to it halves; without `minus` there is no other run.
     #[test]
     fn an_exponent_is_that_of_two_runs() {
-        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
         let mut runs = BTreeMap::from([
             ("early".to_owned(), global(10_000_000)),
             ("late".to_owned(), global(20_000_000)),
@@ -467,7 +471,6 @@ mod tests {
     /// Equal numbers, of which one is to be a power of the other, and a number of 0.
     #[test]
     fn without_logarithms_there_is_no_exponent() {
-        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
         let mut runs =
             BTreeMap::from([("early".to_owned(), global(10_000)), ("late".to_owned(), global(20_000))]);
         let equal = "run = \"late\"\nminus = \"early\"\npower_of = \"coefficient_ratio\"\nstated = \"1\"";
@@ -481,7 +484,6 @@ mod tests {
 
     #[test]
     fn spreads_differences_and_second_runs_are_judged() {
-        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
         let mut runs = BTreeMap::from([
             ("early".to_owned(), global(10_000_000)),
             ("late".to_owned(), global(20_000_000)),
@@ -589,7 +591,6 @@ mod tests {
 
     #[test]
     fn statements_in_words_are_judged_by_the_median_of_a_spread() {
-        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
         let steps = [10_000_000, 20_000_000, 40_000_000, 15_000_000];
         let names = ["one", "two", "four", "half"];
         let mut runs = names.map(str::to_owned).into_iter().zip(steps.map(global)).collect();

@@ -310,8 +310,7 @@ impl Adaptive {
         for n in 0..self.plan.blocks {
             let is_above = self.is_above[n];
             let bound = if is_above { HYSTERESIS * event_speed } else { event_speed };
-            // The law was evaluated last at the end of the step.
-            if (self.equations.contacts[n].velocity.abs() > bound) == is_above {
+            if (self.end.contacts[n].velocity.abs() > bound) == is_above {
                 continue;
             }
             self.is_above[n] = !is_above;

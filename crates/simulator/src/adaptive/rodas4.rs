@@ -100,8 +100,8 @@ impl Rodas4 {
         }
     }
 
-    /// The value of an unknown, by its place, within the last step, after a share of it. It depends on the stages alone: rates at the
-    /// ends, where friction responds fast, would multiply its rounding errors.
+    /// The value of an unknown, by its place, within the last step, after a share of it. It depends on the stages alone:
+    /// rates at the ends, where friction responds fast, would multiply its rounding errors.
     pub(super) fn within(&self, begin: &Unknowns, share: f64, place: usize) -> f64 {
         let of = |row: &[f64; STAGES - 1]| -> f64 {
             row.iter().zip(&self.changes).map(|(d, change)| d * change.0[place]).sum()

@@ -119,7 +119,7 @@ const TIME_ERROR: f64 = 100.0;
 /// Tolerance of the run that others are compared with, over theirs.
 const FINER: f64 = 0.01;
 
-/// Least and largest `time.tolerance` that can be checked: from the first one on, [`FINER`] times it is one that the key
+/// Least and largest `time.tolerance` that can be checked: from the first one on, a hundredth of it is one that the key
 /// accepts. Below, rounding is most of the error of a step.
 pub const CHECKED_TOLERANCES: [f64; 2] = [1e-10, 1e-2];
 

@@ -21,8 +21,11 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     let Some(law) = scenario.contact_law().rate_and_state() else {
         if !drive.course_s.is_empty() || !drive.course_m_per_s.is_empty() {
             let key = if drive.course_s.is_empty() { "drive.course_m_per_s" } else { "drive.course_s" };
-            let why = "the solvers of this law need a drive of constant velocity, until it stops";
-            refuse(key, why.to_owned(), &format!("none, or {THE_LAW}"));
+            let word = scenario.contact_law().word().word();
+            let why = format!(
+                "by friction.law = \"{word}\" solvers need a drive of constant velocity, until it stops"
+            );
+            refuse(key, why, &format!("none, or {THE_LAW}"));
         }
         return refused;
     };
@@ -259,8 +262,8 @@ mod tests {
         let course = "drive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, 0]";
         assert_eq!(
             errors(course),
-            "test.toml:1:18: drive.course_s: the solvers of this law need a drive of constant velocity, until it stops \
-             (accepted: none, or friction.law = \"rate-and-state\")"
+            "test.toml:1:18: drive.course_s: by friction.law = \"interfacial-springs\" solvers need a drive of \
+             constant velocity, until it stops (accepted: none, or friction.law = \"rate-and-state\")"
         );
         assert!(
             errors("time.tolerance = 1e-5")

@@ -493,13 +493,6 @@ numbers! {
         /// Growth per radian of small oscillations about steady sliding of one block, in theory; none where
         /// there are no oscillations.
         oscillation_growth_theory_ratio: f64 = Events |run, _| rate_and_state::growth_theory(run);
-        /// Largest speed of any block in a slip event, m/s; none by other laws. Slip behind fronts afterwards is
-        /// `slow_slip_m`.
-        peak_velocity_m_per_s: f64 =
-            Events |run, _| run.slips.iter().filter_map(|slip| slip.peak_velocity_m_per_s).reduce(f64::max);
-        /// Share of the mean displacement of the blocks, from the first recorded state to the last, that is no slip
-        /// in slip events; events count if their states at onset and end were recorded.
-        creep_ratio: f64 = Motion |run, (_, states, _), _| rate_and_state::creep_ratio(run, states);
     }
 }
 

@@ -4,7 +4,6 @@
 use asperity_model::{Evolution, RateAndState, Stability};
 
 use crate::run_data::{Load, RunEvents};
-use crate::states::States;
 
 /// The law, with the mean `b` of the contacts.
 fn law(run: &RunEvents) -> Option<(RateAndState, f64)> {
@@ -77,23 +76,6 @@ pub(crate) fn ft_fn_at(loads: &[Load], at_s: f64) -> Option<f64> {
     Some(before.load_ratio() + share * (after.load_ratio() - before.load_ratio()))
 }
 
-/// The share of the mean displacement outside of slip events; `None` unless both ends of each have their states.
-pub(crate) fn creep_ratio(run: &RunEvents, states: &States) -> Option<f64> {
-    let (mut whole_m, mut slipped_m) = (0.0, 0.0);
-    for block in 1..=run.header.blocks {
-        let course = states.displacement_of(block);
-        let at = |time_s: f64| {
-            let place = course.partition_point(|(at_s, _)| *at_s < time_s);
-            course.get(place).filter(|(at_s, _)| *at_s == time_s).map(|(_, u)| *u)
-        };
-        whole_m += course.last()?.1 - course.first()?.1;
-        for slip in &run.slips {
-            slipped_m += slip.end_s.and_then(at)? - at(slip.onset_s)?;
-        }
-    }
-    (whole_m != 0.0).then(|| 1.0 - slipped_m / whole_m)
-}
-
 /// The stiffness of the drive per block over `k_c`.
 pub(crate) fn stiffness_over_critical(run: &RunEvents) -> Option<f64> {
     let critical_n_per_m = Stability::of(&run.plan)?.critical_stiffness_n_per_m;
@@ -155,8 +137,6 @@ pub(crate) fn growth_theory(run: &RunEvents) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::FieldRecord;
-
     use crate::made_up;
     use crate::number::number;
     use crate::run_data::{Load, RunData};
@@ -175,35 +155,6 @@ mod tests {
 
     fn close(found: Option<f64>, expected: f64) {
         assert!(found.is_some_and(|found| (found - expected).abs() < 1e-12), "{found:?} {expected}");
-    }
-
-    #[test]
-    fn creep_is_what_moves_between_slips() {
-        let mut run = made_up::run("", &[(2_000, 3_000, &[1, 2])]);
-        let at = |step: u64, displacement_m: [f64; 3]| FieldRecord {
-            step,
-            time_s: run.plan.grid.time_s(step),
-            displacement_m: displacement_m.to_vec(),
-            velocity_m_per_s: vec![0.0; 3],
-            tangential_force_n: vec![0.0; 3],
-            stick_position_m: vec![0.0; 3],
-            detached: vec![0; 3],
-            ..FieldRecord::default()
-        };
-        let states = [
-            at(0, [0.0; 3]),
-            at(2_000, [0.1, 0.2, 0.3]),
-            at(3_000, [0.9, 1.0, 0.3]),
-            at(9_000, [1.0, 1.0, 1.0]),
-        ];
-        run.kept = crate::required_data::RequiredData::all();
-        made_up::with_states(&mut run, &states);
-        close(number("creep_ratio", &run, None), 1.0 - 1.6 / 3.0);
-        run.slips[0].end_s = None;
-        assert_eq!(number("creep_ratio", &run, None), None);
-        assert_eq!(number("peak_velocity_m_per_s", &run, None), None);
-        run.slips[0].peak_velocity_m_per_s = Some(0.25);
-        assert_eq!(number("peak_velocity_m_per_s", &run, None), Some(0.25));
     }
 
     fn with_loads(ft_fn: impl Iterator<Item = (f64, f64)>) -> RunData {

@@ -129,7 +129,8 @@ impl RawEvents {
         let slid = |(onset_s, end_s): &(f64, Option<f64>)| {
             (end_s.unwrap_or(run_end_s).min(until_s) - onset_s).max(0.0)
         };
-        let slid_s: f64 = self.spans.iter().map(slid).sum();
+        // An empty sum of floats is -0.
+        let slid_s = self.spans.iter().map(slid).fold(0.0, |sum_s, time_s| sum_s + time_s);
         (until_s > 0.0).then(|| slid_s / until_s)
     }
 

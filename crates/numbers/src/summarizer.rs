@@ -1,7 +1,7 @@
 //! Accumulates the summary of a run from its records and events.
 
-use asperity_model::Scenario;
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_model::{Plan, Scenario};
 use asperity_record::{
     Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, Rupture, RupturesFrom, Scales, SlipEvent,
     StepRecord, TimeGrid,
@@ -31,6 +31,9 @@ pub struct Slider {
     pub scales: Option<Scales>,
     /// The law of precursor lengths for the scenario, and its parameters.
     pub length_law: Option<(LengthLaw, LengthLawParameters)>,
+    /// Its plan, if contacts have a state and every block the same drive spring, so that `F_T` says how far the
+    /// blocks have moved on average.
+    pub driven: Option<Box<Plan>>,
 }
 
 impl Slider {
@@ -38,7 +41,26 @@ impl Slider {
     pub fn of(scenario: &Scenario) -> Slider {
         let law = (LengthLaw::natural(scenario), LengthLawParameters::of(scenario));
         // With both ends pulled, F_T is a difference; lattices have no such theory.
-        Slider { scales: Some(scenario.scales()), length_law: LengthLaw::is_for(scenario).then_some(law) }
+        let plan = scenario.has_state().then(|| Plan::new(scenario));
+        let is_even = |plan: &Plan| {
+            let springs = &plan.drive.springs;
+            springs.len() == plan.blocks
+                && springs.iter().all(|spring| spring.stiffness_n_per_m == springs[0].stiffness_n_per_m)
+        };
+        Slider {
+            scales: Some(scenario.scales()),
+            length_law: LengthLaw::is_for(scenario).then_some(law),
+            driven: plan.filter(is_even).map(Box::new),
+        }
+    }
+
+    /// The sum of the displacements of the blocks at a record of a step and its `F_T`, m.
+    fn displacement_m(&self, (step, driving_force_n): (u64, f64)) -> Option<f64> {
+        let plan = self.driven.as_ref()?;
+        let drive = &plan.drive;
+        let point_m = plan.drive_point_m(step, drive.hold_from_step.unwrap_or(u64::MAX));
+        let stretch_m = driving_force_n / drive.springs.first()?.stiffness_n_per_m;
+        Some(plan.blocks as f64 * point_m - stretch_m)
     }
 }
 
@@ -53,6 +75,8 @@ pub struct Summarizer {
     grid: TimeGrid,
     /// The step of the last record.
     last_step: u64,
+    /// Step and `F_T` of the first and of the last record.
+    driving_forces_n: Option<[(u64, f64); 2]>,
     energy: Option<Energy>,
     records: u64,
     switches: u64,
@@ -70,6 +94,9 @@ pub struct Summarizer {
     overlapping: u64,
     open: u64,
     largest_slip_m: Option<f64>,
+    peak_velocity_m_per_s: Option<f64>,
+    /// Sum of the slips of all blocks in all ruptures; none if a block still slid at the end.
+    slip_m: Option<f64>,
 }
 
 impl Summarizer {
@@ -81,6 +108,7 @@ impl Summarizer {
             slider,
             grid: header.time_grid(),
             last_step: 0,
+            driving_forces_n: None,
             energy: None,
             records: 0,
             switches: 0,
@@ -97,12 +125,16 @@ impl Summarizer {
             overlapping: 0,
             open: 0,
             largest_slip_m: None,
+            peak_velocity_m_per_s: None,
+            slip_m: Some(0.0),
         }
     }
 
     /// Adds a step record.
     pub fn step(&mut self, record: &StepRecord) {
         self.last_step = record.step;
+        let force_n = (record.step, record.driving_force_n);
+        self.driving_forces_n = Some([self.driving_forces_n.map_or(force_n, |[first, _]| first), force_n]);
         self.energy = record.energy.or(self.energy);
         self.records += 1;
         self.switches += record.switches.len() as u64;
@@ -117,6 +149,7 @@ impl Summarizer {
 
     /// Adds a raw slip event.
     pub fn slip_event(&mut self, slip: &SlipEvent) {
+        self.peak_velocity_m_per_s = largest(self.peak_velocity_m_per_s, slip.peak_velocity_m_per_s);
         self.raw.take(slip);
     }
 
@@ -126,6 +159,8 @@ impl Summarizer {
         self.overlapping += u64::from(rupture.overlapping);
         self.open += u64::from(rupture.open);
         self.largest_slip_m = largest(self.largest_slip_m, rupture.largest_slip_m);
+        let slip_m = rupture.mean_slip_m.map(|mean_m| mean_m * f64::from(rupture.slipped()));
+        self.slip_m = self.slip_m.zip(slip_m).map(|(sum_m, slip_m)| sum_m + slip_m);
         let starts = (rupture.onset_step, rupture.rupture);
         self.growth.take(starts, rupture.reach(), || rupture.clone());
         if measures::is_wide(rupture) {
@@ -185,6 +220,11 @@ impl Summarizer {
         let front_speed_m_per_s = median_of(&growing, speed_m_per_s);
         let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
         let energy = self.energy.as_ref();
+        let moved_m = || {
+            let [first_m, last_m] = self.driving_forces_n?.map(|force_n| slider.displacement_m(force_n));
+            Some(last_m? - first_m?)
+        };
+        let slip_m = self.slip_m.filter(|_| is_known);
         let [unloaded_contact_count, unloaded_detachment_count, unloaded_event_count] = unloaded.counts();
         // A log that counts them omits a count of zero.
         let none_in_air = (end.is_some() && header.record_schema_version >= COUNTS_AIR_SINCE).then_some(0);
@@ -241,6 +281,7 @@ impl Summarizer {
             precursor_slip_m: mean_of(&precursors, |rupture| rupture.mean_slip_m),
             global_rupture_slip_m: mean_of(&global, |rupture| rupture.mean_slip_m),
             largest_slip_m: self.largest_slip_m,
+            peak_velocity_m_per_s: self.peak_velocity_m_per_s,
             precursor_force_drop_n: mean_of(&precursors, |rupture| rupture.mean_force_drop_n),
             global_rupture_force_drop_n: mean_of(&global, |rupture| rupture.mean_force_drop_n),
             global_rupture_moment_n_m: mean_of(&global, |rupture| rupture.potency_m2)
@@ -262,6 +303,7 @@ impl Summarizer {
             creeps: is_known.then_some(creeps),
             creep_front_block: creep_front_block.filter(|_| is_known),
             sliding_time_ratio: raw.sliding_time_ratio(first_global.map(|first| first.onset_s), simulated_s),
+            creep_ratio: slip_m.zip(moved_m()).and_then(|(slip_m, moved_m)| finite(1.0 - slip_m / moved_m)),
             raw_events_mislead: is_known.then(|| raw.mislead(wave_s, simulated_s)),
             event_count: raw.count(),
             global_event_count: raw.global_count(),

@@ -136,6 +136,8 @@ summary! {
             global_rupture_slip_m: Option<f64>,
             /// Largest slip of a block in one rupture, m.
             largest_slip_m: Option<f64>,
+            /// Largest speed of a block in a raw slip event, m/s; null by laws without a state.
+            peak_velocity_m_per_s: Option<f64>,
             /// Mean over the precursors of the mean fall of the tangential force on a block, without
             /// friction, from detachment to re-attachment, N.
             precursor_force_drop_n: Option<f64>,
@@ -183,6 +185,10 @@ summary! {
             /// Share of the time before the first global rupture, or of the whole run without one,
             /// in which some block slid.
             sliding_time_ratio: Option<f64>,
+            /// Share of the displacement of the blocks, from the first record to the last, that is no slip of a
+            /// rupture; null by laws without a state, where not every block has the same drive spring, and where a
+            /// block still slid at the end.
+            creep_ratio: Option<f64>,
         }
         "Raw slip events" {
             /// Whether raw slip events mislead: the longest lasts more than twenty times as long as both

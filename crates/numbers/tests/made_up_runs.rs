@@ -44,7 +44,8 @@ fn slider() -> Slider {
         interfacial_stiffness_n_per_m: None,
     };
     let scenario = resolve("default", &["friction.dynamic_coefficient=0.5"]).unwrap();
-    Slider { scales: Some(scales), length_law: Some((LengthLaw::Linear, LengthLawParameters::of(&scenario))) }
+    let length_law = Some((LengthLaw::Linear, LengthLawParameters::of(&scenario)));
+    Slider { scales: Some(scales), length_law, driven: None }
 }
 
 fn summarizer() -> Summarizer {
@@ -221,6 +222,59 @@ fn what_contacts_radiated_is_that_of_the_last_record() {
     assert_eq!([radiated_j(&[Some(0.5), Some(0.75)]), radiated_j(&[None, None])], [Some(0.75), None]);
 }
 
+/// Ten blocks by rate-and-state friction, with drive springs of 1 N/m each whose point moves at 1 mm/s.
+fn with_state(keys: &[&str]) -> Slider {
+    let usual = [
+        "slider.blocks=10",
+        "friction.evolution_offsets=[]",
+        "drive.stiffness_n_per_m=10",
+        "drive.velocity_m_per_s=1e-3",
+        "time.step_s=1e-3",
+        "time.duration_s=10",
+    ];
+    Slider::of(&resolve("rate-and-state", &[&usual[..], keys].concat()).unwrap())
+}
+
+/// The drive point moves by 9 mm and its springs shorten by 1 mm, so that the blocks move by 10 mm on average. One
+/// rupture moves all ten by 2 mm, another five of them.
+#[test]
+fn creep_is_what_moves_outside_of_ruptures() {
+    let creep_ratio = |slider: Slider, last: Rupture, from: RupturesFrom| {
+        let mut run = Summarizer::new("creep", &RunHeader { has_state: true, ..header() }, slider);
+        let of_force = |step: u64, driving_force_n: f64| StepRecord {
+            driving_force_n,
+            ..quiet_step(step, seconds(step), 0.4)
+        };
+        run.step(&of_force(1_000, 0.03));
+        run.rupture(&rupture(0, 2_000, 2_040, 2_100, 10, 0.4));
+        run.rupture(&last);
+        run.step(&of_force(10_000, 0.02));
+        run.finish(from, None).creep_ratio
+    };
+    let last = rupture(1, 3_000, 3_040, 3_100, 5, 0.4);
+    assert_near(creep_ratio(with_state(&[]), last.clone(), RupturesFrom::Log), 1.0 - 30e-3 / 100e-3);
+    assert_eq!(creep_ratio(with_state(&[]), last.clone(), RupturesFrom::None), None, "without ruptures");
+    let sliding = Rupture { mean_slip_m: None, ..last.clone() };
+    assert_eq!(creep_ratio(with_state(&[]), sliding, RupturesFrom::Log), None, "a block slid at the end");
+    let side = with_state(&["drive.kind=side"]);
+    assert_eq!(creep_ratio(side, last.clone(), RupturesFrom::Log), None, "one block is pulled");
+    let other = Slider::of(&resolve("default", &["slider.blocks=10"]).unwrap());
+    assert_eq!(creep_ratio(other, last, RupturesFrom::Log), None, "no state");
+}
+
+#[test]
+fn the_peak_velocity_is_the_largest_of_all_slips() {
+    let peak = |peaks: &[Option<f64>]| {
+        let mut run = summarizer();
+        for (number, peak_velocity_m_per_s) in (0..).zip(peaks) {
+            let peak_velocity_m_per_s = *peak_velocity_m_per_s;
+            run.slip_event(&SlipEvent { peak_velocity_m_per_s, ..slip(number, 100 * (number + 1), None, 2) });
+        }
+        run.finish(RupturesFrom::Log, None).peak_velocity_m_per_s
+    };
+    assert_eq!([peak(&[Some(0.25), Some(0.5), Some(0.125)]), peak(&[None])], [Some(0.5), None]);
+}
+
 #[test]
 fn recurrence_is_that_of_the_first_times_and_of_the_later_half() {
     let of = |onsets: &[u64]| {
@@ -383,10 +437,12 @@ fn energies_are_those_of_the_last_record_and_counters_those_of_the_end() {
 
 /// A summary in which every key has a value.
 fn full() -> Summary {
-    let mut run = summarizer();
+    let slider = Slider { driven: with_state(&[]).driven, ..slider() };
+    let mut run = Summarizer::new("mine", &header(), slider);
     let energy = Some(Energy { radiated_j: Some(0.5), ..Energy::default() });
     run.step(&StepRecord { energy, ..detach(99, &[1]) });
-    run.slip_event(&slip(0, 100, Some(600), 10));
+    run.step(&StepRecord { energy, ..quiet_step(9_999, 9.999, 0.4) });
+    run.slip_event(&SlipEvent { peak_velocity_m_per_s: Some(0.5), ..slip(0, 100, Some(600), 10) });
     for (number, last_block) in [(0, 3), (1, 5), (2, 7), (3, 10), (4, 10), (5, 10), (6, 10), (7, 10)] {
         let onset = 100 + number * 1000;
         run.rupture(&rupture(number, onset, onset + 10, onset + 30, last_block, 0.4));

@@ -65,10 +65,12 @@ pub enum VerifyError {
     Records(#[from] Disagreement),
     /// Of the adaptive solver, in a switch or its time.
     #[error(
-        "with the run's time.tolerance {coarse}, with a hundredth of it {fine} (accepted: the same switches, at times \
-         within {accepted_s:.1e} s)"
+        "with time.tolerance = {tolerance:e} {coarse}, with a hundredth of it {fine} (accepted: the same switches, at \
+         times within {accepted_s:.1e} s)"
     )]
     Tolerance {
+        /// The tolerance of the run.
+        tolerance: f64,
         /// The switch at the tolerance of the run, in words.
         coarse: String,
         /// At a hundredth of it.
@@ -176,7 +178,7 @@ fn verify_tolerance(
     let duration_s = plan.grid.time_s(plan.steps);
     let accepted_s = TIME_ERROR * law.tolerance * duration_s + 2.0 * plan.grid.step_s();
     let count = switches[0].len() as u64;
-    let worst_s = largest_delay_s(switches, accepted_s)?;
+    let worst_s = largest_delay_s(switches, law.tolerance, accepted_s)?;
     let events = detectors::of_plan(plan).all_events(&records);
     Ok(Verified {
         agreement: Agreement {
@@ -194,7 +196,11 @@ fn verify_tolerance(
 }
 
 /// The largest difference of the times of equal switches: of the run's tolerance, and of a finer one.
-fn largest_delay_s(mut switches: [Vec<Switched>; 2], accepted_s: f64) -> Result<f64, VerifyError> {
+fn largest_delay_s(
+    mut switches: [Vec<Switched>; 2],
+    tolerance: f64,
+    accepted_s: f64,
+) -> Result<f64, VerifyError> {
     // Block by block: blocks that switch at almost the same time may do so in another order.
     switches.iter_mut().for_each(|of_run| of_run.sort_by_key(|switch| switch.block));
     let [coarse, fine] = switches;
@@ -214,7 +220,7 @@ fn largest_delay_s(mut switches: [Vec<Switched>; 2], accepted_s: f64) -> Result<
                     let switch = switch.filter(|switch| Some(switch.block) == first);
                     switch.map_or("there is no such switch".to_owned(), |switch| switch.words())
                 });
-                return Err(VerifyError::Tolerance { coarse, fine, accepted_s });
+                return Err(VerifyError::Tolerance { tolerance, coarse, fine, accepted_s });
             }
         }
     }
@@ -353,24 +359,25 @@ mod tests {
             all.iter().map(|&(block, direction, time_s)| Switched { block, direction, time_s }).collect()
         };
         let coarse = [(2, Detach, 0.5), (1, Detach, 0.5), (1, Attach, 0.75)];
-        let of = |fine: &[(u32, Direction, f64)]| largest_delay_s([switches(&coarse), switches(fine)], 0.01);
+        let of =
+            |fine: &[(u32, Direction, f64)]| largest_delay_s([switches(&coarse), switches(fine)], 1e-6, 0.01);
         // In another order, as neighbours may switch.
         let same = of(&[(1, Detach, 0.5), (2, Detach, 0.502), (1, Attach, 0.751)]).expect("they are equal");
         assert!((same - 0.002).abs() < 1e-12, "{same}");
         for (fine, said) in [
             (
                 &[(1, Detach, 0.5), (2, Detach, 0.52), (1, Attach, 0.75)][..],
-                "with the run's time.tolerance block 2 detaches at 0.5 s, with a hundredth of it block 2 detaches at \
+                "with time.tolerance = 1e-6 block 2 detaches at 0.5 s, with a hundredth of it block 2 detaches at \
                  0.52 s (accepted: the same switches, at times within 1.0e-2 s)",
             ),
             (
                 &[(1, Detach, 0.5), (2, Detach, 0.5)],
-                "with the run's time.tolerance block 1 re-attaches at 0.75 s, with a hundredth of it there is no such \
+                "with time.tolerance = 1e-6 block 1 re-attaches at 0.75 s, with a hundredth of it there is no such \
                  switch (accepted: the same switches, at times within 1.0e-2 s)",
             ),
             (
                 &[(1, Detach, 0.5), (1, Attach, 0.75), (1, Detach, 0.8), (2, Detach, 0.5)],
-                "with the run's time.tolerance there is no such switch, with a hundredth of it block 1 detaches at 0.8 s \
+                "with time.tolerance = 1e-6 there is no such switch, with a hundredth of it block 1 detaches at 0.8 s \
                  (accepted: the same switches, at times within 1.0e-2 s)",
             ),
         ] {

@@ -139,12 +139,12 @@ impl Adaptive {
             plan,
         };
         let state = AdaptiveState::initial(&solver.plan, &solver.equations);
-        solver.go_on_from(&state);
+        solver.continue_from(&state);
         solver
     }
 
     /// Continues from a state that was saved at the grid step of the slider.
-    fn go_on_from(&mut self, saved: &AdaptiveState) {
+    fn continue_from(&mut self, saved: &AdaptiveState) {
         let plan = Arc::clone(&self.plan);
         self.time_s = saved.time_s;
         self.next_step_s = saved.next_step_s;
@@ -481,6 +481,6 @@ impl Solver for Adaptive {
         let adaptive = snapshot.slider.adaptive.as_ref().expect("the state of an adaptive solver");
         self.slider = SliderState { adaptive: None, ..snapshot.slider.clone() };
         self.recorder.continue_after(&self.plan, &self.slider);
-        self.go_on_from(adaptive);
+        self.continue_from(adaptive);
     }
 }

@@ -95,7 +95,12 @@ pub(crate) fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
     PACKER.with_borrow_mut(|packer| {
         let packer = match packer {
             Some(packer) => packer,
-            none => none.insert(Compressor::new(LEVEL)?),
+            none => {
+                let packer = none.insert(Compressor::new(LEVEL)?);
+                // Sees a changed bit that still decompresses to valid lines.
+                packer.include_checksum(true)?;
+                packer
+            }
         };
         packer.compress(text.as_bytes())
     })

@@ -186,7 +186,7 @@ impl Equations {
     }
 
     /// The stiffness of all springs on block `n`.
-    pub(super) fn held_n_per_m(&self, n: usize) -> f64 {
+    pub(super) fn springs_n_per_m(&self, n: usize) -> f64 {
         self.neighbours(n) * self.stiffness_n_per_m + self.drive_n_per_m[n]
     }
 

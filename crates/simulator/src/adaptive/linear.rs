@@ -61,7 +61,7 @@ impl Linear {
             let diagonal = alpha / v_y
                 + kappa * contact.rate_of_velocity * share
                 + damping
-                + equations.held_n_per_m(n) / sigma;
+                + equations.springs_n_per_m(n) / sigma;
             let pivot = 1.0 / (diagonal - beside * beside * before);
             (self.kappa[n], self.state_share[n], self.pivot[n]) = (kappa, share, pivot);
             before = pivot;
@@ -83,7 +83,7 @@ impl Linear {
         let mut before = 0.0;
         for n in 0..contacts.len() {
             let pulled_n = equations.stiffness_n_per_m * equations.beside(n, |m| r_w[m])
-                - equations.held_n_per_m(n) * r_w[n];
+                - equations.springs_n_per_m(n) * r_w[n];
             let right = equations.mass_kg * contacts[n].velocity_of_friction * r_y[n]
                 - outside.load_per_s * ahead_s * equations.direct_n[n] * friction[n]
                 - kappa[n] * state_share[n] * r_psi[n]

@@ -140,10 +140,12 @@ fn onsets(log: &Path) -> Vec<u64> {
 /// under the name of an unfinished one, `PIPE` a pipeline of that one run, `NEW` an unused path.
 type Call = (&'static [&'static str], &'static [i32]);
 
-const CALLS: [Call; 22] = [
+const CALLS: [Call; 24] = [
     (&["check", "LOG"], &[0]),
     (&["events", "LOG", "--format", "json"], &[0]),
     (&["summary", "LOG"], &[0]),
+    (&["catalogue", "LOG", "--format", "quakeml"], &[0]),
+    (&["catalogue", "LOG", "--format", "statistics"], &[0]),
     (&["summary", "LOG", "--format", "json"], &[0]),
     (&["draw", "LOG", "--out", "NEW"], &[0]),
     (&["draw", "LOG", "--kind", "front-profile,stress", "--out", "NEW"], &[0, 1]),

@@ -49,13 +49,14 @@ impl Things {
 }
 
 /// Commands, with GIVEN in place of a path, and the kinds that each accepts.
-const COMMANDS: [(&[&str], &[&str]); 25] = [
+const COMMANDS: [(&[&str], &[&str]); 26] = [
     (&["run", "GIVEN", "-o", "NEW.mcap"], &["a.mcap", "slider.toml", "other.toml"]),
     (&["scenario", "show", "GIVEN"], &["a.mcap", "slider.toml", "other.toml"]),
     (&["scenario", "validate", "GIVEN", "-q"], &["a.mcap", "slider.toml", "other.toml"]),
     (&["check", "GIVEN"], &["a.mcap"]),
     (&["summary", "GIVEN"], &["a.mcap"]),
     (&["events", "GIVEN"], &["a.mcap", "table.parquet"]),
+    (&["catalogue", "GIVEN"], &["a.mcap"]),
     (&["replay", "GIVEN"], &["a.mcap"]),
     (&["export", "GIVEN", "--to", "csv", "-o", "NEW"], &["a.mcap"]),
     (&["salvage", "GIVEN", "-o", "NEW.mcap"], &["a.mcap"]),

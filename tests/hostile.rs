@@ -97,6 +97,7 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
         vec!["events", text(file)],
         vec!["events", "--format", "json", text(file)],
         vec!["summary", text(file)],
+        vec!["catalogue", text(file), "--format", "quakeml"],
         vec!["replay", text(file)],
         vec!["report", text(file), "--out", "page.html"],
     ];

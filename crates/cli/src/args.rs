@@ -81,6 +81,8 @@ pub(crate) enum Command {
     Summary(SummaryArguments),
     /// Print the slip events of a run.
     Events(EventsArguments),
+    /// Print the ruptures of runs as a catalogue of earthquakes (CSV, QuakeML), or its statistics.
+    Catalogue(CatalogueArguments),
     /// Verify run logs: whole, incomplete, damaged ...
     Check(CheckArguments),
     /// Recover the sound records of a damaged log.

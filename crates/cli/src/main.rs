@@ -1,6 +1,7 @@
 //! The `asperity` command: arguments, progress, exit codes. The libraries do the work.
 
 mod args;
+mod catalogue;
 mod check;
 mod collect;
 mod commands;
@@ -21,6 +22,7 @@ mod named_runs;
 mod outputs;
 mod preview;
 mod progress;
+mod quakeml;
 mod reading;
 mod relative_link;
 mod replay;
@@ -98,6 +100,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Run(arguments) => run::command(&arguments, &board),
         Command::Summary(arguments) => summary::command(&arguments, &board),
         Command::Events(arguments) => events::command(&arguments, &board),
+        Command::Catalogue(arguments) => catalogue::command(&arguments, &board),
         Command::Check(arguments) => check::command(&arguments),
         Command::Salvage(arguments) => salvage::command(&arguments),
         Command::Replay(arguments) => replay::command(&arguments, board),

@@ -61,6 +61,7 @@ extern crate self as asperity_numbers;
 
 mod arrest;
 mod at_rest;
+pub mod catalogue;
 pub mod claim;
 pub mod claims;
 mod creep;

@@ -30,11 +30,12 @@ const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 const LONGEST: usize = 10_000_000;
 
 /// The commands that read a kind of file, with FILE in place of its name.
-const ON_LOGS: [&[&str]; 12] = [
+const ON_LOGS: [&[&str]; 13] = [
     &["check", "FILE"],
     &["salvage", "FILE", "--out", "salvaged.mcap"],
     &["events", "FILE"],
     &["summary", "FILE"],
+    &["catalogue", "FILE", "--format", "quakeml"],
     &["export", "FILE", "--to", "csv", "--out", "exported"],
     &["export", "FILE", "--to", "parquet", "--out", "exported-parquet"],
     &["draw", "FILE", "--out", "drawn"],

@@ -83,6 +83,48 @@ pub(crate) struct EventsArguments {
     pub(crate) format: TableFormat,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CatalogueFormat {
+    /// Comma-separated, one header line, one row for each rupture, numbers in full precision.
+    Csv,
+    /// QuakeML 1.2: origin, moment magnitude, scalar moment and duration of each rupture.
+    Quakeml,
+    /// For people: the law of Gutenberg and Richter and the times between ruptures, each with a test.
+    Statistics,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity catalogue out/mine.mcap > out/mine.csv
+  asperity catalogue out/chapter5/runs/*.mcap --format quakeml > out/all.xml
+  asperity catalogue out/mine.mcap --format statistics
+
+Each rupture that has ended is an earthquake. Its magnitude is the moment
+magnitude, (2/3) (log10 M_0 - 9.1). Simulated time 0 is the begin of 1970, and
+the slider lies on the equator, eastwards from longitude 0. docs/outputs.md
+explains the columns and the tests.
+
+Exit codes; for several logs, that of the worst:
+  0  all ruptures of every run that have ended were printed
+  1  failure
+  2  a file is not a run log
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps, or its run was
+              stopped; the ruptures of its sound part were printed (see asperity
+              check)")]
+pub(crate) struct CatalogueArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
+    /// How to print it.
+    #[arg(long, value_enum, default_value = "csv")]
+    pub(crate) format: CatalogueFormat,
+    /// The magnitude above which statistics are made [default: the smallest one above which the test does not
+    /// reject the law of Gutenberg and Richter].
+    #[arg(long, value_name = "MAGNITUDE", allow_negative_numbers = true)]
+    pub(crate) completeness: Option<f64>,
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:

@@ -1,0 +1,273 @@
+//! Ruptures as seismology describes earthquakes: magnitudes, stress drops, and the law of Gutenberg and Richter.
+
+use std::collections::BTreeMap;
+
+use asperity_model::Scenario;
+use asperity_record::{Arrival, Contacts, Event, Observer, RunHeader, Rupture};
+
+use crate::distributions::{TimeFit, TimeLaw};
+use crate::estimate::Estimate;
+use crate::goodness::Test;
+use crate::rupture_numbers;
+
+/// Fewest magnitudes that the law of Gutenberg and Richter is fitted to.
+pub const FEWEST_MAGNITUDES: usize = 50;
+
+/// How many magnitudes are tried as the completeness, at most.
+const CANDIDATES: usize = 50;
+
+/// The moment magnitude, `(2/3) (log10 M_0 - 9.1)` with the moment in N m: the standard of IASPEI (2013), after Hanks
+/// and Kanamori, J. Geophys. Res. 84, 2348 (1979). Of slip backwards the moment counts by its size; none without any.
+pub fn moment_magnitude(moment_n_m: f64) -> Option<f64> {
+    (moment_n_m != 0.0 && moment_n_m.is_finite()).then(|| (2.0 / 3.0) * (libm::log10(moment_n_m.abs()) - 9.1))
+}
+
+/// A rupture that has ended, in a catalogue.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// The rupture.
+    pub rupture: Rupture,
+    /// Its moment, N m.
+    pub moment_n_m: f64,
+    /// Distance of the contact that slid first from the first column, m.
+    pub x_m: f64,
+    /// Length of the columns that slid, m.
+    pub length_m: f64,
+    /// Mean fall of the tangential force on its contacts over the area of one, Pa.
+    pub stress_drop_pa: Option<f64>,
+    /// Mean of this fall weighted by the slip of each contact, Pa, as in the energy budget (Noda and others, Geophys. J.
+    /// Int. 193, 1691 (2013)); none without any slip, and where the log does not tell the slip of each contact.
+    pub slip_weighted_stress_drop_pa: Option<f64>,
+    /// Skewness of slip along the slider, its third central moment over its standard deviation to the third: above 0
+    /// where the longer tail is towards higher columns; none where all slip is in one column or backwards.
+    pub slip_skewness: Option<f64>,
+}
+
+impl Entry {
+    /// Its [`moment_magnitude`].
+    pub fn magnitude(&self) -> Option<f64> {
+        moment_magnitude(self.moment_n_m)
+    }
+
+    /// Time from its onset to its end, s.
+    pub fn duration_s(&self) -> Option<f64> {
+        rupture_numbers::duration_s(&self.rupture)
+    }
+}
+
+/// The slip of a contact in a rupture, its column, and the fall of the force on it.
+struct ContactSlip {
+    column: u32,
+    slip_m: f64,
+    force_drop_n: f64,
+}
+
+/// Observes a run, and lists its ruptures as a catalogue does.
+pub struct Catalogue {
+    contacts: Contacts,
+    block_length_m: f64,
+    /// The area that a contact stands for: its length times the width of the slider, or of the contact over an area.
+    contact_area_m2: f64,
+    ruptures: Vec<Rupture>,
+    /// Contacts that slid, by rupture; none of a rupture with a contact that has not stopped.
+    slips: BTreeMap<u64, Option<Vec<ContactSlip>>>,
+}
+
+impl Catalogue {
+    /// For a run of this scenario.
+    pub fn new(header: &RunHeader, scenario: &Scenario) -> Catalogue {
+        let scales = header.scales.unwrap_or_else(|| scenario.scales());
+        let slider = &scenario.slider;
+        let block_length_m = scales.block_length_m;
+        let contact_width_m = if slider.is_over_area() { block_length_m } else { slider.width_m };
+        Catalogue {
+            contacts: header.contacts(),
+            block_length_m,
+            contact_area_m2: block_length_m * contact_width_m,
+            ruptures: Vec::new(),
+            slips: BTreeMap::new(),
+        }
+    }
+
+    /// The ruptures that have ended, by onset and number, and how many others there are: those that still slid at the
+    /// end, and those of logs before version 6, which do not record moments.
+    pub fn finish(mut self) -> (Vec<Entry>, usize) {
+        self.ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.rupture));
+        let all = self.ruptures.len();
+        let ended = std::mem::take(&mut self.ruptures);
+        let entries: Vec<Entry> = ended.into_iter().filter_map(|rupture| self.entry(rupture)).collect();
+        let others = all - entries.len();
+        (entries, others)
+    }
+
+    fn entry(&self, rupture: Rupture) -> Option<Entry> {
+        let moment_n_m = rupture.moment_n_m?;
+        let column = self.contacts.column(rupture.nucleation_block);
+        let slips = self.slips.get(&rupture.rupture).and_then(Option::as_deref).unwrap_or(&[]);
+        Some(Entry {
+            moment_n_m,
+            x_m: f64::from(column - 1) * self.block_length_m,
+            length_m: f64::from(rupture.reach().count()) * self.block_length_m,
+            stress_drop_pa: rupture.mean_force_drop_n.map(|drop_n| drop_n / self.contact_area_m2),
+            slip_weighted_stress_drop_pa: weighted_drop_n(slips).map(|drop_n| drop_n / self.contact_area_m2),
+            slip_skewness: skewness(slips),
+            rupture,
+        })
+    }
+
+    fn take(&mut self, event: &Event) {
+        if let Some(rupture) = event.get::<Rupture>() {
+            self.ruptures.push(rupture.clone());
+        } else if let Some(arrival) = event.get::<Arrival>() {
+            let of_contact = arrival.slip_size_m().zip(arrival.force_attach_n).map(|(slip_m, attach_n)| {
+                let column = self.contacts.column(arrival.block);
+                ContactSlip { column, slip_m, force_drop_n: arrival.force_detach_n - attach_n }
+            });
+            match (self.slips.entry(arrival.rupture).or_insert_with(|| Some(Vec::new())), of_contact) {
+                (Some(slips), Some(of_contact)) => slips.push(of_contact),
+                (slips, _) => *slips = None,
+            }
+        }
+    }
+}
+
+impl Observer for Catalogue {
+    fn event(&mut self, event: &Event) {
+        self.take(event);
+    }
+
+    fn lacking(&mut self, event: &Event) {
+        self.take(event);
+    }
+}
+
+/// The mean of the falls of force, weighted by slip.
+fn weighted_drop_n(slips: &[ContactSlip]) -> Option<f64> {
+    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m).sum();
+    let weighted: f64 = slips.iter().map(|contact| contact.slip_m * contact.force_drop_n).sum();
+    (sum_m > 0.0).then(|| weighted / sum_m)
+}
+
+/// The skewness of slip over columns.
+fn skewness(slips: &[ContactSlip]) -> Option<f64> {
+    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m).sum();
+    if sum_m <= 0.0 || slips.iter().any(|contact| contact.slip_m < 0.0) {
+        return None;
+    }
+    let mean = |of: &dyn Fn(f64) -> f64| {
+        let weighted = slips.iter().map(|contact| contact.slip_m * of(f64::from(contact.column)));
+        weighted.sum::<f64>() / sum_m
+    };
+    let centre = mean(&|column| column);
+    let variance = mean(&|column| (column - centre).powi(2));
+    (variance > 0.0).then(|| mean(&|column| (column - centre).powi(3)) / variance.powf(1.5))
+}
+
+/// The law of Gutenberg and Richter among magnitudes: as many lie above `M` as `10^(-b M)` says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GutenbergRichter {
+    /// The magnitudes above this one are counted.
+    pub completeness: f64,
+    /// How many there are.
+    pub count: usize,
+    /// `b` by maximum likelihood, `log10(e) / (mean M - completeness)`: Aki, Bull. Earthq. Res. Inst. 43, 237 (1965). Its
+    /// standard error, `b / sqrt(n)`, is one only if the test does not reject the law.
+    pub b: Estimate,
+    /// The test of the law.
+    pub test: Test,
+}
+
+impl GutenbergRichter {
+    /// Fits the magnitudes above a completeness; `None` if there are fewer than [`FEWEST_MAGNITUDES`], or all are equal.
+    pub fn above(magnitudes: &[f64], completeness: f64) -> Option<GutenbergRichter> {
+        let over = magnitudes.iter().map(|magnitude| magnitude - completeness);
+        let excess: Vec<f64> = over.filter(|excess| *excess > 0.0).collect();
+        if excess.len() < FEWEST_MAGNITUDES {
+            return None;
+        }
+        let fit = TimeFit::of(&excess, TimeLaw::Exponential)?;
+        let TimeFit::Exponential { mean_s: mean } = fit else { return None };
+        let value = std::f64::consts::LOG10_E / mean.value;
+        Some(GutenbergRichter {
+            completeness,
+            count: excess.len(),
+            b: Estimate { value, error: value * mean.error / mean.value },
+            test: Test::of_times(&fit, &excess, TimeLaw::Exponential),
+        })
+    }
+
+    /// Fits the magnitudes above the smallest one from which on the test does not reject the law. `None` if it does so
+    /// from every one of up to 50, evenly spaced by rank, that leave enough magnitudes.
+    pub fn complete(magnitudes: &[f64]) -> Option<GutenbergRichter> {
+        let mut ascending = magnitudes.to_vec();
+        ascending.sort_by(f64::total_cmp);
+        let last = ascending.len().checked_sub(FEWEST_MAGNITUDES + 1)?;
+        let ranks = (0..CANDIDATES.min(last + 1)).map(|n| n * (last + 1) / CANDIDATES.min(last + 1));
+        ranks
+            .filter_map(|rank| GutenbergRichter::above(magnitudes, ascending[rank]))
+            .find(|fit| !fit.test.rejects())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ContactSlip, GutenbergRichter, moment_magnitude, skewness, weighted_drop_n};
+
+    fn near(found: Option<f64>, expected: f64) {
+        let found = found.expect("there is one");
+        assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+    }
+
+    #[test]
+    fn magnitudes_are_those_of_the_standard() {
+        // 10^9.1 N m is magnitude 0; a thousand times that is 2.
+        near(moment_magnitude(10f64.powf(9.1)), 0.0);
+        near(moment_magnitude(-(10f64.powf(12.1))), 2.0);
+        assert_eq!([moment_magnitude(0.0), moment_magnitude(f64::NAN)], [None, None]);
+    }
+
+    #[test]
+    fn drops_and_skewness_are_weighted_by_slip() {
+        let slips = |all: &[(u32, f64, f64)]| -> Vec<ContactSlip> {
+            all.iter()
+                .map(|&(column, slip_m, force_drop_n)| ContactSlip { column, slip_m, force_drop_n })
+                .collect()
+        };
+        // Three of four parts of the slip at column 1, one at column 5: mean 2, variance 3, third moment 6.
+        let of = slips(&[(1, 3e-6, 2.0), (5, 1e-6, 6.0)]);
+        near(weighted_drop_n(&of), 3.0);
+        near(skewness(&of), 6.0 / 3f64.powf(1.5));
+        assert_eq!(skewness(&slips(&[(1, 1e-6, 2.0)])), None, "one column");
+        assert_eq!(skewness(&slips(&[(1, 1e-6, 2.0), (2, -1e-7, 2.0)])), None, "backwards");
+        assert_eq!([weighted_drop_n(&[]), skewness(&[])], [None, None]);
+    }
+
+    /// Magnitudes at the quantiles of the law with this b, from a completeness on.
+    fn of_law(b: f64, from: f64, count: usize) -> impl Iterator<Item = f64> {
+        (0..count).map(move |n| from - ((n as f64 + 0.5) / count as f64).log10() / b)
+    }
+
+    #[test]
+    fn b_is_found_again_and_its_error_falls_with_the_number() {
+        let magnitudes: Vec<f64> = of_law(0.8, -6.0, 400).collect();
+        let fit = GutenbergRichter::above(&magnitudes, -6.0).expect("there are enough");
+        // Quantiles have a mean a little below that of the law.
+        assert!((fit.b.value - 0.8).abs() < 2e-3, "{}", fit.b.value);
+        assert!((fit.b.error - fit.b.value / 20.0).abs() < 1e-12);
+        assert!(fit.count == 400 && !fit.test.rejects());
+        assert_eq!(GutenbergRichter::above(&magnitudes[..49], -7.0), None);
+    }
+
+    #[test]
+    fn the_completeness_lies_where_the_law_begins() {
+        // As many small ones of equal frequency, over half a magnitude below.
+        let small = (0..400).map(|n| -6.5 + 0.5 * n as f64 / 400.0);
+        let magnitudes: Vec<f64> = small.chain(of_law(1.0, -6.0, 800)).collect();
+        assert!(GutenbergRichter::above(&magnitudes, -6.5).expect("there are enough").test.rejects());
+        let fit = GutenbergRichter::complete(&magnitudes).expect("the larger ones follow the law");
+        assert!((-6.15..=-5.95).contains(&fit.completeness), "{}", fit.completeness);
+        assert!((fit.b.value - 1.0).abs() < 3.0 * fit.b.error, "{}", fit.b.value);
+        let even: Vec<f64> = (0..1000).map(|n| f64::from(n) * 1e-3).collect();
+        assert_eq!(GutenbergRichter::complete(&even), None);
+    }
+}

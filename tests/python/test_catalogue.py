@@ -1,0 +1,95 @@
+"""Catalogues of ruptures: read by ObsPy and SeismoStats, and computed again from exported tables."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import obspy
+import pandas as pd
+import pytest
+from conftest import Command
+from seismostats import Catalog
+from seismostats.analysis import ClassicBValueEstimator
+
+import asperity
+
+# Blocks of the default slider: its length over 99 gaps, and its width.
+BLOCK_M, WIDTH_M, MODULUS_PA = 0.1 / 99, 0.005, 2.5e9
+
+
+@pytest.fixture(scope="module")
+def catalogue(command: Command, default_log: Path) -> pd.DataFrame:
+    return pd.read_csv(io.StringIO(command("--quiet", "catalogue", default_log)))
+
+
+def test_columns_follow_from_exported_ruptures_and_arrivals(catalogue: pd.DataFrame, default_log: Path) -> None:
+    run = asperity.read(default_log)
+    ruptures, arrivals = run.ruptures.to_pandas(), run.arrivals.to_pandas()
+    ruptures = ruptures[ruptures.end_s.notna()].sort_values(["onset_step", "rupture"]).reset_index(drop=True)
+    assert len(catalogue) == len(ruptures) > 200
+    for column in ("rupture", "onset_s", "moment_n_m", "potency_m2", "mean_slip_m", "largest_slip_m"):
+        np.testing.assert_array_equal(catalogue[column], ruptures[column])
+    np.testing.assert_array_equal(catalogue.duration_s, ruptures.end_s - ruptures.onset_s)
+    np.testing.assert_allclose(catalogue.x_m, (ruptures.nucleation_block - 1) * BLOCK_M, rtol=1e-12)
+    count = ruptures.last_block - ruptures.first_block + 1
+    np.testing.assert_array_equal(catalogue.contacts, count)
+    np.testing.assert_allclose(catalogue.length_m, count * BLOCK_M, rtol=1e-12)
+    tails = 0
+    for row in catalogue.itertuples():
+        of = arrivals[arrivals.rupture == row.rupture]
+        slip, drop = of.slip_m.to_numpy(), (of.force_detach_n - of.force_attach_n).to_numpy()
+        moment = MODULUS_PA * WIDTH_M * BLOCK_M * slip.sum()
+        assert row.moment_n_m == pytest.approx(moment, rel=1e-9)
+        assert row.magnitude == pytest.approx(2 / 3 * (np.log10(moment) - 9.1), abs=1e-9)
+        area = BLOCK_M * WIDTH_M
+        assert row.stress_drop_pa == pytest.approx(drop.mean() / area, rel=1e-9)
+        assert row.slip_weighted_stress_drop_pa == pytest.approx(np.average(drop, weights=slip) / area, rel=1e-9)
+        centred = of.block - np.average(of.block, weights=slip)
+        variance = np.average(centred**2, weights=slip)
+        if variance > 0:
+            skewness = np.average(centred**3, weights=slip) / variance**1.5
+            assert row.slip_skewness == pytest.approx(skewness, rel=1e-9, abs=1e-9)
+            tails += 1
+        else:
+            assert np.isnan(row.slip_skewness)
+    assert tails > 100
+
+
+def test_obspy_reads_quakeml(command: Command, catalogue: pd.DataFrame, default_log: Path, tmp_path: Path) -> None:
+    text = command("--quiet", "catalogue", default_log, "--format", "quakeml")
+    path = tmp_path / "default.xml"
+    path.write_text(text)
+    events = obspy.read_events(str(path))
+    assert len(events) == len(catalogue)
+    assert len({event.resource_id.id for event in events}) == len(events)
+    for event, row in zip(events, catalogue.itertuples(), strict=True):
+        origin, magnitude = event.preferred_origin(), event.preferred_magnitude()
+        assert origin.time.ns == round(row.onset_s * 1e9)
+        assert origin.time == obspy.UTCDateTime(row.time)
+        assert np.radians(origin.longitude) * 6_371_000 == pytest.approx(row.x_m, rel=1e-9, abs=1e-15)
+        assert (magnitude.mag, magnitude.magnitude_type) == (row.magnitude, "Mw")
+        tensor = event.preferred_focal_mechanism().moment_tensor
+        assert tensor.scalar_moment == abs(row.moment_n_m)
+        assert tensor.source_time_function.duration == row.duration_s
+
+
+def test_seismostats_reads_the_table_and_finds_the_same_b(command: Command, tmp_path: Path) -> None:
+    # Tilted loads on the far end: ruptures of many sizes.
+    log = tmp_path / "many.mcap"
+    command(
+        "--quiet", "run", "default", "--out", log, "--set", "normal_load.tilt=0.8", "--set", "time.duration_s=3"
+    )
+    table = tmp_path / "many.csv"
+    table.write_text(command("--quiet", "catalogue", log))
+    catalogue = Catalog(pd.read_csv(table, parse_dates=["time"]))
+    assert str(catalogue.time.dtype).startswith("datetime64")
+    completeness = float(np.quantile(catalogue.magnitude, 0.5))
+    above = catalogue.magnitude[catalogue.magnitude > completeness].to_numpy()
+    estimator = ClassicBValueEstimator()
+    expected = estimator.calculate(above, mc=completeness, delta_m=0)
+    said = command("catalogue", log, "--format", "statistics", "--completeness", repr(completeness))
+    assert f"n = {len(above)} " in said
+    if "b = " in said:
+        assert f"b = {expected:.3f} ± {expected / np.sqrt(len(above)):.3f} above" in said
+    else:
+        assert f"no law of Gutenberg and Richter above {completeness:.3f}" in said

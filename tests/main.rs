@@ -73,6 +73,7 @@ mod rupture_energies;
 mod rupture_fields;
 mod ruptures;
 mod salvage;
+mod scaling;
 mod scenarios;
 mod slab;
 mod slab_nodes;

@@ -23,7 +23,7 @@ def catalogue(command: Command, default_log: Path) -> pd.DataFrame:
 
 
 def test_columns_follow_from_exported_ruptures_and_arrivals(catalogue: pd.DataFrame, default_log: Path) -> None:
-    run = asperity.read(default_log)
+    run = asperity.open(default_log)
     ruptures, arrivals = run.ruptures.to_pandas(), run.arrivals.to_pandas()
     ruptures = ruptures[ruptures.end_s.notna()].sort_values(["onset_step", "rupture"]).reset_index(drop=True)
     assert len(catalogue) == len(ruptures) > 200
@@ -44,10 +44,11 @@ def test_columns_follow_from_exported_ruptures_and_arrivals(catalogue: pd.DataFr
         area = BLOCK_M * WIDTH_M
         assert row.stress_drop_pa == pytest.approx(drop.mean() / area, rel=1e-9)
         assert row.slip_weighted_stress_drop_pa == pytest.approx(np.average(drop, weights=slip) / area, rel=1e-9)
-        centred = of.block - np.average(of.block, weights=slip)
-        variance = np.average(centred**2, weights=slip)
+        size = np.abs(slip)
+        centred = of.block - np.average(of.block, weights=size)
+        variance = np.average(centred**2, weights=size)
         if variance > 0:
-            skewness = np.average(centred**3, weights=slip) / variance**1.5
+            skewness = np.average(centred**3, weights=size) / variance**1.5
             assert row.slip_skewness == pytest.approx(skewness, rel=1e-9, abs=1e-9)
             tails += 1
         else:
@@ -64,8 +65,8 @@ def test_obspy_reads_quakeml(command: Command, catalogue: pd.DataFrame, default_
     assert len({event.resource_id.id for event in events}) == len(events)
     for event, row in zip(events, catalogue.itertuples(), strict=True):
         origin, magnitude = event.preferred_origin(), event.preferred_magnitude()
-        assert origin.time.ns == round(row.onset_s * 1e9)
-        assert origin.time == obspy.UTCDateTime(row.time)
+        # ObsPy rounds times to microseconds.
+        assert abs(round(row.onset_s * 1e9) - origin.time.ns) <= 500
         assert np.radians(origin.longitude) * 6_371_000 == pytest.approx(row.x_m, rel=1e-9, abs=1e-15)
         assert (magnitude.mag, magnitude.magnitude_type) == (row.magnitude, "Mw")
         tensor = event.preferred_focal_mechanism().moment_tensor

@@ -38,8 +38,8 @@ pub struct Entry {
     /// Mean of this fall weighted by the slip of each contact, Pa, as in the energy budget (Noda and others, Geophys. J.
     /// Int. 193, 1691 (2013)); none without any slip, and where the log does not tell the slip of each contact.
     pub slip_weighted_stress_drop_pa: Option<f64>,
-    /// Skewness of slip along the slider, its third central moment over its standard deviation to the third: above 0
-    /// where the longer tail is towards higher columns; none where all slip is in one column or backwards.
+    /// Skewness of the size of slip along the slider, its third central moment over its standard deviation to the third: above 0
+    /// where the longer tail is towards higher columns; none where all slip is in one column.
     pub slip_skewness: Option<f64>,
 }
 
@@ -148,14 +148,11 @@ fn weighted_drop_n(slips: &[ContactSlip]) -> Option<f64> {
     (sum_m > 0.0).then(|| weighted / sum_m)
 }
 
-/// The skewness of slip over columns.
+/// The skewness of the size of slip over columns.
 fn skewness(slips: &[ContactSlip]) -> Option<f64> {
-    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m).sum();
-    if sum_m <= 0.0 || slips.iter().any(|contact| contact.slip_m < 0.0) {
-        return None;
-    }
+    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m.abs()).sum();
     let mean = |of: &dyn Fn(f64) -> f64| {
-        let weighted = slips.iter().map(|contact| contact.slip_m * of(f64::from(contact.column)));
+        let weighted = slips.iter().map(|contact| contact.slip_m.abs() * of(f64::from(contact.column)));
         weighted.sum::<f64>() / sum_m
     };
     let centre = mean(&|column| column);
@@ -238,7 +235,7 @@ mod tests {
         near(weighted_drop_n(&of), 3.0);
         near(skewness(&of), 6.0 / 3f64.powf(1.5));
         assert_eq!(skewness(&slips(&[(1, 1e-6, 2.0)])), None, "one column");
-        assert_eq!(skewness(&slips(&[(1, 1e-6, 2.0), (2, -1e-7, 2.0)])), None, "backwards");
+        near(skewness(&slips(&[(1, 3e-6, 2.0), (5, -1e-6, 6.0)])), 6.0 / 3f64.powf(1.5));
         assert_eq!([weighted_drop_n(&[]), skewness(&[])], [None, None]);
     }
 

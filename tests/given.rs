@@ -56,7 +56,7 @@ const COMMANDS: [(&[&str], &[&str]); 26] = [
     (&["check", "GIVEN"], &["a.mcap"]),
     (&["summary", "GIVEN"], &["a.mcap"]),
     (&["events", "GIVEN"], &["a.mcap", "table.parquet"]),
-    (&["catalogue", "GIVEN"], &["a.mcap"]),
+    (&["catalogue", "GIVEN"], &["a.mcap", "study"]),
     (&["replay", "GIVEN"], &["a.mcap"]),
     (&["export", "GIVEN", "--to", "csv", "-o", "NEW"], &["a.mcap"]),
     (&["salvage", "GIVEN", "-o", "NEW.mcap"], &["a.mcap"]),

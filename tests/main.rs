@@ -12,6 +12,7 @@ mod area_pictures;
 #[cfg(feature = "analysis")]
 mod area_records;
 mod bounds;
+mod catalogue;
 mod claims;
 mod cli;
 #[cfg(feature = "analysis")]

@@ -12,11 +12,22 @@ use crate::exit::Failure;
 
 /// A run of a catalogue.
 pub(crate) struct OfRun {
-    /// Its name: that of its log.
+    /// The number of the path given, from 1.
+    pub(crate) given: usize,
+    /// The study that it belongs to, if that was given.
+    pub(crate) study: Option<String>,
+    /// Its name: that of its log, or its number in a study.
     pub(crate) name: String,
     /// Its id, by which names of events are unique.
     pub(crate) id: String,
     pub(crate) entries: Vec<Entry>,
+}
+
+impl OfRun {
+    /// The name of what was given: a study, or a log.
+    pub(crate) fn of(&self) -> &str {
+        self.study.as_ref().unwrap_or(&self.name)
+    }
 }
 
 const BEGIN: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<q:quakeml \

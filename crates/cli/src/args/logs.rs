@@ -99,6 +99,7 @@ Examples:
   asperity catalogue out/mine.mcap > out/mine.csv
   asperity catalogue out/chapter5/runs/*.mcap --format quakeml > out/all.xml
   asperity catalogue out/mine.mcap --format statistics
+  asperity catalogue out/precursors --format statistics
 
 Each rupture that has ended is an earthquake. Its magnitude is the moment
 magnitude, (2/3) (log10 M_0 - 9.1). Simulated time 0 is the begin of 1970, and
@@ -107,14 +108,14 @@ explains the columns and the tests.
 
 Exit codes; for several logs, that of the worst:
   0  all ruptures of every run that have ended were printed
-  1  failure
-  2  a file is not a run log
-  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps, or its run was
-              stopped; the ruptures of its sound part were printed (see asperity
-              check)")]
+  1  failure, also of runs of a study
+  2  a file is not a run log, or a study keeps no ruptures
+  3, 4, 5, 7  a study or a log is incomplete, or a log is damaged, salvaged with
+              gaps, or of a run that was stopped; what there is was printed (see
+              asperity check)")]
 pub(crate) struct CatalogueArguments {
-    /// The run logs.
-    #[arg(value_name = "RUN.mcap", required = true)]
+    /// Run logs, and folders of studies, whose runs keep ruptures.
+    #[arg(value_name = "RUN.mcap|STUDY", required = true)]
     pub(crate) runs: Vec<PathBuf>,
     /// How to print it.
     #[arg(long, value_enum, default_value = "csv")]

@@ -1,0 +1,89 @@
+//! `asperity catalogue` of studies and logs; its numbers are computed again in tests/python/test_catalogue.py.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::binary::{asperity, succeed, text};
+
+const STUDY: &str = "title = 'Loads'\nscenario = 'default'\n\
+                     set = ['time.step_s=1e-7', 'time.duration_s=1', 'slider.blocks=20']\n\
+                     [[axis]]\nkey = 'normal_load.tilt'\nvalues = [-0.4, 0.0, 0.4]\n";
+
+/// Plans a study of three runs in the folder.
+fn plan(folder: &Path, sweep: &str) -> String {
+    let file = folder.join("sweep.toml");
+    fs::write(&file, sweep).expect("it can be written");
+    let study = text(&folder.join("study")).to_owned();
+    succeed(&["sweep", "plan", text(&file), "-o", &study]);
+    study
+}
+
+/// The rows of a catalogue, without the name of the run.
+fn rows<'a>(table: &'a str, run: &str) -> Vec<Vec<&'a str>> {
+    let cells = table.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
+    cells.filter(|row| row[0] == run).map(|row| row[1..].to_vec()).collect()
+}
+
+#[test]
+fn studies_have_the_entries_of_the_logs_of_their_runs() {
+    let folder = asperity_testkit::folder();
+    let study = plan(folder.path(), STUDY);
+    let nothing = asperity(&["catalogue", &study]);
+    assert_eq!((nothing.status.code(), nothing.stdout.as_slice()), (Some(3), &b""[..]), "before any run");
+    succeed(&["sweep", "run", &study, "--quiet"]);
+    let of_study = succeed(&["catalogue", &study]);
+    let names: Vec<&str> = of_study.lines().next().expect("a header").split(',').skip(1).collect();
+    let mut compared = 0;
+    for run in ["1", "2", "3"] {
+        let log = folder.path().join(format!("{run}.mcap"));
+        succeed(&["sweep", "log", &study, run, "-o", text(&log), "--quiet"]);
+        let of_log = succeed(&["catalogue", text(&log)]);
+        let (study_rows, log_rows) = (rows(&of_study, run), rows(&of_log, run));
+        assert_eq!(study_rows.len(), log_rows.len());
+        for (study_row, log_row) in study_rows.iter().zip(&log_rows) {
+            for ((name, of_study), of_log) in names.iter().zip(study_row).zip(log_row) {
+                // Studies do not keep the slip of each block.
+                if ["slip_weighted_stress_drop_pa", "slip_skewness"].contains(name) {
+                    assert_eq!(*of_study, "", "{name}");
+                } else {
+                    assert_eq!(of_study, of_log, "{name}");
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 400, "{compared}");
+    let events = succeed(&["catalogue", &study, "--format", "quakeml"]);
+    assert_eq!(events.matches("<event ").count(), of_study.lines().count() - 1);
+    let statistics = succeed(&["catalogue", &study, "--format", "statistics"]);
+    assert!(statistics.contains(&format!("study: {} ruptures of 3 runs\n", of_study.lines().count() - 1)));
+}
+
+#[test]
+fn a_study_without_ruptures_is_refused() {
+    let folder = asperity_testkit::folder();
+    let study = plan(folder.path(), &format!("keep = ['events']\n{STUDY}"));
+    succeed(&["sweep", "run", &study, "--quiet"]);
+    let output = asperity(&["catalogue", &study]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("its runs keep no ruptures (accepted: a study with \"ruptures\" in keep)"),
+        "{said}"
+    );
+}
+
+/// Sizes between bounds follow no exponential law: then there is no b, and no error.
+#[test]
+fn statistics_without_a_law_have_no_b() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("default.mcap");
+    succeed(&["run", "default", "--set", "time.step_s=5e-8", "--quiet", "-o", text(&log)]);
+    let least =
+        succeed(&["catalogue", text(&log), "--format", "statistics", "--completeness", "-100", "--quiet"]);
+    assert!(least.contains("  sizes: no law of Gutenberg and Richter above -100.000, n = "), "{least}");
+    assert!(!least.contains('±'), "{least}");
+    let few = succeed(&["catalogue", text(&log), "--format", "statistics", "--completeness", "1", "--quiet"]);
+    assert!(few.contains("  sizes: fewer than 50 above 1\n"), "{few}");
+    assert!(few.contains("times between them: fewer than five"), "{few}");
+}

@@ -1,5 +1,6 @@
 //! `asperity catalogue` of studies and logs; its numbers are computed again in tests/python/test_catalogue.py.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -18,10 +19,10 @@ fn plan(folder: &Path, sweep: &str) -> String {
     study
 }
 
-/// The rows of a catalogue, without the name of the run.
+/// The rows of a run in a catalogue, without the names of path and run.
 fn rows<'a>(table: &'a str, run: &str) -> Vec<Vec<&'a str>> {
     let cells = table.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
-    cells.filter(|row| row[0] == run).map(|row| row[1..].to_vec()).collect()
+    cells.filter(|row| row[1] == run).map(|row| row[2..].to_vec()).collect()
 }
 
 #[test]
@@ -29,10 +30,11 @@ fn studies_have_the_entries_of_the_logs_of_their_runs() {
     let folder = asperity_testkit::folder();
     let study = plan(folder.path(), STUDY);
     let nothing = asperity(&["catalogue", &study]);
-    assert_eq!((nothing.status.code(), nothing.stdout.as_slice()), (Some(3), &b""[..]), "before any run");
+    let printed = String::from_utf8(nothing.stdout).expect("a table");
+    assert!(nothing.status.code() == Some(3) && printed.lines().count() == 1, "before any run: {printed}");
     succeed(&["sweep", "run", &study, "--quiet"]);
     let of_study = succeed(&["catalogue", &study]);
-    let names: Vec<&str> = of_study.lines().next().expect("a header").split(',').skip(1).collect();
+    let names: Vec<&str> = of_study.lines().next().expect("a header").split(',').skip(2).collect();
     let mut compared = 0;
     for run in ["1", "2", "3"] {
         let log = folder.path().join(format!("{run}.mcap"));
@@ -56,7 +58,7 @@ fn studies_have_the_entries_of_the_logs_of_their_runs() {
     let events = succeed(&["catalogue", &study, "--format", "quakeml"]);
     assert_eq!(events.matches("<event ").count(), of_study.lines().count() - 1);
     let statistics = succeed(&["catalogue", &study, "--format", "statistics"]);
-    assert!(statistics.contains(&format!("study: {} ruptures of 3 runs\n", of_study.lines().count() - 1)));
+    assert!(statistics.contains(&format!("/study: {} ruptures of 3 runs\n", of_study.lines().count() - 1)));
 }
 
 #[test]
@@ -73,6 +75,55 @@ fn a_study_without_ruptures_is_refused() {
     );
 }
 
+#[test]
+fn runs_without_ruptures_are_runs_and_several_paths_have_names_of_their_own() {
+    let folder = asperity_testkit::folder();
+    // The first slip comes at 0.1 to 0.4 s.
+    let study = plan(folder.path(), &STUDY.replace("duration_s=1'", "duration_s=0.2'"));
+    succeed(&["sweep", "run", &study, "--quiet"]);
+    let table = succeed(&["catalogue", &study]);
+    let with: BTreeSet<&str> = table.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();
+    assert!(!with.is_empty() && with.len() < 3, "{table}");
+    let statistics = succeed(&["catalogue", &study, "--format", "statistics"]);
+    assert!(statistics.contains(" of 3 runs\n") && !statistics.contains("times between"), "{statistics}");
+    let twice = succeed(&["catalogue", &study, &study, "--format", "quakeml"]);
+    let events = twice.split("<event publicID=\"").skip(1);
+    let ids: Vec<&str> = events.filter_map(|event| event.split('"').next()).collect();
+    let different: BTreeSet<&&str> = ids.iter().collect();
+    assert_eq!((ids.len(), different.len()), (2 * (table.lines().count() - 1), ids.len()));
+    let refused = asperity(&["catalogue", &study, "--completeness", "-7"]);
+    assert_eq!(refused.status.code(), Some(2), "without statistics");
+    let refused = asperity(&["catalogue", &study, "--format", "statistics", "--completeness", "-inf"]);
+    assert_eq!(refused.status.code(), Some(2), "not finite");
+}
+
+/// Studies of other code versions have ids that this program does not make.
+#[test]
+fn studies_of_other_versions_are_read() {
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1");
+    let output = asperity(&["catalogue", text(&study), "--format", "statistics"]);
+    let [printed, said] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("texts"));
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    // Its version has no moments.
+    assert!(said.contains("78 ruptures left out, which still slid at the end or have no moment"), "{said}");
+    assert!(printed.contains(": 0 ruptures of 6 runs\n"), "{printed}");
+}
+
+#[test]
+fn named_runs_of_a_study_are_read_from_their_logs() {
+    let folder = asperity_testkit::folder();
+    let named = "[[run]]\nname = 'alone'\nscenario = 'default'\n\
+                 set = ['time.step_s=1e-7', 'time.duration_s=1', 'slider.blocks=20']\n";
+    let study = plan(folder.path(), &format!("{STUDY}{named}"));
+    succeed(&["sweep", "run", &study, "--quiet"]);
+    let table = succeed(&["catalogue", &study]);
+    let times =
+        |run: &str| -> Vec<String> { rows(&table, run).iter().map(|row| row[0].to_owned()).collect() };
+    // The load of the second run is even, as by default.
+    assert!(!times("2").is_empty());
+    assert_eq!(times("alone"), times("2"));
+}
+
 /// Sizes between bounds follow no exponential law: then there is no b, and no error.
 #[test]
 fn statistics_without_a_law_have_no_b() {
@@ -84,6 +135,6 @@ fn statistics_without_a_law_have_no_b() {
     assert!(least.contains("  sizes: no law of Gutenberg and Richter above -100.000, n = "), "{least}");
     assert!(!least.contains('±'), "{least}");
     let few = succeed(&["catalogue", text(&log), "--format", "statistics", "--completeness", "1", "--quiet"]);
-    assert!(few.contains("  sizes: fewer than 50 above 1\n"), "{few}");
+    assert!(few.contains("  sizes: fewer than 50 above 1, or all are equal\n"), "{few}");
     assert!(few.contains("times between them: fewer than five"), "{few}");
 }

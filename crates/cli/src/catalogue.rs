@@ -9,8 +9,10 @@ use asperity_numbers::catalogue::{Catalogue, Entry, FEWEST_MAGNITUDES, Gutenberg
 use asperity_numbers::distributions::{TimeFit, TimeLaw};
 use asperity_numbers::goodness::Test;
 use asperity_record::{Cell, Column, Event, EventKind, Observer, RunHeader, Rupture, counted};
+use asperity_run::Checked;
 use asperity_study::collect;
-use asperity_study::given::Given;
+use asperity_study::plan::FILE;
+use asperity_study::results::State;
 use asperity_tables::{CsvRows, Spelling};
 
 use serde_json::{Map, Value, json};
@@ -27,7 +29,7 @@ use crate::verdict_exit;
 /// The columns of the table: name, and cell of an entry.
 type CatalogueColumn = (&'static str, fn(&Entry) -> Cell);
 
-/// Those after `run`, `time` and what catalogues of earthquakes have.
+/// Those after `path`, `run`, `time` and what catalogues of earthquakes have.
 const COLUMNS: [CatalogueColumn; 16] = [
     ("rupture", |entry| Cell::Step(entry.rupture.rupture)),
     ("onset_s", |entry| Cell::Number(entry.rupture.onset_s)),
@@ -48,43 +50,73 @@ const COLUMNS: [CatalogueColumn; 16] = [
 ];
 
 /// The names that catalogues of earthquakes have, as SeismoStats reads them.
-const EARTHQUAKE_COLUMNS: [&str; 7] =
-    ["run", "time", "longitude", "latitude", "depth", "magnitude", "magnitude_type"];
+const EARTHQUAKE_COLUMNS: [&str; 8] =
+    ["path", "run", "time", "longitude", "latitude", "depth", "magnitude", "magnitude_type"];
 
 fn number(value: Option<f64>) -> Cell {
     value.map_or(Cell::Empty, Cell::Number)
 }
 
-/// Prints the catalogue, then the verdicts on the logs.
+/// Prints the catalogue, then the verdicts on the logs and studies.
 pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(), Failure> {
-    let mut runs = Vec::new();
+    let CatalogueArguments { paths, format, completeness } = arguments;
+    if completeness.is_some() && *format != CatalogueFormat::Statistics {
+        return Err(Failure::BadInput(
+            "--completeness has no meaning here (accepted: with --format statistics)".to_owned(),
+        ));
+    }
+    let mut sources = Vec::new();
     let mut codes = Vec::new();
-    for (given, path) in (1..).zip(&arguments.runs) {
-        let verdict = match Given::of(path) {
-            Given::Study => of_study(path, given, board, &mut runs),
-            _ => of_log(path, given, board, &mut runs),
-        };
-        if let Err(failure) = verdict {
+    let mut end = |outcome: Result<(), Failure>| {
+        if let Err(failure) = outcome {
             exit::report(&failure);
             codes.push(failure.code());
         }
+    };
+    for path in paths {
+        let number = sources.len() + 1;
+        match if path.join(FILE).exists() {
+            of_study(path, number, board)
+        } else {
+            of_log(path, number, board)
+        } {
+            Ok((source, outcome)) => {
+                sources.push(source);
+                end(outcome);
+            }
+            Err(failure) => end(Err(failure)),
+        }
     }
-    if !runs.is_empty() {
-        match arguments.format {
-            CatalogueFormat::Csv => csv(&runs)?,
+    if !sources.is_empty() {
+        match format {
+            CatalogueFormat::Csv => csv(&sources)?,
             CatalogueFormat::Quakeml => {
-                let mut out = terminal::data();
-                out.write_all(quakeml::document(&runs)?.as_bytes())?;
-                out.flush()?;
+                quakeml::write(terminal::data(), sources.iter().flat_map(|source| &source.runs))?
             }
             CatalogueFormat::Statistics => {
-                for given in runs.chunk_by(|a, b| a.given == b.given) {
-                    statistics(given, arguments.completeness).iter().try_for_each(terminal::say)?;
-                }
+                let lines = sources.iter().flat_map(|source| statistics(source, *completeness));
+                lines.into_iter().try_for_each(terminal::say)?;
             }
         }
     }
     Code::worst(codes).said()
+}
+
+/// A log or a study, with its path.
+struct Source {
+    path: String,
+    is_study: bool,
+    runs: Vec<OfRun>,
+}
+
+/// What was read, and how it ended.
+type Read = (Source, Result<(), Failure>);
+
+/// A part of the names of events that no other run of the catalogue has. Run ids are hashes, unless a log is forged, and
+/// of the first versions there are none.
+fn name_of_events(source: usize, run: u64, id: &str) -> String {
+    let is_hash = !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_hexdigit());
+    format!("{source}/{run}/{}", if is_hash { id } else { "unknown" })
 }
 
 /// Notes how many ruptures are not in the catalogue.
@@ -98,14 +130,11 @@ fn note_others(path: &Path, others: usize, board: &Board) {
     }
 }
 
-/// Adds the ruptures of the sound part of a log; the outcome is its verdict.
-fn of_log(run: &Path, given: usize, board: &Board, runs: &mut Vec<OfRun>) -> Result<(), Failure> {
-    let mut id = format!("run-{given}");
+/// Reads the sound part of a log.
+fn read_log(run: &Path, named: (usize, u64), board: &Board) -> Result<(OfRun, Checked), Failure> {
+    let mut id = String::new();
     let begin = |header: &RunHeader, toml: &str| {
-        // Logs of the first versions have none.
-        if !header.run_id.is_empty() {
-            id.clone_from(&header.run_id);
-        }
+        id.clone_from(&header.run_id);
         let scenario = reading::scenario(run, toml)?;
         let scenario =
             scenario.ok_or("it has no attachment `scenario.toml`, which has the width of the slider")?;
@@ -115,97 +144,118 @@ fn of_log(run: &Path, given: usize, board: &Board, runs: &mut Vec<OfRun>) -> Res
     let (entries, others) = observer.finish();
     note_others(run, others, board);
     let name = run.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    runs.push(OfRun { given, study: None, name, id, entries });
-    verdict_exit::finish(run, &checked, board)
+    Ok((OfRun { name, events: name_of_events(named.0, named.1, &id), entries }, checked))
 }
 
-/// Adds the ruptures of all runs of a study that have results; the outcome is that of the study.
-fn of_study(folder: &Path, given: usize, board: &Board, runs: &mut Vec<OfRun>) -> Result<(), Failure> {
+/// The ruptures of the sound part of a log; the outcome is its verdict.
+fn of_log(run: &Path, number: usize, board: &Board) -> Result<Read, Failure> {
+    let (of_run, checked) = read_log(run, (number, 1), board)?;
+    let source = Source { path: run.display().to_string(), is_study: false, runs: vec![of_run] };
+    Ok((source, verdict_exit::finish(run, &checked, board)))
+}
+
+/// The ruptures of all runs of a study that have results or logs; the outcome is that of the study.
+fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure> {
     let (plan, results) = read_for_tables(folder)?;
     let kind = EventKind::of::<Rupture>().with(plan.parts());
-    let of_rupture = kind.columns.len();
-    let mut of_runs = Rows { table: kind.table, of_rupture, columns: Vec::new(), runs: BTreeMap::new() };
+    let mut ruptures = Ruptures { kind, columns: Vec::new(), runs: BTreeMap::new(), problem: None };
     let files = FileSet::new(Existing::Refuse, Inputs::default());
-    collect(&plan, &results, &files, folder, &[], &mut of_runs).map_err(Failure::failed)?;
-    if of_runs.columns.is_empty() {
+    collect(&plan, &results, &files, folder, &[], &mut ruptures).map_err(Failure::failed)?;
+    if ruptures.columns.is_empty() {
         return Err(Failure::BadInput(format!(
             "{}: its runs keep no ruptures (accepted: a study with \"ruptures\" in keep)",
             folder.display()
         )));
     }
+    let failed = |problem: String| Failure::Failed(format!("{}: {problem}", folder.display()));
+    ruptures.problem.map_or(Ok(()), |problem| Err(failed(problem)))?;
     let mut left_out = 0;
+    let mut runs = Vec::new();
     for row in &plan.rows {
-        let Some(rows) = of_runs.runs.remove(&row.run) else { continue };
-        let failed =
-            |problem: String| Failure::Failed(format!("{}: run {}: {problem}", folder.display(), row.run));
-        let (scenario, header) = plan.scenario(row).map_err(failed)?;
-        let mut catalogue = Catalogue::new(&header, &scenario);
-        for payload in rows {
-            let rupture: Rupture =
-                serde_json::from_value(payload.into()).map_err(|error| failed(error.to_string()))?;
-            catalogue.event(&Event::new(rupture));
+        match results.state(row.run) {
+            State::Done(_) => {
+                let (scenario, header) = plan
+                    .scenario_of_results(row)
+                    .map_err(|problem| failed(format!("run {}: {problem}", row.run)))?;
+                let mut catalogue = Catalogue::new(&header, &scenario);
+                let of_run = ruptures.runs.remove(&row.run).unwrap_or_default();
+                of_run.into_iter().for_each(|rupture| catalogue.event(&Event::new(rupture)));
+                let (entries, others) = catalogue.finish();
+                left_out += others;
+                let events = name_of_events(number, row.run, row.id.as_deref().unwrap_or_default());
+                runs.push(OfRun { name: row.run.to_string(), events, entries });
+            }
+            State::Logged => {
+                let named = plan.named(row.run).expect("only runs with names have logs as results");
+                let (of_run, checked) = read_log(&named.log(folder), (number, row.run), board)?;
+                verdict_exit::finish(&named.log(folder), &checked, board)?;
+                runs.push(of_run);
+            }
+            _ => {}
         }
-        let (entries, others) = catalogue.finish();
-        left_out += others;
-        let study = Some(folder.display().to_string());
-        runs.push(OfRun { given, study, name: row.run.to_string(), id: header.run_id, entries });
     }
     note_others(folder, left_out, board);
     let counts = results.counts();
     board.line(&format!("{}: {}", folder.display(), in_words(&plan, counts)));
-    outcome(counts)
+    Ok((Source { path: folder.display().to_string(), is_study: true, runs }, outcome(counts)))
 }
 
 /// The ruptures of a study, by run.
-struct Rows {
-    table: &'static str,
-    /// How many of the last columns are those of a rupture.
-    of_rupture: usize,
+struct Ruptures {
+    kind: EventKind,
     columns: Vec<Column>,
-    runs: BTreeMap<u64, Vec<Map<String, Value>>>,
+    runs: BTreeMap<u64, Vec<Rupture>>,
+    problem: Option<String>,
 }
 
-impl asperity_study::Observer for Rows {
+impl asperity_study::Observer for Ruptures {
     fn begin(&mut self, table: &'static str, columns: &[Column]) {
-        if table == self.table {
+        if table == self.kind.table {
             self.columns = columns.to_vec();
         }
     }
 
     fn row(&mut self, table: &'static str, cells: &[Cell]) {
-        let Some(Cell::Step(run)) = cells.first().filter(|_| table == self.table) else { return };
+        let Some(Cell::Step(run)) = cells.first().filter(|_| table == self.kind.table) else { return };
         // Behind the keys of the run, which may be named like columns of a rupture.
-        let named = self.columns.iter().zip(cells).skip(self.columns.len() - self.of_rupture);
-        let payload = named.map(|(column, cell)| (column.name.to_string(), json!(cell))).collect();
-        self.runs.entry(*run).or_default().push(payload);
+        let behind = self.columns.len() - self.kind.columns.len();
+        let named = self.columns.iter().zip(cells).skip(behind);
+        let payload: Map<String, Value> =
+            named.map(|(column, cell)| (column.name.to_string(), json!(cell))).collect();
+        match serde_json::from_value(payload.into()) {
+            Ok(rupture) => self.runs.entry(*run).or_default().push(rupture),
+            Err(error) => self.problem = Some(format!("run {run}: {error}")),
+        }
     }
 }
 
-fn csv(runs: &[OfRun]) -> Result<(), Failure> {
+fn csv(sources: &[Source]) -> Result<(), Failure> {
     let names = EARTHQUAKE_COLUMNS.into_iter().chain(COLUMNS.iter().map(|(name, _)| *name));
     let mut rows = CsvRows::headed(terminal::data(), names, Spelling::Scientific)?;
-    for (run, entry) in runs.iter().flat_map(|run| run.entries.iter().map(move |entry| (run, entry))) {
-        let time = dated(entry)?;
-        let (longitude, magnitude) = (longitude_degrees(entry.x_m), number(entry.magnitude()));
-        let of_earthquakes = [run.name.clone(), time, longitude.to_string(), "0".to_owned(), "0".to_owned()];
-        let of_size = [magnitude.to_string(), "Mw".to_owned()];
-        let others = COLUMNS.iter().map(|(_, cell)| cell(entry).to_string());
-        rows.push_texts(of_earthquakes.into_iter().chain(of_size).chain(others))?;
+    for source in sources {
+        for (run, entry) in
+            source.runs.iter().flat_map(|run| run.entries.iter().map(move |entry| (run, entry)))
+        {
+            let (longitude, magnitude) = (longitude_degrees(entry.x_m), number(entry.magnitude()));
+            let of_run = [source.path.clone(), run.name.clone(), dated(entry)?];
+            let of_place = [longitude.to_string(), "0".to_owned(), "0".to_owned()];
+            let of_size = [magnitude.to_string(), "Mw".to_owned()];
+            let others = COLUMNS.iter().map(|(_, cell)| cell(entry).to_string());
+            rows.push_texts(of_run.into_iter().chain(of_place).chain(of_size).chain(others))?;
+        }
     }
     Ok(rows.finish()?.flush()?)
 }
 
 /// The law of Gutenberg and Richter of a log or of all runs of a study, and of a log the times between its ruptures.
-fn statistics(runs: &[OfRun], completeness: Option<f64>) -> Vec<String> {
-    let entries = runs.iter().flat_map(|run| &run.entries);
+fn statistics(source: &Source, completeness: Option<f64>) -> Vec<String> {
+    let entries = source.runs.iter().flat_map(|run| &run.entries);
     let all: Vec<(f64, f64)> =
         entries.filter_map(|entry| Some((entry.magnitude()?, entry.rupture.onset_s))).collect();
     let magnitudes: Vec<f64> = all.iter().map(|(magnitude, _)| *magnitude).collect();
-    let of_runs = match runs {
-        [_] => String::new(),
-        _ => format!(" of {}", counted(runs.len() as u64, "run")),
-    };
-    let mut lines = vec![format!("{}: {}{of_runs}", runs[0].of(), counted(all.len() as u64, "rupture"))];
+    let of_runs = format!(" of {}", counted(source.runs.len() as u64, "run"));
+    let of_runs = if source.is_study { &of_runs } else { "" };
+    let mut lines = vec![format!("{}: {}{of_runs}", source.path, counted(all.len() as u64, "rupture"))];
     let fit = match completeness {
         Some(completeness) => GutenbergRichter::above(&magnitudes, completeness),
         None => GutenbergRichter::complete(&magnitudes),
@@ -220,14 +270,15 @@ fn statistics(runs: &[OfRun], completeness: Option<f64>) -> Vec<String> {
             }
         }
         None => {
-            let least = completeness.map(|completeness| format!("fewer than {FEWEST_MAGNITUDES} above {completeness}"));
+            let least = completeness
+                .map(|least| format!("fewer than {FEWEST_MAGNITUDES} above {least}, or all are equal"));
             let no_law = || {
                 format!("no completeness above which {FEWEST_MAGNITUDES} or more follow the law of Gutenberg and Richter")
             };
             format!("  sizes: {}", least.unwrap_or_else(no_law))
         }
     });
-    if let [_] = runs {
+    if !source.is_study {
         let least = fit.as_ref().map(|fit| fit.completeness).or(completeness).unwrap_or(f64::NEG_INFINITY);
         let counted = all.iter().filter(|(magnitude, _)| *magnitude > least);
         let onsets: Vec<f64> = counted.map(|(_, onset_s)| *onset_s).collect();

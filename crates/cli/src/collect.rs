@@ -18,8 +18,6 @@ use asperity_record::{Cell, Column};
 #[cfg(feature = "analysis")]
 use asperity_record::{EventKind, RunHeader, Rupture, SlipEvent};
 #[cfg(feature = "analysis")]
-use asperity_run::CODE_VERSION;
-#[cfg(feature = "analysis")]
 use asperity_study::pipeline::Pipeline;
 use asperity_study::plan::FILE;
 #[cfg(feature = "analysis")]
@@ -256,14 +254,9 @@ impl Study<'_> {
             #[cfg(feature = "analysis")]
             {
                 create_folder(&figures.folder)?;
-                // Ids of plans by other code versions differ, and cannot verify the scenarios.
-                let is_own = self.plan.common.code_version == CODE_VERSION;
                 let scenario_of = |run: u64| {
                     let row = &self.plan.rows[run as usize - 1];
-                    if !is_own {
-                        return self.plan.resolve(row);
-                    }
-                    self.plan.scenario(row).map(|(scenario, _)| scenario)
+                    self.plan.scenario_of_results(row).map(|(scenario, _)| scenario)
                 };
                 let origins = origins(self.plan, &scenario_of);
                 let drawn =

@@ -3,7 +3,7 @@
 //! An event has an origin, a moment magnitude, and a focal mechanism with its scalar moment and duration. Ruptures
 //! without a magnitude are left out.
 
-use std::fmt::Write;
+use std::io::Write;
 
 use asperity_numbers::catalogue::Entry;
 use chrono::DateTime;
@@ -12,72 +12,57 @@ use crate::exit::Failure;
 
 /// A run of a catalogue.
 pub(crate) struct OfRun {
-    /// The number of the path given, from 1.
-    pub(crate) given: usize,
-    /// The study that it belongs to, if that was given.
-    pub(crate) study: Option<String>,
     /// Its name: that of its log, or its number in a study.
     pub(crate) name: String,
-    /// Its id, by which names of events are unique.
-    pub(crate) id: String,
+    /// What the names of its events begin with, which is unique and needs no escape in XML.
+    pub(crate) events: String,
+    /// Its ruptures.
     pub(crate) entries: Vec<Entry>,
 }
 
-impl OfRun {
-    /// The name of what was given: a study, or a log.
-    pub(crate) fn of(&self) -> &str {
-        self.study.as_ref().unwrap_or(&self.name)
-    }
-}
-
 const BEGIN: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<q:quakeml \
-                     xmlns=\"http://quakeml.org/xmlns/bed/1.2\" xmlns:q=\"http://quakeml.org/xmlns/quakeml/1.2\">\n";
+                     xmlns=\"http://quakeml.org/xmlns/bed/1.2\" xmlns:q=\"http://quakeml.org/xmlns/quakeml/1.2\">\n\
+                     <eventParameters publicID=\"smi:asperity/catalogue\">\n";
+const END: &str = "</eventParameters>\n</q:quakeml>\n";
 
-/// The document of some runs.
+/// Writes the document of some runs.
 ///
 /// # Errors
-/// If a rupture begins after the year 9999.
-pub(crate) fn document(runs: &[OfRun]) -> Result<String, Failure> {
-    let mut text = BEGIN.to_owned();
-    let mut add = |line: String| {
-        text.push_str(&line);
-        text.push('\n');
-    };
-    add("<eventParameters publicID=\"smi:asperity/catalogue\">".to_owned());
+/// If it cannot be written, or a rupture begins after the year 9999.
+pub(crate) fn write<'a>(mut out: impl Write, runs: impl Iterator<Item = &'a OfRun>) -> Result<(), Failure> {
+    out.write_all(BEGIN.as_bytes())?;
     for run in runs {
         for entry in &run.entries {
             let Some(magnitude) = entry.magnitude() else { continue };
-            let id = format!("smi:asperity/{}/{}", run.id, entry.rupture.rupture);
-            let time = dated(entry)?;
-            let mut event = format!("<event publicID=\"{id}\">");
-            let mut say = |part: std::fmt::Arguments<'_>| event.write_fmt(part).expect("a text takes more");
-            say(format_args!("<preferredOriginID>{id}/origin</preferredOriginID>"));
-            say(format_args!("<preferredMagnitudeID>{id}/magnitude</preferredMagnitudeID>"));
-            say(format_args!("<preferredFocalMechanismID>{id}/mechanism</preferredFocalMechanismID>"));
-            say(format_args!("<type>other event</type>"));
-            say(format_args!("<description><text>{}</text></description>", escaped(&run.name)));
-            say(format_args!("<origin publicID=\"{id}/origin\"><time><value>{time}</value></time>"));
-            say(format_args!("<longitude><value>{}</value></longitude>", longitude_degrees(entry.x_m)));
-            say(format_args!(
-                "<latitude><value>0</value></latitude><depth><value>0</value></depth></origin>"
-            ));
-            say(format_args!("<magnitude publicID=\"{id}/magnitude\"><mag><value>{magnitude}</value></mag>"));
-            say(format_args!("<type>Mw</type><originID>{id}/origin</originID></magnitude>"));
-            say(format_args!("<focalMechanism publicID=\"{id}/mechanism\">"));
-            say(format_args!(
-                "<momentTensor publicID=\"{id}/tensor\"><derivedOriginID>{id}/origin</derivedOriginID>"
-            ));
-            say(format_args!("<scalarMoment><value>{}</value></scalarMoment>", entry.moment_n_m.abs()));
+            let id = format!("smi:asperity/{}/{}", run.events, entry.rupture.rupture);
+            let (time, name) = (dated(entry)?, escaped(&run.name));
+            let (longitude, moment_n_m) = (longitude_degrees(entry.x_m), entry.moment_n_m.abs());
+            write!(
+                out,
+                "<event publicID=\"{id}\"><preferredOriginID>{id}/origin</preferredOriginID>\
+                 <preferredMagnitudeID>{id}/magnitude</preferredMagnitudeID>\
+                 <preferredFocalMechanismID>{id}/mechanism</preferredFocalMechanismID>\
+                 <type>other event</type><description><text>{name}</text></description>\
+                 <origin publicID=\"{id}/origin\"><time><value>{time}</value></time>\
+                 <longitude><value>{longitude}</value></longitude><latitude><value>0</value></latitude>\
+                 <depth><value>0</value></depth></origin>\
+                 <magnitude publicID=\"{id}/magnitude\"><mag><value>{magnitude}</value></mag><type>Mw</type>\
+                 <originID>{id}/origin</originID></magnitude>\
+                 <focalMechanism publicID=\"{id}/mechanism\"><momentTensor publicID=\"{id}/tensor\">\
+                 <derivedOriginID>{id}/origin</derivedOriginID>\
+                 <scalarMoment><value>{moment_n_m}</value></scalarMoment>"
+            )?;
             if let Some(duration_s) = entry.duration_s() {
-                let time_function = format_args!("<type>unknown</type><duration>{duration_s}</duration>");
-                say(format_args!("<sourceTimeFunction>{time_function}</sourceTimeFunction>"));
+                write!(
+                    out,
+                    "<sourceTimeFunction><type>unknown</type><duration>{duration_s}</duration></sourceTimeFunction>"
+                )?;
             }
-            say(format_args!("</momentTensor></focalMechanism></event>"));
-            add(event);
+            writeln!(out, "</momentTensor></focalMechanism></event>")?;
         }
     }
-    add("</eventParameters>\n</q:quakeml>".to_owned());
-    Ok(text)
+    out.write_all(END.as_bytes())?;
+    Ok(out.flush()?)
 }
 
 /// The time of an entry, as UTC.
@@ -96,7 +81,7 @@ pub(crate) fn longitude_degrees(x_m: f64) -> f64 {
     (x_m / 6_371_000.0).to_degrees()
 }
 
-/// Seconds after the begin of 1970, as UTC to the nanosecond; none after the year 9999.
+/// Seconds after the beginning of 1970, as UTC to the nanosecond; none after the year 9999.
 fn utc(time_s: f64) -> Option<String> {
     let whole_s = time_s.floor();
     let nanoseconds = ((time_s - whole_s) * 1e9).round() as u64;

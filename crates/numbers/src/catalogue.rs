@@ -33,9 +33,9 @@ pub struct Entry {
     pub x_m: f64,
     /// Length of the columns that slid, m.
     pub length_m: f64,
-    /// Mean fall of the tangential force on its contacts over the area of one, Pa.
+    /// Mean fall of the tangential force on its contacts over the area of one, Pa; below 0 of slip backwards.
     pub stress_drop_pa: Option<f64>,
-    /// Mean of this fall weighted by the slip of each contact, Pa, as in the energy budget (Noda and others, Geophys. J.
+    /// Mean of this fall weighted by the size of the slip of each contact, Pa, as in the energy budget (Noda and others, Geophys. J.
     /// Int. 193, 1691 (2013)); none without any slip, and where the log does not tell the slip of each contact.
     pub slip_weighted_stress_drop_pa: Option<f64>,
     /// Skewness of the size of slip along the slider, its third central moment over its standard deviation to the third: above 0
@@ -103,7 +103,9 @@ impl Catalogue {
     fn entry(&self, rupture: Rupture) -> Option<Entry> {
         let moment_n_m = rupture.moment_n_m?;
         let column = self.contacts.column(rupture.nucleation_block);
-        let slips = self.slips.get(&rupture.rupture).and_then(Option::as_deref).unwrap_or(&[]);
+        let slips = self.slips.get(&rupture.rupture).and_then(Option::as_deref);
+        // A log that ends within them does not tell all.
+        let slips = slips.filter(|slips| slips.len() == rupture.slipped() as usize).unwrap_or(&[]);
         Some(Entry {
             moment_n_m,
             x_m: f64::from(column - 1) * self.block_length_m,
@@ -114,8 +116,10 @@ impl Catalogue {
             rupture,
         })
     }
+}
 
-    fn take(&mut self, event: &Event) {
+impl Observer for Catalogue {
+    fn event(&mut self, event: &Event) {
         if let Some(rupture) = event.get::<Rupture>() {
             self.ruptures.push(rupture.clone());
         } else if let Some(arrival) = event.get::<Arrival>() {
@@ -131,20 +135,10 @@ impl Catalogue {
     }
 }
 
-impl Observer for Catalogue {
-    fn event(&mut self, event: &Event) {
-        self.take(event);
-    }
-
-    fn lacking(&mut self, event: &Event) {
-        self.take(event);
-    }
-}
-
-/// The mean of the falls of force, weighted by slip.
+/// The mean of the falls of force, weighted by the size of slip.
 fn weighted_drop_n(slips: &[ContactSlip]) -> Option<f64> {
-    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m).sum();
-    let weighted: f64 = slips.iter().map(|contact| contact.slip_m * contact.force_drop_n).sum();
+    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m.abs()).sum();
+    let weighted: f64 = slips.iter().map(|contact| contact.slip_m.abs() * contact.force_drop_n).sum();
     (sum_m > 0.0).then(|| weighted / sum_m)
 }
 
@@ -233,6 +227,8 @@ mod tests {
         // Three of four parts of the slip at column 1, one at column 5: mean 2, variance 3, third moment 6.
         let of = slips(&[(1, 3e-6, 2.0), (5, 1e-6, 6.0)]);
         near(weighted_drop_n(&of), 3.0);
+        // Backwards the force falls as it rises forwards.
+        near(weighted_drop_n(&slips(&[(1, -3e-6, -2.0), (5, -1e-6, -6.0)])), -3.0);
         near(skewness(&of), 6.0 / 3f64.powf(1.5));
         assert_eq!(skewness(&slips(&[(1, 1e-6, 2.0)])), None, "one column");
         near(skewness(&slips(&[(1, 3e-6, 2.0), (5, -1e-6, 6.0)])), 6.0 / 3f64.powf(1.5));

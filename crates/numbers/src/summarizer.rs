@@ -3,8 +3,8 @@
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::{Plan, Scenario};
 use asperity_record::{
-    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, Rupture, RupturesFrom, Scales, SlipEvent,
-    StepRecord, TimeGrid,
+    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, RunStatus, Rupture, RupturesFrom, Scales,
+    SlipEvent, StepRecord, TimeGrid,
 };
 
 use crate::creep::CreepFront;
@@ -224,7 +224,9 @@ impl Summarizer {
             let [first_m, last_m] = self.driving_forces_n?.map(|force_n| slider.displacement_m(force_n));
             Some(last_m? - first_m?)
         };
-        let slip_m = self.slip_m.filter(|_| is_known);
+        // A log that was cut or lost records lacks ruptures, whose slip would count as creep.
+        let is_all = is_known && end.is_some_and(|end| end.status != RunStatus::Salvaged);
+        let slip_m = self.slip_m.filter(|_| is_all);
         let [unloaded_contact_count, unloaded_detachment_count, unloaded_event_count] = unloaded.counts();
         // A log that counts them omits a count of zero.
         let none_in_air = (end.is_some() && header.record_schema_version >= COUNTS_AIR_SINCE).then_some(0);

@@ -136,7 +136,7 @@ summary! {
             global_rupture_slip_m: Option<f64>,
             /// Largest slip of a block in one rupture, m.
             largest_slip_m: Option<f64>,
-            /// Largest speed of a block in a raw slip event, m/s; null by laws without a state.
+            /// Largest speed of a block in a raw slip event, m/s; null without any, and by laws without a state.
             peak_velocity_m_per_s: Option<f64>,
             /// Mean over the precursors of the mean fall of the tangential force on a block, without
             /// friction, from detachment to re-attachment, N.
@@ -186,8 +186,8 @@ summary! {
             /// in which some block slid.
             sliding_time_ratio: Option<f64>,
             /// Share of the displacement of the blocks, from the first record to the last, that is no slip of a
-            /// rupture; null by laws without a state, where not every block has the same drive spring, and where a
-            /// block still slid at the end.
+            /// rupture; null by laws without a state, where not every block has the same drive spring, where a block
+            /// still slid at the end, and in logs that are incomplete or salvaged.
             creep_ratio: Option<f64>,
         }
         "Raw slip events" {

@@ -239,7 +239,7 @@ fn with_state(keys: &[&str]) -> Slider {
 /// rupture moves all ten by 2 mm, another five of them.
 #[test]
 fn creep_is_what_moves_outside_of_ruptures() {
-    let creep_ratio = |slider: Slider, last: Rupture, from: RupturesFrom| {
+    let creep_ratio = |slider: Slider, last: &Rupture, from: RupturesFrom, status: Option<RunStatus>| {
         let mut run = Summarizer::new("creep", &RunHeader { has_state: true, ..header() }, slider);
         let of_force = |step: u64, driving_force_n: f64| StepRecord {
             driving_force_n,
@@ -247,19 +247,25 @@ fn creep_is_what_moves_outside_of_ruptures() {
         };
         run.step(&of_force(1_000, 0.03));
         run.rupture(&rupture(0, 2_000, 2_040, 2_100, 10, 0.4));
-        run.rupture(&last);
+        run.rupture(last);
         run.step(&of_force(10_000, 0.02));
-        run.finish(from, None).creep_ratio
+        run.finish(from, status.map(|status| end(status, 10_000, &[])).as_ref()).creep_ratio
     };
     let last = rupture(1, 3_000, 3_040, 3_100, 5, 0.4);
-    assert_near(creep_ratio(with_state(&[]), last.clone(), RupturesFrom::Log), 1.0 - 30e-3 / 100e-3);
-    assert_eq!(creep_ratio(with_state(&[]), last.clone(), RupturesFrom::None), None, "without ruptures");
+    let whole = Some(RunStatus::Complete);
+    assert_near(creep_ratio(with_state(&[]), &last, RupturesFrom::Log, whole), 1.0 - 30e-3 / 100e-3);
     let sliding = Rupture { mean_slip_m: None, ..last.clone() };
-    assert_eq!(creep_ratio(with_state(&[]), sliding, RupturesFrom::Log), None, "a block slid at the end");
-    let side = with_state(&["drive.kind=side"]);
-    assert_eq!(creep_ratio(side, last.clone(), RupturesFrom::Log), None, "one block is pulled");
     let other = Slider::of(&resolve("default", &["slider.blocks=10"]).unwrap());
-    assert_eq!(creep_ratio(other, last, RupturesFrom::Log), None, "no state");
+    for (slider, last, from, status, why) in [
+        (with_state(&[]), &last, RupturesFrom::None, whole, "without ruptures"),
+        (with_state(&[]), &sliding, RupturesFrom::Log, whole, "a block slid at the end"),
+        (with_state(&["drive.kind=side"]), &last, RupturesFrom::Log, whole, "one block is pulled"),
+        (other, &last, RupturesFrom::Log, whole, "no state"),
+        (with_state(&[]), &last, RupturesFrom::Log, None, "the log was cut"),
+        (with_state(&[]), &last, RupturesFrom::Log, Some(RunStatus::Salvaged), "the log lost records"),
+    ] {
+        assert_eq!(creep_ratio(slider, last, from, status), None, "{why}");
+    }
 }
 
 #[test]
@@ -415,17 +421,7 @@ fn energies_are_those_of_the_last_record_and_counters_those_of_the_end() {
     let mut run = summarizer();
     run.step(&StepRecord { energy: Some(Energy::default()), ..quiet_step(5, 0.005, 0.25) });
     run.step(&StepRecord { energy: Some(energy), normal_load_n: 0.0, ..quiet_step(9, 0.009, 0.5) });
-    let end = RunEnd {
-        energy: None,
-        status: RunStatus::LoadNotReached,
-        stopped: None,
-        last_step: 20,
-        message_counts: BTreeMap::new(),
-        switches: 0,
-        digest: String::new(),
-        topic_digests: BTreeMap::new(),
-        solver: SolverReport { counts: [("windows".to_owned(), 7)].into(), fallbacks: Vec::new() },
-    };
+    let end = end(RunStatus::LoadNotReached, 20, &[("windows", 7)]);
     let found = run.finish(RupturesFrom::Log, Some(&end));
     assert_eq!((found.drive_work_j, found.scheme_work_j), (Some(3.0), Some(-1e-9)));
     assert_eq!((found.status.as_str(), found.windows, found.jumps), ("load-not-reached", Some(7), None));
@@ -433,6 +429,24 @@ fn energies_are_those_of_the_last_record_and_counters_those_of_the_end() {
     // Without a normal load there is no ratio.
     assert_eq!(found.largest_ft_fn, Some(0.25));
     assert_eq!(summarizer().finish(RupturesFrom::Log, None).drive_work_j, None);
+}
+
+/// The end of a run, with counts of its solver.
+fn end(status: RunStatus, last_step: u64, counts: &[(&str, u64)]) -> RunEnd {
+    RunEnd {
+        energy: None,
+        status,
+        stopped: None,
+        last_step,
+        message_counts: BTreeMap::new(),
+        switches: 0,
+        digest: String::new(),
+        topic_digests: BTreeMap::new(),
+        solver: SolverReport {
+            counts: counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect(),
+            fallbacks: Vec::new(),
+        },
+    }
 }
 
 /// A summary in which every key has a value.
@@ -447,21 +461,8 @@ fn full() -> Summary {
         let onset = 100 + number * 1000;
         run.rupture(&rupture(number, onset, onset + 10, onset + 30, last_block, 0.4));
     }
-    let counts = ["plain_steps", "window_steps", "windows", "jump_steps", "jumps"];
-    let end = RunEnd {
-        energy: None,
-        status: RunStatus::Complete,
-        stopped: None,
-        last_step: 10_000,
-        message_counts: BTreeMap::new(),
-        switches: 1,
-        digest: String::new(),
-        topic_digests: BTreeMap::new(),
-        solver: SolverReport {
-            counts: counts.iter().map(|name| ((*name).to_owned(), 1)).collect(),
-            fallbacks: Vec::new(),
-        },
-    };
+    let counts = ["plain_steps", "window_steps", "windows", "jump_steps", "jumps"].map(|name| (name, 1));
+    let end = end(RunStatus::Complete, 10_000, &counts);
     run.finish(RupturesFrom::Log, Some(&end))
 }
 

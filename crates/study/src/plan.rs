@@ -418,6 +418,20 @@ impl Plan {
             }
         }
     }
+
+    /// The scenario of a run whose results are read, and its header as this program makes it. Ids of plans by other
+    /// code versions differ, and cannot verify that it is the planned one.
+    ///
+    /// # Errors
+    /// As [`Plan::scenario`], for plans by this code version.
+    pub fn scenario_of_results(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
+        if self.common.code_version == CODE_VERSION {
+            return self.scenario(row);
+        }
+        let scenario = self.resolve(row)?;
+        let header = Task::new(&scenario).header();
+        Ok((scenario, header))
+    }
 }
 
 /// The part of a plan read so far.

@@ -93,6 +93,12 @@ pub(crate) enum CatalogueFormat {
     Statistics,
 }
 
+/// Parses a finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number.filter(|number| number.is_finite()).ok_or_else(|| "accepted: a finite number".to_owned())
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -102,8 +108,8 @@ Examples:
   asperity catalogue out/precursors --format statistics
 
 Each rupture that has ended is an earthquake. Its magnitude is the moment
-magnitude, (2/3) (log10 M_0 - 9.1). Simulated time 0 is the begin of 1970, and
-the slider lies on the equator, eastwards from longitude 0. docs/outputs.md
+magnitude, (2/3) (log10 M_0 - 9.1). Simulated time 0 is the beginning of 1970,
+and the slider lies on the equator, eastwards from longitude 0. docs/outputs.md
 explains the columns and the tests.
 
 Exit codes; for several logs, that of the worst:
@@ -116,13 +122,13 @@ Exit codes; for several logs, that of the worst:
 pub(crate) struct CatalogueArguments {
     /// Run logs, and folders of studies, whose runs keep ruptures.
     #[arg(value_name = "RUN.mcap|STUDY", required = true)]
-    pub(crate) runs: Vec<PathBuf>,
+    pub(crate) paths: Vec<PathBuf>,
     /// How to print it.
     #[arg(long, value_enum, default_value = "csv")]
     pub(crate) format: CatalogueFormat,
     /// The magnitude above which statistics are made [default: the smallest one above which the test does not
     /// reject the law of Gutenberg and Richter].
-    #[arg(long, value_name = "MAGNITUDE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MAGNITUDE", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) completeness: Option<f64>,
 }
 

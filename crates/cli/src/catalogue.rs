@@ -75,11 +75,8 @@ pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(
     };
     for path in paths {
         let number = sources.len() + 1;
-        match if path.join(FILE).exists() {
-            of_study(path, number, board)
-        } else {
-            of_log(path, number, board)
-        } {
+        let read = if path.join(FILE).exists() { of_study } else { of_log };
+        match read(path, number, board) {
             Ok((source, outcome)) => {
                 sources.push(source);
                 end(outcome);

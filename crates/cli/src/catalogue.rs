@@ -13,8 +13,7 @@ use asperity_run::Checked;
 use asperity_study::collect;
 use asperity_study::plan::FILE;
 use asperity_study::results::State;
-use asperity_tables::{CsvRows, Spelling};
-
+use asperity_tables::{CsvRows, Spelling, name_of};
 use serde_json::{Map, Value, json};
 
 use crate::args::{CatalogueArguments, CatalogueFormat};
@@ -140,8 +139,7 @@ fn read_log(run: &Path, named: (usize, u64), board: &Board) -> Result<(OfRun, Ch
     let Reading { checked, observer, .. } = reading::once(run, begin, |_| Ok(()))?;
     let (entries, others) = observer.finish();
     note_others(run, others, board);
-    let name = run.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok((OfRun { name, events: name_of_events(named.0, named.1, &id), entries }, checked))
+    Ok((OfRun { name: name_of(run), events: name_of_events(named.0, named.1, &id), entries }, checked))
 }
 
 /// The ruptures of the sound part of a log; the outcome is its verdict.
@@ -250,8 +248,10 @@ fn statistics(source: &Source, completeness: Option<f64>) -> Vec<String> {
     let all: Vec<(f64, f64)> =
         entries.filter_map(|entry| Some((entry.magnitude()?, entry.rupture.onset_s))).collect();
     let magnitudes: Vec<f64> = all.iter().map(|(magnitude, _)| *magnitude).collect();
-    let of_runs = format!(" of {}", counted(source.runs.len() as u64, "run"));
-    let of_runs = if source.is_study { &of_runs } else { "" };
+    let of_runs = match source.is_study {
+        true => format!(" of {}", counted(source.runs.len() as u64, "run")),
+        false => String::new(),
+    };
     let mut lines = vec![format!("{}: {}{of_runs}", source.path, counted(all.len() as u64, "rupture"))];
     let fit = match completeness {
         Some(completeness) => GutenbergRichter::above(&magnitudes, completeness),

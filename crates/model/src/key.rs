@@ -10,6 +10,9 @@ use Kind::{Count, Flag, Number, Numbers, Text, Word};
 pub(crate) const LEAST_MAGNITUDE: f64 = 1e-30;
 pub(crate) const MOST_MAGNITUDE: f64 = 1e30;
 
+/// Most nodes upwards, and most across the sliding direction.
+pub(crate) const MOST_ROWS: u64 = 10_000;
+
 /// The word of `parameter_set` for the values of the thesis' program.
 pub const AS_CODED: &str = "as-coded";
 /// The word of `parameter_set` for the values of the thesis' text, the default.

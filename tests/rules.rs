@@ -19,8 +19,8 @@ const STATED: [&str; 5] = [
 
 const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
 
-/// Sixteen runs over all laws, drives, courses of the load and starts.
-const CASES: [(&str, &[&str]); 16] = [
+/// Twenty runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 20] = [
     ("stated", &[]),
     ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
     ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
@@ -29,6 +29,38 @@ const CASES: [(&str, &[&str]); 16] = [
         &["initial_shear.poisson_ratio=0.3", "normal_load.tilt=0.3", "prestress.ratio=0.05"],
     ),
     ("scatter", &["friction.static_spread=0.1", "friction.dynamic_spread=0.05", "friction.spread_seed=7"]),
+    (
+        "correlated",
+        &[
+            "disorder.correlation_length_m=0.02",
+            "disorder.stiffness_spread=0.4",
+            "disorder.load_spread=0.3",
+            "friction.static_spread=0.1",
+        ],
+    ),
+    (
+        "asperities",
+        &[
+            "disorder.distribution=two-valued",
+            "disorder.asperity_share=0.3",
+            "disorder.correlation_length_m=0.01",
+            "disorder.load_spread=0.2",
+            "disorder.stiffness_offsets=[0,0.5,-0.5,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0.2]",
+        ],
+    ),
+    (
+        "lognormal",
+        &["disorder.distribution=lognormal", "disorder.load_spread=0.5", "friction.dynamic_spread=0.1"],
+    ),
+    (
+        "weibull",
+        &[
+            "disorder.distribution=weibull",
+            "disorder.weibull_modulus=3",
+            "disorder.stiffness_spread=0.3",
+            "friction.static_spread=0.1",
+        ],
+    ),
     ("ageing", &["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-3"]),
     ("rigid", &["friction.law=rigid", "slider.blocks=20"]),
     (

@@ -189,10 +189,11 @@ fn all_add_up(solver: &str) -> (usize, usize) {
     ];
     let both = ["time.step_s=1e-7", "time.duration_s=1.5"];
     let front = ["slider.blocks=60", "time.step_s=1e-9", "time.duration_s=5e-5"];
-    let cases: [(&str, &[&str], &[&str]); 13] = [
+    let cases: [(&str, &[&str], &[&str]); 14] = [
         ("ten-blocks", &ten, &[]),
         ("ten-blocks", &ten, &["parameter_set=as-stated"]),
         ("ten-blocks", &ten, &["friction.ageing_coefficient=0.02"]),
+        ("ten-blocks", &ten, &["disorder.stiffness_spread=0.6", "disorder.load_spread=0.2"]),
         ("ten-blocks", &ten, &["friction.law=rigid"]),
         ("ten-blocks", &ten, &["friction.law=velocity-weakening"]),
         ("ten-blocks", &ten, &["friction.law=velocity-weakening", "friction.radiation_kg_per_s=70"]),

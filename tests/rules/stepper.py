@@ -6,6 +6,7 @@ The scenario is a resolved one, as `asperity scenario show RUN.mcap` prints it. 
 printed as CSV; steps and blocks are exact, loads are what this machine's rounding makes of them.
 """
 
+import math
 import sys
 import tomllib
 
@@ -24,16 +25,44 @@ def tilted(total, tilt, count):
     return total / count * (1.0 - (2.0 * n - count - 1.0) / max(count - 1.0, 1.0) * tilt)
 
 
-def drawn(seed, stream, count):
+def drawn(seed, stream, count, behind=0):
     """Numbers from -1 to 1: the output function of SplitMix64."""
     values = []
     for block in range(count):
-        z = (seed * 2**32 + stream * 2**31 + block + 1) * 0x9E3779B97F4A7C15 % 2**64
+        place = stream % 2 * 2**31 + behind + stream // 2 * 2**29 + block
+        z = (seed * 2**32 + place + 1) * 0x9E3779B97F4A7C15 % 2**64
         z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 % 2**64
         z = (z ^ z >> 27) * 0x94D049BB133111EB % 2**64
         z ^= z >> 31
         values.append((z >> 11) / 2**52 - 1.0)
     return np.array(values)
+
+
+def offsets(disorder, spacing, seed, stream, mean, spread, count):
+    """What is drawn for a quantity."""
+    word, length = disorder["distribution"], disorder["correlation_length_m"]
+    even = drawn(seed, stream, count)
+    size = (even + 1.0) / 2.0 + 2.0**-54
+    normal = np.sqrt(-2.0 * np.log(size)) * np.cos(np.pi * drawn(seed, stream, count, 2**30))
+    above = (1.0 - even) / 2.0
+    if length:
+        r = math.exp(-spacing / length)
+        for n in range(1, count):
+            normal[n] = r * normal[n - 1] + math.sqrt(1.0 - r * r) * normal[n]
+        even = np.array([math.erf(g / math.sqrt(2.0)) for g in normal])
+        above = np.array([math.erfc(g / math.sqrt(2.0)) / 2.0 for g in normal])
+    if word == "uniform":
+        return spread * even
+    if word == "normal":
+        return spread * normal
+    if word == "lognormal":
+        variance = math.log1p((spread / mean) ** 2)
+        return mean * np.expm1(math.sqrt(variance) * normal - variance / 2.0)
+    if word == "weibull":
+        modulus = disorder["weibull_modulus"]
+        g1, g2 = math.gamma(1.0 + 1.0 / modulus), math.gamma(1.0 + 2.0 / modulus)
+        return spread * ((-np.log(above)) ** (1.0 / modulus) - g1) / math.sqrt(g2 - g1 * g1)
+    return np.where(above < disorder["asperity_share"], spread, -spread)
 
 
 def second_difference(y):
@@ -68,10 +97,15 @@ class Slider:
         )
         self.eta = slider["relative_damping"] * np.sqrt(self.k * self.mass)
         self.springs = friction["law"] == "interfacial-springs"
-        self.kt = friction["interfacial_stiffness_ratio"] * self.k if self.springs else 0.0
+        disorder = scenario["disorder"]
+        kt = friction["interfacial_stiffness_ratio"] * self.k if self.springs else 0.0
+        self.kt = kt * self.values(disorder, "stiffness", 2, 1.0)
         self.p = tilted(load["total_n"], load["tilt"], count)
-        self.static = self.coefficients("static", 0) * self.p
-        self.dynamic = self.coefficients("dynamic", 1) * self.p
+        if disorder["load_spread"] or disorder["load_offsets"]:
+            self.p = self.p * self.values(disorder, "load", 3, 1.0)
+            self.p = self.p * (load["total_n"] / sums(self.p))
+        self.static = self.values(friction, "static", 0, friction["static_coefficient"]) * self.p
+        self.dynamic = self.values(friction, "dynamic", 1, friction["dynamic_coefficient"]) * self.p
         self.growth = friction["ageing_coefficient"] * self.p
         self.dt = time["step_s"]
         self.steps = self.whole_steps(time["duration_s"])
@@ -100,21 +134,25 @@ class Slider:
         per_second = round(1.0 / self.dt)
         return step / per_second if 1.0 / per_second == self.dt else step * self.dt
 
-    def coefficients(self, kind, stream):
+    def values(self, table, kind, stream, mean):
         friction, count = self.scenario["friction"], self.blocks
-        offsets = np.zeros(count)
-        given = friction[f"{kind}_offsets"]
-        offsets[: len(given)] = given
-        spread = friction[f"{kind}_spread"]
+        listed = np.zeros(count)
+        given = table[f"{kind}_offsets"]
+        listed[: len(given)] = given
+        spread = table[f"{kind}_spread"]
         random = np.zeros(count)
         if spread:
-            random = spread * drawn(friction["spread_seed"], stream, count)
-            # Who does not want to draw reads them.
-            assert random.tolist() == self.scenario["drawn"][f"{kind}_offsets"]
-        coefficients = friction[f"{kind}_coefficient"] + offsets + random
+            disorder, seed = self.scenario["disorder"], friction["spread_seed"]
+            random = offsets(disorder, self.spacing, seed, stream, mean, spread, count)
+            # Who does not want to draw reads them, to the last digit, in which two libraries of functions may differ.
+            listed_draws = np.array(self.scenario["drawn"][f"{kind}_offsets"])
+            is_exact = disorder["distribution"] == "uniform" and not disorder["correlation_length_m"]
+            assert np.all(np.abs(random - listed_draws) <= (0.0 if is_exact else 1e-13))
+            random = listed_draws
+        values = mean + listed + random
         if kind == "static":
-            coefficients[[int(block) - 1 for block in friction["stuck_blocks"]]] = 1e6
-        return coefficients
+            values[[int(block) - 1 for block in friction["stuck_blocks"]]] = 1e6
+        return values
 
     def make_drive(self, drive):
         count, whole = self.blocks, drive["stiffness_n_per_m"]

@@ -131,6 +131,16 @@ impl Detectors {
         Detectors { ruptures, ..self }
     }
 
+    /// Gives the ruptures the stiffness of each contact's friction spring over the mean one; empty where all are
+    /// alike.
+    #[must_use]
+    pub fn with_spring_factors(mut self, factors: Vec<f64>) -> Detectors {
+        if let Some(ruptures) = &mut self.ruptures {
+            ruptures.set_spring_factors(factors);
+        }
+        self
+    }
+
     /// Adds a detector behind the others.
     pub fn push(&mut self, detector: Box<dyn Detector>) {
         self.list.push(detector);

@@ -25,6 +25,8 @@ pub struct RuptureTracker {
     /// The farthest column in which a block has slid.
     farthest: Option<u32>,
     ruptures: u64,
+    /// Stiffness of each contact's friction spring over their mean; empty where all are alike.
+    spring_factors: Vec<f64>,
 }
 
 /// Identifies a rupture that is not certain yet.
@@ -95,8 +97,8 @@ pub struct Slipped {
     /// last sliding step; `None` if other ruptures contribute to the difference, or energies are
     /// unknown.
     pub energies: Option<[Energy; 2]>,
-    /// Squared stretch of friction springs, summed over its re-attachments less its detachments, m2;
-    /// `None` in a run without energies.
+    /// Squared stretch of friction springs, times their stiffness over the mean one, summed over its re-attachments
+    /// less its detachments, m2; `None` in a run without energies.
     pub anchored_m2: Option<f64>,
 }
 
@@ -140,7 +142,7 @@ fn force_n(switch: &Switch) -> f64 {
 }
 
 /// Squared stretch of a friction spring at detachment or re-attachment, m2.
-fn stretch_m2(switch: &Switch) -> f64 {
+fn squared_stretch_m2(switch: &Switch) -> f64 {
     let squared = |stretch_m: f64| stretch_m * stretch_m;
     let along_m2 = squared(switch.displacement_m - switch.stick_position_m);
     match switch.across {
@@ -210,7 +212,13 @@ impl RuptureTracker {
             certain: Vec::new(),
             farthest: None,
             ruptures: 0,
+            spring_factors: Vec::new(),
         }
+    }
+
+    /// Weights the stretch of each contact's friction spring with its stiffness over the mean one.
+    pub(crate) fn set_spring_factors(&mut self, factors: Vec<f64>) {
+        self.spring_factors = factors;
     }
 
     /// Processes the next record, and adds the ruptures that it makes certain to `slipped`.
@@ -299,6 +307,7 @@ impl RuptureTracker {
                 id
             }
         };
+        let stretch_m2 = self.stretch_m2(switch);
         let slipping = self.open.get_mut(&id).expect("it was found or made");
         self.growing.remove(&(slipping.last_detachment, id));
         self.growing.insert((record.step, id));
@@ -306,7 +315,7 @@ impl RuptureTracker {
         slipping.last_detachment = record.step;
         slipping.detachments += 1;
         slipping.sliding += 1;
-        slipping.anchored_m2 -= stretch_m2(switch);
+        slipping.anchored_m2 -= stretch_m2;
         let before = slipping.blocks.get(&switch.block).copied();
         slipping.blocks.insert(switch.block, before.map_or(passage, |before| before.join(passage)));
         self.last[switch.block as usize - 1] = Some(Detachment { step: record.step, of: id });
@@ -316,6 +325,7 @@ impl RuptureTracker {
     /// The rupture of the block, if this makes it certain.
     fn attach(&mut self, record: &StepRecord, switch: &Switch) -> Option<Id> {
         let Detachment { of: id, .. } = self.last[switch.block as usize - 1]?;
+        let stretch_m2 = self.stretch_m2(switch);
         let slipping = self.open.get_mut(&id)?;
         let passage = slipping.blocks.get_mut(&switch.block)?;
         passage.stop = Some(Stop {
@@ -325,9 +335,15 @@ impl RuptureTracker {
         });
         slipping.last_attachment = Attachment::at(record);
         slipping.sliding -= 1;
-        slipping.anchored_m2 += stretch_m2(switch);
+        slipping.anchored_m2 += stretch_m2;
         let waits = self.growing.contains(&(slipping.last_detachment, id));
         (slipping.sliding == 0 && !waits).then_some(id)
+    }
+
+    /// [`squared_stretch_m2`], times the spring's stiffness over the mean one.
+    fn stretch_m2(&self, switch: &Switch) -> f64 {
+        let factor = self.spring_factors.get(switch.block as usize - 1).copied().unwrap_or(1.0);
+        factor * squared_stretch_m2(switch)
     }
 
     /// Merges two ruptures, the smaller into the larger.

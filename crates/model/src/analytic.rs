@@ -5,6 +5,7 @@
 //! byte-identical on every machine.
 
 use crate::choices::DriveKind;
+use crate::disorder::Quantity;
 use crate::initial;
 use crate::plan::Plan;
 use crate::scenario::Scenario;
@@ -282,7 +283,9 @@ impl LoadCurve {
             && law.radiation_kg_per_s() == 0.0
             && friction.stuck_blocks.is_empty()
             && friction.dynamic_offsets.iter().all(|offset| *offset == 0.0)
-            && friction.dynamic_spread == 0.0;
+            && friction.dynamic_spread == 0.0
+            && Quantity::Stiffness.is_even(scenario)
+            && Quantity::Load.is_even(scenario);
         let is_unstrained = initial::beta(scenario) == 0.0 && scenario.initial_shear.profile.is_empty();
         let is_even_prestress = prestress.first_block_ratio == 0.0
             && prestress.rise_ratio == 0.0

@@ -8,7 +8,7 @@ impl Stiffness {
     /// The stiffness of a plan's chain with every contact stuck by a friction spring.
     pub fn of(plan: &Plan, chain: &Chain) -> Stiffness {
         let drive_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
-        chain.stuck(plan.friction.interfacial_stiffness_n_per_m, &drive_n_per_m)
+        chain.stuck(&plan.friction.springs_n_per_m, &drive_n_per_m)
     }
 }
 
@@ -51,9 +51,9 @@ impl SteadyLoading {
         point_m: f64,
         position_m: &mut [f64],
     ) {
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let springs = &plan.friction.springs_n_per_m;
         for (n, position) in position_m.iter_mut().enumerate() {
-            *position = self.viscous_n[n] + kt * stick_position_m[n];
+            *position = self.viscous_n[n] + springs[n] * stick_position_m[n];
         }
         for spring in &plan.drive.springs {
             position_m[spring.block] += spring.force_n(point_m, 0.0);

@@ -63,6 +63,23 @@ pub enum Start {
     Loaded,
 }
 
+/// How what is drawn for each contact is distributed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Distribution {
+    /// Between mean less spread and mean plus spread.
+    #[default]
+    Uniform,
+    /// With the spread as standard deviation.
+    Normal,
+    /// With mean and standard deviation as given.
+    Lognormal,
+    /// Likewise, with a modulus.
+    Weibull,
+    /// Mean plus spread in a share of the contacts, mean less spread elsewhere.
+    TwoValued,
+}
+
 /// The forces of a contact's junctions at the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -2,8 +2,9 @@
 
 use asperity_record::{TimeGrid, counted, rounded, short};
 
-use crate::choices::{DriveKind, Start};
-use crate::derive::{coefficients, longest_stable_step_s};
+use crate::choices::{Distribution, DriveKind, Start};
+use crate::derive::longest_stable_step_s;
+use crate::disorder::{Quantity, coefficients};
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
 use crate::lattice_keys::{self, Refusal};
 use crate::one_block;
@@ -31,6 +32,8 @@ const RULES: &[Rule] = &[
     lists_have_a_number_for_each_block,
     lists_of_blocks_ascend,
     every_block_has_ordered_coefficients,
+    every_contact_has_load_and_stiffness,
+    lognormal_values_have_a_mean,
     bodies_have_what_they_can,
     keys_of_several_blocks_are_for_these,
     steady_sliding_is_a_start,
@@ -220,13 +223,13 @@ fn courses_ascend_from_the_start(scenario: &Scenario, refusals: &mut Refusals<'_
 
 fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let blocks = scenario.slider.contacts() as usize;
-    for (key, values) in [
-        ("friction.static_offsets", &scenario.friction.static_offsets),
-        ("friction.dynamic_offsets", &scenario.friction.dynamic_offsets),
-        ("friction.evolution_offsets", &scenario.friction.evolution_offsets),
+    let others = [
+        ("friction.evolution_offsets", scenario.friction.evolution_offsets.as_slice()),
         ("initial_shear.profile", &scenario.initial_shear.profile),
         ("prestress.profile", &scenario.prestress.profile),
-    ] {
+    ];
+    let offsets = Quantity::ALL.map(|quantity| (quantity.offsets_key(), quantity.offsets(scenario)));
+    for (key, values) in offsets.into_iter().chain(others) {
         if !values.is_empty() && values.len() != blocks {
             refusals.refuse(
                 key,
@@ -261,15 +264,12 @@ fn lists_of_blocks_ascend(scenario: &Scenario, refusals: &mut Refusals<'_>) {
 
 fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let blocks = scenario.slider.contacts() as usize;
-    let Friction { static_offsets, dynamic_offsets, static_spread, dynamic_spread, .. } = &scenario.friction;
+    let both = [Quantity::Static, Quantity::Dynamic];
     // Uniform coefficients and lists of the wrong length have rules of their own.
-    let even =
-        static_offsets.is_empty() && dynamic_offsets.is_empty() && static_spread + dynamic_spread == 0.0;
-    let fit =
-        [static_offsets, dynamic_offsets].iter().all(|values| values.is_empty() || values.len() == blocks);
-    if even || !fit {
+    if both.iter().all(|of| of.is_even(scenario)) || !both.iter().all(|of| fits(*of, scenario)) {
         return;
     }
+    let Friction { static_offsets, dynamic_offsets, static_spread, .. } = &scenario.friction;
     let (mu_s, mu_d) = coefficients(scenario);
     if let Some(n) = (0..blocks).find(|&n| mu_d[n] < 0.0 || mu_d[n] > mu_s[n]) {
         let key = if !static_offsets.is_empty() {
@@ -286,6 +286,55 @@ fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refu
             format!("block {} gets mu_s = {} and mu_d = {}", n + 1, short(mu_s[n]), short(mu_d[n])),
             "0 <= mu_d <= mu_s for every block",
         );
+    }
+}
+
+/// Whether a list of offsets is empty or has a number for each contact.
+fn fits(quantity: Quantity, scenario: &Scenario) -> bool {
+    let listed = quantity.offsets(scenario).len();
+    listed == 0 || listed == scenario.slider.contacts() as usize
+}
+
+fn every_contact_has_load_and_stiffness(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let body = scenario.elastic().name();
+    for (quantity, symbol, is_known, of) in [
+        (Quantity::Stiffness, "k_t", !scenario.slider.is_lattice(), "a chain"),
+        (Quantity::Load, "p", !scenario.elastic().has_foundation(), "a chain or a sheet"),
+    ] {
+        if quantity.is_even(scenario) || !fits(quantity, scenario) {
+            continue;
+        }
+        let key = match quantity.offsets(scenario) {
+            [] => quantity.spread_key(),
+            _ => quantity.offsets_key(),
+        };
+        if !is_known {
+            refusals.refuse(
+                key,
+                format!("the contacts of a {body} have no {symbol} of their own"),
+                format!("none, or {of}"),
+            );
+        } else if let Some((n, factor)) =
+            quantity.values(scenario).iter().enumerate().find(|(_, factor)| **factor <= 0.0)
+        {
+            let problem = format!("block {} gets {} times {symbol}", n + 1, short(*factor));
+            refusals.refuse(key, problem, format!("{symbol} above 0 for every block"));
+        }
+    }
+}
+
+fn lognormal_values_have_a_mean(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let [mu_s, mu_d] = scenario.mean_coefficients();
+    let is_lognormal = scenario.disorder.distribution == Distribution::Lognormal;
+    for (quantity, mean) in [(Quantity::Static, mu_s), (Quantity::Dynamic, mu_d)] {
+        if is_lognormal && mean == 0.0 && quantity.spread(scenario) != 0.0 {
+            let problem = "lognormal values are above 0, and so is their mean";
+            refusals.refuse(
+                quantity.spread_key(),
+                problem,
+                "a mean above 0, or another disorder.distribution",
+            );
+        }
     }
 }
 

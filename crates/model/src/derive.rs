@@ -2,6 +2,7 @@
 
 use crate::choices::{DriveKind, ScheduleFrom, Start};
 use crate::course::Course;
+use crate::disorder::{Quantity, coefficients};
 use crate::elastic::{Chain, Elastic, gaps};
 use crate::initial;
 use crate::junctions::Junctions;
@@ -11,7 +12,6 @@ use crate::load;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 use crate::scenario::Scenario;
 use crate::slab;
-use crate::splitmix::mixed;
 use asperity_record::{Scales, TimeGrid};
 
 impl Plan {
@@ -25,6 +25,7 @@ impl Plan {
             None => (pressed_n, Vec::new(), None),
             Some((normal_load_n, u)) => (normal_load_n, pressed_n, Some(u)),
         };
+        let springs_n_per_m = springs.springs_n_per_m(scenario);
         let friction = &scenario.friction;
         let (mu_s, mu_d) = coefficients(scenario);
         let [mean_mu_s, mean_mu_d] = scenario.mean_coefficients();
@@ -49,7 +50,7 @@ impl Plan {
                 scenario,
                 &springs.elastic,
                 springs.spacing_m,
-                kt,
+                &springs_n_per_m,
                 &drive,
                 &normal_load_n,
                 &prestress_n,
@@ -69,6 +70,7 @@ impl Plan {
                 static_coefficient: mean_mu_s,
                 dynamic_coefficient: mean_mu_d,
                 interfacial_stiffness_n_per_m: kt,
+                springs_n_per_m,
                 contact_stiffness_n_per_m,
                 static_threshold_n: scaled(&mu_s),
                 dynamic_friction_n: scaled(&mu_d),
@@ -167,10 +169,18 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
     }
 }
 
-/// The normal load of each contact, or of each node at the top of a body on a foundation.
+/// The normal load of each contact, or of each node at the top of a body on a foundation. Disordered loads are scaled
+/// so that they add up to the total.
 fn pressed_n(scenario: &Scenario) -> Vec<f64> {
     let (load, slider) = (&scenario.normal_load, &scenario.slider);
-    load::tilted(load.total_n, load.tilt, slider.blocks as usize, slider.across as usize)
+    let mut loads_n = load::tilted(load.total_n, load.tilt, slider.blocks as usize, slider.across as usize);
+    if !Quantity::Load.is_even(scenario) {
+        let factors = Quantity::Load.values(scenario);
+        loads_n.iter_mut().zip(factors).for_each(|(load_n, factor)| *load_n *= factor);
+        let scale = load.total_n / loads_n.iter().sum::<f64>();
+        loads_n.iter_mut().for_each(|load_n| *load_n *= scale);
+    }
+    loads_n
 }
 
 /// The row that a side drive pulls at, counted from 0 at the bottom: the one nearest to its height.
@@ -206,43 +216,6 @@ pub(crate) fn evolution_effects(scenario: &Scenario) -> Vec<f64> {
     let Some(law) = scenario.contact_law().rate_and_state() else { return Vec::new() };
     let offset = |n: usize| scenario.friction.evolution_offsets.get(n).copied().unwrap_or(0.0);
     (0..scenario.slider.contacts() as usize).map(|n| law.evolution_effect + offset(n)).collect()
-}
-
-/// `mu_s` and `mu_d` of every block, including offsets and random spread.
-pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
-    let friction = &scenario.friction;
-    let blocks = scenario.slider.contacts() as usize;
-    let [drawn_s, drawn_d] = drawn_offsets(scenario);
-    let of = |mean: f64, offsets: &[f64], drawn: &[f64]| {
-        let at = |values: &[f64], n: usize| values.get(n).copied().unwrap_or(0.0);
-        (0..blocks).map(|n| mean + at(offsets, n) + at(drawn, n)).collect()
-    };
-    let [mean_s, mean_d] = scenario.mean_coefficients();
-    let mut static_coefficients: Vec<f64> = of(mean_s, &friction.static_offsets, &drawn_s);
-    for block in &friction.stuck_blocks {
-        if let Some(coefficient) = static_coefficients.get_mut(*block as usize - 1) {
-            *coefficient = STUCK_COEFFICIENT;
-        }
-    }
-    (static_coefficients, of(mean_d, &friction.dynamic_offsets, &drawn_d))
-}
-
-/// Static coefficient of a block that never slides.
-const STUCK_COEFFICIENT: f64 = 1e6;
-
-/// The random contributions to `mu_s` and `mu_d` of every block; empty without a spread.
-pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {
-    let friction = &scenario.friction;
-    [(friction.static_spread, 0), (friction.dynamic_spread, 1)].map(|(spread, stream)| {
-        let blocks = if spread == 0.0 { 0 } else { u64::from(scenario.slider.contacts()) };
-        (0..blocks).map(|n| spread * evenly(u64::from(friction.spread_seed), stream, n)).collect()
-    })
-}
-
-/// A pseudo-random number from -1 to 1: SplitMix64's output function of seed, stream and block.
-fn evenly(seed: u64, stream: u64, block: u64) -> f64 {
-    let number = mixed((seed << 32 | stream << 31 | block).wrapping_add(1));
-    (number >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
 /// The slider's constants, needed before there is a plan.
@@ -313,6 +286,15 @@ impl Springs {
                 }
                 _ => scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m,
             },
+        }
+    }
+
+    /// `k_t` of each contact.
+    fn springs_n_per_m(&self, scenario: &Scenario) -> Vec<f64> {
+        let kt = self.interfacial_stiffness_n_per_m;
+        match Quantity::Stiffness.is_even(scenario) {
+            true => vec![kt; self.elastic.contacts()],
+            false => Quantity::Stiffness.values(scenario).iter().map(|factor| kt * factor).collect(),
         }
     }
 
@@ -405,11 +387,11 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
         DriveKind::Side => side_stiffness_n_per_m(scenario),
         DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
     };
-    let kt = springs.interfacial_stiffness_n_per_m;
     let law = scenario.contact_law();
     if !law.word().sticks() {
         return f64::INFINITY;
     }
+    let kt = springs.springs_n_per_m(scenario).into_iter().fold(0.0, f64::max);
     let stiffest_contact = law.junctions().map_or(kt, |_| {
         let pressed_n = pressed_n(scenario);
         let normal_load_n = springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
@@ -489,7 +471,7 @@ mod tests {
             let set = format!("friction.spread_seed={seed}");
             let source =
                 ScenarioSource::new("test", "friction.static_spread=0.1\nfriction.dynamic_spread=0.1");
-            super::coefficients(&Scenario::resolve(&source.with_override(&set)).unwrap())
+            crate::disorder::coefficients(&Scenario::resolve(&source.with_override(&set)).unwrap())
         };
         let (mu_s, mu_d) = spread(1);
         assert!(mu_s.iter().all(|mu| (0.6..=0.8).contains(mu)));

@@ -22,4 +22,18 @@ pub const DRAWN_KEYS: &[Key] = &[
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },
+    Key {
+        path: "drawn.stiffness_offsets",
+        symbol: "",
+        doc: "Offsets that disorder.stiffness_spread adds to k_t, over k_t, likewise.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "drawn.load_offsets",
+        symbol: "",
+        doc: "Offsets that disorder.load_spread adds to p, over p, likewise.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
 ];

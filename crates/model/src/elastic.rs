@@ -353,11 +353,11 @@ impl Chain {
 
     /// The stiffness of a chain whose contacts are all stuck by friction springs, with the drive's
     /// stiffness at every node, factored for [`Stiffness::solve`].
-    pub fn stuck(&self, interfacial_n_per_m: f64, drive_n_per_m: &[f64]) -> Stiffness {
+    pub fn stuck(&self, springs_n_per_m: &[f64], drive_n_per_m: &[f64]) -> Stiffness {
         let k = self.stiffness_n_per_m;
         let mut inverse: Vec<f64> = Vec::with_capacity(self.nodes);
-        for (n, drive) in drive_n_per_m.iter().enumerate() {
-            let diagonal = interfacial_n_per_m + self.neighbours(n) * k + drive;
+        for (n, (spring, drive)) in springs_n_per_m.iter().zip(drive_n_per_m).enumerate() {
+            let diagonal = spring + self.neighbours(n) * k + drive;
             let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
             inverse.push(1.0 / (diagonal - before));
         }
@@ -484,7 +484,7 @@ mod tests {
         drive[0] = 5.0;
         let pull = numbers(3);
         let mut x = pull.clone();
-        CHAIN.stuck(kt, &drive).solve(&mut x);
+        CHAIN.stuck(&vec![kt; drive.len()], &drive).solve(&mut x);
         for n in 0..CHAIN.nodes {
             let back = (kt + drive[n]) * x[n] - elastic.spring_force_n(&x, n);
             assert!((back - pull[n]).abs() < 1e-14, "node {n}");

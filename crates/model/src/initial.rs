@@ -11,7 +11,7 @@ pub(crate) fn state(
     scenario: &Scenario,
     elastic: &Elastic,
     spacing_m: f64,
-    interfacial_stiffness_n_per_m: f64,
+    springs_n_per_m: &[f64],
     drive: &Drive,
     normal_load_n: &[f64],
     prestress_n: &[f64],
@@ -25,7 +25,6 @@ pub(crate) fn state(
 
     // Each friction spring balances the pull of the neighbouring blocks.
     // The drive's springs pull as well: their elongation is measured from the undeformed grid.
-    let kt = interfacial_stiffness_n_per_m;
     let mut pull = elastic.tangential_force_n(&u);
     for spring in &drive.springs {
         pull[spring.block] += spring.force_n(0.0, u[spring.block]);
@@ -34,7 +33,10 @@ pub(crate) fn state(
         *pull += prestress;
     }
     // Without a foundation all nodes are contacts, and all their freedoms tangential.
-    let anchor = |n: usize| if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] };
+    let anchor = |n: usize| {
+        let kt = springs_n_per_m[n % springs_n_per_m.len()];
+        if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] }
+    };
     let stick_position_m = (0..freedoms).map(anchor).collect();
 
     let amplitude = scenario.initial_velocity.amplitude_m_per_s;
@@ -122,9 +124,9 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
     let mut position_m = vec![0.0; plan.blocks];
     // The first step starts from these positions.
     steady.position_m(plan, &stiffness, &anchors, plan.drive_point_m(1, u64::MAX), &mut position_m);
-    let kt = plan.friction.interfacial_stiffness_n_per_m;
     let mut steps = plan.steps as f64 - 1.0;
     for n in 0..plan.blocks {
+        let kt = plan.friction.springs_n_per_m[n];
         let (force, rate) = (kt * (position_m[n] - anchors[n]), kt * steady.advance_m[n]);
         let room = LOADED * plan.friction.static_threshold_n[n];
         if force.abs() >= room {
@@ -172,7 +174,7 @@ pub fn start_in_state(plan: &mut Plan, law: &RateAndState, is_loaded: bool) {
     for (pull, prestress) in pull_n.iter_mut().zip(&plan.prestress_n) {
         *pull += prestress;
     }
-    chain.stuck(0.0, &plan.drive.stiffness_n_per_m(plan.blocks)).solve(&mut pull_n);
+    chain.stuck(&vec![0.0; plan.blocks], &plan.drive.stiffness_n_per_m(plan.blocks)).solve(&mut pull_n);
     plan.initial.stick_position_m.clone_from(&pull_n);
     plan.initial.displacement_m = pull_n;
     plan.initial.velocity_m_per_s = vec![velocity_m_per_s; plan.blocks];

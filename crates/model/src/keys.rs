@@ -3,6 +3,7 @@
 //! The table is the single definition of valid keys: resolving checks against it, `asperity scenario show`
 //! comments with it, and a test compares it with the fields of [`Scenario`](crate::Scenario).
 
+mod disorder;
 mod forces;
 mod friction;
 mod run;
@@ -14,9 +15,9 @@ pub(crate) use crate::key::{LEAST_MAGNITUDE, MOST_MAGNITUDE, NOT_NEGATIVE, POSIT
 pub(crate) use forces::{FOUNDATION_RATIO, MOST_SHEAR_RATIO};
 
 /// The parts of the table.
-const PARTS: [&[Key]; 4] = [slider::SLIDER, friction::FRICTION, forces::FORCES, run::RUN];
+const PARTS: [&[Key]; 5] = [slider::SLIDER, friction::FRICTION, forces::FORCES, disorder::DISORDER, run::RUN];
 
-const COUNT: usize = PARTS[0].len() + PARTS[1].len() + PARTS[2].len() + PARTS[3].len();
+const COUNT: usize = PARTS[0].len() + PARTS[1].len() + PARTS[2].len() + PARTS[3].len() + PARTS[4].len();
 
 /// All keys, in the order in which they are shown.
 pub const KEYS: &[Key] = &joined();

@@ -164,7 +164,6 @@ const THRESHOLD_KEYS: &[&str] = &[
     "friction.stuck_blocks",
     "friction.static_spread",
     "friction.dynamic_spread",
-    "friction.spread_seed",
 ];
 
 impl FrictionLaw {

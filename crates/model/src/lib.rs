@@ -76,6 +76,7 @@ mod contradictions;
 pub mod course;
 mod defaults;
 mod derive;
+mod disorder;
 mod drawn_keys;
 pub mod elastic;
 pub mod front;

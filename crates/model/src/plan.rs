@@ -56,9 +56,11 @@ pub struct Friction {
     pub static_coefficient: f64,
     /// `mu_d` without offsets.
     pub dynamic_coefficient: f64,
-    /// Stiffness of a stuck block's friction spring, `k_t`; 0 by the laws that have none. Of junctions, that
-    /// of a contact that bears the mean load.
+    /// Stiffness of a stuck block's friction spring without disorder, `k_t`; 0 by the laws that have none. Of
+    /// junctions, that of a contact that bears the mean load.
     pub interfacial_stiffness_n_per_m: f64,
+    /// `k_t` of each contact, disorder included; all alike in bodies other than chains.
+    pub springs_n_per_m: Vec<f64>,
     /// Of junctions, the stiffness `N_s k_n` of each contact; empty by other laws.
     pub contact_stiffness_n_per_m: Vec<f64>,
     /// `mu_s` of each contact, offsets and spread included.
@@ -114,6 +116,18 @@ pub struct DriveSpring {
     pub rest_m: f64,
     /// 1 where the point moves forward, -1 where it moves backward.
     pub direction: f64,
+}
+
+impl Friction {
+    /// The largest `k_t`.
+    pub fn stiffest_spring_n_per_m(&self) -> f64 {
+        self.springs_n_per_m.iter().fold(0.0, |most: f64, spring| most.max(*spring))
+    }
+
+    /// Whether all contacts have the same `k_t`.
+    pub fn has_even_springs(&self) -> bool {
+        self.springs_n_per_m.iter().all(|spring| *spring == self.interfacial_stiffness_n_per_m)
+    }
 }
 
 impl DriveSpring {
@@ -277,9 +291,24 @@ impl Plan {
         stop.min(self.load_course.next_knot(step + 1, hold_step))
     }
 
+    /// `k_t` of each contact over that without disorder; empty where all are alike.
+    pub fn spring_factors(&self) -> Vec<f64> {
+        let friction = &self.friction;
+        if friction.has_even_springs() {
+            return Vec::new();
+        }
+        friction
+            .springs_n_per_m
+            .iter()
+            .map(|spring| spring / friction.interfacial_stiffness_n_per_m)
+            .collect()
+    }
+
     /// Whether it is a chain whose stuck blocks have springs, so that force decays along it.
     pub fn has_decay(&self) -> bool {
-        self.elastic.has_theory() && self.friction.interfacial_stiffness_n_per_m > 0.0
+        self.elastic.has_theory()
+            && self.friction.interfacial_stiffness_n_per_m > 0.0
+            && self.friction.has_even_springs()
     }
 
     /// Length over which a stuck chain screens a force on its end,

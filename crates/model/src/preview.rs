@@ -279,7 +279,8 @@ impl Stuck {
                 let mut shear_n_per_m = pull_n_per_m;
                 if kt > 0.0 {
                     Stiffness::of(plan, chain).solve(&mut shear_n_per_m);
-                    shear_n_per_m.iter_mut().for_each(|moved| *moved *= kt);
+                    let springs = &plan.friction.springs_n_per_m;
+                    shear_n_per_m.iter_mut().zip(springs).for_each(|(moved, kt)| *moved *= kt);
                 }
                 (0..plan.blocks)
                     .map(|n| {

@@ -28,6 +28,56 @@ pub(crate) fn read(path: &Path, blocks: usize) -> Result<Vec<f64>, String> {
     Ok((0..blocks).map(at_block).collect())
 }
 
+/// The columns that a file of blocks may have.
+pub(crate) const BLOCK_COLUMNS: [&str; 4] =
+    ["static_offset", "dynamic_offset", "stiffness_offset", "load_offset"];
+
+/// The numbers of a file of blocks: for each of [`BLOCK_COLUMNS`] one per block, or none without that column.
+///
+/// # Errors
+/// A message with file and line, if the file cannot be read or is not such a file.
+pub(crate) fn read_blocks(path: &Path, blocks: usize) -> Result<[Vec<f64>; 4], String> {
+    let text = text::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    parse_blocks(&text, blocks).map_err(|(line, problem)| format!("{}:{line}: {problem}", path.display()))
+}
+
+/// The format of such a file, as stated in errors.
+pub(crate) fn accepted_blocks(blocks: usize) -> String {
+    format!("a CSV file with a header of some of {} and {blocks} rows of numbers", BLOCK_COLUMNS.join(","))
+}
+
+fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, String)> {
+    let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
+    let header = lines.next().map_or("", |(_, line)| line);
+    let mut places = Vec::new();
+    for name in header.split(',').map(str::trim) {
+        let place = BLOCK_COLUMNS.iter().position(|column| *column == name);
+        match place.filter(|place| !places.contains(place)) {
+            Some(place) => places.push(place),
+            None => return Err((1, format!("the header is {header:?}"))),
+        }
+    }
+    let mut columns: [Vec<f64>; 4] = Default::default();
+    for (index, line) in lines {
+        let cells =
+            line.split(',').map(|cell| cell.trim().parse::<f64>().ok().filter(|value| value.is_finite()));
+        let row: Option<Vec<f64>> = cells.collect();
+        let row = row.filter(|row| row.len() == places.len());
+        let row =
+            row.ok_or_else(|| (index + 1, format!("{line:?} is not a row of {} numbers", places.len())))?;
+        for (place, value) in places.iter().zip(row) {
+            columns[*place].push(value);
+        }
+        if columns[places[0]].len() > blocks {
+            return Err((index + 1, format!("a row beyond the last of {blocks} blocks")));
+        }
+    }
+    match columns[places[0]].len() {
+        rows if rows == blocks => Ok(columns),
+        rows => Err((text.lines().count(), format!("{rows} rows for {blocks} blocks"))),
+    }
+}
+
 /// Parses pairs of place and value; the error is the line number and a description.
 fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
     let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
@@ -63,7 +113,7 @@ fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
 
 #[cfg(test)]
 mod tests {
-    use super::parse;
+    use super::{parse, parse_blocks};
 
     #[test]
     fn a_file_that_is_too_long_is_refused() {
@@ -72,6 +122,25 @@ mod tests {
         let endless = super::read(&path, 10).unwrap_err();
         std::fs::remove_file(&path).unwrap();
         assert!(endless.contains(": the file is longer than"), "{endless}");
+    }
+
+    #[test]
+    fn files_of_blocks_have_a_row_for_each() {
+        let read = |text: &str| parse_blocks(text, 2);
+        let [mu_s, mu_d, kt, p] = read("load_offset, static_offset\n0.5,-0.1\n\n-0.5,0.1\n").unwrap();
+        assert_eq!((mu_s, p), (vec![-0.1, 0.1], vec![0.5, -0.5]));
+        assert!(mu_d.is_empty() && kt.is_empty());
+        for (text, line, problem) in [
+            ("", 1, "the header is \"\""),
+            ("load_offset,load_offset\n0,0\n0,0", 1, "the header is \"load_offset,load_offset\""),
+            ("offset\n0\n0", 1, "the header is \"offset\""),
+            ("load_offset\n0\n", 2, "1 rows for 2 blocks"),
+            ("load_offset\n0\n0\n0", 4, "a row beyond the last of 2 blocks"),
+            ("load_offset\n0\n0,1", 3, "\"0,1\" is not a row of 1 numbers"),
+            ("load_offset\nnan\n0", 2, "\"nan\" is not a row of 1 numbers"),
+        ] {
+            assert_eq!(read(text).unwrap_err(), (line, problem.to_owned()), "{text:?}");
+        }
     }
 
     #[test]

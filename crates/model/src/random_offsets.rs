@@ -1,33 +1,47 @@
 //! Scenario texts list the random offsets of friction, so that other programs need no generator.
 //! The offsets follow from other keys, so any other list is refused.
 
-use crate::derive::drawn_offsets;
+use crate::disorder::Quantity;
 use crate::keys::DRAWN_KEYS;
 use crate::scenario::Scenario;
 use crate::source::{Entries, LayerKind, ScenarioError, Written};
 
-/// The keys that determine each list.
-const FOLLOWS_FROM: [[&str; 4]; 2] = [
-    ["slider.blocks", "slider.across", "friction.spread_seed", "friction.static_spread"],
-    ["slider.blocks", "slider.across", "friction.spread_seed", "friction.dynamic_spread"],
+/// The keys that determine each list, besides its spread and, of coefficients, their mean.
+const FOLLOWS_FROM: &[&str] = &[
+    "slider.blocks",
+    "slider.across",
+    "slider.length_m",
+    "friction.spread_seed",
+    "friction.static_coefficient",
+    "friction.dynamic_coefficient",
+    "disorder.distribution",
+    "disorder.weibull_modulus",
+    "disorder.asperity_share",
+    "disorder.correlation_length_m",
 ];
 
 /// Refuses lists that differ from the drawn offsets, unless an override changes what is drawn.
 pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-    let spreads = [scenario.friction.static_spread, scenario.friction.dynamic_spread];
-    for (index, drawn) in drawn_offsets(scenario).iter().enumerate() {
-        let (key, from) = (&DRAWN_KEYS[index], FOLLOWS_FROM[index]);
+    for (key, quantity) in DRAWN_KEYS.iter().zip(Quantity::ALL) {
+        let (drawn, spread_key) = (quantity.drawn(scenario), quantity.spread_key());
         let Some(entry) = entries.values.get(key.path) else { continue };
         let is_override =
             |key: &str| entries.values.get(key).is_some_and(|entry| entry.layer == LayerKind::Override);
-        if entry.layer != LayerKind::Override && from.into_iter().any(is_override) {
+        if entry.layer != LayerKind::Override
+            && FOLLOWS_FROM.iter().chain([&spread_key]).any(|key| is_override(key))
+        {
             continue;
         }
         let Written::Numbers(written) = &entry.value else { continue };
         let problem = if written.len() != drawn.len() {
-            format!("{} numbers, where {} = {} draws {}", written.len(), from[3], spreads[index], drawn.len())
+            format!(
+                "{} numbers, where {spread_key} = {} draws {}",
+                written.len(),
+                quantity.spread(scenario),
+                drawn.len()
+            )
         } else {
-            match written.iter().zip(drawn).position(|(written, drawn)| written != drawn) {
+            match written.iter().zip(&drawn).position(|(written, drawn)| written != drawn) {
                 None => continue,
                 Some(n) => format!(
                     "block {} has {}, where friction.spread_seed = {} draws {}",
@@ -43,8 +57,8 @@ pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<Sce
             key: Some(key.path.to_owned()),
             problem,
             accepted: Some(format!(
-                "what is drawn, or no such key; friction.{} takes numbers of your own",
-                key.path.trim_start_matches("drawn.")
+                "what is drawn, or no such key; {} takes numbers of your own",
+                quantity.offsets_key()
             )),
         });
     }

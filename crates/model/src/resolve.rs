@@ -110,6 +110,7 @@ impl Scenario {
         let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
+        scenario.read_blocks(&entries, &mut errors);
         contradictions::check(&scenario, &entries, &mut errors);
         if errors.is_empty() {
             random_offsets::check(&scenario, &entries, &mut errors);
@@ -121,6 +122,30 @@ impl Scenario {
             contradictions::check_start(&scenario, &entries, &mut errors);
         }
         if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
+    }
+
+    /// Reads the named offsets of blocks from their file, unless they have been read.
+    fn read_blocks(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+        let (file, contacts) = (self.disorder.blocks_csv.clone(), self.slider.contacts());
+        let (friction, disorder) = (&mut self.friction, &mut self.disorder);
+        let lists = [
+            &mut friction.static_offsets,
+            &mut friction.dynamic_offsets,
+            &mut disorder.stiffness_offsets,
+            &mut disorder.load_offsets,
+        ];
+        if file.is_empty() || lists.iter().any(|list| !list.is_empty()) {
+            return;
+        }
+        match profile::read_blocks(Path::new(&file), contacts as usize) {
+            Ok(read) => lists.into_iter().zip(read).for_each(|(list, read)| *list = read),
+            Err(problem) => errors.push(ScenarioError {
+                place: entries.place("disorder.blocks_csv"),
+                key: Some("disorder.blocks_csv".to_owned()),
+                problem,
+                accepted: Some(profile::accepted_blocks(contacts as usize)),
+            }),
+        }
     }
 
     /// Reads the named profiles from their files, unless they have been read.

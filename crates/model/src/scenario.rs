@@ -6,7 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach, ScheduleFrom, Start};
+use crate::choices::{
+    Distribution, DriveKind, Energies, JunctionStart, ParameterSet, Reattach, ScheduleFrom, Start,
+};
 use crate::elastic::gaps;
 use crate::junctions::Junctions;
 use crate::keys::FOUNDATION_RATIO;
@@ -29,6 +31,8 @@ pub struct Scenario {
     pub initial_shear: InitialShear,
     #[serde(default, skip_serializing_if = "is_default")]
     pub prestress: Prestress,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub disorder: Disorder,
     pub initial_velocity: InitialVelocity,
     pub time: Time,
     #[serde(default, skip_serializing_if = "is_default")]
@@ -239,6 +243,38 @@ pub struct Prestress {
     pub profile: Vec<f64>,
 }
 
+/// `[disorder]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Disorder {
+    pub distribution: Distribution,
+    pub weibull_modulus: f64,
+    pub asperity_share: f64,
+    pub correlation_length_m: f64,
+    pub stiffness_spread: f64,
+    pub load_spread: f64,
+    pub stiffness_offsets: Vec<f64>,
+    pub load_offsets: Vec<f64>,
+    pub blocks_csv: String,
+}
+
+impl Default for Disorder {
+    fn default() -> Disorder {
+        Disorder {
+            distribution: Distribution::Uniform,
+            weibull_modulus: 2.0,
+            asperity_share: 0.5,
+            correlation_length_m: 0.0,
+            stiffness_spread: 0.0,
+            load_spread: 0.0,
+            stiffness_offsets: Vec::new(),
+            load_offsets: Vec::new(),
+            blocks_csv: String::new(),
+        }
+    }
+}
+
 /// `[initial_velocity]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -387,6 +423,7 @@ impl Scenario {
         // The values read from the file are hashed instead of its path.
         anonymous.initial_shear.profile_csv.clear();
         anonymous.prestress.profile_csv.clear();
+        anonymous.disorder.blocks_csv.clear();
         // These laws determine the rule; older programs did not always resolve it that way.
         if !anonymous.friction.law.uses("friction.reattach") {
             anonymous.friction.reattach = Reattach::OneWay;

@@ -3,7 +3,8 @@
 use asperity_record::TimeGrid;
 
 use crate::choices::ParameterSet;
-use crate::derive::{ADVISED_SHARE, drawn_offsets};
+use crate::derive::ADVISED_SHARE;
+use crate::disorder::Quantity;
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key};
 use crate::law_keys;
 use crate::scenario::Scenario;
@@ -50,9 +51,8 @@ impl Scenario {
                 out.push_str(&self.comment_on_step());
             }
         }
-        for (index, (key, drawn)) in
-            DRAWN_KEYS.iter().zip(drawn_offsets(self)).filter(|(_, drawn)| !drawn.is_empty()).enumerate()
-        {
+        let drawn = DRAWN_KEYS.iter().zip(Quantity::ALL).map(|(key, quantity)| (key, quantity.drawn(self)));
+        for (index, (key, drawn)) in drawn.filter(|(_, drawn)| !drawn.is_empty()).enumerate() {
             let (section, name) = key.path.rsplit_once('.').expect("drawn keys stand in a table");
             if index == 0 {
                 out.push_str(&format!("\n[{section}]\n"));

@@ -2,6 +2,7 @@
 
 use crate::choices::{DriveKind, Energies};
 use crate::derive::ADVISED_SHARE;
+use crate::disorder::Quantity;
 use crate::implausible;
 use crate::initial;
 use crate::keys::{KEYS, Value};
@@ -76,13 +77,13 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
 /// Warns of a key that only older versions of the program obeyed, and of a seed without random draws.
 fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let friction = &scenario.friction;
-    let draws = friction.static_spread != 0.0 || friction.dynamic_spread != 0.0;
+    let draws = Quantity::ALL.iter().any(|quantity| quantity.spread(scenario) != 0.0);
     let key = KEYS.iter().find(|key| key.path == "friction.spread_seed").expect("the key is in the table");
     let is_default = key.default_in(true) == Some(Value::Count(friction.spread_seed.into()));
     if !is_default && !draws {
         return Some(format!(
-            "friction.spread_seed = {} has no effect: friction.static_spread and friction.dynamic_spread are 0, so \
-             runs with other seeds are identical",
+            "friction.spread_seed = {} has no effect: nothing is drawn (friction.static_spread, friction.dynamic_spread, \
+             disorder.stiffness_spread and disorder.load_spread are 0), so runs with other seeds are identical",
             friction.spread_seed
         ));
     }
@@ -436,7 +437,8 @@ mod tests {
         assert_eq!(warnings(&["recording.energies=every-record"]), Vec::<String>::new());
         assert_eq!(
             only(&["friction.spread_seed=7"]),
-            "friction.spread_seed = 7 has no effect: friction.static_spread and friction.dynamic_spread are 0, so runs \
+            "friction.spread_seed = 7 has no effect: nothing is drawn (friction.static_spread, friction.dynamic_spread, \
+             disorder.stiffness_spread and disorder.load_spread are 0), so runs \
              with other seeds are identical"
         );
         for spread in ["friction.static_spread=0.1", "friction.dynamic_spread=0.1"] {

@@ -73,7 +73,8 @@ pub(crate) fn of_plan(plan: &Plan) -> Detectors {
     let contacts = plan.elastic.layout();
     let radiation = plan.friction.law.radiation_kg_per_s() > 0.0;
     let parts = Parts { area: contacts.is_area(), radiation, ..Parts::default() };
-    Settings::default().for_run(contacts, plan.grid, Some(plan.scales), parts)
+    let detectors = Settings::default().for_run(contacts, plan.grid, Some(plan.scales), parts);
+    detectors.with_spring_factors(plan.spring_factors())
 }
 
 /// The scales that link detachments and enter moments and energies of ruptures: from the header, or
@@ -83,10 +84,14 @@ fn scales(header: &RunHeader, scenario_toml: &str) -> Option<Scales> {
     if header.scales.is_some_and(|scales| scales.modulus_n_per_m.is_some()) {
         return header.scales;
     }
+    scenario(header, scenario_toml).map(|scenario| scenario.scales()).or(header.scales)
+}
+
+/// The scenario of a log, if it is there and is that of its header.
+fn scenario(header: &RunHeader, scenario_toml: &str) -> Option<Scenario> {
     let source = ScenarioSource::logged("scenario.toml", scenario_toml);
     let scenario = Scenario::resolve(&source).ok().filter(|_| !scenario_toml.is_empty());
-    let scenario = scenario.filter(|scenario| scenario.slider.contacts() == header.blocks);
-    scenario.map(|scenario| scenario.scales()).or(header.scales)
+    scenario.filter(|scenario| scenario.slider.contacts() == header.blocks)
 }
 
 /// A topic that a detector must not use.
@@ -251,7 +256,13 @@ impl Settings {
     /// neither contains are left out: ruptures cannot be found in a log of a version before 4 that
     /// has lost its scenario.
     pub fn start(&self, header: &RunHeader, scenario_toml: &str) -> Detectors {
-        self.for_run(header.contacts(), header.time_grid(), scales(header, scenario_toml), header.parts())
+        let scales = scales(header, scenario_toml);
+        let detectors = self.for_run(header.contacts(), header.time_grid(), scales, header.parts());
+        let scenario = scenario(header, scenario_toml).filter(Scenario::has_spring_factors);
+        match scenario {
+            Some(scenario) => detectors.with_spring_factors(Plan::new(&scenario).spring_factors()),
+            None => detectors,
+        }
     }
 
     fn for_run(

@@ -203,7 +203,7 @@ fn spectrum(map: &Propagator) -> Vec<Point> {
     const ALONG: u32 = 64;
     let (dt, m) = (map.step_s, map.block_mass_kg);
     let chain = &map.chain;
-    let held = map.interfacial_stiffness_n_per_m + map.stiffest_drive_n_per_m;
+    let held = map.stiffest_spring_n_per_m + map.stiffest_drive_n_per_m;
     let mut points = Vec::new();
     let shares = [0.0, 0.25, 0.5, 0.75, 1.0];
     // Without radiation its five shares are the same.

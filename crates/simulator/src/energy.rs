@@ -387,7 +387,7 @@ impl Accounts {
             v: &state.velocity_m_per_s,
             u_stick: &state.stick_position_m,
             slip: &state.slip,
-            kt: if state.junctions.is_some() { 0.0 } else { plan.friction.interfacial_stiffness_n_per_m },
+            kt: if state.junctions.is_some() { &self.zeros } else { &plan.friction.springs_n_per_m },
         });
         let point_m = plan.drive_point_m(state.step, state.hold_step);
         let springs = plan.drive.springs.iter();
@@ -406,7 +406,6 @@ impl Accounts {
     }
 
     fn set_map(&mut self, plan: &Plan, state: &SliderState, from_step: u64) {
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
         let one_way = plan.friction.law.affine().is_some_and(|form| form.forward_only);
         let map = &mut self.map;
         map.from_step = from_step;
@@ -421,7 +420,8 @@ impl Accounts {
             &mut map.spring,
             &state.velocity_m_per_s,
             &state.slip,
-            &[kt, f64::from(u8::from(one_way))],
+            &plan.friction.springs_n_per_m,
+            one_way,
         );
     }
 
@@ -556,7 +556,7 @@ fn hold_stuck(sigma: &[f64], [u, v]: [&mut Vec<f64>; 2]) {
 fn orders(plan: &Plan) -> usize {
     let (elastic, dt, mass): (&Elastic, _, _) = (&plan.elastic, plan.grid.step_s(), plan.block_mass_kg);
     let stiffest = elastic.spectral_bound_n_per_m()
-        + plan.friction.interfacial_stiffness_n_per_m
+        + plan.friction.stiffest_spring_n_per_m()
         + plan.drive.stiffest_n_per_m();
     let square = dt * dt * stiffest / mass;
     let damped = square

@@ -247,8 +247,7 @@ impl<'a> Exact<'a> {
                 } else if plan.friction.law.holds() {
                     -tau[axis]
                 } else {
-                    (u[axis] - self.start.stick_position_m[place].into())
-                        * -plan.friction.interfacial_stiffness_n_per_m
+                    (u[axis] - self.start.stick_position_m[place].into()) * -plan.friction.springs_n_per_m[n]
                 };
                 self.force_n[*freedom] = self.force_n[*freedom] + friction;
             }

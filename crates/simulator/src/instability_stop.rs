@@ -43,11 +43,11 @@ pub(crate) struct InstabilityStop {
 impl InstabilityStop {
     /// For runs of a plan, with the initial energy `initial_j`.
     pub(crate) fn of(plan: &Plan, initial_j: f64) -> InstabilityStop {
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
         let drive = plan.drive.stiffness_n_per_m(plan.elastic.nodes());
         let thresholds = plan.friction.static_threshold_n.iter().zip(drive).enumerate();
         let parts_j = thresholds.map(|(n, (threshold_n, drive_n_per_m))| {
-            let held_by_n_per_m = plan.elastic.diagonal_n_per_m(n) + kt + drive_n_per_m;
+            let held_by_n_per_m =
+                plan.elastic.diagonal_n_per_m(n) + plan.friction.springs_n_per_m[n] + drive_n_per_m;
             0.5 * threshold_n * threshold_n / held_by_n_per_m
         });
         InstabilityStop { step_share: plan.step_share(), initial_j, threshold_j: parts_j.sum() }

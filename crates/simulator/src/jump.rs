@@ -76,7 +76,7 @@ impl Forced {
         contact: usize,
         into: f64,
     ) -> ([f64; D], [f64; D]) {
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let kt = plan.friction.springs_n_per_m[contact];
         let (mut force, mut rate) = ([0.0; D], [0.0; D]);
         for axis in 0..D {
             let (freedom, place) = (axis * self.nodes + contact, axis * plan.blocks + contact);

@@ -54,7 +54,7 @@ impl Pencil {
         let Propagator { step_s: dt, block_mass_kg: m, chain, drive_n_per_m: drive, .. } = map;
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
         let elastic = map.elastic();
-        let held = |n: usize| map.interfacial_stiffness_n_per_m + drive[n];
+        let held = |n: usize| map.springs_n_per_m[n] + drive[n];
         Pencil {
             stiffness: (0..map.blocks())
                 .map(|n| by_stiffness * (held(n) + elastic.diagonal_n_per_m(n)))
@@ -272,7 +272,7 @@ impl StoredModes {
         let count = values.len();
         let dt = map.step_s;
         let unit_s = (map.block_mass_kg
-            / (map.elastic().spectral_bound_n_per_m() + map.interfacial_stiffness_n_per_m))
+            / (map.elastic().spectral_bound_n_per_m() + map.stiffest_spring_n_per_m))
             .sqrt();
         let mut modes = StoredModes {
             simd,
@@ -285,7 +285,7 @@ impl StoredModes {
             from_im: Vec::with_capacity(pairs * 2 * blocks),
             force_n: Vec::with_capacity(count * blocks),
             spread: ((map.elastic().spectral_bound_n_per_m() + map.stiffest_drive_n_per_m)
-                / map.interfacial_stiffness_n_per_m
+                / map.springs_n_per_m.iter().copied().fold(f64::INFINITY, f64::min)
                 + 1.0)
                 .sqrt(),
             powers: Powers::of(&values),

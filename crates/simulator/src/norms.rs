@@ -71,7 +71,7 @@ impl Norms {
     /// and a row of a second difference has length `sqrt(6)`.
     pub(crate) fn of(plan: &Plan) -> Norms {
         let (elastic, dt) = (&plan.elastic, plan.grid.step_s());
-        let (kt, drive) = (plan.friction.interfacial_stiffness_n_per_m, plan.drive.stiffest_n_per_m());
+        let (kt, drive) = (plan.friction.stiffest_spring_n_per_m(), plan.drive.stiffest_n_per_m());
         let all = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>();
         let radiation = plan.friction.law.radiation_kg_per_s();
         let stiffest = elastic.stiffest_n_per_m(kt, drive);

@@ -165,14 +165,15 @@ mod tests {
         let plan = plan(&[]);
         let map = Propagator::of(&plan, plan.elastic.as_chain().unwrap());
         let bits = map.bits();
-        // The number of nodes, the scalars, and a drive spring for each of 10 blocks.
-        assert_eq!(bits.len(), 1 + 7 + 10);
+        // The number of nodes, the scalars, and two springs for each of 10 blocks.
+        assert_eq!(bits.len(), 1 + 7 + 2 * 10);
         let up = |number: &mut f64| *number = number.next_up();
-        let changes: [&dyn Fn(&mut Propagator); 6] = [
+        let changes: [&dyn Fn(&mut Propagator); 7] = [
             &|map| up(&mut map.step_s),
             &|map| up(&mut map.block_mass_kg),
             &|map| up(&mut map.radiation_kg_per_s),
-            &|map| up(&mut map.interfacial_stiffness_n_per_m),
+            &|map| up(&mut map.springs_n_per_m[9]),
+            &|map| up(&mut map.stiffest_spring_n_per_m),
             &|map| up(&mut map.drive_n_per_m[9]),
             &|map| up(&mut map.stiffest_drive_n_per_m),
         ];

@@ -15,8 +15,10 @@ pub(crate) struct Propagator {
     pub(crate) chain: Chain,
     /// `E` of a sliding block.
     pub(crate) radiation_kg_per_s: f64,
-    /// Stiffness of the friction spring of a stuck block.
-    pub(crate) interfacial_stiffness_n_per_m: f64,
+    /// `k_t` of every block.
+    pub(crate) springs_n_per_m: Vec<f64>,
+    /// The largest of them.
+    pub(crate) stiffest_spring_n_per_m: f64,
     /// `K_n` of every block.
     pub(crate) drive_n_per_m: Vec<f64>,
     /// The largest stiffness of a driving spring.
@@ -30,7 +32,8 @@ impl Propagator {
             block_mass_kg: plan.block_mass_kg,
             chain: *chain,
             radiation_kg_per_s: plan.friction.law.radiation_kg_per_s(),
-            interfacial_stiffness_n_per_m: plan.friction.interfacial_stiffness_n_per_m,
+            springs_n_per_m: plan.friction.springs_n_per_m.clone(),
+            stiffest_spring_n_per_m: plan.friction.stiffest_spring_n_per_m(),
             drive_n_per_m: plan.drive.stiffness_n_per_m(plan.blocks),
             stiffest_drive_n_per_m: plan.drive.stiffest_n_per_m(),
         }
@@ -52,7 +55,8 @@ impl Propagator {
             block_mass_kg,
             chain,
             radiation_kg_per_s,
-            interfacial_stiffness_n_per_m,
+            springs_n_per_m,
+            stiffest_spring_n_per_m,
             drive_n_per_m,
             stiffest_drive_n_per_m,
         } = self;
@@ -63,10 +67,11 @@ impl Propagator {
             stiffness_n_per_m,
             damping_kg_per_s,
             radiation_kg_per_s,
-            interfacial_stiffness_n_per_m,
+            stiffest_spring_n_per_m,
             stiffest_drive_n_per_m,
         ];
-        let numbers = numbers.into_iter().chain(drive_n_per_m).map(|number| number.to_bits());
+        let numbers =
+            numbers.into_iter().chain(springs_n_per_m).chain(drive_n_per_m).map(|number| number.to_bits());
         std::iter::once(*nodes as u64).chain(numbers).collect()
     }
 }

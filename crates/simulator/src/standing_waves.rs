@@ -149,7 +149,7 @@ impl StandingWaves {
     pub(crate) fn of(plan: &Plan, chain: &Chain, simd: Simd) -> Option<StandingWaves> {
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
-        let (side_n_per_m, top_n_per_m) = driving(plan)?;
+        let (side_n_per_m, top_n_per_m) = driving(plan).filter(|_| plan.friction.has_even_springs())?;
         let constants = Constants {
             s: dt * dt / m * (plan.friction.interfacial_stiffness_n_per_m + top_n_per_m),
             kappa: dt * dt / m * chain.stiffness_n_per_m,

@@ -239,7 +239,7 @@ fn tangential_force_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
 
 /// Energy of the friction spring of contact `n`.
 fn held_j(plan: &Plan, state: &SliderState, n: usize) -> f64 {
-    let kt = plan.friction.interfacial_stiffness_n_per_m;
+    let kt = plan.friction.springs_n_per_m[n];
     let part_j = |(place, freedom): (usize, usize)| {
         let stretch_m = state.displacement_m[freedom] - state.stick_position_m[place];
         0.5 * kt * stretch_m * stretch_m
@@ -264,7 +264,7 @@ fn re_attach<B: Body>(plan: &Plan, state: &mut SliderState, body: &B, n: usize) 
             state.displacement_m[freedom] = body.former_displacement_m(freedom);
             state.stick_position_m[place] = state.displacement_m[freedom];
         } else {
-            let stretch_m = state.tangential_force_n[place] / plan.friction.interfacial_stiffness_n_per_m;
+            let stretch_m = state.tangential_force_n[place] / plan.friction.springs_n_per_m[n];
             state.stick_position_m[place] = state.displacement_m[freedom] - stretch_m;
         }
     }

@@ -250,6 +250,38 @@ fn more_random_scenarios_give_the_same_switches() {
     compare_random(20..160);
 }
 
+/// Springs, loads and coefficients of their own at each block, of every distribution.
+#[test]
+fn disordered_chains_give_the_same_switches() {
+    let (mut jumps, mut windows, mut switches) = (0, 0, 0);
+    for seed in 200..216 {
+        let mut noise = Random::new(seed);
+        let mut set = random_scenario(seed);
+        set.extend([
+            format!(
+                "disorder.distribution={}",
+                noise.pick(&["uniform", "lognormal", "weibull", "two-valued"])
+            ),
+            "disorder.weibull_modulus=4".to_owned(),
+            format!("disorder.correlation_length_m={}", noise.pick(&[0.0, 0.02])),
+            format!("disorder.stiffness_spread={}", noise.uniform(0.05, 0.2)),
+            format!("disorder.load_spread={}", noise.uniform(0.05, 0.2)),
+            "friction.static_spread=0.005".to_owned(),
+            format!("friction.spread_seed={seed}"),
+        ]);
+        let plan = plan("default", &set);
+        assert!(!plan.friction.has_even_springs());
+        if error(SolverKind::Fast.start(plan.clone())).is_some() {
+            continue;
+        }
+        let compared = compare(&format!("seed {seed} {set:?}"), &plan, EXTREME_TOLERANCE);
+        jumps += compared.counters.jump_steps;
+        windows += compared.counters.window_steps;
+        switches += compared.switches;
+    }
+    assert!(jumps > 100_000 && windows > 100_000 && switches > 1_600, "{jumps} {windows} {switches}");
+}
+
 /// Compares a range of random scenarios.
 fn compare_random(seeds: std::ops::Range<u64>) {
     let count = seeds.end - seeds.start;

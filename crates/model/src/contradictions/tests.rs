@@ -68,6 +68,25 @@ const CASES: &[(&str, &str)] = &[
         "normal_load.schedule_n: [400.0, 0.0] is not accepted",
     ),
     ("friction.dynamic_spread = 0.3", "friction.dynamic_spread: block"),
+    ("disorder.load_offsets = [0.1]", "disorder.load_offsets: 1 number for 100 blocks"),
+    ("disorder.load_spread = 1.5", "disorder.load_spread: block"),
+    (
+        "slider.blocks = 2\ndisorder.stiffness_offsets = [0, -1]",
+        "disorder.stiffness_offsets: block 2 gets 0 times k_t (accepted: k_t above 0 for every block)",
+    ),
+    (
+        "slider.blocks = 11\nslider.rows = 3\ndisorder.load_spread = 0.1",
+        "disorder.load_spread: the contacts of a slab have no p of their own (accepted: none, or a chain or a sheet)",
+    ),
+    (
+        "slider.blocks = 11\nslider.rows = 3\ndisorder.stiffness_spread = 0.1",
+        "disorder.stiffness_spread: the contacts of a slab have no k_t of their own (accepted: none, or a chain)",
+    ),
+    (
+        "friction.dynamic_coefficient = 0\nfriction.dynamic_spread = 0.1\ndisorder.distribution = \"lognormal\"",
+        "friction.dynamic_spread: lognormal values are above 0, and so is their mean",
+    ),
+    ("disorder.blocks_csv = \"no such file\"", "disorder.blocks_csv: no such file: "),
     (
         "friction.law = \"junctions\"\nslider.blocks = 200\nfriction.junction_count = 10000",
         "friction.junction_count: 10000 of each of 200 contacts are 2000000 junctions (accepted: at most 1000000",

@@ -18,6 +18,8 @@ pub struct InterfacialSprings {
 impl ContactLaw for InterfacialSprings {
     const KEYS: &'static [&'static str] = &[
         "friction.interfacial_stiffness_ratio",
+        "disorder.stiffness_spread",
+        "disorder.stiffness_offsets",
         "friction.reattach",
         "friction.ageing_coefficient",
         "friction.ageing_time_s",

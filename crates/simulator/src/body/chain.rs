@@ -168,7 +168,7 @@ impl Body for ChainBody {
             memory: &state.memory,
             dt,
             dt_over_m: dt / plan.block_mass_kg,
-            kt: plan.friction.interfacial_stiffness_n_per_m,
+            kt: &plan.friction.springs_n_per_m,
         };
         let new = (&mut self.former_displacement_m[..], &mut self.former_velocity_m_per_s[..]);
         let may_switch = self.law.step(self.simd, new, &mut state.tangential_force_n, &old);
@@ -224,7 +224,7 @@ impl Body for ChainBody {
             slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
             sliding_friction: &self.strength.sliding_friction_n,
             memory: &state.memory,
-            kt: plan.friction.interfacial_stiffness_n_per_m,
+            kt: &plan.friction.springs_n_per_m,
             dt: plan.grid.step_s(),
             mass: plan.block_mass_kg,
         };

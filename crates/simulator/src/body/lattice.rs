@@ -437,6 +437,7 @@ mod tests {
         plan.prestress_n = Vec::new();
         let friction = &mut plan.friction;
         friction.interfacial_stiffness_n_per_m = 1e6;
+        friction.springs_n_per_m = vec![1e6; contacts];
         friction.static_coefficients = vec![0.4; contacts];
         friction.dynamic_coefficients = vec![0.2; contacts];
         friction.static_threshold_n = vec![8.0; contacts];

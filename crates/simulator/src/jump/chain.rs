@@ -123,7 +123,7 @@ impl Jump {
             norms: Norms::of(plan),
             cadence: (0, basis.growth(0)),
             basis,
-            spring: vec![plan.friction.interfacial_stiffness_n_per_m; blocks],
+            spring: plan.friction.springs_n_per_m.clone(),
             loading: [false, true].map(|moves| SteadyLoading::of(plan, &stiffness, moves)),
             forced: Forced::of_nodes(blocks, 1),
             stiffness,

@@ -50,7 +50,7 @@ pub(crate) struct Moved<'a> {
     pub(crate) sliding_friction: &'a [f64],
     /// Of all contacts.
     pub(crate) memory: &'a [f64],
-    pub(crate) kt: f64,
+    pub(crate) kt: &'a [f64],
     pub(crate) dt: f64,
     pub(crate) mass: f64,
 }
@@ -116,7 +116,7 @@ fn step_work<L: ContactLaw>(moved: &Moved<'_>, law: &L) -> StepWork {
         });
         select_unpredictable(slip != 0.0, friction * v_new, 0.0)
     };
-    let scheme = |v: f64, v_new: f64, slip: f64, bent: f64| {
+    let scheme = |v: f64, v_new: f64, slip: f64, kt: f64, bent: f64| {
         let held = select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * v_new * v_new);
         let d = v_new - v;
         dt * dt * (bent + held) - 0.5 * mass * d * d
@@ -125,18 +125,18 @@ fn step_work<L: ContactLaw>(moved: &Moved<'_>, law: &L) -> StepWork {
     let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
     let [friction_w, dampers_w, scheme_j] = sums!(
         last,
-        (v, v_next, v_new, v_new_next, tau, slip, sliding_friction),
+        (v, v_next, v_new, v_new_next, tau, slip, sliding_friction, kt),
         |n of from| [
             rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n], from + n),
             chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
-            scheme(v[n], v_new[n], slip[n], chain.bond_energy(v_new_next[n] - v_new[n]))
+            scheme(v[n], v_new[n], slip[n], kt[n], chain.bond_energy(v_new_next[n] - v_new[n]))
         ]
     );
     StepWork {
         friction_w: friction_w
             + rubbing(v[last], v_new[last], tau[last], slip[last], sliding_friction[last], last),
         dampers_w,
-        scheme_j: scheme_j + scheme(v[last], v_new[last], slip[last], 0.0),
+        scheme_j: scheme_j + scheme(v[last], v_new[last], slip[last], kt[last], 0.0),
     }
 }
 
@@ -147,7 +147,7 @@ pub(crate) struct Stored<'a> {
     pub(crate) v: &'a [f64],
     pub(crate) u_stick: &'a [f64],
     pub(crate) slip: &'a [f64],
-    pub(crate) kt: f64,
+    pub(crate) kt: &'a [f64],
 }
 
 /// Energies of a state, without the drive's.
@@ -163,18 +163,18 @@ pub(crate) struct StoredEnergy {
 fn stored(state: &Stored<'_>) -> StoredEnergy {
     let chain = state.chain;
     let &Stored { u, v, u_stick, slip, kt, .. } = state;
-    let held = |u: f64, u_stick: f64, slip: f64| {
+    let held = |u: f64, u_stick: f64, slip: f64, kt: f64| {
         select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * (u - u_stick) * (u - u_stick))
     };
     let last = u.len() - 1;
     let u_next = &u[1..];
-    let [square, elastic_j] = sums!(last, (u, u_next, v, u_stick, slip), |n of from| [
+    let [square, elastic_j] = sums!(last, (u, u_next, v, u_stick, slip, kt), |n of from| [
         v[n] * v[n],
-        held(u[n], u_stick[n], slip[n]) + chain.bond_energy(u_next[n] - u[n])
+        held(u[n], u_stick[n], slip[n], kt[n]) + chain.bond_energy(u_next[n] - u[n])
     ]);
     StoredEnergy {
         square: square + v[last] * v[last],
-        elastic_j: elastic_j + held(u[last], u_stick[last], slip[last]),
+        elastic_j: elastic_j + held(u[last], u_stick[last], slip[last], kt[last]),
     }
 }
 

@@ -40,10 +40,11 @@ pub(crate) struct Blocks<'a> {
     pub(crate) sliding_friction: &'a [f64],
     /// Of all contacts; empty by a law without.
     pub(crate) memory: &'a [f64],
-    /// `dt`, `dt / m` and `k_t`.
+    /// `k_t`.
+    pub(crate) kt: &'a [f64],
+    /// `dt` and `dt / m`.
     pub(crate) dt: f64,
     pub(crate) dt_over_m: f64,
-    pub(crate) kt: f64,
 }
 
 #[inline(always)]
@@ -54,13 +55,13 @@ fn step<L: ContactLaw>(
     old: &Blocks<'_>,
     law: &L,
 ) -> bool {
-    let &Blocks { chain, is_pulled_inside, dt, dt_over_m, kt, .. } = old;
+    let &Blocks { chain, is_pulled_inside, dt, dt_over_m, .. } = old;
     let blocks = u_new.len();
     let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
-    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, outer_force, memory, .. } = *old;
+    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, outer_force, memory, kt, .. } = *old;
     let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
     let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
-    let outer_force = &outer_force[..blocks];
+    let (outer_force, kt) = (&outer_force[..blocks], &kt[..blocks]);
     chain.pull(tau, u, v);
     if is_pulled_inside {
         for (tau, force) in tau.iter_mut().zip(outer_force) {
@@ -86,7 +87,7 @@ fn step<L: ContactLaw>(
             // The net force on a stuck contact is zero.
             select_unpredictable(slides, tau[n] - drag, 0.0)
         } else {
-            tau[n] - select_unpredictable(slides, drag, kt * (u[n] - u_stick[n]))
+            tau[n] - select_unpredictable(slides, drag, kt[n] * (u[n] - u_stick[n]))
         };
 
         let new_v = v[n] + force * dt_over_m;
@@ -204,7 +205,7 @@ mod tests {
                         memory: &[],
                         dt: 0.01,
                         dt_over_m: 0.013,
-                        kt: 2.1,
+                        kt: &vec![2.1; blocks],
                     };
                     any.push(law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old));
                     std::mem::swap(&mut u, &mut u_new);
@@ -250,7 +251,7 @@ mod tests {
                     memory: &[],
                     dt: 1.0,
                     dt_over_m: 1.0,
-                    kt: 0.0,
+                    kt: &[0.0; BLOCKS],
                 };
                 for simd in Simd::available() {
                     let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);

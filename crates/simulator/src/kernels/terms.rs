@@ -12,9 +12,9 @@ use crate::kernels::simd::{Simd, dispatch};
 impl Simd {
     dispatch! {
         /// Sets the direction of each sliding block and the friction spring of each stuck one, from
-        /// `k_t` and whether sliding is one-way. Returns whether every sliding block has a direction
+        /// its `k_t` and whether sliding is one-way. Returns whether every sliding block has a direction
         /// that it may keep.
-        sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f64; 2]) -> bool
+        sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], kt: &[f64], one_way: bool) -> bool
     }
 
     dispatch! {
@@ -109,17 +109,17 @@ impl Simd {
 }
 
 #[inline(always)]
-fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f64; 2]) -> bool {
+fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], kt: &[f64], one_way: bool) -> bool {
     let blocks = sigma.len();
-    let (spring, v, slip) = (&mut spring[..blocks], &v[..blocks], &slip[..blocks]);
-    let &[kt, one_way] = law;
+    let (spring, v) = (&mut spring[..blocks], &v[..blocks]);
+    let (slip, kt) = (&slip[..blocks], &kt[..blocks]);
     let mut undirected = 0u64;
     for n in 0..blocks {
         let slides = slip[n] != 0.0;
         let direction = sign(v[n]);
         sigma[n] = if slides { direction } else { 0.0 };
-        spring[n] = if slides { 0.0 } else { kt };
-        let directed = if one_way != 0.0 { direction > 0.0 } else { direction != 0.0 };
+        spring[n] = if slides { 0.0 } else { kt[n] };
+        let directed = if one_way { direction > 0.0 } else { direction != 0.0 };
         undirected |= u64::from(slides & !directed);
     }
     undirected == 0

@@ -123,7 +123,6 @@ impl Expansion {
     pub(super) fn start(&mut self, plan: &Plan, state: &SliderState) -> bool {
         let blocks = self.blocks;
         let friction = &plan.friction;
-        let kt = friction.interfacial_stiffness_n_per_m;
         let rigid = friction.law.holds();
         let one_way = friction.law.affine().is_some_and(|form| form.forward_only);
         let dt = plan.grid.step_s();
@@ -138,7 +137,8 @@ impl Expansion {
             &mut self.spring,
             v,
             &state.slip,
-            &[kt, f64::from(u8::from(one_way))],
+            &friction.springs_n_per_m,
+            one_way,
         );
         if !directed {
             return false;

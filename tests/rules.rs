@@ -19,8 +19,8 @@ const STATED: [&str; 5] = [
 
 const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
 
-/// Twenty runs over all laws, drives, courses of the load and starts.
-const CASES: [(&str, &[&str]); 20] = [
+/// Twenty-one runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 21] = [
     ("stated", &[]),
     ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
     ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
@@ -29,6 +29,13 @@ const CASES: [(&str, &[&str]); 20] = [
         &["initial_shear.poisson_ratio=0.3", "normal_load.tilt=0.3", "prestress.ratio=0.05"],
     ),
     ("scatter", &["friction.static_spread=0.1", "friction.dynamic_spread=0.05", "friction.spread_seed=7"]),
+    (
+        "course",
+        &[
+            "drive.course_s=[0.01,0.01,0.02,0.024,0.024,0.03]",
+            "drive.course_m_per_s=[0.06,0.03,0.12,0.12,0,0.1]",
+        ],
+    ),
     (
         "correlated",
         &[

@@ -169,11 +169,25 @@ class Slider:
         else:
             self.stiffness = tilted(whole, drive["tilt"], count)
         self.velocity = drive["velocity_m_per_s"]
+        steps = [self.whole_steps(t) for t in drive["course_s"]]
+        self.course = list(zip(steps, drive["course_m_per_s"]))
         self.hold = self.whole_steps(drive["hold_from_s"]) or NEVER
         self.until = drive["until_load_ratio"]
 
     def point(self, step):
-        return self.velocity * self.time(min(step, self.hold))
+        step = min(step, self.hold)
+        if not self.course:
+            return self.velocity * self.time(step)
+        moved, since, velocity = 0.0, 0, self.velocity
+        for knot, next_velocity in self.course:
+            if knot > step:
+                share = (step - since) / (knot - since)
+                next_velocity, knot = velocity + (next_velocity - velocity) * share, step
+            moved += (velocity + next_velocity) / 2.0 * (knot - since)
+            since, velocity = knot, next_velocity
+            if since == step:
+                break
+        return (moved + velocity * (step - since)) * self.dt
 
     def pull_of_drive(self, point, u):
         return self.stiffness * (self.direction * point - u)

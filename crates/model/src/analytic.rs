@@ -58,7 +58,8 @@ impl LengthLaw {
     /// where the prestress exceeds friction, a front needs no drive and never stops.
     pub fn is_for(scenario: &Scenario) -> bool {
         let drive = &scenario.drive;
-        let is_driven = drive.velocity_m_per_s > 0.0 && drive.stiffness_n_per_m > 0.0;
+        let is_driven =
+            drive.velocity_m_per_s > 0.0 && drive.course_s.is_empty() && drive.stiffness_n_per_m > 0.0;
         if drive.kind == DriveKind::LeftRight || !LengthLaw::are_known(scenario) || !is_driven {
             return false;
         }
@@ -292,7 +293,9 @@ impl LoadCurve {
             && prestress.from_blocks.is_empty()
             && prestress.profile.is_empty();
         let mu_d = friction.dynamic_coefficient - prestress.ratio;
-        let drives = scenario.drive.kind == DriveKind::Side && scenario.drive.velocity_m_per_s > 0.0;
+        let drives = scenario.drive.kind == DriveKind::Side
+            && scenario.drive.velocity_m_per_s > 0.0
+            && scenario.drive.course_s.is_empty();
         let is_chain = scenario.elastic().has_theory();
         if !(is_chain && is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
             return None;

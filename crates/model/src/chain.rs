@@ -25,13 +25,13 @@ pub struct SteadyLoading {
 }
 
 impl SteadyLoading {
-    /// The steady motion for a drive point that moves at the plan's velocity, or for one at rest.
-    pub fn of(plan: &Plan, stiffness: &Stiffness, moves: bool) -> SteadyLoading {
+    /// The steady motion for a drive point that moves by `point_m` in each step.
+    pub fn of(plan: &Plan, stiffness: &Stiffness, point_m: f64) -> SteadyLoading {
         let dt = plan.grid.step_s();
         let mut advance_m = vec![0.0; plan.blocks];
-        if moves {
+        if point_m != 0.0 {
             for spring in &plan.drive.springs {
-                advance_m[spring.block] = spring.force_n(plan.drive.velocity_m_per_s * dt, 0.0);
+                advance_m[spring.block] = spring.force_n(point_m, 0.0);
             }
             stiffness.solve(&mut advance_m);
         }

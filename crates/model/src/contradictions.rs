@@ -24,6 +24,7 @@ const RULES: &[Rule] = &[
     sliding_friction_is_not_above_the_threshold,
     initial_velocity_is_a_mode_of_the_chain,
     left_right_drives_need_the_two_way_rule,
+    drives_move_backwards_by_the_two_way_rule,
     only_top_drives_tilt_or_decay,
     top_drives_tilt_or_decay,
     left_right_drives_have_no_load_to_stop_at,
@@ -174,6 +175,18 @@ fn left_right_drives_need_the_two_way_rule(scenario: &Scenario, refusals: &mut R
             "drive.kind",
             "left-right pulls block 1 backwards, where the one-way rule would stop it in every step",
             "left-right with friction.reattach = \"two-way\"",
+        );
+    }
+}
+
+fn drives_move_backwards_by_the_two_way_rule(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let backwards = scenario.drive.course_m_per_s.iter().find(|velocity| **velocity < 0.0);
+    let one_way = scenario.friction.law.sticks() && !scenario.friction.is_two_way();
+    if let Some(velocity) = backwards.filter(|_| one_way) {
+        refusals.refuse(
+            "drive.course_m_per_s",
+            format!("{velocity} pulls backwards, where the one-way rule would stop a block in every step"),
+            "velocities from 0, or friction.reattach = \"two-way\"",
         );
     }
 }
@@ -411,11 +424,12 @@ fn loaded_starts_know_the_stuck_chain(scenario: &Scenario, refusals: &mut Refusa
     let known = sticks_by_springs(scenario)
         && scenario.contact_law().junctions().is_none()
         && scenario.drive.kind != DriveKind::LeftRight
+        && scenario.drive.course_s.is_empty()
         && scenario.normal_load.schedule_s.is_empty();
     if starts_just_before_a_slip(scenario) && !ramp_matters(scenario) && !known {
         refusals.refuse(
             "time.start",
-            "\"loaded\" needs interfacial springs, a constant load and a drive in one direction",
+            "\"loaded\" needs interfacial springs, a constant load and a drive of constant velocity in one direction",
             "\"at-rest\"",
         );
     }

@@ -116,7 +116,7 @@ impl Front {
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);
         let plain_friction = plan.friction.law.holds() && plan.friction.law.affine().is_some();
-        if !plain_friction || !even || plan.drive.velocity_m_per_s != 0.0 {
+        if !plain_friction || !even || plan.drive.velocity_m_per_s != 0.0 || plan.drive.course.is_some() {
             return None;
         }
         let impedance_kg_per_s = (k * plan.block_mass_kg).sqrt();

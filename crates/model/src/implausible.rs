@@ -79,7 +79,7 @@ pub(crate) fn no_slip(scenario: &Scenario, preview: &Preview) -> Option<String> 
         Some(_) => ("time.duration_s", scenario.time.duration_s),
         None if drive.hold_from_s > 0.0 => ("drive.hold_from_s", drive.hold_from_s),
         None if drive.until_load_ratio > 0.0 => ("drive.until_load_ratio", drive.until_load_ratio),
-        None if drive.velocity_m_per_s == 0.0 => ("drive.velocity_m_per_s", drive.velocity_m_per_s),
+        None if drive.fastest_m_per_s() == 0.0 => ("drive.velocity_m_per_s", drive.velocity_m_per_s),
         None => ("drive.stiffness_n_per_m", drive.stiffness_n_per_m),
     };
     let Meant { written, question } =

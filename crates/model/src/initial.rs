@@ -119,7 +119,7 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
     // Other bodies begin at rest.
     let Some(chain) = plan.elastic.as_chain() else { return };
     let stiffness = Stiffness::of(plan, chain);
-    let steady = SteadyLoading::of(plan, &stiffness, true);
+    let steady = SteadyLoading::of(plan, &stiffness, plan.advance_m(0, u64::MAX));
     let anchors = plan.initial.stick_position_m.clone();
     let mut position_m = vec![0.0; plan.blocks];
     // The first step starts from these positions.

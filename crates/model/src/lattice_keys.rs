@@ -89,6 +89,10 @@ pub(crate) fn of_a_lattice(scenario: &Scenario) -> Vec<Refusal> {
             or("\"side\" or \"top\""),
         );
     }
+    if !scenario.drive.course_s.is_empty() {
+        let problem = format!("the drive of a {what} has a constant velocity, until it stops");
+        refuse("drive.course_s", problem, or("none"));
+    }
     if slider.rows > 1
         && scenario.drive.kind == DriveKind::Side
         && drive_row(scenario) >= slider.rows as usize

@@ -278,6 +278,38 @@ impl Plan {
         }
     }
 
+    /// How far the drive point moves in each step that follows the next one, m, up to
+    /// [`Plan::steady_until_step`].
+    #[inline]
+    pub fn advance_m(&self, step: u64, hold_step: u64) -> f64 {
+        match &self.drive.course {
+            _ if hold_step <= step + 1 => 0.0,
+            None => self.drive.velocity_m_per_s * self.grid.step_s(),
+            Some(course) => course.value(step, u64::MAX) * self.grid.step_s(),
+        }
+    }
+
+    /// How far the drive point moves in the step that ends as `step`, m.
+    #[inline]
+    pub fn way_m(&self, step: u64, hold_step: u64) -> f64 {
+        match &self.drive.course {
+            _ if step > hold_step => 0.0,
+            None => self.drive.velocity_m_per_s * self.grid.step_s(),
+            Some(course) => {
+                // Of the mean velocity: knots are between steps.
+                let [value, rate] = [course.value(step - 1, u64::MAX), course.rate(step - 1, u64::MAX)];
+                (value + 0.5 * rate) * self.grid.step_s()
+            }
+        }
+    }
+
+    /// The last step up to which the drive point accelerates; none where its velocity is constant in the next step.
+    pub fn accelerates_until_step(&self, step: u64, hold_step: u64) -> Option<u64> {
+        let course = self.drive.course.as_ref()?;
+        let changes = step < hold_step && course.rate(step, u64::MAX) != 0.0;
+        changes.then(|| course.next_knot(step, u64::MAX).min(hold_step))
+    }
+
     /// The normal load of a step, over that of the start.
     #[inline]
     pub fn load_factor(&self, step: u64, hold_step: u64) -> f64 {
@@ -285,10 +317,15 @@ impl Plan {
     }
 
     /// The last step up to which drive point and load change at the rates of the two steps after `step`;
-    /// `u64::MAX` if they never change. For drives of constant velocity.
+    /// `u64::MAX` if they never change, and `step` itself while the drive point accelerates.
     pub fn steady_until_step(&self, step: u64, hold_step: u64) -> u64 {
         let stop = if hold_step > step + 1 { hold_step } else { u64::MAX };
-        stop.min(self.load_course.next_knot(step + 1, hold_step))
+        let steady = stop.min(self.load_course.next_knot(step + 1, hold_step));
+        match &self.drive.course {
+            Some(_) if self.accelerates_until_step(step, hold_step).is_some() => step,
+            Some(course) if step < hold_step => steady.min(course.next_knot(step, u64::MAX)),
+            _ => steady,
+        }
     }
 
     /// `k_t` of each contact over that without disorder; empty where all are alike.

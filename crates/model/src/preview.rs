@@ -170,20 +170,34 @@ impl Stretch {
     }
 }
 
+/// Pieces of what is left of a ramp of the drive's velocity.
+const CHORDS: u64 = 64;
+
 /// The stretches of a plan whose drive stops in a step, `u64::MAX` for never.
 fn stretches(plan: &Plan, hold_step: u64) -> Vec<Stretch> {
     let (mut all, mut step) = (Vec::new(), 0);
     loop {
         let stop = if hold_step > step { hold_step } else { u64::MAX };
-        let end = stop.min(plan.load_course.next_knot(step, hold_step));
+        let mut end = stop.min(plan.load_course.next_knot(step, hold_step));
+        if let Some(course) = &plan.drive.course {
+            end = end.min(course.next_knot(step, u64::MAX));
+            if let Some(until_step) = plan.accelerates_until_step(step, hold_step) {
+                // As on chords, which leave out a share of 1e-5 of the way.
+                end = end.min(step + ((until_step - step) / CHORDS).max(1));
+            }
+        }
         let is_last = end == u64::MAX;
         all.push(Stretch {
             from_step: step as f64,
             steps: if is_last { f64::INFINITY } else { (end - step) as f64 },
             point_m: plan.drive_point_m(step, hold_step),
-            point_m_per_step: match hold_step > step {
-                true => plan.drive.velocity_m_per_s * plan.grid.step_s(),
-                false => 0.0,
+            point_m_per_step: match plan.accelerates_until_step(step, hold_step) {
+                Some(_) => {
+                    let points_m = [step, end].map(|step| plan.drive_point_m(step, hold_step));
+                    (points_m[1] - points_m[0]) / (end - step) as f64
+                }
+                None if hold_step > step => plan.drive_velocity_m_per_s(step, hold_step) * plan.grid.step_s(),
+                None => 0.0,
             },
             factor: plan.load_factor(step, hold_step),
             factor_per_step: plan.load_course.rate(step, hold_step),

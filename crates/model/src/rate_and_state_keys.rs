@@ -18,17 +18,7 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     let drive = &scenario.drive;
     let mut refused: Vec<Refusal> = Vec::new();
     let mut refuse = |key, problem: String, accepted: &str| refused.push((key, problem, accepted.to_owned()));
-    let Some(law) = scenario.contact_law().rate_and_state() else {
-        if !drive.course_s.is_empty() || !drive.course_m_per_s.is_empty() {
-            let key = if drive.course_s.is_empty() { "drive.course_m_per_s" } else { "drive.course_s" };
-            let word = scenario.contact_law().word().word();
-            let why = format!(
-                "by friction.law = \"{word}\" solvers need a drive of constant velocity, until it stops"
-            );
-            refuse(key, why, &format!("none, or {THE_LAW}"));
-        }
-        return refused;
-    };
+    let Some(law) = scenario.contact_law().rate_and_state() else { return refused };
     let slider = &scenario.slider;
     if slider.is_lattice() {
         let key = if slider.is_over_area() { "slider.across" } else { "slider.rows" };
@@ -258,13 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn other_laws_refuse_a_course_of_the_drive_and_the_adaptive_solver() {
-        let course = "drive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, 0]";
-        assert_eq!(
-            errors(course),
-            "test.toml:1:18: drive.course_s: by friction.law = \"interfacial-springs\" solvers need a drive of \
-             constant velocity, until it stops (accepted: none, or friction.law = \"rate-and-state\")"
-        );
+    fn other_laws_refuse_the_adaptive_solver() {
         assert!(
             errors("time.tolerance = 1e-5")
                 .contains("has no meaning for friction.law = \"interfacial-springs\"")

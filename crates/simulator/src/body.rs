@@ -39,8 +39,8 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     fn pull_at(&mut self, freedom: usize, force_n: f64);
 
     /// Adds the work of the drive in this step; `along_n` is the pull of its springs in the direction it
-    /// moves.
-    fn add_drive(&mut self, _state: &mut SliderState, _along_n: f64) {}
+    /// moves, `way_m` its way.
+    fn add_drive(&mut self, _state: &mut SliderState, _along_n: f64, _way_m: f64) {}
 
     /// Computes forces, friction, new velocities and positions of all freedoms, with the tangential forces
     /// on contacts; returns whether any contact may switch.

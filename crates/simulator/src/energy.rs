@@ -107,9 +107,8 @@ pub(crate) struct Accounts {
     orders: usize,
     /// Cost of spans since [`Accounts::take_cost_steps`] was last called.
     cost_steps: u64,
-    /// How far the drive point moves in a step, and how its pull changes in half a step.
-    advance_m: f64,
-    halfway_n: f64,
+    /// The stiffness of all driving springs together.
+    driving_n_per_m: f64,
     initial_kinetic_j: f64,
     initial_elastic_j: f64,
     map: Map,
@@ -127,6 +126,9 @@ struct Map {
     until_step: u64,
     /// Whether the drive point keeps moving.
     moves: bool,
+    /// The drive point in the first step, and how far it moves in each that follows.
+    point_m: f64,
+    advance_m: f64,
     ramp: Ramp,
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
     sigma: Vec<f64>,
@@ -149,8 +151,6 @@ impl Accounts {
     ) -> Accounts {
         let orders = orders(plan);
         let zeros = || vec![0.0; plan.blocks];
-        let advance_m = plan.drive.velocity_m_per_s * plan.grid.step_s();
-        let all_n_per_m: f64 = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum();
         let mut accounts = Accounts {
             chain,
             simd,
@@ -158,20 +158,22 @@ impl Accounts {
                 || plan.friction.law.holds()
                 || plan.friction.law.junctions().is_some()
                 || Radiated::of(plan, &chain) == Radiated::Apart
+                || plan.drive.course.is_some()
                 || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
             radiated: Radiated::of(plan, &chain),
             radiation_kg_per_s: plan.friction.law.radiation_kg_per_s(),
             orders,
             cost_steps: 0,
-            advance_m,
-            halfway_n: 0.5 * advance_m * all_n_per_m,
+            driving_n_per_m: plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum(),
             initial_kinetic_j: 0.0,
             initial_elastic_j: 0.0,
             map: Map {
                 from_step: 0,
                 until_step: 0,
                 moves: false,
+                point_m: 0.0,
+                advance_m: 0.0,
                 ramp: Ramp::FLAT,
                 sigma: zeros(),
                 spring: zeros(),
@@ -282,9 +284,9 @@ impl Accounts {
 
     /// Adds the work of the drive point in a single step, from its pull along its way.
     #[inline]
-    pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, moves: bool) {
-        if moves {
-            ledger.drive_work_j.add(self.advance_m * (along_n - self.halfway_n));
+    pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, way_m: f64) {
+        if way_m != 0.0 {
+            ledger.drive_work_j.add(way_m * (along_n - 0.5 * way_m * self.driving_n_per_m));
         }
     }
 
@@ -301,7 +303,7 @@ impl Accounts {
         first_m: impl Fn(usize) -> f64,
     ) {
         let moving = steps.min(state.hold_step.saturating_sub(from_step));
-        let advance_m = self.advance_m;
+        let advance_m = plan.advance_m(from_step, u64::MAX);
         if moving == 0 || advance_m == 0.0 {
             return;
         }
@@ -411,6 +413,8 @@ impl Accounts {
         map.from_step = from_step;
         map.until_step = plan.steady_until_step(from_step, state.hold_step);
         map.moves = state.hold_step > from_step + 1;
+        map.point_m = plan.drive_point_m(from_step + 1, state.hold_step);
+        map.advance_m = plan.advance_m(from_step, state.hold_step);
         if !plan.load_course.is_constant() {
             map.ramp = Ramp::from_step(plan, from_step + 1, state.hold_step);
         }
@@ -427,7 +431,7 @@ impl Accounts {
 
     /// The functions of the state whose differences over the span are heat and scheme work.
     fn potential(&mut self, plan: &Plan, state: &SliderState) -> Potential {
-        let Accounts { chain, simd, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
+        let Accounts { chain, simd, map, force_n, zeros, now, next, orders, .. } = self;
         let radiation = self.radiation_kg_per_s;
         let radiated_w = |v: &[f64], sigma: &[f64]| match radiation > 0.0 {
             true => radiation * simd.sliding_product(sigma, v, v),
@@ -445,9 +449,14 @@ impl Accounts {
             }
         }
         // The next step, as if the span continued.
-        let hold_step = if map.moves { u64::MAX } else { state.hold_step };
-        let point_m = plan.drive_point_m(state.step + 1, hold_step);
-        let advance_m = if map.moves { *advance_m } else { 0.0 };
+        let advance_m = map.advance_m;
+        let point_m = match plan.drive.course {
+            Some(_) => map.point_m + (state.step - map.from_step) as f64 * advance_m,
+            None => {
+                let hold_step = if map.moves { u64::MAX } else { state.hold_step };
+                plan.drive_point_m(state.step + 1, hold_step)
+            }
+        };
         simd.pull(force_n, u, v, chain);
         for spring in &plan.drive.springs {
             force_n[spring.block] += spring.force_n(point_m, u[spring.block]);

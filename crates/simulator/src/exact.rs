@@ -194,8 +194,13 @@ impl<'a> Exact<'a> {
     /// Applies drive, prestress and the load of the step; returns the load.
     fn drive(&mut self) -> Load {
         let (plan, u, force) = (self.plan, &self.displacement_m, &mut self.force_n);
-        let moved_s = plan.grid.time_s(self.step.min(self.hold_step));
-        let point_m = Wide::product(plan.drive.velocity_m_per_s, moved_s);
+        let point_m = match plan.drive.course {
+            Some(_) => plan.drive_point_m(self.step, self.hold_step).into(),
+            None => {
+                let moved_s = plan.grid.time_s(self.step.min(self.hold_step));
+                Wide::product(plan.drive.velocity_m_per_s, moved_s)
+            }
+        };
         let mut total_n = 0.0;
         for spring in &plan.drive.springs {
             let stretch = point_m * spring.direction - (u[spring.block] - spring.rest_m.into());

@@ -255,7 +255,11 @@ impl<L: Leaps> Solver for Fast<L> {
             }
             let state = self.stepper.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
-            if self.pace.single_steps == 0 && !edge_ahead {
+            let accelerates_until_step = self.plan.accelerates_until_step(state.step, state.hold_step);
+            if let Some(until_step) = accelerates_until_step {
+                // Leaps are for a drive of constant velocity.
+                self.pace.take_singly(until_step - state.step);
+            } else if self.pace.single_steps == 0 && !edge_ahead {
                 // Ends before drive or load change their course, before the next step in which a contact
                 // changes by itself, and before the last step.
                 let steady_step = self.plan.steady_until_step(state.step, state.hold_step);

@@ -38,8 +38,9 @@ pub(crate) struct Forced {
     nodes: usize,
     /// The step of the state where the jump begins.
     from_step: u64,
-    /// Whether the drive moves in the next step, and the step in which it stops.
+    /// Whether the drive moves after the first step, how far in each, and the step in which it stops.
     moves: bool,
+    point_m: f64,
     hold_step: u64,
     /// The load of the next step, and its rate.
     ramp: Ramp,
@@ -53,6 +54,7 @@ impl Forced {
             nodes,
             from_step: 0,
             moves: true,
+            point_m: 0.0,
             hold_step: u64::MAX,
             ramp: Ramp::FLAT,
         }
@@ -62,6 +64,7 @@ impl Forced {
     fn begin(&mut self, plan: &Plan, state: &SliderState) {
         self.from_step = state.step;
         self.moves = state.hold_step > state.step + 1;
+        self.point_m = plan.advance_m(state.step, state.hold_step);
         self.hold_step = state.hold_step;
         self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
     }
@@ -96,7 +99,7 @@ impl Forced {
 
     /// The change in a step of the sum of the driving forces.
     fn drive_rate_n(&self, plan: &Plan) -> f64 {
-        let advance_m = if self.moves { plan.drive.velocity_m_per_s * plan.grid.step_s() } else { 0.0 };
+        let advance_m = self.point_m;
         let springs = plan.drive.springs.iter();
         let rates = springs.map(|spring| {
             spring.stiffness_n_per_m * (spring.direction * advance_m - self.advance_m[spring.block])

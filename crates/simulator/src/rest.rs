@@ -11,10 +11,7 @@ use crate::strength::{Ramp, StopForce};
 /// Number of steps for which a chain stays at rest when all its blocks stick without springs. Nothing
 /// moves: only the pull of the drive and the thresholds change, so only these round.
 pub(crate) fn rest_steps(plan: &Plan, state: &SliderState) -> u64 {
-    let advance_m = match state.hold_step > state.step + 1 {
-        true => plan.drive.velocity_m_per_s * plan.grid.step_s(),
-        false => 0.0,
-    };
+    let advance_m = plan.advance_m(state.step, state.hold_step);
     let (step, hold_step) = (state.step + 1, state.hold_step);
     let ramp = Ramp::from_step(plan, step, hold_step);
     let (mut rates, point_m) = (vec![0.0; plan.blocks], plan.drive_point_m(step, hold_step));

@@ -185,7 +185,7 @@ impl<B: Body> Stepper<B> {
                 ends_n[1] = force_n;
             }
         }
-        body.add_drive(state, along_n);
+        body.add_drive(state, along_n, plan.way_m(state.step, state.hold_step));
         Driving { total_n, ends_n: pulls_both_ways.then_some(ends_n) }
     }
 

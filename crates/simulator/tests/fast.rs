@@ -316,6 +316,66 @@ fn compare_random(seeds: std::ops::Range<u64>) {
     assert!(chaotic.len() <= 2 && chaotic.iter().all(|(_, step)| *step > 50_000), "{chaotic:?}");
 }
 
+/// A drive whose velocity jumps and changes linearly: holds, steps, ramps and oscillations.
+#[test]
+fn drives_with_a_course_give_the_same_switches() {
+    compare_random_courses(300..316);
+}
+
+#[test]
+#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+fn more_drives_with_a_course_give_the_same_switches() {
+    compare_random_courses(316..400);
+}
+
+fn compare_random_courses(seeds: std::ops::Range<u64>) {
+    let count = seeds.end - seeds.start;
+    let (mut total, mut stopped) = (Counters::default(), 0);
+    for seed in seeds {
+        let mut noise = Random::new(seed);
+        let mut set = random_scenario(seed);
+        let number = |key: &str, set: &[String]| -> f64 {
+            let found = set.iter().find_map(|set| set.strip_prefix(key)).expect("it is set");
+            found.parse().expect("it is a number")
+        };
+        let step_s = number("time.step_s=", &set);
+        let fastest = 2.0 * number("drive.velocity_m_per_s=", &set);
+        let least = if set.iter().any(|set| set.ends_with("two-way")) { -0.2 } else { 0.0 };
+        let start = noise.uniform(0.0, fastest);
+        let (mut times, mut velocities, mut step, mut velocity) = (Vec::new(), Vec::new(), 0, start);
+        while step < 180_000 {
+            step += noise.uniform(2_000.0, 40_000.0) as u64;
+            let other = noise.uniform(least, 1.0) * fastest;
+            let next = noise.pick(&[0.0, velocity, other]);
+            let before = noise.pick(&[velocity, velocity, next]);
+            // A hold of the velocity or a ramp to here, then perhaps a jump.
+            times.extend([step, step]);
+            velocities.extend([if times.len() == 2 { velocity } else { before }, next]);
+            velocity = next;
+        }
+        let times: Vec<f64> = times.iter().map(|step| *step as f64 * step_s).collect();
+        set.extend([
+            format!("drive.velocity_m_per_s={start}"),
+            format!("drive.course_s={times:?}"),
+            format!("drive.course_m_per_s={velocities:?}"),
+        ]);
+        if seed % 3 == 0 {
+            set.push(format!("drive.hold_from_s={}", 150_000.0 * step_s));
+        }
+        let plan = plan("default", &set);
+        if error(SolverKind::Fast.start(plan.clone())).is_some() {
+            stopped += 1;
+            continue;
+        }
+        let compared = compare(&format!("seed {seed} {set:?}"), &plan, EXTREME_TOLERANCE);
+        total.jump_steps += compared.counters.jump_steps;
+        total.window_steps += compared.counters.window_steps;
+        total.switches += compared.switches as u64;
+    }
+    assert!(total.switches > 60 * count && stopped <= count / 8, "{total:?} {stopped}");
+    assert!(total.jump_steps > 3_000 * count && total.window_steps > 3_000 * count, "{total:?}");
+}
+
 #[test]
 fn the_thesis_slider_gives_the_same_switches_in_both_parameter_sets() {
     compare_the_thesis_slider(0.06);

@@ -588,3 +588,45 @@ fn an_even_prestress_is_weaker_friction() {
         assert!(neither[n] > 1.3 * pushed[n], "{pushed:?} {neither:?}");
     }
 }
+
+/// One rigid block: it slips when its spring reaches static friction, at a time that follows from the integral of the
+/// velocity: through steps, ramps and holds of it.
+#[test]
+fn a_rigid_block_slips_when_the_course_of_the_drive_has_brought_it_to_its_threshold() {
+    let (stiffness, threshold_n) = (8e5, 280.0);
+    let reach_m = threshold_n / stiffness;
+    let cases: [(&str, &str, f64); 4] = [
+        // V = 1e-4 up to 1 s, then 1e-3.
+        ("[1,1]", "[1e-4,1e-3]", 1.0 + (reach_m - 1e-4) / 1e-3),
+        // A hold from 1 s to 2 s.
+        ("[1,1,2,2]", "[1e-4,0,0,1e-4]", 2.0 + (reach_m - 1e-4) / 1e-4),
+        // From 1e-4 at 1 s to 5e-4 at 2 s: the point is at 1e-4 + 1e-4 t + 2e-4 t^2.
+        ("[1,2]", "[1e-4,5e-4]", 1.0 + (-1e-4 + (1e-8_f64 + 8e-4 * (reach_m - 1e-4)).sqrt()) / 4e-4),
+        // From 1e-4 to 0 over 2 s, after 3 s.
+        ("[3,5]", "[1e-4,0]", 3.0 + (1e-4 - (1e-8_f64 - 1e-4 * (reach_m - 3e-4)).sqrt()) / 5e-5),
+    ];
+    for (times, velocities, onset_s) in cases {
+        let course = [format!("drive.course_s={times}"), format!("drive.course_m_per_s={velocities}")];
+        let plan = plan(&[
+            "slider.blocks=1",
+            "friction.law=rigid",
+            "time.step_s=1e-6",
+            "time.duration_s=6",
+            "drive.velocity_m_per_s=1e-4",
+            "drive.stiffness_n_per_m=8e5",
+            &course[0],
+            &course[1],
+        ]);
+        for kind in [SolverKind::Fast, SolverKind::Plain] {
+            let mut solver = kind.start(plan.clone());
+            let switched =
+                std::iter::from_fn(|| solver.next_record().unwrap()).find_map(|record| match record {
+                    Record::Step(step) if !step.switches.is_empty() => Some(step.time_s),
+                    _ => None,
+                });
+            let found_s = switched.expect("it slips");
+            // The first step from there on.
+            assert!((0.0..1.01e-6).contains(&(found_s - onset_s)), "{times}: {found_s}, not {onset_s}");
+        }
+    }
+}

@@ -8,6 +8,18 @@ use crate::source::ScenarioSource;
 /// Scenarios and their errors.
 const CASES: &[(&str, &str)] = &[
     ("drive.kind = \"left-right\"", "drive.kind: left-right pulls block 1 backwards"),
+    (
+        "drive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, -1e-4]",
+        "drive.course_m_per_s: -0.0001 pulls backwards, where the one-way rule",
+    ),
+    (
+        "slider.blocks = 11\nslider.rows = 3\ndrive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, 0]",
+        "drive.course_s: the drive of a slab has a constant velocity, until it stops (accepted: none, or slider.rows = 1)",
+    ),
+    (
+        "time.start = \"loaded\"\ndrive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, 0]",
+        "time.start: \"loaded\" needs interfacial springs, a constant load and a drive of constant velocity",
+    ),
     ("drive.tilt = 0.5", "drive.tilt: 0.5 has no meaning for this drive"),
     ("drive.kind = \"top\"\ndrive.tilt = 0.5\ndrive.decay_length_m = 0.1", "drive.tilt: the springs"),
     ("drive.until_load_ratio = 0.3\ndrive.hold_from_s = 1", "drive.until_load_ratio: the drive stops either"),

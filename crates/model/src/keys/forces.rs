@@ -42,8 +42,8 @@ pub(super) const FORCES: &[Key] = &[
     Key {
         path: "drive.course_s",
         symbol: "",
-        doc: "Of rate-and-state: times of a piecewise-linear course of the velocity of the drive point, not descending, \
-              each a whole number of steps; two equal times are a step of the velocity. Empty for a constant velocity.",
+        doc: "Times of a piecewise-linear course of the velocity of the drive point of a chain, not descending, each a \
+              whole number of steps; two equal times are a step of the velocity. Empty for a constant velocity.",
         kind: Numbers(Including(0.0), Open),
         default: Is(Value::NoNumbers),
     },

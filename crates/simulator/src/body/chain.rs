@@ -139,9 +139,8 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn add_drive(&mut self, state: &mut SliderState, along_n: f64) {
-        let moves = state.step <= state.hold_step;
-        self.accounts.add_drive_step(&mut state.energy, along_n, moves);
+    fn add_drive(&mut self, state: &mut SliderState, along_n: f64, way_m: f64) {
+        self.accounts.add_drive_step(&mut state.energy, along_n, way_m);
     }
 
     #[inline]

@@ -80,8 +80,9 @@ pub(crate) struct Jump {
     basis: Basis,
     stiffness: Stiffness,
     spring: Vec<f64>,
-    /// `b` and `v_q` while the drive point rests, and while it moves.
-    loading: [SteadyLoading; 2],
+    /// `b` and `v_q` for the way of the drive point in a step for which they were last computed, m.
+    loading: SteadyLoading,
+    loading_point_m: f64,
     /// The forced part of the jump that is open, the rest, and that in modal coordinates.
     forced: Forced,
     residue: Vec<f64>,
@@ -124,7 +125,8 @@ impl Jump {
             cadence: (0, basis.growth(0)),
             basis,
             spring: plan.friction.springs_n_per_m.clone(),
-            loading: [false, true].map(|moves| SteadyLoading::of(plan, &stiffness, moves)),
+            loading: SteadyLoading::of(plan, &stiffness, 0.0),
+            loading_point_m: 0.0,
             forced: Forced::of_nodes(blocks, 1),
             stiffness,
             residue: vec![0.0; 2 * blocks],
@@ -183,7 +185,11 @@ impl Jump {
         let forced = &mut self.forced;
         forced.begin(plan, state);
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
-        let loading = &self.loading[usize::from(forced.moves)];
+        if forced.point_m != self.loading_point_m {
+            self.loading = SteadyLoading::of(plan, &self.stiffness, forced.point_m);
+            self.loading_point_m = forced.point_m;
+        }
+        let loading = &self.loading;
         forced.advance_m.copy_from_slice(&loading.advance_m);
         loading.position_m(plan, &self.stiffness, &state.stick_position_m, point_m, &mut forced.position_m);
         // If the quasi-static part alone rules out the jump, the modes need not be computed.
@@ -193,7 +199,7 @@ impl Jump {
             return 0;
         }
         self.cost_steps = self.modes_steps();
-        let velocity_m_per_s = &self.loading[usize::from(self.forced.moves)].velocity_m_per_s;
+        let velocity_m_per_s = &self.loading.velocity_m_per_s;
         let (u, v) = self.residue.split_at_mut(blocks);
         for n in 0..blocks {
             u[n] = state.displacement_m[n] - self.forced.position_m[n];
@@ -348,7 +354,7 @@ impl Jump {
             Basis::Waves(waves) => waves.compose_above(coordinates, least, &mut self.composed),
         }
         let (u, v) = self.composed.split_at(state.displacement_m.len());
-        let forced_m_per_s = &self.loading[usize::from(self.forced.moves)].velocity_m_per_s;
+        let forced_m_per_s = &self.loading.velocity_m_per_s;
         for (n, velocity_m_per_s) in state.velocity_m_per_s.iter_mut().enumerate() {
             *velocity_m_per_s = forced_m_per_s[n] + v[n];
         }

@@ -248,11 +248,11 @@ fn certified_for_load(
     for (j, own) in guard.iter_mut().enumerate().take(expansion.terms) {
         *own = pull(expansion.u.row(j));
     }
-    let dt = plan.grid.step_s();
     let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+    let advance_m = plan.advance_m(state.step, state.hold_step);
     let alone = Alone {
         now: plan.drive.total_force_n(point_m, expansion.first_u.row(0)),
-        rate: plan.drive.total_force_n(plan.drive.velocity_m_per_s * dt, expansion.first_u.row(1)),
+        rate: plan.drive.total_force_n(advance_m, expansion.first_u.row(1)),
         sigma: 0.0,
         threshold: stop.under_n(expansion.ramp.load),
         terms: &guard[..expansion.terms],

@@ -176,7 +176,7 @@ impl Expansion {
         }
         // The second difference includes the constant rates of drive and load.
         self.simd.pull(d_guard, d_u, d_v, &self.chain);
-        let advance_m = if state.hold_step > state.step + 1 { plan.drive.velocity_m_per_s * dt } else { 0.0 };
+        let advance_m = plan.advance_m(state.step, state.hold_step);
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
         }

@@ -19,8 +19,8 @@ const STATED: [&str; 5] = [
 
 const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
 
-/// Twenty-one runs over all laws, drives, courses of the load and starts.
-const CASES: [(&str, &[&str]); 21] = [
+/// Twenty-three runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 23] = [
     ("stated", &[]),
     ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
     ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
@@ -34,6 +34,26 @@ const CASES: [(&str, &[&str]); 21] = [
         &[
             "drive.course_s=[0.01,0.01,0.02,0.024,0.024,0.03]",
             "drive.course_m_per_s=[0.06,0.03,0.12,0.12,0,0.1]",
+        ],
+    ),
+    (
+        "by-force",
+        &[
+            "drive.kind=force",
+            "drive.course_s=[0,0.02,0.02,0.03]",
+            "drive.course_n=[0,260,100,320]",
+            "slider.blocks=20",
+        ],
+    ),
+    (
+        "courses-of-blocks",
+        &[
+            "slider.blocks=3",
+            "normal_load.course_s=[0.005,0.015,0.03]",
+            "normal_load.course_factor=[1,1,1,0.4,1.2,0.9,1,0.5,1]",
+            "prestress.course_s=[0,0.02]",
+            "prestress.course_ratio=[0.05,0.2]",
+            "prestress.rise_ratio=0.1",
         ],
     ),
     (

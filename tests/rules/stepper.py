@@ -120,11 +120,37 @@ class Slider:
         for block, ratio in zip(prestress["from_blocks"], prestress["from_blocks_ratio"]):
             steps[int(block) - 1 :] = ratio
         self.prestress = (prestress["ratio"] + first + rise + steps + listed) * self.p
+        self.ratios = self.by_block(prestress["course_s"], prestress["course_ratio"])
+        self.borne = self.by_block(load["course_s"], load["course_factor"])
         # The course of the normal load.
         self.knots = [self.whole_steps(t) for t in load["schedule_s"]]
         self.factors = [total / load["total_n"] for total in load["schedule_n"]]
         self.from_hold = load["schedule_from"] == "hold"
         self.start()
+
+    def by_block(self, times, values):
+        """The knots of a course of all blocks."""
+        if not times:
+            return []
+        rows = np.array(values, dtype=float).reshape(len(times), -1)
+        return [(self.whole_steps(t), np.ones(self.blocks) * row) for t, row in zip(times, rows)]
+
+    @staticmethod
+    def between(knots, step):
+        """The value of a course in a step."""
+        before = [knot for knot in knots if knot[0] <= step]
+        after = [knot for knot in knots if knot[0] > step]
+        if not before or not after:
+            return before[-1][1] if before else knots[0][1]
+        (t0, a), (t1, b) = before[-1], after[0]
+        return a + (b - a) * ((step - t0) / (t1 - t0))
+
+    def outside(self, step):
+        """The forces on all blocks besides friction and springs."""
+        force = self.prestress
+        if self.ratios:
+            force = force + self.between(self.ratios, step) * self.p
+        return force
 
     def whole_steps(self, seconds):
         return round(seconds / self.dt)
@@ -158,7 +184,11 @@ class Slider:
         count, whole = self.blocks, drive["stiffness_n_per_m"]
         self.direction = np.ones(count)
         self.stiffness = np.zeros(count)
-        if drive["kind"] == "side":
+        self.force = []
+        if drive["kind"] == "force":
+            self.force = list(zip([self.whole_steps(t) for t in drive["course_s"]], drive["course_n"]))
+            self.direction[0] = 0.0
+        elif drive["kind"] == "side":
             self.stiffness[0] = whole
         elif drive["kind"] == "left-right":
             self.stiffness[0] = self.stiffness[-1] = whole
@@ -170,7 +200,7 @@ class Slider:
             self.stiffness = tilted(whole, drive["tilt"], count)
         self.velocity = drive["velocity_m_per_s"]
         steps = [self.whole_steps(t) for t in drive["course_s"]]
-        self.course = list(zip(steps, drive["course_m_per_s"]))
+        self.course = list(zip(steps, drive["course_m_per_s"])) if not self.force else []
         self.hold = self.whole_steps(drive["hold_from_s"]) or NEVER
         self.until = drive["until_load_ratio"]
 
@@ -189,8 +219,12 @@ class Slider:
                 break
         return (moved + velocity * (step - since)) * self.dt
 
-    def pull_of_drive(self, point, u):
-        return self.stiffness * (self.direction * point - u)
+    def pull_of_drive(self, step, u):
+        if self.force:
+            pull = np.zeros(self.blocks)
+            pull[0] = self.between(self.force, min(step, self.hold))
+            return pull
+        return self.stiffness * (self.direction * self.point(step) - u)
 
     def load_factor(self, step):
         if not self.knots:
@@ -219,7 +253,7 @@ class Slider:
         u = np.zeros(count)
         for n in range(1, count):
             u[n] = (2.0 * u[n - 1] - u[n - 2] if n > 1 else 0.0) + tau0[n - 1] / self.k
-        pull = second_difference(u) * self.k + self.pull_of_drive(0.0, u) + self.prestress
+        pull = second_difference(u) * self.k + self.pull_of_drive(0, u) + self.outside(0)
         self.u, self.anchor = u, u - pull / self.kt if self.springs else u.copy()
         first = self.scenario["initial_velocity"]
         phase = np.pi * first["mode"] * (np.arange(count) + 0.5) / count
@@ -252,11 +286,15 @@ class Slider:
         friction = self.scenario["friction"]
         self.step += 1
         factor = self.load_factor(self.step)
-        pulls = self.pull_of_drive(self.point(self.step), self.u)
+        pulls = self.pull_of_drive(self.step, self.u)
+        total_factor, borne = factor, 1.0
+        if self.borne:
+            borne = self.between(self.borne, self.step)
+            total_factor = factor * (sums(borne * self.p) / sums(self.p))
         u, v, slides = self.u, self.v, self.slides
         tau = second_difference(u) * self.k + second_difference(v) * self.eta
-        tau = tau + (self.prestress + pulls)
-        drag = factor * self.dynamic * np.sign(v)
+        tau = tau + (self.outside(self.step) + pulls)
+        drag = factor * borne * self.dynamic * np.sign(v)
         if friction["law"] == "velocity-weakening":
             drag = drag / (1.0 + np.abs(v) * (1.0 / friction["weakening_velocity_m_per_s"]))
         drag = drag + friction["radiation_kg_per_s"] * v
@@ -270,7 +308,7 @@ class Slider:
         if friction["ageing_coefficient"]:
             waited = (self.step - self.stuck_since) * self.dt
             threshold = threshold + self.growth * np.log1p(waited / friction["ageing_time_s"])
-        detach = ~slides & (np.abs(tau) >= factor * threshold)
+        detach = ~slides & (np.abs(tau) >= factor * borne * threshold)
         if not self.springs:
             attach = slides & (new_v * v < 0.0)
             new_v, new_u = np.where(attach, 0.0, new_v), np.where(attach, u, new_u)
@@ -284,9 +322,9 @@ class Slider:
         self.u, self.v = new_u, new_v
         total = sums(pulls)
         if self.until and self.hold == NEVER:
-            if total >= self.until * (factor * self.scenario["normal_load"]["total_n"]):
+            if total >= self.until * (total_factor * self.scenario["normal_load"]["total_n"]):
                 self.hold = self.step
-        return total / (factor * self.scenario["normal_load"]["total_n"])
+        return total / (total_factor * self.scenario["normal_load"]["total_n"])
 
     def events(self):
         """One row per slip event: onset_step, end_step, first, last, slipped, most, load at onset."""

@@ -140,6 +140,7 @@ const LONG_TESTS: [&str; 38] = [
     "fast the_thesis_slider_gives_the_same_switches_for_longer",
     "fast more_random_long_chains_give_the_same_switches",
     "fast long_chains_that_are_pushed_jump_by_waves",
+    "fast more_drives_with_a_course_give_the_same_switches",
     "fast more_random_scenarios_give_the_same_switches",
     "slab_fast more_random_slabs_give_the_same_switches",
     "radiation more_random_chains_that_radiate_switch_alike",

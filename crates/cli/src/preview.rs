@@ -31,6 +31,10 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         let [stability, nucleation] = of_sliding(scenario, &stability);
         return [("material", material), ("stability", stability), ("nucleation", nucleation)];
     }
+    if scenario.has_contact_courses() {
+        let unknown = "not predicted where forces or loads of single contacts follow courses".to_owned();
+        return [("material", material), ("load", unknown.clone()), ("first slip", unknown)];
+    }
     let reaches = |name: &str, ratio: f64, time_s: Option<f64>| match time_s {
         Some(time_s) => format!("reaches {name} = {ratio} at {} s", short(time_s)),
         None => format!("never reaches {name} = {ratio}"),

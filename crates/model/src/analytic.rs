@@ -60,10 +60,14 @@ impl LengthLaw {
         let drive = &scenario.drive;
         let is_driven =
             drive.velocity_m_per_s > 0.0 && drive.course_s.is_empty() && drive.stiffness_n_per_m > 0.0;
-        if drive.kind == DriveKind::LeftRight || !LengthLaw::are_known(scenario) || !is_driven {
+        let is_known = !matches!(drive.kind, DriveKind::LeftRight | DriveKind::Force);
+        if !is_known || !LengthLaw::are_known(scenario) || !is_driven {
             return false;
         }
         let plan = Plan::new(scenario);
+        if plan.has_contact_courses() {
+            return false;
+        }
         let taken_n = &plan.friction.dynamic_friction_n;
         plan.prestress_n.iter().zip(taken_n).all(|(given_n, taken_n)| *given_n <= 0.0 || given_n < taken_n)
     }
@@ -132,7 +136,7 @@ impl DriveShare {
     fn of(scenario: &Scenario) -> DriveShare {
         let drive = &scenario.drive;
         match drive.kind {
-            DriveKind::Side | DriveKind::LeftRight => DriveShare::End,
+            DriveKind::Side | DriveKind::LeftRight | DriveKind::Force => DriveShare::End,
             DriveKind::Top if drive.decay_length_m > 0.0 => {
                 DriveShare::Decaying(drive.decay_length_m / scenario.slider.length_m)
             }
@@ -301,6 +305,9 @@ impl LoadCurve {
             return None;
         }
         let plan = Plan::new(scenario);
+        if plan.has_contact_courses() {
+            return None;
+        }
         let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
         let is_constant = [0, 1, 2].iter().all(|&step| plan.load_factor(step, hold_step) == 1.0);
         is_constant.then(|| LoadCurve {

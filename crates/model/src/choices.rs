@@ -39,6 +39,8 @@ pub enum DriveKind {
     Top,
     /// Block 1 backwards, block N forwards.
     LeftRight,
+    /// Block 1, by a force that is given instead of a spring.
+    Force,
 }
 
 /// The origin of the times of a load schedule.

@@ -425,6 +425,7 @@ fn loaded_starts_know_the_stuck_chain(scenario: &Scenario, refusals: &mut Refusa
         && scenario.contact_law().junctions().is_none()
         && scenario.drive.kind != DriveKind::LeftRight
         && scenario.drive.course_s.is_empty()
+        && !scenario.has_contact_courses()
         && scenario.normal_load.schedule_s.is_empty();
     if starts_just_before_a_slip(scenario) && !ramp_matters(scenario) && !known {
         refusals.refuse(

@@ -94,9 +94,78 @@ impl Course {
     }
 }
 
+/// A number of each contact that changes piecewise linearly in time, between knots on the grid of time steps; constant
+/// before the first and after the last knot. Of the normal load it is a factor, of the prestress a force in N.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactCourse {
+    /// Knots, ascending, at least one: a step and a value for each contact.
+    knots: Vec<(u64, Vec<f64>)>,
+}
+
+impl ContactCourse {
+    /// A course with the given values of all contacts at the given steps; `None` without any.
+    pub fn new(steps: Vec<u64>, values: Vec<Vec<f64>>) -> Option<ContactCourse> {
+        (!steps.is_empty()).then(|| ContactCourse { knots: steps.into_iter().zip(values).collect() })
+    }
+
+    /// Writes the values of all contacts in a step.
+    pub fn follow(&self, step: u64, values: &mut [f64]) {
+        let behind = self.knots.partition_point(|(knot, _)| *knot <= step);
+        let (from, start) = &self.knots[behind.saturating_sub(1)];
+        match self.knots.get(behind).filter(|_| behind > 0) {
+            None => values.copy_from_slice(start),
+            Some((to, end)) => {
+                let share = (step - from) as f64 / (to - from) as f64;
+                for ((value, start), end) in values.iter_mut().zip(start).zip(end) {
+                    *value = start + (end - start) * share;
+                }
+            }
+        }
+    }
+
+    /// The values of all contacts in a step.
+    pub fn values(&self, step: u64) -> Vec<f64> {
+        let mut values = vec![0.0; self.knots[0].1.len()];
+        self.follow(step, &mut values);
+        values
+    }
+}
+
+/// The values of a course of all contacts, time by time: of each contact, or one for all.
+pub(crate) fn by_contact<'a>(
+    values: &'a [f64],
+    times: &[f64],
+    contacts: usize,
+) -> impl Iterator<Item = Vec<f64>> + use<'a> {
+    let per_time = if times.is_empty() { 1 } else { (values.len() / times.len()).max(1) };
+    let all = move |values: &[f64]| match values {
+        [value] => vec![*value; contacts],
+        values => values.to_vec(),
+    };
+    values.chunks(per_time).map(all)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Course;
+    use super::{ContactCourse, Course};
+
+    #[test]
+    fn courses_of_contacts_are_linear_between_knots_and_constant_outside() {
+        let course =
+            ContactCourse::new(vec![10, 20, 40], vec![vec![1.0, 0.0], vec![3.0, 0.0], vec![1.0, 4.0]]);
+        let course = course.unwrap();
+        for (step, expected) in [
+            (0, [1.0, 0.0]),
+            (10, [1.0, 0.0]),
+            (15, [2.0, 0.0]),
+            (20, [3.0, 0.0]),
+            (25, [2.5, 1.0]),
+            (99, [1.0, 4.0]),
+        ] {
+            assert_eq!(course.values(step), expected, "step {step}");
+        }
+        assert_eq!(ContactCourse::new(Vec::new(), Vec::new()), None);
+    }
 
     #[test]
     fn a_course_is_linear_between_its_knots_and_constant_outside() {

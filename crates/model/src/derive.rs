@@ -1,7 +1,7 @@
 //! From a resolved scenario to a plan.
 
 use crate::choices::{DriveKind, ScheduleFrom, Start};
-use crate::course::Course;
+use crate::course::{ContactCourse, Course, by_contact};
 use crate::disorder::{Quantity, coefficients};
 use crate::elastic::{Chain, Elastic, gaps};
 use crate::initial;
@@ -41,6 +41,20 @@ impl Plan {
         let load = &scenario.normal_load;
         let mut drive = drive(scenario, &springs.elastic, steps);
         let prestress_n = initial::prestress_n(scenario, &normal_load_n);
+        let prestress_course = ContactCourse::new(
+            scenario.prestress.course_s.iter().map(|time_s| steps(*time_s)).collect(),
+            by_contact(&scenario.prestress.course_ratio, &scenario.prestress.course_s, blocks)
+                .map(|ratios| ratios.iter().zip(&normal_load_n).map(|(ratio, p)| ratio * p).collect())
+                .collect(),
+        );
+        // What the friction springs balance at the start, besides the springs of the drive.
+        let mut start_n = prestress_n.clone();
+        if prestress_course.is_some() || drive.force_n.is_some() {
+            start_n.resize(blocks, 0.0);
+            let course_n = prestress_course.as_ref().map_or_else(Vec::new, |course| course.values(0));
+            start_n.iter_mut().zip(course_n).for_each(|(force, course)| *force += course);
+            start_n[0] += drive.force_n.as_ref().map_or(0.0, |force_n| force_n.value(0, u64::MAX));
+        }
         let mut initial = match displacement_at_rest_m {
             Some(displacement_m) => {
                 let anchors = springs.elastic.tangential_axes() * blocks;
@@ -53,7 +67,7 @@ impl Plan {
                 &springs_n_per_m,
                 &drive,
                 &normal_load_n,
-                &prestress_n,
+                &start_n,
             ),
         };
         let law = scenario.contact_law();
@@ -88,6 +102,11 @@ impl Plan {
             ),
             initial,
             top_load_n,
+            prestress_course,
+            contact_load_course: ContactCourse::new(
+                load.course_s.iter().map(|time_s| steps(*time_s)).collect(),
+                by_contact(&load.course_factor, &load.course_s, blocks).collect(),
+            ),
             prestress_n,
             drive,
             normal_load_n,
@@ -149,6 +168,7 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
             let driven = across.filter(|(lane, _)| is_driven(*lane));
             driven.map(|(_, node)| spring(node, side_stiffness_n_per_m(scenario), 1.0)).collect()
         }
+        DriveKind::Force => Vec::new(),
         DriveKind::LeftRight => vec![spring(0, stiffness, -1.0), spring(blocks - 1, stiffness, 1.0)],
         DriveKind::Top => top_stiffness_n_per_m(scenario)
             .into_iter()
@@ -160,7 +180,11 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
     Drive {
         springs,
         velocity_m_per_s: drive.velocity_m_per_s,
-        course: (!drive.course_s.is_empty()).then(|| {
+        force_n: (drive.kind == DriveKind::Force).then(|| {
+            let knots = drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
+            Course::new(drive.course_n.first().copied().unwrap_or(0.0), knots, drive.course_n.clone(), false)
+        }),
+        course: (!drive.course_m_per_s.is_empty()).then(|| {
             let knots = drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
             Course::new(drive.velocity_m_per_s, knots, drive.course_m_per_s.clone(), false)
         }),
@@ -386,6 +410,7 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
         DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
         DriveKind::Side => side_stiffness_n_per_m(scenario),
         DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
+        DriveKind::Force => 0.0,
     };
     let law = scenario.contact_law();
     if !law.word().sticks() {

@@ -109,7 +109,7 @@ impl Front {
     /// does not apply: for slabs, contacts that are not rigid or weaken with velocity, and a drive
     /// that moves or does not act on all blocks alike.
     pub fn of(plan: &Plan, block: usize) -> Option<Front> {
-        if !plan.elastic.has_theory() {
+        if !plan.elastic.has_theory() || plan.has_contact_courses() {
             return None;
         }
         let k = plan.elastic.stiffness_n_per_m();

@@ -91,6 +91,7 @@ pub(crate) fn no_slip(scenario: &Scenario, preview: &Preview) -> Option<String> 
 /// Whether anything can slip in a run; blocks that start moving may do so at any time.
 fn slips(scenario: &Scenario, preview: &Preview) -> bool {
     !scenario.friction.law.sticks()
+        || scenario.has_contact_courses()
         || scenario.initial_velocity.amplitude_m_per_s != 0.0
         || preview.first_slip_s.is_some_and(|time_s| time_s <= scenario.time.duration_s)
 }

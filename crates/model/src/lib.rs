@@ -114,7 +114,7 @@ mod warnings;
 mod window_keys;
 
 pub use choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach};
-pub use course::Course;
+pub use course::{ContactCourse, Course};
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use junctions::Junctions;

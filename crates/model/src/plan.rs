@@ -1,6 +1,6 @@
 //! The plan: the numbers of the physics. `derive.rs` derives them from a scenario, once.
 
-use crate::course::Course;
+use crate::course::{ContactCourse, Course};
 use crate::elastic::Elastic;
 use crate::laws::Law;
 use asperity_record::{Scales, TimeGrid};
@@ -30,6 +30,10 @@ pub struct Plan {
     pub load_course: Course,
     /// A constant force from outside on each block, besides the drive; empty for none.
     pub prestress_n: Vec<f64>,
+    /// Course of the force from outside on each block, in addition to the constant one, N.
+    pub prestress_course: Option<ContactCourse>,
+    /// Course of each contact's normal load, as a factor on that of all.
+    pub contact_load_course: Option<ContactCourse>,
     /// The driving springs.
     pub drive: Drive,
     /// The chain before the first step.
@@ -99,6 +103,8 @@ pub struct Drive {
     pub velocity_m_per_s: f64,
     /// The course of its velocity, m/s; `None` for a constant one.
     pub course: Option<Course>,
+    /// The force that drives block 1 instead of springs, N, if any.
+    pub force_n: Option<Course>,
     /// The step from which on the point rests, if given.
     pub hold_from_step: Option<u64>,
     /// The load `F_T / F_N` that stops it, if any.
@@ -339,6 +345,40 @@ impl Plan {
             .iter()
             .map(|spring| spring / friction.interfacial_stiffness_n_per_m)
             .collect()
+    }
+
+    /// Whether forces or loads follow courses over which no solver leaps: those of single contacts, and a drive by
+    /// force.
+    pub fn has_contact_courses(&self) -> bool {
+        self.prestress_course.is_some() || self.contact_load_course.is_some() || self.drive.force_n.is_some()
+    }
+
+    /// Whether the normal load of each contact follows from the load at the start and one course of all.
+    pub fn has_given_loads(&self) -> bool {
+        !self.elastic.has_foundation() && self.contact_load_course.is_none()
+    }
+
+    /// The forces from outside on all blocks besides the drive in a step, N; empty for none.
+    pub fn outside_n(&self, step: u64) -> Vec<f64> {
+        let Some(course) = &self.prestress_course else { return self.prestress_n.clone() };
+        let mut forces_n = course.values(step);
+        forces_n.iter_mut().zip(&self.prestress_n).for_each(|(force, constant)| *force += constant);
+        forces_n
+    }
+
+    /// The force that drives block 1 instead of a spring in a step, N; `None` for a drive by springs.
+    #[inline]
+    pub fn drive_force_n(&self, step: u64, hold_step: u64) -> Option<f64> {
+        self.drive.force_n.as_ref().map(|force_n| force_n.value(step.min(hold_step), u64::MAX))
+    }
+
+    /// The total normal load of a step, over that of the start.
+    pub fn total_load_factor(&self, step: u64, hold_step: u64) -> f64 {
+        let factor = self.load_factor(step, hold_step);
+        let Some(course) = &self.contact_load_course else { return factor };
+        let borne =
+            course.values(step).into_iter().zip(&self.normal_load_n).map(|(factor, load_n)| factor * load_n);
+        factor * (borne.sum::<f64>() / self.normal_load_n.iter().sum::<f64>())
     }
 
     /// Whether it is a chain whose stuck blocks have springs, so that force decays along it.

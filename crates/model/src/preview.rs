@@ -46,7 +46,8 @@ pub struct Preview {
     /// The time step over the longest stable one; `None` where the solver chooses its steps.
     #[serde(skip)]
     pub step_ratio: Option<f64>,
-    /// The time at which the first contact reaches its static friction; `None` if none ever does.
+    /// The time at which the first contact reaches its static friction; `None` if none ever does, and, as all of the
+    /// following, where forces or loads of single contacts follow courses.
     pub first_slip_s: Option<f64>,
     /// That contact; `None` as well if several reach it together.
     pub first_slip_block: Option<u32>,
@@ -103,7 +104,7 @@ impl Preview {
             largest_load_ratio: None,
             stability: Stability::of(plan),
         };
-        if sliding.stability.is_some() {
+        if sliding.stability.is_some() || plan.has_contact_courses() {
             return sliding;
         }
         let stuck = Stuck::of(plan);

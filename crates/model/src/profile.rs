@@ -16,6 +16,14 @@ pub(crate) const ACCEPTED: &str =
 pub(crate) fn read(path: &Path, blocks: usize) -> Result<Vec<f64>, String> {
     let text = text::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let rows = parse(&text).map_err(|(line, problem)| format!("{}:{line}: {problem}", path.display()))?;
+    Ok(interpolated(&rows, blocks))
+}
+
+/// The header of a profile.
+const HEADER: &str = "x_over_l,tau_over_p";
+
+/// The value at every block.
+fn interpolated(rows: &[(f64, f64)], blocks: usize) -> Vec<f64> {
     let mut behind = 1;
     let at_block = |n: usize| {
         let x = n as f64 / gaps(blocks) as f64;
@@ -25,7 +33,61 @@ pub(crate) fn read(path: &Path, blocks: usize) -> Result<Vec<f64>, String> {
         let ((from, start), (to, end)) = (rows[behind - 1], rows[behind]);
         start + (end - start) * ((x - from) / (to - from))
     };
-    Ok((0..blocks).map(at_block).collect())
+    (0..blocks).map(at_block).collect()
+}
+
+/// The format of a file with profiles over time, as stated in errors.
+pub(crate) fn accepted_course(value: &str) -> String {
+    format!(
+        "a CSV file with the header time_s,x_over_l,{value} and, for each of its ascending times, rows by ascending \
+         x_over_l, the first 0, the last 1"
+    )
+}
+
+/// Reads profiles over time from a file, and interpolates each to all blocks: the times, and the values of all blocks,
+/// time by time.
+///
+/// # Errors
+/// A message with file and line, if the file cannot be read or is not of that kind.
+pub(crate) fn read_course(path: &Path, value: &str, blocks: usize) -> Result<(Vec<f64>, Vec<f64>), String> {
+    let text = text::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    parse_course(&text, value, blocks)
+        .map_err(|(line, problem)| format!("{}:{line}: {problem}", path.display()))
+}
+
+fn parse_course(text: &str, value: &str, blocks: usize) -> Result<(Vec<f64>, Vec<f64>), (usize, String)> {
+    let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
+    let header = lines.next().map_or("", |(_, line)| line);
+    if header != format!("time_s,x_over_l,{value}") {
+        return Err((1, format!("the header is {header:?}")));
+    }
+    // The rows of each time, without it, with the number of the first.
+    let mut profiles: Vec<(f64, usize, String)> = Vec::new();
+    for (index, line) in lines {
+        let (time, rest) = line.split_once(',').unwrap_or((line, ""));
+        let time_s = time.trim().parse::<f64>().ok().filter(|time_s| time_s.is_finite());
+        let time_s = time_s.ok_or_else(|| (index + 1, format!("{time:?} is not a time")))?;
+        match profiles.last_mut() {
+            Some((last_s, _, rows)) if *last_s == time_s => {
+                rows.push('\n');
+                rows.push_str(rest);
+            }
+            Some((last_s, ..)) if time_s < *last_s => {
+                return Err((index + 1, format!("time {time_s} is below the one before")));
+            }
+            _ => profiles.push((time_s, index, rest.to_owned())),
+        }
+    }
+    if profiles.is_empty() {
+        return Err((1, "there are no rows".to_owned()));
+    }
+    let mut values = Vec::with_capacity(profiles.len() * blocks);
+    for (_, first, rows) in &profiles {
+        let text = format!("{HEADER}\n{rows}");
+        let rows = parse(&text).map_err(|(line, problem)| (first + line.max(2) - 1, problem))?;
+        values.extend(interpolated(&rows, blocks));
+    }
+    Ok((profiles.into_iter().map(|(time_s, ..)| time_s).collect(), values))
 }
 
 /// The columns that a file of blocks may have.
@@ -82,7 +144,7 @@ fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, Stri
 fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
     let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
     let header = lines.next().map_or("", |(_, line)| line);
-    if header != "x_over_l,tau_over_p" {
+    if header != HEADER {
         return Err((1, format!("the header is {header:?}")));
     }
     let mut rows: Vec<(f64, f64)> = Vec::new();
@@ -113,7 +175,7 @@ fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{parse, parse_blocks};
+    use super::{parse, parse_blocks, parse_course};
 
     #[test]
     fn a_file_that_is_too_long_is_refused() {
@@ -122,6 +184,25 @@ mod tests {
         let endless = super::read(&path, 10).unwrap_err();
         std::fs::remove_file(&path).unwrap();
         assert!(endless.contains(": the file is longer than"), "{endless}");
+    }
+
+    #[test]
+    fn profiles_over_time_are_interpolated_along_the_slider() {
+        let read = |text: &str| parse_course(text, "factor", 3);
+        let text = "time_s,x_over_l,factor\n0,0,1\n0,1,1\n2,0,1\n2,0.5,0\n2,1,0.5\n";
+        assert_eq!(read(text).unwrap(), (vec![0.0, 2.0], vec![1.0, 1.0, 1.0, 1.0, 0.0, 0.5]));
+        let head = "time_s,x_over_l,factor\n";
+        for (rows, line, problem) in [
+            ("", 1, "there are no rows"),
+            ("0,0,1\n0,0.5,1\n", 3, "the last row is at 0.5"),
+            ("0,0,1\n0,1,1\n1,0.1,1\n1,1,1", 4, "the first row is at 0.1"),
+            ("1,0,1\n1,1,1\n0,0,1", 4, "time 0 is below the one before"),
+            ("x,0,1", 2, "\"x\" is not a time"),
+            ("0,0,y", 2, "\"0,y\" is not a pair of numbers"),
+        ] {
+            assert_eq!(read(&format!("{head}{rows}")).unwrap_err(), (line, problem.to_owned()), "{rows:?}");
+        }
+        assert_eq!(read("time_s,x_over_l,ratio\n").unwrap_err().0, 1);
     }
 
     #[test]

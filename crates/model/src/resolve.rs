@@ -111,6 +111,7 @@ impl Scenario {
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
         scenario.read_blocks(&entries, &mut errors);
+        scenario.read_courses(&entries, &mut errors);
         contradictions::check(&scenario, &entries, &mut errors);
         if errors.is_empty() {
             random_offsets::check(&scenario, &entries, &mut errors);
@@ -122,6 +123,41 @@ impl Scenario {
             contradictions::check_start(&scenario, &entries, &mut errors);
         }
         if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
+    }
+
+    /// Reads the named courses of all contacts from their files, unless they have been read.
+    fn read_courses(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+        let (load, prestress, blocks) =
+            (&mut self.normal_load, &mut self.prestress, self.slider.blocks as usize);
+        for (key, file, value, times, values) in [
+            (
+                "normal_load.course_csv",
+                &load.course_csv,
+                "factor",
+                &mut load.course_s,
+                &mut load.course_factor,
+            ),
+            (
+                "prestress.course_csv",
+                &prestress.course_csv,
+                "ratio",
+                &mut prestress.course_s,
+                &mut prestress.course_ratio,
+            ),
+        ] {
+            if file.is_empty() || !times.is_empty() || !values.is_empty() {
+                continue;
+            }
+            match profile::read_course(Path::new(file), value, blocks) {
+                Ok(read) => (*times, *values) = read,
+                Err(problem) => errors.push(ScenarioError {
+                    place: entries.place(key),
+                    key: Some(key.to_owned()),
+                    problem,
+                    accepted: Some(profile::accepted_course(value)),
+                }),
+            }
+        }
     }
 
     /// Reads the named offsets of blocks from their file, unless they have been read.

@@ -183,6 +183,8 @@ pub struct Drive {
     #[serde(skip_serializing_if = "is_default")]
     pub course_m_per_s: Vec<f64>,
     #[serde(skip_serializing_if = "is_default")]
+    pub course_n: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
     pub tilt: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub decay_length_m: f64,
@@ -211,6 +213,12 @@ pub struct NormalLoad {
     pub schedule_n: Vec<f64>,
     #[serde(skip_serializing_if = "is_default")]
     pub schedule_from: ScheduleFrom,
+    #[serde(skip_serializing_if = "is_default")]
+    pub course_csv: String,
+    #[serde(skip_serializing_if = "is_default")]
+    pub course_s: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub course_factor: Vec<f64>,
 }
 
 /// `[initial_shear]`
@@ -241,6 +249,12 @@ pub struct Prestress {
     pub from_blocks_ratio: Vec<f64>,
     pub profile_csv: String,
     pub profile: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub course_csv: String,
+    #[serde(skip_serializing_if = "is_default")]
+    pub course_s: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub course_ratio: Vec<f64>,
 }
 
 /// `[disorder]`
@@ -370,6 +384,15 @@ impl Friction {
     }
 }
 
+impl Scenario {
+    /// Whether forces or loads of single contacts follow courses, or the drive is a force.
+    pub fn has_contact_courses(&self) -> bool {
+        self.drive.kind == DriveKind::Force
+            || !self.prestress.course_s.is_empty()
+            || !self.normal_load.course_s.is_empty()
+    }
+}
+
 impl Drive {
     /// The largest velocity of its point.
     pub(crate) fn fastest_m_per_s(&self) -> f64 {
@@ -423,6 +446,8 @@ impl Scenario {
         // The values read from the file are hashed instead of its path.
         anonymous.initial_shear.profile_csv.clear();
         anonymous.prestress.profile_csv.clear();
+        anonymous.prestress.course_csv.clear();
+        anonymous.normal_load.course_csv.clear();
         anonymous.disorder.blocks_csv.clear();
         // These laws determine the rule; older programs did not always resolve it that way.
         if !anonymous.friction.law.uses("friction.reattach") {

@@ -19,7 +19,7 @@ pub(crate) fn drive(plan: &Plan, kind: DriveKind) -> &'static str {
     match kind {
         _ if plan.drive.springs.is_empty() => "no drive",
         DriveKind::Top => "springs drive it from the top",
-        DriveKind::Side | DriveKind::LeftRight => "a spring drives it from the side",
+        DriveKind::Side | DriveKind::LeftRight | DriveKind::Force => "a spring drives it from the side",
     }
 }
 

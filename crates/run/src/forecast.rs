@@ -140,7 +140,7 @@ impl MostLogBytes {
         let samples = on_cadence(recording.sample_every_steps) + 1;
         let fields = on_cadence(recording.fields_every_steps);
         let step = most.step(plan.drive.pulls_both_ways());
-        let state = most.fields(plan.blocks, plan.elastic.has_foundation());
+        let state = most.fields(plan.blocks, !plan.has_given_loads());
         let junctions = plan.blocks as u64 * u64::from(scenario.junction_count());
         let of_block = match plan.friction.law.rate_and_state() {
             Some(_) => CHECKPOINT_BYTES_WITH_STATE,

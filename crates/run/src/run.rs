@@ -247,7 +247,7 @@ pub fn run(
         observer.notice(Notice::Warning(&warning.text));
     }
     let Task { scenario, solver, log, detectors: own, threads } = task;
-    let mut detectors = detectors::all(&header, "");
+    let mut detectors = detectors::all(&header, "").with_spring_factors(plan.spring_factors());
     own.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors)?;
     let pool = if threads == Threads::All { Pool::of(&plan).map(Arc::new) } else { None };

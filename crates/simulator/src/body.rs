@@ -33,7 +33,7 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     fn begin_step(&mut self, _plan: &Plan, _state: &mut SliderState, _steps_ahead: u64) {}
 
     /// Brings the forces from outside and the strength of contacts to the load of the step.
-    fn press(&mut self, plan: &Plan, state: &SliderState, load: Load);
+    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
 
     /// Force from outside on a freedom in this step; the drive writes it, on top of [`Body::press`].
     fn pull_at(&mut self, freedom: usize, force_n: f64);

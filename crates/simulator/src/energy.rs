@@ -159,6 +159,7 @@ impl Accounts {
                 || plan.friction.law.junctions().is_some()
                 || Radiated::of(plan, &chain) == Radiated::Apart
                 || plan.drive.course.is_some()
+                || plan.has_contact_courses()
                 || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
             radiated: Radiated::of(plan, &chain),
@@ -348,7 +349,10 @@ impl Accounts {
         let (kinetic_j, elastic_j) = self.stored_j(plan, state);
         let mut energy = Energy {
             drive_work_j: ledger.drive_work_j.value(),
-            prestress_work_j: prestress_work_j(plan, &state.displacement_m),
+            prestress_work_j: match plan.prestress_course {
+                Some(_) => ledger.load_work_j.value(),
+                None => prestress_work_j(plan, &state.displacement_m),
+            },
             friction_heat_j: heat_j,
             anchor_change_j: ledger.anchor_change_j.value(),
             viscous_loss_j: ledger.viscous_loss_j.value(),

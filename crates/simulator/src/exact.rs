@@ -132,6 +132,8 @@ pub struct Exact<'a> {
     tangential_force_n: Vec<Wide>,
     /// The normal load of each contact in the last step, and the forces on all freedoms.
     normal_load_n: Vec<Wide>,
+    /// Factors on the loads of single contacts; empty without a course of these.
+    contact_factors: Vec<f64>,
     force_n: Vec<Wide>,
 }
 
@@ -150,6 +152,7 @@ impl<'a> Exact<'a> {
             direction: of_axes(),
             tangential_force_n: of_axes(),
             normal_load_n: vec![Wide::ZERO; plan.blocks],
+            contact_factors: Vec::new(),
             force_n: vec![Wide::ZERO; plan.elastic.freedoms()],
         }
     }
@@ -208,11 +211,16 @@ impl<'a> Exact<'a> {
             force[spring.block] = force[spring.block] + pull;
             total_n += pull.high;
         }
-        for (force, prestress) in force.iter_mut().zip(&plan.prestress_n) {
-            *force = *force + (*prestress).into();
+        for (force, prestress) in force.iter_mut().zip(plan.outside_n(self.step)) {
+            *force = *force + prestress.into();
+        }
+        if let Some(force_n) = plan.drive_force_n(self.step, self.hold_step) {
+            force[0] = force[0] + force_n.into();
+            total_n += force_n;
         }
         let load = Load::in_step(plan, self.step, self.hold_step);
-        if StopForce::of(plan, self.hold_step).is_some_and(|stop| total_n >= stop.under_n(load)) {
+        let all = Load::of_all(plan, self.step, self.hold_step);
+        if StopForce::of(plan, self.hold_step).is_some_and(|stop| total_n >= stop.under_n(all)) {
             self.hold_step = self.step;
         }
         for (freedom, load_n) in pressed(plan, &plan.elastic.as_lattice()) {
@@ -225,6 +233,8 @@ impl<'a> Exact<'a> {
     fn rub(&mut self, load: Load) {
         let plan = self.plan;
         let lattice = plan.elastic.as_lattice();
+        self.contact_factors =
+            plan.contact_load_course.as_ref().map_or_else(Vec::new, |course| course.values(self.step));
         for n in 0..plan.blocks {
             let freedoms: Vec<usize> =
                 (0..plan.elastic.tangential_axes()).map(|axis| axis * lattice.nodes() + n).collect();
@@ -237,6 +247,11 @@ impl<'a> Exact<'a> {
                     self.normal_load_n[n] = bears;
                     self.force_n[normal + n] = self.force_n[normal + n] + bears;
                     bears * plan.friction.dynamic_coefficients[n]
+                }
+                None if !self.contact_factors.is_empty() => {
+                    let borne_n = load.scaled_n(plan.normal_load_n[n]) * self.contact_factors[n];
+                    self.normal_load_n[n] = borne_n.into();
+                    self.normal_load_n[n] * plan.friction.dynamic_coefficients[n]
                 }
                 None => {
                     self.normal_load_n[n] = load.scaled_n(plan.normal_load_n[n]).into();
@@ -305,7 +320,7 @@ impl<'a> Exact<'a> {
                 [tau] => tau,
                 ref tau => product(tau, tau).root(),
             };
-            if plan.elastic.has_foundation() {
+            if !plan.has_given_loads() {
                 let since_step = start.stuck_since_step.get(n).copied();
                 let coefficient = aged_coefficient(plan, n, since_step, self.step);
                 return (size - self.normal_load_n[n] * coefficient).high;

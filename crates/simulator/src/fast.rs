@@ -120,6 +120,9 @@ pub(crate) struct Fast<L: Leaps> {
 /// The solver's name in run headers and on the command line.
 pub(crate) const NAME: &str = "fast";
 
+/// Why a run with courses of single contacts has no leaps.
+const COURSES: &str = "single steps instead of leaps: forces or loads of single contacts follow courses";
+
 /// Why a run with junctions has no leaps.
 const JUNCTIONS: &str = "single steps instead of leaps: junctions break or are pinned every few dozen steps";
 
@@ -249,7 +252,7 @@ impl<L: Leaps> Solver for Fast<L> {
                 continue;
             }
             // The first and the first-after step of an event are taken singly, and recorded.
-            if self.plan.friction.law.junctions().is_some() {
+            if self.plan.friction.law.junctions().is_some() || self.plan.has_contact_courses() {
                 self.pace.take_singly(u64::MAX);
                 continue;
             }
@@ -295,6 +298,7 @@ impl<L: Leaps> Solver for Fast<L> {
     fn fallbacks(&self) -> Vec<&'static str> {
         match self.plan.friction.law.junctions() {
             Some(_) => vec![JUNCTIONS],
+            None if self.plan.has_contact_courses() => vec![COURSES],
             None => self.leaps.fallbacks(&self.plan),
         }
     }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Ledger {
     /// Work of the drive point.
     pub drive_work_j: Sum,
-    /// Of a slab or a body, work of the normal load on its top; 0 in a chain and a sheet.
+    /// Of a slab or a body, work of the normal load on its top; of a chain, of a prestress with a course; 0 elsewhere.
     #[serde(default, skip_serializing_if = "Sum::is_zero")]
     pub load_work_j: Sum,
     /// Work against sliding friction.

@@ -147,7 +147,7 @@ fn load(
         energy: Some(energy),
         junctions: state.junctions.as_ref().map(|junctions| junctions.totals_before()),
         peak_velocity_m_per_s: state.peak_velocity_m_per_s,
-        normal_load_n: Load::in_step(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
+        normal_load_n: Load::of_all(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
         sliding: state.sliding,
         switches,
     }

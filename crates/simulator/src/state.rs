@@ -37,8 +37,8 @@ pub struct SliderState {
     /// the force of the last step is the direction of their slip.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub just_detached: Vec<u32>,
-    /// Normal load `p_n` on each contact of a body on a foundation in the last step; empty for others, whose
-    /// normal load the plan has.
+    /// Normal load `p_n` on each contact of a body on a foundation in the last step, and on contacts whose loads
+    /// follow courses of their own; empty for others, whose normal load the plan has.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub normal_load_n: Vec<f64>,
     /// How many contacts slid in the last step.
@@ -94,10 +94,11 @@ impl SliderState {
         for spring in plan.drive.springs.iter().filter(|spring| spring.block < plan.blocks) {
             tangential_force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
-        for (tau, prestress) in tangential_force_n.iter_mut().zip(&plan.prestress_n) {
+        for (tau, prestress) in tangential_force_n.iter_mut().zip(plan.outside_n(initial.step)) {
             *tau += prestress;
         }
-        let is_given = !plan.elastic.has_foundation();
+        tangential_force_n[0] += plan.drive_force_n(initial.step, hold_step).unwrap_or(0.0);
+        let is_given = plan.has_given_loads();
         let memory = plan.friction.law.memory() * plan.blocks;
         let ages = plan.friction.ageing.is_some();
         SliderState {
@@ -140,7 +141,7 @@ impl SliderState {
         let (freedoms, tangential_axes) = (plan.elastic.freedoms(), plan.elastic.tangential_axes());
         let tangential = |values: &[f64]| are_finite(values, tangential_axes * plan.blocks);
         let slides = |n: &u32| self.slip.get(*n as usize).is_some_and(|slip| *slip == 1.0);
-        let (ages, is_given) = (plan.friction.ageing.is_some(), !plan.elastic.has_foundation());
+        let (ages, is_given) = (plan.friction.ageing.is_some(), plan.has_given_loads());
         let slipping = self.slip.iter().filter(|&&slip| slip == 1.0).count();
         let sticking = self.slip.iter().filter(|&&slip| slip == 0.0).count();
         (plan.initial.step..=plan.steps).contains(&self.step)

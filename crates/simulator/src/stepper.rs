@@ -161,7 +161,8 @@ impl<B: Body> Stepper<B> {
             body.remember(plan, state, &self.switched);
         }
         let stop = StopForce::of(plan, state.hold_step);
-        if stop.is_some_and(|stop| driving.total_n >= stop.under_n(load)) {
+        let all = || Load::of_all(plan, state.step, state.hold_step);
+        if stop.is_some_and(|stop| driving.total_n >= stop.under_n(all())) {
             state.hold_step = state.step;
         }
         let is_last = !self.switched.is_empty() || state.hold_step != hold_step;
@@ -184,6 +185,10 @@ impl<B: Body> Stepper<B> {
             } else if spring.block == plan.blocks - 1 {
                 ends_n[1] = force_n;
             }
+        }
+        if let Some(force_n) = plan.drive_force_n(state.step, state.hold_step) {
+            body.pull_at(0, force_n);
+            total_n += force_n;
         }
         body.add_drive(state, along_n, plan.way_m(state.step, state.hold_step));
         Driving { total_n, ends_n: pulls_both_ways.then_some(ends_n) }

@@ -21,6 +21,11 @@ impl Load {
         Load(plan.load_factor(step, hold_step))
     }
 
+    /// The total load of a step, likewise.
+    pub(crate) fn of_all(plan: &Plan, step: u64, hold_step: u64) -> Load {
+        Load(plan.total_load_factor(step, hold_step))
+    }
+
     /// A force under this load that is proportional to it and equals `at_start_n` at the start.
     #[inline]
     pub(crate) fn scaled_n(self, at_start_n: f64) -> f64 {
@@ -132,6 +137,14 @@ impl Strength {
     #[inline]
     pub(crate) fn changes(&self) -> bool {
         self.load_changes || self.age
+    }
+
+    /// Updates them to the normal loads of all contacts.
+    pub(crate) fn bear(&mut self, plan: &Plan, normal_load_n: &[f64]) {
+        for (n, p) in normal_load_n.iter().enumerate() {
+            self.threshold_n[n] = plan.friction.static_coefficients[n] * p;
+            self.sliding_friction_n[n] = plan.friction.dynamic_coefficients[n] * p;
+        }
     }
 
     /// Updates them to the load of a step.

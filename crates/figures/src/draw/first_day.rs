@@ -32,7 +32,7 @@ fn with_records(mut run: RunData) -> RunData {
     let rest = || vec![0.0; blocks];
     let is_area = run.plan.elastic.layout().is_area();
     let across = || if is_area { rest() } else { Vec::new() };
-    let loads_n = if run.plan.elastic.has_foundation() { rest() } else { Vec::new() };
+    let loads_n = if !run.plan.has_given_loads() { rest() } else { Vec::new() };
     let state = FieldRecord {
         step: 0,
         time_s: 0.0,

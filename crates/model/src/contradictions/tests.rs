@@ -20,6 +20,29 @@ const CASES: &[(&str, &str)] = &[
         "time.start = \"loaded\"\ndrive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, 0]",
         "time.start: \"loaded\" needs interfacial springs, a constant load and a drive of constant velocity",
     ),
+    ("drive.course_n = [1, 2]", "drive.course_n: a drive by springs has no course of its force"),
+    ("drive.kind = \"force\"", "drive.course_n: a drive by force has no forces"),
+    (
+        "drive.kind = \"force\"\ndrive.course_s = [1, 2]\ndrive.course_n = [1]",
+        "drive.course_n: 1 forces at 2 times",
+    ),
+    (
+        "drive.kind = \"force\"\nslider.blocks = 11\nslider.rows = 3\ndrive.course_s = [1, 2]\ndrive.course_n = [1, 2]",
+        "drive.kind: \"force\" pulls block 1 of a chain by whose friction blocks stick",
+    ),
+    (
+        "normal_load.course_s = [1, 2]\nnormal_load.course_factor = [1, 1, 1]",
+        "normal_load.course_factor: 3 values at 2 times of 100 blocks (accepted: 2 or 200 values)",
+    ),
+    (
+        "prestress.course_s = [2, 1]\nprestress.course_ratio = [0, 0]",
+        "prestress.course_s: goes from 2 to 1 (accepted: times that ascend",
+    ),
+    (
+        "friction.law = \"junctions\"\nprestress.course_s = [1]\nprestress.course_ratio = [0]",
+        "prestress.course_s: courses of single contacts are those of a chain",
+    ),
+    ("normal_load.course_csv = \"no such file\"", "normal_load.course_csv: no such file: "),
     ("drive.tilt = 0.5", "drive.tilt: 0.5 has no meaning for this drive"),
     ("drive.kind = \"top\"\ndrive.tilt = 0.5\ndrive.decay_length_m = 0.1", "drive.tilt: the springs"),
     ("drive.until_load_ratio = 0.3\ndrive.hold_from_s = 1", "drive.until_load_ratio: the drive stops either"),

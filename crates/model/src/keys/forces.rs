@@ -18,10 +18,11 @@ pub(super) const FORCES: &[Key] = &[
         symbol: "",
         doc: "Where the drive pulls: side, block 1 (5.8), over an area all rows across with K / N_y each; top, every \
               block, or every node at the top of a slab or a body, with K over their number each (5.53); left-right, \
-              block 1 backwards and block N forwards, with K each. Its springs are measured from the grid of the \
+              block 1 backwards and block N forwards, with K each; force, block 1 of a chain by the force course_n, without a \
+              spring, as by a weight. Its springs are measured from the grid of the \
               undeformed slider, so with initial shear F_T is not quite 0 at the start; in a slab and a body they are \
               relaxed where it rests under its load.",
-        kind: Word(&["side", "top", "left-right"]),
+        kind: Word(&["side", "top", "left-right", "force"]),
         default: Is(Value::Text("side")),
     },
     Key {
@@ -52,6 +53,14 @@ pub(super) const FORCES: &[Key] = &[
         symbol: "",
         doc: "Velocities at these times, below 0 backwards, the first being velocity_m_per_s; before the first and \
               after the last the velocity is constant.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "drive.course_n",
+        symbol: "",
+        doc: "Of a drive by force: forces at the times course_s, not descending, linear between them; before the first \
+              and after the last the force is constant.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },
@@ -148,6 +157,30 @@ pub(super) const FORCES: &[Key] = &[
         default: Is(Value::Text("start")),
     },
     Key {
+        path: "normal_load.course_csv",
+        symbol: "",
+        doc: "A file of columns time_s, x_over_l and factor, named from the current folder, with a profile along the \
+              chain at each of its times. The normal load of each block is multiplied with the factor, interpolated \
+              linearly in place and time; a part that is unloaded, or fluid that spreads. It is read once; the run's \
+              log holds what it said.",
+        kind: Text,
+        default: Is(Value::Text("")),
+    },
+    Key {
+        path: "normal_load.course_s",
+        symbol: "",
+        doc: "Times of such a course, ascending, each a whole number of steps; empty for none.",
+        kind: Numbers(Including(0.0), Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "normal_load.course_factor",
+        symbol: "",
+        doc: "Factors on the normal load at these times: one for all blocks, or one for each block, time by time.",
+        kind: Numbers(Excluding(0.0), Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
         path: "initial_shear.beta",
         symbol: "beta",
         doc: "Amplitude of the initial shear profile tau_0 = beta p (2x / L - 1) (5.50), \
@@ -229,6 +262,29 @@ pub(super) const FORCES: &[Key] = &[
         path: "prestress.profile",
         symbol: "",
         doc: "Prestress over normal load, block by block, in addition; empty for none.",
+        kind: Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "prestress.course_csv",
+        symbol: "",
+        doc: "A file of columns time_s, x_over_l and ratio, named from the current folder, with a profile along the \
+              chain at each of its times: a force from outside on each block over its normal load at the start, in \
+              addition, interpolated linearly in place and time. It is read once; the run's log holds what it said.",
+        kind: Text,
+        default: Is(Value::Text("")),
+    },
+    Key {
+        path: "prestress.course_s",
+        symbol: "",
+        doc: "Times of such a course, ascending, each a whole number of steps; empty for none.",
+        kind: Numbers(Including(0.0), Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "prestress.course_ratio",
+        symbol: "",
+        doc: "Ratios at these times: one for all blocks, or one for each block, time by time.",
         kind: Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
         default: Is(Value::NoNumbers),
     },

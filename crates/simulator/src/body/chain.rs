@@ -91,11 +91,12 @@ impl OfPlan for ChainBody {
             former_velocity_m_per_s: zeros(),
             former_tangential_force_n: zeros(),
             outer_force_n: if plan.prestress_n.is_empty() { zeros() } else { plan.prestress_n.clone() },
-            prestress_n: plan.prestress_n.clone(),
+            prestress_n: plan.outside_n(state.step),
             // Both ends of one block are the same node.
             is_pulled_inside: chain.nodes == 1
                 || plan.drive.pulls_inside(chain.nodes)
                 || !plan.prestress_n.is_empty()
+                || plan.prestress_course.is_some()
                 || plan.friction.law.holds()
                 || plan.friction.law.junctions().is_some(),
             strength: Strength::new(plan),
@@ -118,11 +119,23 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn press(&mut self, plan: &Plan, state: &SliderState, load: Load) {
-        if self.strength.changes() {
+    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+        if let Some(course) = &plan.contact_load_course {
+            course.follow(state.step, &mut state.normal_load_n);
+            for (p, at_start_n) in state.normal_load_n.iter_mut().zip(&plan.normal_load_n) {
+                *p *= load.scaled_n(*at_start_n);
+            }
+            self.strength.bear(plan, &state.normal_load_n);
+        } else if self.strength.changes() {
             self.strength.follow(plan, state, load);
         }
-        if self.junctions.is_some() {
+        if let Some(course) = &plan.prestress_course {
+            course.follow(state.step, &mut self.prestress_n);
+            for (force, constant) in self.prestress_n.iter_mut().zip(&plan.prestress_n) {
+                *force += constant;
+            }
+        }
+        if self.junctions.is_some() || plan.prestress_course.is_some() {
             match self.prestress_n.as_slice() {
                 [] => self.outer_force_n.fill(0.0),
                 prestress_n => self.outer_force_n.copy_from_slice(prestress_n),
@@ -228,6 +241,17 @@ impl Body for ChainBody {
             mass: plan.block_mass_kg,
         };
         let (slip, velocities) = (moved.slip, [moved.v, moved.v_new]);
+        if plan.has_contact_courses() {
+            let dt = plan.grid.step_s();
+            if let Some(force_n) = plan.drive_force_n(state.step, state.hold_step) {
+                state.energy.drive_work_j.add(dt * force_n * moved.v_new[0]);
+            }
+            if plan.prestress_course.is_some() {
+                let work_w =
+                    self.prestress_n.iter().zip(moved.v_new).fold(0.0, |sum, (force, v)| sum + force * v);
+                state.energy.load_work_j.add(dt * work_w);
+            }
+        }
         let mut work = self.law.step_work(self.simd, &moved);
         if let Some(junctions) = &self.junctions {
             let [heat_j, scheme_j] = junctions.contacts.heat_and_scheme_j(&state.velocity_m_per_s);

@@ -184,7 +184,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         self.crew = Arc::clone(crew);
     }
 
-    fn press(&mut self, plan: &Plan, state: &SliderState, load: Load) {
+    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
         let nodes = self.lattice.nodes();
         match self.upward() {
             None => self.strength.follow(plan, state, load),

@@ -1,0 +1,150 @@
+//! Courses in time: drives by force, and forces and loads of single contacts, against closed forms.
+
+use asperity_model::Plan;
+use asperity_record::{Energy, Record, StepRecord};
+use asperity_simulator::{SolverKind, equality};
+
+/// One rigid block of 1 kg under 400 N, in steps of a microsecond.
+const BLOCK: [&str; 8] = [
+    "slider.blocks=1",
+    "slider.mass_kg=1",
+    "friction.law=rigid",
+    "time.step_s=1e-6",
+    "time.duration_s=3",
+    "recording.sample_s=0.01",
+    "recording.fields_s=0",
+    "recording.event_fields=false",
+];
+
+fn plan(sets: &[&str]) -> Plan {
+    asperity_testkit::plan("default", &[&BLOCK[..], sets].concat())
+}
+
+/// All step records by both solvers, which must be the same.
+fn records(plan: &Plan) -> Vec<StepRecord> {
+    let [fast, plain] = [SolverKind::Fast, SolverKind::Plain].map(|kind| {
+        let mut solver = kind.start(plan.clone());
+        let records = std::iter::from_fn(|| solver.next_record().unwrap());
+        let steps =
+            records.filter_map(|record| if let Record::Step(step) = record { Some(step) } else { None });
+        steps.collect::<Vec<StepRecord>>()
+    });
+    assert_eq!(fast.len(), plain.len());
+    for (a, b) in fast.iter().zip(&plain) {
+        assert_eq!((a.step, &a.switches, a.driving_force_n), (b.step, &b.switches, b.driving_force_n));
+    }
+    fast
+}
+
+fn onset_s(records: &[StepRecord]) -> f64 {
+    records.iter().find(|record| !record.switches.is_empty()).expect("it slips").time_s
+}
+
+/// What is left of the balance of energies, over the work put in.
+fn left_over(records: &[StepRecord]) -> f64 {
+    let of = |record: &StepRecord| record.energy.expect("energies are recorded");
+    let (first, last) = (of(&records[0]), of(records.last().unwrap()));
+    let change = |part: fn(&Energy) -> f64| part(&last) - part(&first);
+    let put_in = change(|e| e.drive_work_j) + change(|e| e.prestress_work_j);
+    let kept = change(|e| e.kinetic_j) + change(|e| e.elastic_j) - change(|e| e.anchor_change_j);
+    let lost = change(|e| e.friction_heat_j) + change(|e| e.viscous_loss_j) - change(|e| e.scheme_work_j);
+    (put_in - kept - lost).abs() / put_in.abs()
+}
+
+#[test]
+fn a_block_under_a_force_slips_and_accelerates_as_newton_says() {
+    // mu_s p = 280 N, mu_d p = 180 N. From 0 to 400 N over 2 s, then constant.
+    let plan = plan(&["drive.kind=force", "drive.course_s=[0,2]", "drive.course_n=[0,400]"]);
+    let records = records(&plan);
+    let found_s = onset_s(&records);
+    assert!((found_s - 1.4).abs() < 1.5e-6, "{found_s}");
+    // m u'' = 200 t - 180 from t = 1.4 on, and 220 from t = 2 on.
+    let speed =
+        |t: f64| if t < 2.0 { 100.0 * (t * t - 1.96) - 180.0 * (t - 1.4) } else { 96.0 + 220.0 * (t - 2.0) };
+    for record in records.iter().filter(|record| record.time_s > 1.41) {
+        let kinetic_j = 0.5 * speed(record.time_s).powi(2);
+        let found_j = record.energy.unwrap().kinetic_j;
+        assert!((found_j / kinetic_j - 1.0).abs() < 1e-3, "{}: {found_j}, not {kinetic_j}", record.time_s);
+    }
+    assert!(left_over(&records) < 1e-9, "{}", left_over(&records));
+    // F_T is the force.
+    let last = records.last().unwrap();
+    assert_eq!((last.driving_force_n, last.normal_load_n), (400.0, 400.0));
+}
+
+#[test]
+fn a_dead_weight_stops_where_a_load_is_reached() {
+    let force = ["drive.kind=force", "drive.course_s=[0,2]", "drive.course_n=[0,400]"];
+    let records = records(&plan(&[&force[..], &["drive.until_load_ratio=0.25"]].concat()));
+    // 100 N from 0.5 s on.
+    let late = records.iter().filter(|record| record.time_s > 0.51);
+    assert!(late.clone().count() > 100);
+    late.for_each(|record| assert!((record.driving_force_n - 100.0).abs() < 1e-3));
+}
+
+#[test]
+fn a_block_slips_where_its_load_has_fallen_to_what_its_force_needs() {
+    // 140 N, and mu_s p = 280 N times a factor that falls from 1 to 0.2 between 1 and 2 s.
+    let force = ["drive.kind=force", "drive.course_s=[0,0.5]", "drive.course_n=[0,140]"];
+    let load = ["normal_load.course_s=[1,2]", "normal_load.course_factor=[1,0.2]"];
+    let records = records(&plan(&[&force[..], &load].concat()));
+    let found_s = onset_s(&records);
+    assert!((found_s - 1.625).abs() < 1.5e-6, "{found_s}");
+    let last = records.last().unwrap();
+    assert!((last.normal_load_n - 80.0).abs() < 1e-12);
+    assert!(left_over(&records) < 1e-9, "{}", left_over(&records));
+}
+
+#[test]
+fn a_prestress_with_a_course_moves_what_it_overcomes() {
+    // Ten times a second around 0: 0.8 p, above mu_s p, at 0.05 s.
+    let sets = [
+        "drive.stiffness_n_per_m=0",
+        "prestress.ratio=0.1",
+        "prestress.course_s=[0,0.05,0.1]",
+        "prestress.course_ratio=[0,0.7,-0.1]",
+    ];
+    let records = records(&plan(&sets));
+    let found_s = onset_s(&records);
+    assert!((found_s - 0.05 * 0.6 / 0.7).abs() < 1.5e-6, "{found_s}");
+    // It comes to rest, and no force of the drive was recorded.
+    assert!(
+        records.last().unwrap().sliding == 0 && records.iter().all(|record| record.driving_force_n == 0.0)
+    );
+    assert!(left_over(&records) < 1e-9, "{}", left_over(&records));
+}
+
+#[test]
+fn loads_and_forces_of_single_blocks_are_theirs() {
+    // The middle of three blocks loses most of its load, and slips alone: it is pulled by its prestress.
+    let sets = [
+        "slider.blocks=3",
+        "friction.law=interfacial-springs",
+        "drive.stiffness_n_per_m=0",
+        "slider.youngs_modulus_pa=1e5",
+        "time.duration_s=1",
+        "prestress.ratio=0.3",
+        "normal_load.course_s=[0.1,0.9]",
+        "normal_load.course_factor=[1,1,1,1.2,0.2,1]",
+        "recording.fields_s=0.01",
+    ];
+    let plan = plan(&sets);
+    let records = records(&plan);
+    let first = records.iter().find(|record| !record.switches.is_empty()).unwrap();
+    assert_eq!(first.switches[0].block, 2);
+    // 0.3 p reaches 0.7 p times the factor where it is 3/7.
+    let expected_s = 0.1 + 0.8 * (1.0 - 3.0 / 7.0) / 0.8;
+    assert!((first.time_s - expected_s).abs() < 2e-6, "{}", first.time_s);
+    // Its load is recorded, and the total.
+    let mut solver = SolverKind::Plain.start(plan.clone());
+    let fields = std::iter::from_fn(|| solver.next_record().unwrap());
+    let last =
+        fields.filter_map(|record| if let Record::Fields(fields) = record { Some(fields) } else { None });
+    let loads_n = last.last().expect("fields are recorded").normal_load_n;
+    let of = |factor: f64| factor * 400.0 / 3.0;
+    for (found, expected) in loads_n.iter().zip([of(1.2), of(0.2), of(1.0)]) {
+        assert!((found - expected).abs() < 1e-10, "{loads_n:?}");
+    }
+    assert!((records.last().unwrap().normal_load_n - of(2.4)).abs() < 1e-10);
+    equality::compare(&plan, |_, _| {}, |_| {}).unwrap();
+}

@@ -46,9 +46,9 @@ impl LengthLaw {
         }
     }
 
-    /// Whether there are laws for its slider and its friction: a chain by whose friction blocks stick.
+    /// Whether there are laws for its slider and its friction: a chain with free ends by whose friction blocks stick.
     pub fn are_known(scenario: &Scenario) -> bool {
-        scenario.elastic().has_theory() && scenario.friction.law.sticks()
+        scenario.has_theory() && scenario.friction.law.sticks()
     }
 
     /// Whether the laws apply to a scenario: to a chain that is driven in one direction and whose
@@ -272,7 +272,7 @@ pub struct LoadCurve {
 }
 
 impl LoadCurve {
-    /// The curve of a scenario that meets its assumptions: a chain with a drive at the side, a
+    /// The curve of a scenario that meets its assumptions: a chain with free ends and a drive at the side, a
     /// normal load that is constant at the start, no initial shear, at most a uniform prestress,
     /// blocks that can all slide, and sliding friction in proportion to the normal load. `None` for others.
     pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
@@ -290,7 +290,7 @@ impl LoadCurve {
             && prestress.profile.is_empty();
         let mu_d = friction.dynamic_coefficient - prestress.ratio;
         let drives = scenario.drive.kind == DriveKind::Side && scenario.drive.velocity_m_per_s > 0.0;
-        let is_chain = scenario.elastic().has_theory();
+        let is_chain = scenario.has_theory();
         if !(is_chain && is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
             return None;
         }

@@ -4,6 +4,7 @@ use asperity_record::{TimeGrid, counted, rounded, short};
 
 use crate::choices::{DriveKind, Start};
 use crate::derive::{coefficients, longest_stable_step_s};
+use crate::end_keys;
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
 use crate::lattice_keys::{self, Refusal};
 use crate::one_block;
@@ -33,6 +34,7 @@ const RULES: &[Rule] = &[
     every_block_has_ordered_coefficients,
     bodies_have_what_they_can,
     keys_of_several_blocks_are_for_these,
+    ends_are_of_chains_that_stick,
     steady_sliding_is_a_start,
     only_springs_let_stuck_blocks_move,
     junctions_bear_load_and_fit,
@@ -296,6 +298,10 @@ fn bodies_have_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
 
 fn keys_of_several_blocks_are_for_these(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     refusals.refuse_all(one_block::refused(scenario));
+}
+
+fn ends_are_of_chains_that_stick(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    refusals.refuse_all(end_keys::refused(scenario));
 }
 
 fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {

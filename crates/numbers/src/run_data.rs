@@ -340,7 +340,7 @@ impl RunEvents {
 
     /// The run, if theory of the stuck or the moving chain is of it; slabs have none.
     pub(crate) fn of_chain(&self) -> Option<&RunEvents> {
-        self.plan.elastic.has_theory().then_some(self)
+        self.plan.has_theory().then_some(self)
     }
 
     /// The first slip event in which every block slid.

@@ -410,6 +410,23 @@ pub fn overdamped_modes(relative_damping: f64, blocks: u32) -> u32 {
 mod tests {
     use super::*;
 
+    #[test]
+    fn theory_is_of_free_ends_alone() {
+        let of = |sets: &[&str]| {
+            let scenario = crate::resolve("default", sets).unwrap();
+            let plan = Plan::new(&scenario);
+            let is_known = [LengthLaw::is_for(&scenario), LengthLaw::are_known(&scenario), plan.has_decay()];
+            let has_curve = LoadCurve::of(&scenario).is_some();
+            assert!(is_known.iter().all(|known| *known == has_curve), "{sets:?} {is_known:?} {has_curve}");
+            has_curve
+        };
+        assert!(of(&[]) && of(&["friction.detach_by=spring"]));
+        for end in ["clamped", "absorbing"] {
+            assert!(!of(&[&format!("slider.right_end={end}")]) && !of(&[&format!("slider.left_end={end}")]));
+        }
+        assert!(!of(&["slider.left_end=periodic", "slider.right_end=periodic"]));
+    }
+
     const DEFAULT: LengthLawParameters = LengthLawParameters {
         mu_s: 0.7,
         mu_d: 0.45,

@@ -11,7 +11,9 @@ use asperity_testkit::{Random, plan};
 
 mod fast_and_plain;
 
-use fast_and_plain::{Compared, entries, recording_changes_nothing, resumes_to_the_bit, run, samples_agree};
+use fast_and_plain::{
+    Compared, entries, from_state, recording_changes_nothing, resumes_to_the_bit, run, samples_agree,
+};
 
 /// The words of the four kinds of ends, and of two that differ.
 const ENDS: [[&str; 2]; 6] = [
@@ -69,8 +71,9 @@ fn at_end(plan: &Plan, state: &SliderState, kind: SolverKind) -> (Vec<f64>, Ener
 /// By Euler-Cromer from rest, `u^s = cos((s + 1/2) phi) / cos(phi / 2)` with `2 sin(phi / 2) = w dt`.
 #[test]
 fn modes_of_reflecting_ends_swing_as_their_dispersion_says() {
-    type Shape = fn(f64, f64) -> f64;
-    let cases: [([&str; 2], fn(f64, f64) -> f64, Shape); 4] = [
+    type Function = fn(f64, f64) -> f64;
+    type Case = ([&'static str; 2], Function, Function);
+    let cases: [Case; 4] = [
         (["free", "free"], |j, n| PI * j / n, |q, n| (q * (n + 0.5)).cos()),
         (["clamped", "clamped"], |j, n| PI * j / (n + 1.0), |q, n| (q * (n + 1.0)).sin()),
         (["free", "clamped"], |j, n| PI * (2.0 * j - 1.0) / (2.0 * n + 1.0), |q, n| (q * (n + 0.5)).cos()),
@@ -165,6 +168,8 @@ fn a_periodic_chain_keeps_its_momentum() {
             state.slip[n] = 1.0;
         }
         state.detached = plan.blocks as u32;
+        let (_, counters) = from_state(&plan, &state);
+        assert!(counters.window_steps > plan.steps / 2, "{counters:?}");
         let momentum = |state: &SliderState| state.velocity_m_per_s.iter().sum::<f64>();
         let before = momentum(&state);
         let mut solver = kind.start(plan.clone());
@@ -343,7 +348,10 @@ fn random_chain(seed: u64) -> Vec<String> {
             } else if noise.pick(&[false, true]) {
                 set.push("time.start=loaded".to_owned());
             }
-            set.push(format!("initial_shear.beta={}", noise.pick(&[0.0, 0.1 * mu_s])));
+            // With a tilted load it is more than a block holds, so that nothing would be left to load.
+            if !set.iter().any(|set| set == "time.start=loaded") {
+                set.push(format!("initial_shear.beta={}", noise.pick(&[0.0, 0.1 * mu_s])));
+            }
         }
     }
     if noise.pick(&[false, true]) && !set.iter().any(|set| set == "time.start=loaded") {

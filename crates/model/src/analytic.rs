@@ -47,9 +47,9 @@ impl LengthLaw {
         }
     }
 
-    /// Whether there are laws for its slider and its friction: a chain by whose friction blocks stick.
+    /// Whether there are laws for its slider and its friction: a chain with free ends by whose friction blocks stick.
     pub fn are_known(scenario: &Scenario) -> bool {
-        scenario.elastic().has_theory() && scenario.friction.law.sticks()
+        scenario.has_theory() && scenario.friction.law.sticks()
     }
 
     /// Whether the laws apply to a scenario: to a chain that is driven in one direction and whose
@@ -278,7 +278,7 @@ pub struct LoadCurve {
 }
 
 impl LoadCurve {
-    /// The curve of a scenario that meets its assumptions: a chain with a drive at the side, a
+    /// The curve of a scenario that meets its assumptions: a chain with free ends and a drive at the side, a
     /// normal load that is constant at the start, no initial shear, at most a uniform prestress,
     /// blocks that can all slide, and sliding friction in proportion to the normal load. `None` for others.
     pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
@@ -300,7 +300,7 @@ impl LoadCurve {
         let drives = scenario.drive.kind == DriveKind::Side
             && scenario.drive.velocity_m_per_s > 0.0
             && scenario.drive.course_s.is_empty();
-        let is_chain = scenario.elastic().has_theory();
+        let is_chain = scenario.has_theory();
         if !(is_chain && is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
             return None;
         }
@@ -422,6 +422,23 @@ pub fn overdamped_modes(relative_damping: f64, blocks: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn theory_is_of_free_ends_alone() {
+        let of = |sets: &[&str]| {
+            let scenario = crate::resolve("default", sets).unwrap();
+            let plan = Plan::new(&scenario);
+            let is_known = [LengthLaw::is_for(&scenario), LengthLaw::are_known(&scenario), plan.has_decay()];
+            let has_curve = LoadCurve::of(&scenario).is_some();
+            assert!(is_known.iter().all(|known| *known == has_curve), "{sets:?} {is_known:?} {has_curve}");
+            has_curve
+        };
+        assert!(of(&[]) && of(&["friction.detach_by=spring"]));
+        for end in ["clamped", "absorbing"] {
+            assert!(!of(&[&format!("slider.right_end={end}")]) && !of(&[&format!("slider.left_end={end}")]));
+        }
+        assert!(!of(&["slider.left_end=periodic", "slider.right_end=periodic"]));
+    }
 
     const DEFAULT: LengthLawParameters = LengthLawParameters {
         mu_s: 0.7,

@@ -7,8 +7,16 @@ use crate::plan::Plan;
 impl Stiffness {
     /// The stiffness of a plan's chain with every contact stuck by a friction spring.
     pub fn of(plan: &Plan, chain: &Chain) -> Stiffness {
-        let drive_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
-        chain.stuck(&plan.friction.springs_n_per_m, &drive_n_per_m)
+        let mut held_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
+        let bonds = || plan.end_bonds.iter();
+        for bond in bonds().filter(|bond| bond.other.is_none()) {
+            held_n_per_m[bond.block] += bond.stiffness_n_per_m;
+        }
+        let stuck = chain.stuck(&plan.friction.springs_n_per_m, &held_n_per_m);
+        match bonds().find(|bond| bond.other.is_some()) {
+            Some(bond) => stuck.closed_by(bond.stiffness_n_per_m, plan.blocks),
+            None => stuck,
+        }
     }
 }
 
@@ -36,13 +44,17 @@ impl SteadyLoading {
             stiffness.solve(&mut advance_m);
         }
         let velocity_m_per_s: Vec<f64> = advance_m.iter().map(|advance| advance / dt).collect();
-        let viscous_n =
+        let mut viscous_n: Vec<f64> =
             (0..plan.blocks).map(|n| plan.elastic.damping_force_n(&velocity_m_per_s, n)).collect();
+        for bond in &plan.end_bonds {
+            bond.add(-bond.damping_kg_per_s * bond.stretch(&velocity_m_per_s), &mut viscous_n);
+        }
         SteadyLoading { advance_m, velocity_m_per_s, viscous_n }
     }
 
     /// `a`, the displacements before the step with the drive point at `point_m`:
-    /// `M a = k_t u_stick + eta L v_q + prestress + sum_n e_n K_n d_n point`.
+    /// `M a = k_t u_stick + eta L v_q + prestress + sum_n e_n K_n d_n point`, with the dashpots of the ends in `eta L` and
+    /// their springs, relaxed elsewhere than at 0, among the forces.
     pub fn position_m(
         &self,
         plan: &Plan,
@@ -60,6 +72,9 @@ impl SteadyLoading {
         }
         for (position, prestress) in position_m.iter_mut().zip(&plan.prestress_n) {
             *position += prestress;
+        }
+        for bond in &plan.end_bonds {
+            bond.add(bond.stiffness_n_per_m * bond.rest_m, position_m);
         }
         stiffness.solve(position_m);
     }

@@ -93,6 +93,44 @@ pub enum JunctionStart {
     Drawn,
 }
 
+/// What an end of a chain is joined to.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum End {
+    /// Nothing.
+    #[default]
+    Free,
+    /// A wall at rest, by a bond like those between blocks.
+    Clamped,
+    /// A dashpot of the impedance of long waves.
+    Absorbing,
+    /// The other end, by a bond like those between blocks.
+    Periodic,
+}
+
+impl End {
+    /// The word that scenarios use.
+    pub fn word(self) -> &'static str {
+        match self {
+            End::Free => "free",
+            End::Clamped => "clamped",
+            End::Absorbing => "absorbing",
+            End::Periodic => "periodic",
+        }
+    }
+}
+
+/// The force by which a stuck contact detaches.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DetachBy {
+    /// That of all but friction, `tau_n`.
+    #[default]
+    Force,
+    /// That of its friction spring.
+    Spring,
+}
+
 /// Which records had the energies of the slider in older versions of the program.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -5,6 +5,7 @@ use asperity_record::{TimeGrid, counted, rounded, short};
 use crate::choices::{Distribution, DriveKind, Start};
 use crate::derive::longest_stable_step_s;
 use crate::disorder::{Quantity, coefficients};
+use crate::end_keys;
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
 use crate::lattice_keys::{self, Refusal};
 use crate::one_block;
@@ -37,6 +38,7 @@ const RULES: &[Rule] = &[
     lognormal_values_have_a_mean,
     bodies_have_what_they_can,
     keys_of_several_blocks_are_for_these,
+    ends_are_of_chains_that_stick,
     steady_sliding_is_a_start,
     only_springs_let_stuck_blocks_move,
     junctions_bear_load_and_fit,
@@ -358,6 +360,10 @@ fn bodies_have_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
 
 fn keys_of_several_blocks_are_for_these(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     refusals.refuse_all(one_block::refused(scenario));
+}
+
+fn ends_are_of_chains_that_stick(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    refusals.refuse_all(end_keys::refused(scenario));
 }
 
 fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {

@@ -1,9 +1,10 @@
 //! From a resolved scenario to a plan.
 
-use crate::choices::{DriveKind, ScheduleFrom, Start};
+use crate::choices::{DriveKind, End, ScheduleFrom, Start};
 use crate::course::{ContactCourse, Course, by_contact};
 use crate::disorder::{Quantity, coefficients};
 use crate::elastic::{Chain, Elastic, gaps};
+use crate::ends::{EndBond, absorbing_kg_per_s};
 use crate::initial;
 use crate::junctions::Junctions;
 use crate::lattice::{self, Lattice};
@@ -73,12 +74,14 @@ impl Plan {
         let law = scenario.contact_law();
         let contact_stiffness_n_per_m = contact_stiffness_n_per_m(law, &normal_load_n);
         initial::anchor_junctions(&mut initial, &contact_stiffness_n_per_m, kt);
+        let end_bonds = springs.end_bonds(scenario, &initial.displacement_m);
         let mut plan = Plan {
             blocks,
             length_m: scenario.slider.length_m,
             spacing_m: springs.spacing_m,
             block_mass_kg: springs.block_mass_kg,
             elastic: springs.elastic.clone(),
+            end_bonds,
             friction: Friction {
                 law,
                 static_coefficient: mean_mu_s,
@@ -331,6 +334,14 @@ impl Springs {
         })
     }
 
+    /// The bonds at the ends, relaxed at these displacements.
+    fn end_bonds(&self, scenario: &Scenario, displacement_m: &[f64]) -> Vec<EndBond> {
+        let ends = [scenario.slider.left_end, scenario.slider.right_end];
+        self.elastic
+            .as_chain()
+            .map_or_else(Vec::new, |chain| EndBond::of(ends, chain, self.block_mass_kg, displacement_m))
+    }
+
     fn scales(&self, scenario: &Scenario) -> Scales {
         let block_time_s = (self.block_mass_kg / self.elastic.slowest_wave_n_per_m()).sqrt();
         let given_ratio = scenario.detection.link_time_ratio;
@@ -364,9 +375,16 @@ impl Scenario {
         }
     }
 
-    /// Whether sliding contacts radiate.
+    /// Whether sliding contacts or the ends of a chain radiate.
     pub fn radiates(&self) -> bool {
-        self.contact_law().radiation_kg_per_s() > 0.0
+        let ends = [self.slider.left_end, self.slider.right_end];
+        self.contact_law().radiation_kg_per_s() > 0.0 || ends.contains(&End::Absorbing)
+    }
+
+    /// Whether the theory of the thesis applies to its slider: [`Elastic::has_theory`], with free ends.
+    pub fn has_theory(&self) -> bool {
+        let ends = [self.slider.left_end, self.slider.right_end];
+        self.elastic().has_theory() && ends == [End::Free; 2]
     }
 
     /// Whether contacts have a state, by rate-and-state friction.
@@ -422,11 +440,13 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
         let normal_load_n = springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
         contact_stiffness_n_per_m(law, &normal_load_n).into_iter().fold(kt, f64::max)
     });
+    // Where bonds are relaxed does not matter. Those between blocks include the bounds of clamped and joined ends.
+    let at_ends = springs.end_bonds(scenario, &vec![0.0; springs.elastic.nodes()]);
     springs.elastic.longest_stable_step_s(
         springs.block_mass_kg,
         stiffest_contact,
         stiffest_drive,
-        law.damping_kg_per_s(),
+        law.damping_kg_per_s() + absorbing_kg_per_s(&at_ends),
     )
 }
 

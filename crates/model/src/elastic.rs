@@ -361,7 +361,7 @@ impl Chain {
             let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
             inverse.push(1.0 / (diagonal - before));
         }
-        Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
+        Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse, closure: None }
     }
 
     /// The displacements, with `u_1 = 0`, at which springs pull with these forces. The last force is
@@ -387,16 +387,38 @@ pub fn second_difference<T: Number>(y: &[T], n: usize) -> T {
 }
 
 /// The stiffness `M` of the stuck slider, of springs between nodes, friction springs and drive,
-/// factored. It is tridiagonal and positive definite, so elimination without pivoting is stable.
+/// factored. It is tridiagonal, but for a bond between the ends, and positive definite, so elimination without
+/// pivoting is stable.
 #[derive(Debug, Clone)]
 pub struct Stiffness {
     /// `k` over each pivot.
     factor: Vec<f64>,
     /// 1 over each pivot.
     inverse: Vec<f64>,
+    /// Of a chain whose ends are joined, what joins them.
+    closure: Option<Closure>,
+}
+
+/// A spring `k` between the first and the last node: `M = T + k w w'`, with `T` tridiagonal and `w` 1 at the last and
+/// -1 at the first node, so that `M^-1 = T^-1 - z z' k / (1 + k w' z)`, `z = T^-1 w` (Sherman and Morrison 1950). Both
+/// parts are positive, so nothing cancels in the denominator.
+#[derive(Debug, Clone)]
+struct Closure {
+    z: Vec<f64>,
+    /// `k / (1 + k w' z)`.
+    factor: f64,
 }
 
 impl Stiffness {
+    /// The stiffness with another spring, between the first and the last of two or more nodes.
+    pub(crate) fn closed_by(self, stiffness_n_per_m: f64, nodes: usize) -> Stiffness {
+        let mut z = vec![0.0; nodes];
+        (z[0], z[nodes - 1]) = (-1.0, 1.0);
+        self.solve(&mut z);
+        let factor = stiffness_n_per_m / (1.0 + stiffness_n_per_m * (z[nodes - 1] - z[0]));
+        Stiffness { closure: Some(Closure { z, factor }), ..self }
+    }
+
     /// Replaces `pull` by the solution `x` of `M x = pull`.
     pub fn solve(&self, pull: &mut [f64]) {
         let last = pull.len() - 1;
@@ -406,6 +428,12 @@ impl Stiffness {
         pull[last] *= self.inverse[last];
         for n in (0..last).rev() {
             pull[n] = self.inverse[n] * pull[n] + self.factor[n] * pull[n + 1];
+        }
+        if let Some(Closure { z, factor }) = &self.closure {
+            let by = factor * (pull[last] - pull[0]);
+            for (x, z) in pull.iter_mut().zip(z) {
+                *x -= by * z;
+            }
         }
     }
 }

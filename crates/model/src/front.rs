@@ -106,10 +106,10 @@ pub fn relative_prestress(plan: &Plan, block: usize) -> Option<f64> {
 
 impl Front {
     /// The front of a plan, with the prestress of one block, counted from 0. None where the theory
-    /// does not apply: for slabs, contacts that are not rigid or weaken with velocity, and a drive
+    /// does not apply: for slabs, ends that are not free, contacts that are not rigid or weaken with velocity, and a drive
     /// that moves or does not act on all blocks alike.
     pub fn of(plan: &Plan, block: usize) -> Option<Front> {
-        if !plan.elastic.has_theory() || plan.has_contact_courses() {
+        if !plan.has_theory() || plan.has_contact_courses() {
             return None;
         }
         let k = plan.elastic.stiffness_n_per_m();

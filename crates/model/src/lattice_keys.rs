@@ -3,7 +3,7 @@
 
 use asperity_record::MOST_BLOCKS;
 
-use crate::choices::{DriveKind, Reattach, Start};
+use crate::choices::{DetachBy, DriveKind, Reattach, Start};
 use crate::derive::drive_row;
 use crate::keys::FOUNDATION_RATIO;
 use crate::scenario::{Scenario, Slider};
@@ -81,6 +81,11 @@ pub(crate) fn of_a_lattice(scenario: &Scenario) -> Vec<Refusal> {
         let problem =
             format!("a {what} carries the waves away itself; radiation is that of a chain's contacts");
         refuse("friction.radiation_kg_per_s", problem, or("0"));
+    }
+    if scenario.friction.detach_by != DetachBy::Force {
+        let problem =
+            format!("\"spring\": how the contacts of a {what} detach by their springs is not derived");
+        refuse("friction.detach_by", problem, or("\"force\""));
     }
     if scenario.drive.kind == DriveKind::LeftRight {
         refuse(

@@ -8,7 +8,8 @@
 //! velocities are vectors of that many numbers.
 //!
 //! A stuck contact either does not move ([`ContactLaw::HOLDS`]) or is pulled by a friction spring
-//! `-k_t (u - u_stick)`. It detaches where the magnitude of the tangential force reaches its strength,
+//! `-k_t (u - u_stick)`. It detaches where the magnitude of the tangential force, or that of its friction
+//! spring ([`ContactLaw::DETACHES_BY_SPRING`]), reaches its strength,
 //! `mu_s p`, which may grow while it sticks, or more by its law ([`ContactLaw::strength_n`]). A sliding
 //! contact feels [`ContactLaw::drag_n`], until [`ContactLaw::re_attaches`]. A law may remember numbers of
 //! each contact ([`ContactLaw::MEMORY`]) and change them at steps known in advance. The work of drag is
@@ -79,6 +80,8 @@ pub struct Affine {
 pub struct LawKeys {
     /// Whether `friction.reattach` is `two-way`.
     pub is_two_way: bool,
+    /// Whether `friction.detach_by` is `spring`.
+    pub detaches_by_spring: bool,
     /// `friction.weakening_velocity_m_per_s`, `v_c`.
     pub weakening_velocity_m_per_s: f64,
     /// `friction.radiation_kg_per_s`, `E`.
@@ -102,6 +105,10 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// Whether contacts stick at all, up to a static threshold. Otherwise `mu_s`, `mu_d` and what is added to them
     /// have no meaning.
     const STICKS: bool = true;
+
+    /// Whether a stuck contact detaches by the force of its friction spring, `k_t |u - u_stick|` of the step, instead of
+    /// the tangential force.
+    const DETACHES_BY_SPRING: bool = false;
 
     /// The keys that have a meaning for this law and not for every law.
     const KEYS: &'static [&'static str];
@@ -162,6 +169,11 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
         Self: ContactLaw<1>,
     {
         what.with(self)
+    }
+
+    /// [`ContactLaw::DETACHES_BY_SPRING`], of the code that [`ContactLaw::with`] chooses.
+    fn detaches_by_spring(&self) -> bool {
+        Self::DETACHES_BY_SPRING
     }
 
     /// The form that lets solvers leap while contacts slide; `None` if it has none, so that they take

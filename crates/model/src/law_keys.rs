@@ -112,6 +112,7 @@ mod tests {
         match path {
             "friction.interfacial_stiffness_ratio" => "0.5",
             "friction.reattach" => "\"one-way\"",
+            "friction.detach_by" => "\"spring\"",
             "friction.weakening_velocity_m_per_s" => "0.2",
             "friction.radiation_kg_per_s" => "3.5",
             "friction.ageing_coefficient" => "0.01",

@@ -131,6 +131,13 @@ macro_rules! laws {
                 contacts.map(next_step).min().unwrap_or(u64::MAX)
             }
 
+            /// [`ContactLaw::detaches_by_spring`].
+            pub fn detaches_by_spring(self) -> bool {
+                match self {
+                    $(Law::$law(law) => law.detaches_by_spring(),)*
+                }
+            }
+
             /// [`ContactLaw::damping_kg_per_s`].
             pub fn damping_kg_per_s(self) -> f64 {
                 match self {

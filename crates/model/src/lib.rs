@@ -62,6 +62,7 @@
 //! - `contradictions`: rules between keys.
 //! - `schedules`: rules of courses in time.
 //! - `rate_and_state_keys`: rules of rate-and-state friction.
+//! - `end_keys`: rules of the ends of a chain.
 //! - `lattice_keys`: keys that only chains can have, or only slabs, sheets and bodies.
 //! - `profile`: initial shear and prestress from CSV files.
 //! - [`builtin`]: the built-in scenarios.
@@ -79,6 +80,8 @@ mod derive;
 mod disorder;
 mod drawn_keys;
 pub mod elastic;
+mod end_keys;
+pub mod ends;
 pub mod front;
 mod implausible;
 pub mod initial;
@@ -113,7 +116,7 @@ pub mod typed;
 mod warnings;
 mod window_keys;
 
-pub use choices::{DriveKind, Energies, JunctionStart, ParameterSet, Reattach};
+pub use choices::{DetachBy, DriveKind, End, Energies, JunctionStart, ParameterSet, Reattach};
 pub use course::{ContactCourse, Course};
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;

@@ -2,6 +2,7 @@
 
 use crate::course::{ContactCourse, Course};
 use crate::elastic::Elastic;
+use crate::ends::EndBond;
 use crate::laws::Law;
 use asperity_record::{Scales, TimeGrid};
 
@@ -18,6 +19,8 @@ pub struct Plan {
     pub block_mass_kg: f64,
     /// The bonds between blocks: springs `k` (5.5) and dashpots `eta` (5.7).
     pub elastic: Elastic,
+    /// What joins the ends of a chain to a wall or to each other, by end; empty for free ends.
+    pub end_bonds: Vec<EndBond>,
     /// The friction law's numbers.
     pub friction: Friction,
     /// Total normal load `F_N` at the start.
@@ -381,9 +384,14 @@ impl Plan {
         factor * (borne.sum::<f64>() / self.normal_load_n.iter().sum::<f64>())
     }
 
-    /// Whether it is a chain whose stuck blocks have springs, so that force decays along it.
+    /// Whether the theory of the thesis applies to its slider: [`Elastic::has_theory`], with free ends.
+    pub fn has_theory(&self) -> bool {
+        self.elastic.has_theory() && self.end_bonds.is_empty()
+    }
+
+    /// Whether it is a chain with free ends whose stuck blocks have springs, so that force decays along it.
     pub fn has_decay(&self) -> bool {
-        self.elastic.has_theory()
+        self.has_theory()
             && self.friction.interfacial_stiffness_n_per_m > 0.0
             && self.friction.has_even_springs()
     }

@@ -5,7 +5,7 @@
 //! `M b = sum_n e_n K_n d_n`, and `M` the stiffness of the stuck slider with its drive. The forces on the
 //! whole slider balance, so
 //!
-//! `F_T = F_T(0) + K_eff X`, with `K_eff = k_t sum_n b_n`,
+//! `F_T = F_T(0) + K_eff X`, with `K_eff = k_t sum_n b_n`, and `k b_n` of each clamped end,
 //!
 //! and contact `n` bears the shear `tau_n = tau_n(0) + k_t b_n X`. For a side drive of a long chain that is
 //! `K` in series with the end of the stuck chain, `1 / K_eff = 1 / K + 1 / (k (1 / q - 1))`, with `q` the
@@ -360,10 +360,13 @@ impl Stuck {
         // Sum of the forces on the contacts, less their initial values without a drive.
         let sum = |part: fn(&Linear) -> f64| contacts.iter().map(|contact| part(&contact.along)).sum::<f64>();
         let per_factor = sum(|shear| shear.per_factor);
+        let to_walls = plan.end_bonds.iter().filter(|bond| bond.other.is_none() && kt > 0.0);
+        let of_walls: f64 =
+            to_walls.map(|bond| bond.stiffness_n_per_m * contacts[bond.block].along.per_m / kt).sum();
         let driving_n = Linear {
             fixed_n: plan.drive.total_force_n(0.0, &plan.initial.displacement_m) - per_factor,
             per_factor,
-            per_m: sum(|shear| shear.per_m),
+            per_m: sum(|shear| shear.per_m) + of_walls,
         };
         Stuck { driving_n, contacts }
     }

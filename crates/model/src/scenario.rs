@@ -7,7 +7,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::choices::{
-    Distribution, DriveKind, Energies, JunctionStart, ParameterSet, Reattach, ScheduleFrom, Start,
+    DetachBy, Distribution, DriveKind, End, Energies, JunctionStart, ParameterSet, Reattach, ScheduleFrom,
+    Start,
 };
 use crate::elastic::gaps;
 use crate::junctions::Junctions;
@@ -56,6 +57,10 @@ pub struct Slider {
     pub mass_kg: f64,
     pub youngs_modulus_pa: f64,
     pub relative_damping: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub left_end: End,
+    #[serde(skip_serializing_if = "is_default")]
+    pub right_end: End,
 }
 
 /// `[friction]`
@@ -69,6 +74,8 @@ pub struct Friction {
     pub dynamic_coefficient: f64,
     pub interfacial_stiffness_ratio: f64,
     pub reattach: Reattach,
+    #[serde(skip_serializing_if = "is_default")]
+    pub detach_by: DetachBy,
     #[serde(skip_serializing_if = "is_first_weakening_velocity")]
     pub weakening_velocity_m_per_s: f64,
     #[serde(skip_serializing_if = "is_default")]
@@ -410,6 +417,7 @@ impl Scenario {
         };
         let keys = LawKeys {
             is_two_way: friction.is_two_way(),
+            detaches_by_spring: friction.detach_by == DetachBy::Spring,
             weakening_velocity_m_per_s: friction.weakening_velocity_m_per_s,
             radiation_kg_per_s: friction.radiation_kg_per_s,
             junctions: Junctions {

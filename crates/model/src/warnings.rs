@@ -32,11 +32,12 @@ pub struct Warning {
 type Check = fn(&Scenario, &Plan) -> Option<String>;
 
 /// All checks, each with the kind of its warnings.
-const CHECKS: [(&str, Check); 14] = [
+const CHECKS: [(&str, Check); 15] = [
     ("time-step", step),
     ("without-effect", without_effect),
     ("front-speed", fronts),
     ("chatter", chatter),
+    ("joined-ends", joined_ends),
     ("load-at-start", load_at_start),
     ("remainder", remainder),
     ("beyond-at-start", beyond_at_start),
@@ -124,6 +125,17 @@ fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
         "friction.reattach = \"two-way\": with it the contacts of a slab chatter, thousands of times where \
          \"one-way\" gives a dozen events"
             .to_owned()
+    })
+}
+
+/// Warns of events that an extent from a first to a last block cannot describe.
+fn joined_ends(_: &Scenario, plan: &Plan) -> Option<String> {
+    plan.end_bonds.iter().any(|bond| bond.other.is_some()).then(|| {
+        format!(
+            "slider.left_end = \"periodic\": ranges of blocks end at blocks 1 and {}, so a rupture that passes from one \
+             to the other is recorded as two, and the length of a precursor counts from block 1 (docs/model.md)",
+            plan.blocks
+        )
     })
 }
 
@@ -426,6 +438,17 @@ mod tests {
         // The steps of the adaptive solver are not those of the grid.
         let sets = ["friction.law=rate-and-state", "friction.critical_slip_m=1e-4"];
         assert_eq!(warnings(&[&sets[..], &["time.step_s=1e-5"]].concat()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn joined_ends_are_warned_of() {
+        let ends = |end: &str| ["left", "right"].map(|side| format!("slider.{side}_end={end}"));
+        let of = |end: &str| warnings(&ends(end).each_ref().map(String::as_str));
+        let said = of("periodic");
+        assert!(said.len() == 1 && said[0].contains("blocks 1 and 100, so a rupture"), "{said:?}");
+        for end in ["free", "clamped", "absorbing"] {
+            assert_eq!(of(end), Vec::<String>::new(), "{end}");
+        }
     }
 
     #[test]

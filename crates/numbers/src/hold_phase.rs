@@ -96,5 +96,5 @@ pub(crate) fn points_beside_hold(run: &RunEvents, side: Side) -> Option<Vec<Prec
     };
     let onset = |precursor: &Precursor<'_>| precursor.start.onset_step;
     precursors.retain(|precursor| side.holds(run, (onset(precursor), onset(precursor))) == Some(true));
-    Some(precursor_points(run, LengthLaw::natural(&run.scenario), &precursors))
+    run.has_free_ends().map(|run| precursor_points(run, LengthLaw::natural(&run.scenario), &precursors))
 }

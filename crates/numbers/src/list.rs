@@ -185,7 +185,7 @@ numbers! {
         law_end_error_initial_shear_ratio: f64
             [was = "end-error-5.52", words = "end error initial shear"] =
             Events |run, _| {
-                let parameters = LengthLawParameters::of(&run.scenario);
+                let parameters = LengthLawParameters::of(&run.has_free_ends()?.scenario);
                 Some((LengthLaw::InitialShear.load_ratio(&parameters, 1.0) / run.mu_d()? - 1.0).abs())
             };
     }

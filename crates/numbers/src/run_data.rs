@@ -333,6 +333,11 @@ impl RunEvents {
         friction.law.word().sticks().then_some(friction.dynamic_coefficient)
     }
 
+    /// The run, unless ends of its chain are clamped, absorbing or joined, of which there is no theory.
+    pub(crate) fn has_free_ends(&self) -> Option<&RunEvents> {
+        self.plan.end_bonds.is_empty().then_some(self)
+    }
+
     /// The run, if it is of a chain whose stuck blocks have springs, so that force decays along it.
     pub(crate) fn of_stuck_springs(&self) -> Option<&RunEvents> {
         self.plan.has_decay().then_some(self)
@@ -340,7 +345,7 @@ impl RunEvents {
 
     /// The run, if theory of the stuck or the moving chain is of it; slabs have none.
     pub(crate) fn of_chain(&self) -> Option<&RunEvents> {
-        self.plan.elastic.has_theory().then_some(self)
+        self.plan.has_theory().then_some(self)
     }
 
     /// The first slip event in which every block slid.

@@ -70,9 +70,10 @@ pub(crate) fn ahead_of_front_error(run: &RunEvents, states: &States) -> Option<E
     run.plan.load_course.is_constant().then_some(mean)
 }
 
-/// None where nothing sticks: no length law is of it.
+/// None where nothing sticks, or the ends are not free: no length law is of it.
 fn points(run: &RunEvents, law: LengthLaw) -> Vec<PrecursorPoint> {
-    let precursors = run.mu_d().map_or(Vec::new(), |_| precursors::alone(run));
+    let has_laws = run.has_free_ends().and(run.mu_d()).is_some();
+    let precursors = if has_laws { precursors::alone(run) } else { Vec::new() };
     precursor_points(run, law, &precursors)
 }
 

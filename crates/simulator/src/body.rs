@@ -16,6 +16,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use asperity_model::Plan;
+use asperity_model::law::magnitude;
 use asperity_record::Energy;
 
 use crate::crew::Crew;
@@ -38,6 +39,9 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     /// Force from outside on a freedom in this step; the drive writes it, on top of [`Body::press`].
     fn pull_at(&mut self, freedom: usize, force_n: f64);
 
+    /// Adds to the force of [`Body::pull_at`] on a freedom.
+    fn pull_more_at(&mut self, freedom: usize, force_n: f64);
+
     /// Adds the work of the drive in this step; `along_n` is the pull of its springs in the direction it
     /// moves, `way_m` its way.
     fn add_drive(&mut self, _state: &mut SliderState, _along_n: f64, _way_m: f64) {}
@@ -48,6 +52,15 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
 
     /// Sets the bit of each contact that switches after [`Body::advance`], or may if contacts age.
     fn mark_switches(&self, state: &SliderState, marks: &mut [u64]);
+
+    /// The magnitude of the force by which a stuck contact detached in this step: that of the tangential force without
+    /// friction, unless the law says otherwise.
+    fn detaching_force_n(&self, plan: &Plan, state: &SliderState, n: usize) -> f64 {
+        match state.tangential_force_n.get(plan.blocks + n) {
+            None => magnitude([state.tangential_force_n[n]]),
+            Some(across) => magnitude([state.tangential_force_n[n], *across]),
+        }
+    }
 
     /// Updates the memory of the contacts after a step in which some switched, for a law with memory.
     fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]);

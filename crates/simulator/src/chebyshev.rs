@@ -16,7 +16,7 @@
 //! `r = t + dt x*Cx / m`. Its eigenvalue solves `z^2 + r z + t = 0`. Stiffness and damping of the chain go
 //! together, so all of them, for any set of stuck blocks, lie on the roots for `x*Cx = eta L`,
 //! `x*Mx = k L + s`, with `0 <= L <= 4` and `0 <= s <= k_t + K`; radiation adds `e` to `x*Cx`, with
-//! `0 <= e <= E`. The ellipse only determines how many terms
+//! `0 <= e <= E`, and absorbing ends with `0 <= e <= Z`; clamped and joined ends leave `L` in its range. The ellipse only determines how many terms
 //! are needed: each window is certified with the terms it actually uses.
 //!
 //! **Coefficients.** `A^i w = sum_j c_j(i) w_j`, with `c_0(0) = 1` and
@@ -31,6 +31,7 @@
 //! up twice as well.
 
 use asperity_model::elastic::Chain;
+use asperity_model::ends::absorbing_kg_per_s;
 
 use crate::cost::GRID_STEPS;
 use crate::kernels::{Coefficients, FOLLOWED, Simd};
@@ -207,13 +208,14 @@ fn spectrum(map: &Propagator) -> Vec<Point> {
     let mut points = Vec::new();
     let shares = [0.0, 0.25, 0.5, 0.75, 1.0];
     // Without radiation its five shares are the same.
-    let radiating = if map.radiation_kg_per_s > 0.0 { &shares[..] } else { &shares[..1] };
+    let radiation_kg_per_s = map.radiation_kg_per_s + absorbing_kg_per_s(&map.end_bonds);
+    let radiating = if radiation_kg_per_s > 0.0 { &shares[..] } else { &shares[..1] };
     for (share, radiating) in shares.iter().flat_map(|share| radiating.iter().map(move |of| (share, of))) {
         for along in 0..=ALONG {
             let x = f64::from(along) / f64::from(ALONG);
             let l = Chain::LARGEST_EIGENVALUE * x * x;
             let t = dt * dt * (chain.stiffness_n_per_m * l + share * held) / m;
-            let radiated = dt * (radiating * map.radiation_kg_per_s) / m;
+            let radiated = dt * (radiating * radiation_kg_per_s) / m;
             let r = t + dt * chain.damping_kg_per_s * l / m + radiated;
             let discriminant = r * r / 4.0 - t;
             let root = discriminant.abs().sqrt();

@@ -7,9 +7,10 @@
 //! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
 //!   from that of the step before, the nodes fixed;
 //! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts, without the part `E v` of `f`
-//!   that radiates; *radiated energy* `E v w` over them; *viscous loss* `v C w`;
+//!   that radiates; *radiated energy* `E v w` over them and `Z v w` of the dashpots of absorbing ends; *viscous loss*
+//!   `v C w`, with the dampers of the other ends;
 //! - *anchor change*: energy of friction springs at re-attachment, less their energy at detachment;
-//! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction springs:
+//! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, ends, drive and friction springs:
 //!   the error of the scheme, whose springs keep their initial pull for the whole step, and whose
 //!   velocities change at its beginning.
 //!
@@ -33,11 +34,13 @@
 //! so on. Orders decrease as `(dt w)^2 / 4` with `w` the highest rate of the chain: [`Accounts`] uses
 //! enough of them to omit at most [`NEGLIGIBLE`] of the viscous loss. The viscous loss itself follows from
 //! the balance. Radiation is part of `C`, as `E` on the diagonal of sliding blocks, so what follows is the sum
-//! of both losses: the radiated energy where there are no dampers between blocks. Where there are, spans and
+//! of both losses: the radiated energy where there are no dampers between blocks. The same holds for the dashpots of
+//! absorbing ends. Where there are dampers, spans and
 //! windows would leave the two apart undetermined, and there are none ([`Radiated::Apart`]). The work of the drive needs
 //! sums, over the steps, of the displacements of the driven blocks, which windows and jumps have in closed form.
 
 use asperity_model::elastic::Chain;
+use asperity_model::ends::absorbing_kg_per_s;
 use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
@@ -78,7 +81,9 @@ pub(crate) enum Radiated {
 
 impl Radiated {
     pub(crate) fn of(plan: &Plan, chain: &Chain) -> Radiated {
-        match (plan.friction.law.radiation_kg_per_s() > 0.0, chain.damping_kg_per_s > 0.0) {
+        let radiates =
+            plan.friction.law.radiation_kg_per_s() > 0.0 || absorbing_kg_per_s(&plan.end_bonds) > 0.0;
+        match (radiates, chain.damping_kg_per_s > 0.0) {
             (false, _) => Radiated::None,
             (true, false) => Radiated::Rest,
             (true, true) => Radiated::Apart,
@@ -268,19 +273,25 @@ impl Accounts {
             .iter()
             .map(|spring| 0.5 * spring.stiffness_n_per_m * after[spring.block] * after[spring.block])
             .sum();
+        let (mut viscous_w, mut absorbed_w, mut ends) = (work.dampers_w, 0.0, 0.0);
+        for bond in &plan.end_bonds {
+            *if bond.radiates { &mut absorbed_w } else { &mut viscous_w } += bond.loss_w(before, after);
+            ends += bond.half_form(after);
+        }
         let mut heat_w = work.friction_w;
         if self.radiated != Radiated::None {
             let radiated_w = self.radiation_kg_per_s * self.simd.sliding_product(slip, before, after);
             heat_w -= radiated_w;
+            let radiated_w = radiated_w + absorbed_w;
             if !self.balances || self.radiated == Radiated::Apart {
                 ledger.radiated_j.add(dt * radiated_w);
             }
         }
         ledger.friction_heat_j.add(dt * heat_w);
         if !self.balances {
-            ledger.viscous_loss_j.add(dt * work.dampers_w);
+            ledger.viscous_loss_j.add(dt * viscous_w);
         }
-        ledger.scheme_work_j.add(work.scheme_j + dt * dt * driven);
+        ledger.scheme_work_j.add(work.scheme_j + dt * dt * (driven + ends));
     }
 
     /// Adds the work of the drive point in a single step, from its pull along its way.
@@ -408,7 +419,8 @@ impl Accounts {
         let held_j: f64 = junctions
             .map(|junctions| (0..plan.blocks).map(|n| junctions.energy_j(plan, n, u[n])).sum::<f64>())
             .sum();
-        (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + held_j + drive_j)
+        let ends_j: f64 = plan.end_bonds.iter().map(|bond| bond.energy_j(u)).sum();
+        (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + held_j + (drive_j + ends_j))
     }
 
     fn set_map(&mut self, plan: &Plan, state: &SliderState, from_step: u64) {
@@ -465,6 +477,9 @@ impl Accounts {
         for spring in &plan.drive.springs {
             force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
+        for bond in &plan.end_bonds {
+            bond.add(bond.pull_n(u, v), force_n);
+        }
         for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
             *force += prestress;
         }
@@ -501,7 +516,8 @@ impl Accounts {
             drive - load
         };
         let Forms { mixed, loss, .. } = simd.forms(&Changing { chain, u, v, d_v, spring: &map.spring });
-        let loss = loss + radiated_w(v, &map.sigma);
+        let at_ends_w = |v: &[f64]| plan.end_bonds.iter().map(|bond| bond.loss_w(v, v)).sum::<f64>();
+        let loss = loss + radiated_w(v, &map.sigma) + at_ends_w(v);
         let mut scheme_j = -0.5 * mass * mixed - 0.25 * dt * loss + 0.5 * steady_j(u);
         let mut share = 0.25;
         for order in 1..=*orders {
@@ -510,6 +526,9 @@ impl Accounts {
             let advance_m = if order == 1 { advance_m } else { 0.0 };
             for spring in &plan.drive.springs {
                 force_n[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
+            }
+            for bond in &plan.end_bonds {
+                bond.add(bond.pull_of_changes(d_u, d_v), force_n);
             }
             if order == 1 && map.slides && !map.ramp.is_flat() {
                 for ((force, friction), sigma) in force_n.iter_mut().zip(friction_n).zip(&map.sigma) {
@@ -527,7 +546,8 @@ impl Accounts {
             }
             let Forms { square, mixed, loss, elastic: strain_j } =
                 simd.forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
-            let loss = loss + radiated_w(d_v, &map.sigma);
+            let loss = loss + radiated_w(d_v, &map.sigma) + at_ends_w(d_v);
+            let strain_j = strain_j + plan.end_bonds.iter().map(|bond| bond.half_form(d_u)).sum::<f64>();
             let drive_j: f64 = plan
                 .drive
                 .springs
@@ -574,7 +594,8 @@ fn orders(plan: &Plan) -> usize {
     let square = dt * dt * stiffest / mass;
     let damped = square
         + dt * elastic.damping_spectral_bound_kg_per_s() / mass
-        + dt * plan.friction.law.radiation_kg_per_s() / mass;
+        + dt * plan.friction.law.radiation_kg_per_s() / mass
+        + dt * absorbing_kg_per_s(&plan.end_bonds) / mass;
     let falls = 0.25 * square.max(damped * damped);
     let mut left_out = falls * falls;
     let mut orders = 1;

@@ -130,6 +130,8 @@ pub struct Exact<'a> {
     direction: Vec<Wide>,
     /// Axis by axis.
     tangential_force_n: Vec<Wide>,
+    /// Friction in the last step, likewise, where springs detach contacts.
+    spring_force_n: Vec<Wide>,
     /// The normal load of each contact in the last step, and the forces on all freedoms.
     normal_load_n: Vec<Wide>,
     /// Factors on the loads of single contacts; empty without a course of these.
@@ -151,6 +153,7 @@ impl<'a> Exact<'a> {
             velocity_m_per_s: wide(&state.velocity_m_per_s),
             direction: of_axes(),
             tangential_force_n: of_axes(),
+            spring_force_n: of_axes(),
             normal_load_n: vec![Wide::ZERO; plan.blocks],
             contact_factors: Vec::new(),
             force_n: vec![Wide::ZERO; plan.elastic.freedoms()],
@@ -211,6 +214,15 @@ impl<'a> Exact<'a> {
             force[spring.block] = force[spring.block] + pull;
             total_n += pull.high;
         }
+        for bond in &plan.end_bonds {
+            let stretch = |of: &[Wide]| of[bond.block] - bond.other.map_or(Wide::ZERO, |other| of[other]);
+            let pull = (Wide::from(bond.rest_m) - stretch(u)) * bond.stiffness_n_per_m
+                - stretch(&self.velocity_m_per_s) * bond.damping_kg_per_s;
+            force[bond.block] = force[bond.block] + pull;
+            if let Some(other) = bond.other {
+                force[other] = force[other] - pull;
+            }
+        }
         for (force, prestress) in force.iter_mut().zip(plan.outside_n(self.step)) {
             *force = *force + prestress.into();
         }
@@ -270,6 +282,9 @@ impl<'a> Exact<'a> {
                     (u[axis] - self.start.stick_position_m[place].into()) * -plan.friction.springs_n_per_m[n]
                 };
                 self.force_n[*freedom] = self.force_n[*freedom] + friction;
+                if plan.friction.law.detaches_by_spring() {
+                    self.spring_force_n[place] = friction;
+                }
             }
         }
     }
@@ -315,7 +330,9 @@ impl<'a> Exact<'a> {
         let of =
             |all: &[Wide], next: usize| (0..axes).map(|axis| all[axis * next + n]).collect::<Vec<Wide>>();
         if start.slip[n] == 0.0 {
-            let size = match of(&self.tangential_force_n, plan.blocks)[..] {
+            let by_spring = plan.friction.law.detaches_by_spring();
+            let force_n = if by_spring { &self.spring_force_n } else { &self.tangential_force_n };
+            let size = match of(force_n, plan.blocks)[..] {
                 [tau] if tau.high < 0.0 => -tau,
                 [tau] => tau,
                 ref tau => product(tau, tau).root(),

@@ -23,6 +23,8 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
+use asperity_model::ends::EndBond;
+
 use crate::complex::Complex;
 use crate::kernels::Simd;
 use crate::propagator::Propagator;
@@ -54,12 +56,19 @@ impl Pencil {
         let Propagator { step_s: dt, block_mass_kg: m, chain, drive_n_per_m: drive, .. } = map;
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
         let elastic = map.elastic();
-        let held = |n: usize| map.springs_n_per_m[n] + drive[n];
+        // Of walls; a chain whose ends are joined has no such matrix.
+        let at_wall = |n: usize, of: fn(&EndBond) -> f64| {
+            let bonds = map.end_bonds.iter().filter(|bond| bond.block == n);
+            bonds.map(of).sum::<f64>()
+        };
+        let held = |n: usize| map.springs_n_per_m[n] + drive[n] + at_wall(n, |bond| bond.stiffness_n_per_m);
+        let damped =
+            |n: usize| elastic.damping_diagonal_kg_per_s(n) + at_wall(n, |bond| bond.damping_kg_per_s);
         Pencil {
             stiffness: (0..map.blocks())
                 .map(|n| by_stiffness * (held(n) + elastic.diagonal_n_per_m(n)))
                 .collect(),
-            damping: (0..map.blocks()).map(|n| by_damping * elastic.damping_diagonal_kg_per_s(n)).collect(),
+            damping: (0..map.blocks()).map(|n| by_damping * damped(n)).collect(),
             stiffness_beside: by_stiffness * chain.stiffness_n_per_m,
             damping_beside: by_damping * chain.damping_kg_per_s,
         }
@@ -261,8 +270,11 @@ pub(crate) struct Coordinates {
 }
 
 impl StoredModes {
-    /// The modes of the stuck chain; `None` if they do not span its states well enough.
+    /// The modes of the stuck chain; `None` if they do not span its states well enough, or its ends are joined.
     pub(crate) fn of(map: &Propagator, simd: Simd) -> Option<Arc<StoredModes>> {
+        if map.end_bonds.iter().any(|bond| bond.other.is_some()) {
+            return None;
+        }
         let blocks = map.blocks();
         let pencil = Pencil::of(map);
         let (complex, real) = pencil.eigenvalues()?;
@@ -321,8 +333,17 @@ impl StoredModes {
                 modes.from_im.extend(state().map(|y| -times * y.im));
             }
             modes.force_n.extend((0..blocks).map(|n| {
+                if map.detaches_by_spring {
+                    return times * x[n].scaled(map.springs_n_per_m[n]).size();
+                }
                 let drive = x[n].scaled(-driven[n]);
-                times * (map.elastic().pull_n(&x, &velocity, n) + drive).size()
+                let walls = map.end_bonds.iter().filter(|bond| bond.block == n);
+                let walls = walls.fold(Complex::ZERO, |sum, bond| {
+                    let pull =
+                        x[n].scaled(bond.stiffness_n_per_m) + velocity[n].scaled(bond.damping_kg_per_s);
+                    sum - pull
+                });
+                times * (map.elastic().pull_n(&x, &velocity, n) + drive + walls).size()
             }));
         }
         let none_grows = modes.powers.none_grows();

@@ -26,6 +26,7 @@
 
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
+use asperity_model::ends::{EndBond, absorbing_kg_per_s};
 
 use crate::kernels::Simd;
 
@@ -73,16 +74,24 @@ impl Norms {
         let (elastic, dt) = (&plan.elastic, plan.grid.step_s());
         let (kt, drive) = (plan.friction.stiffest_spring_n_per_m(), plan.drive.stiffest_n_per_m());
         let all = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>();
-        let radiation = plan.friction.law.radiation_kg_per_s();
+        let radiation = plan.friction.law.radiation_kg_per_s() + absorbing_kg_per_s(&plan.end_bonds);
         let stiffest = elastic.stiffest_n_per_m(kt, drive);
         let most_damped = elastic.damping_spectral_bound_kg_per_s() + radiation;
         let foundation = elastic.as_lattice().foundation_n_per_m;
         let inertia = plan.block_mass_kg - dt * most_damped / 2.0 - dt * dt * stiffest / 4.0;
         assert!(inertia > 0.0, "the time step is within the stability of the scheme");
         let velocity = 1.0 / inertia.sqrt();
-        let row = elastic.row_length_kg_per_s(dt) + dt * drive / 2.0;
+        // Two blocks with joined ends have two bonds, so a row is `(2, -2)` and not `(1, -2, 1)`.
+        let is_pair = plan.blocks == 2 && plan.end_bonds.iter().any(|bond| bond.other.is_some());
+        let of_bonds = elastic.row_length_kg_per_s(dt) * if is_pair { (8.0f64 / 6.0).sqrt() } else { 1.0 };
+        let row = of_bonds + absorbing_kg_per_s(&plan.end_bonds) + dt * drive / 2.0;
+        // `k_t u` with `u = w + dt v / 2`.
+        let by_spring = match plan.friction.law.detaches_by_spring() {
+            true => kt.sqrt() + 0.5 * dt * kt * velocity,
+            false => 0.0,
+        };
         Norms {
-            force: (elastic.largest_diagonal_n_per_m() + drive).sqrt() + row * velocity,
+            force: f64::max((elastic.largest_diagonal_n_per_m() + drive).sqrt() + row * velocity, by_spring),
             velocity,
             // `u = w + dt v / 2`, and `(sum K_n w_n)^2 <= (sum K_n) w M w`.
             drive: all.sqrt() + dt / 2.0 * all * velocity,
@@ -142,7 +151,12 @@ pub(crate) fn invariant_of_chain(
         .map(|spring| spring.stiffness_n_per_m * u[spring.block] * (u[spring.block] - dt * v[spring.block]))
         .sum();
     let slider = simd.invariant(spring, u, v, chain, plan.block_mass_kg, dt);
-    (slider + drive).max(0.0)
+    let of_bond = |bond: &EndBond| {
+        let (u, v) = (bond.stretch(u), bond.stretch(v));
+        bond.stiffness_n_per_m * u * (u - dt * v) - 0.5 * dt * bond.damping_kg_per_s * v * v
+    };
+    let ends: f64 = plan.end_bonds.iter().map(of_bond).sum();
+    (slider + (drive + ends)).max(0.0)
 }
 
 /// `I` of displacements and `w = dt v`, whose `M u` and `C w` are given.

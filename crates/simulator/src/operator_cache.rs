@@ -96,7 +96,8 @@ impl OperatorCache {
 mod tests {
     use std::sync::Arc;
 
-    use asperity_model::{Plan, Scenario, ScenarioSource};
+    use asperity_model::ends::EndBond;
+    use asperity_model::{End, Plan, Scenario, ScenarioSource};
 
     use super::{MOST_BYTES, OperatorCache};
     use crate::chebyshev::Chebyshev;
@@ -147,6 +148,9 @@ mod tests {
             "friction.interfacial_stiffness_ratio=0.9",
             "drive.stiffness_n_per_m=4.1e6",
             "drive.kind=top",
+            "slider.left_end=clamped",
+            "slider.right_end=absorbing",
+            "friction.detach_by=spring",
         ] {
             let other = plan(&[set]);
             let found = (basis(&cache, &other), modes(&cache, &other).unwrap());
@@ -165,10 +169,10 @@ mod tests {
         let plan = plan(&[]);
         let map = Propagator::of(&plan, plan.elastic.as_chain().unwrap());
         let bits = map.bits();
-        // The number of nodes, the scalars, and two springs for each of 10 blocks.
-        assert_eq!(bits.len(), 1 + 7 + 2 * 10);
+        // The number of nodes, what detaches contacts, the scalars, and two springs for each of 10 blocks.
+        assert_eq!(bits.len(), 2 + 7 + 2 * 10);
         let up = |number: &mut f64| *number = number.next_up();
-        let changes: [&dyn Fn(&mut Propagator); 7] = [
+        let changes: [&dyn Fn(&mut Propagator); 9] = [
             &|map| up(&mut map.step_s),
             &|map| up(&mut map.block_mass_kg),
             &|map| up(&mut map.radiation_kg_per_s),
@@ -176,6 +180,8 @@ mod tests {
             &|map| up(&mut map.stiffest_spring_n_per_m),
             &|map| up(&mut map.drive_n_per_m[9]),
             &|map| up(&mut map.stiffest_drive_n_per_m),
+            &|map| map.detaches_by_spring = true,
+            &|map| map.end_bonds = EndBond::of([End::Free, End::Clamped], &map.chain, 1.0, &[0.0; 10]),
         ];
         for change in changes {
             let mut other = map.clone();

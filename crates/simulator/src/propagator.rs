@@ -6,6 +6,7 @@
 
 use asperity_model::Plan;
 use asperity_model::elastic::{Chain, Elastic};
+use asperity_model::ends::EndBond;
 
 /// The linear part of a plan's steps.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +24,10 @@ pub(crate) struct Propagator {
     pub(crate) drive_n_per_m: Vec<f64>,
     /// The largest stiffness of a driving spring.
     pub(crate) stiffest_drive_n_per_m: f64,
+    /// What joins the ends.
+    pub(crate) end_bonds: Vec<EndBond>,
+    /// Whether the forces of friction springs detach contacts.
+    pub(crate) detaches_by_spring: bool,
 }
 
 impl Propagator {
@@ -36,6 +41,9 @@ impl Propagator {
             stiffest_spring_n_per_m: plan.friction.stiffest_spring_n_per_m(),
             drive_n_per_m: plan.drive.stiffness_n_per_m(plan.blocks),
             stiffest_drive_n_per_m: plan.drive.stiffest_n_per_m(),
+            // The map does not depend on where they are relaxed.
+            end_bonds: plan.end_bonds.iter().map(|bond| EndBond { rest_m: 0.0, ..*bond }).collect(),
+            detaches_by_spring: plan.friction.law.detaches_by_spring(),
         }
     }
 
@@ -59,6 +67,8 @@ impl Propagator {
             stiffest_spring_n_per_m,
             drive_n_per_m,
             stiffest_drive_n_per_m,
+            end_bonds,
+            detaches_by_spring,
         } = self;
         let Chain { nodes, stiffness_n_per_m, damping_kg_per_s } = chain;
         let numbers = [
@@ -70,8 +80,13 @@ impl Propagator {
             stiffest_spring_n_per_m,
             stiffest_drive_n_per_m,
         ];
-        let numbers =
-            numbers.into_iter().chain(springs_n_per_m).chain(drive_n_per_m).map(|number| number.to_bits());
-        std::iter::once(*nodes as u64).chain(numbers).collect()
+        let numbers = numbers.into_iter().chain(springs_n_per_m).chain(drive_n_per_m);
+        let numbers = numbers.map(|number| number.to_bits());
+        let ends = end_bonds.iter().flat_map(|bond| {
+            let other = bond.other.map_or(u64::MAX, |other| other as u64);
+            [bond.block as u64, other, bond.stiffness_n_per_m.to_bits(), bond.damping_kg_per_s.to_bits()]
+        });
+        let whole = [*nodes as u64, u64::from(*detaches_by_spring)];
+        whole.into_iter().chain(numbers).chain(ends).collect()
     }
 }

@@ -145,8 +145,11 @@ impl Constants {
 }
 
 impl StandingWaves {
-    /// The waves of a plan's stuck chain; `None` if not all are found, or one grows.
+    /// The waves of a plan's stuck chain with free ends; `None` if not all are found, or one grows.
     pub(crate) fn of(plan: &Plan, chain: &Chain, simd: Simd) -> Option<StandingWaves> {
+        if !plan.end_bonds.is_empty() {
+            return None;
+        }
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let (side_n_per_m, top_n_per_m) = driving(plan).filter(|_| plan.friction.has_even_springs())?;
@@ -172,6 +175,8 @@ impl StandingWaves {
             return None;
         }
         let cosines = Cosines::of(found.iter().map(|(q, ..)| *q), blocks, simd)?;
+        let (by_spring, kt) =
+            (plan.friction.law.detaches_by_spring(), plan.friction.interfacial_stiffness_n_per_m);
         let wave = |&(q, z, times): &(Complex, Complex, f64)| {
             let x = |n: usize| q.scaled(blocks as f64 - n as f64 - 0.5).sin_cos().1;
             let (x0, x1, square) = (x(0), x(1), square_of_others(q, blocks));
@@ -195,8 +200,14 @@ impl StandingWaves {
                 of_v: (Complex::ONE - project) / own,
                 of_first_u: (project_first - project * x0) / own,
                 of_first_v: (project * x0 - project_first) / own,
-                first_force_n: times * (pull * (x1 - x0) - held).size(),
-                force_n: times * (pull * shape + top_n_per_m.into()).size() * most,
+                first_force_n: match by_spring {
+                    true => times * kt * x0.size(),
+                    false => times * (pull * (x1 - x0) - held).size(),
+                },
+                force_n: match by_spring {
+                    true => times * kt * most,
+                    false => times * (pull * shape + top_n_per_m.into()).size() * most,
+                },
                 shrinks: (0..CALMING_STEPS.ilog2()).fold(grown.size(), |size, _| size * size),
             }
         };

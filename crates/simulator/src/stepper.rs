@@ -6,11 +6,12 @@
 //! 1. the tangential force on a contact without friction: of a chain (5.6, 5.7, 5.8)
 //!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`, of a lattice the
 //!    pull of its bonds and dashpots ([`asperity_model::lattice`]); with the drive at the new time, the
-//!    nodes at their old positions, and the constant prestress if any;
+//!    nodes at their old positions, the bonds at the ends of a chain and the constant prestress if any;
 //! 2. friction, by the contact's law: the spring of a stuck contact pulls with
 //!    `-k_t (u_n - u_stick,n)` (5.12), a sliding one resists with `-mu_d p_n sign(v_n)` (5.14);
 //! 3. Euler-Cromer (4.13, 4.14): `v_n += dt (tau_n + f_n) / m`, then `u_n += dt v_n`;
-//! 4. switches, in force from the next step: a stuck contact detaches at `|tau_n| >= mu_s p_n` (5.13); a
+//! 4. switches, in force from the next step: a stuck contact detaches at `|tau_n| >= mu_s p_n` (5.13), or
+//!    where the law says so at `k_t |u_n - u_stick,n| >= mu_s p_n`, with the old position; a
 //!    sliding one whose new velocity has come to rest re-attaches at `u_stick,n = u_n - tau_n / k_t`
 //!    (5.15), with the new position, this step's `tau_n`, and its velocity kept. Under a law without
 //!    friction springs it stays at rest, at its position before the step that would have reversed it.
@@ -23,7 +24,6 @@
 use std::sync::Arc;
 
 use asperity_model::Plan;
-use asperity_model::law::magnitude;
 use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
@@ -174,6 +174,9 @@ impl<B: Body> Stepper<B> {
     fn drive(&mut self) -> Driving {
         let Stepper { plan, state, body, pulls_both_ways, .. } = self;
         let point_m = plan.drive_point_m(state.step, state.hold_step);
+        for bond in &plan.end_bonds {
+            bond.blocks().for_each(|block| body.pull_at(block, 0.0));
+        }
         let (mut total_n, mut ends_n, mut along_n) = (0.0, [0.0; 2], 0.0);
         for spring in &plan.drive.springs {
             let force_n = spring.force_n(point_m, state.displacement_m[spring.block]);
@@ -189,6 +192,13 @@ impl<B: Body> Stepper<B> {
         if let Some(force_n) = plan.drive_force_n(state.step, state.hold_step) {
             body.pull_at(0, force_n);
             total_n += force_n;
+        }
+        for bond in &plan.end_bonds {
+            let pull_n = bond.pull_n(&state.displacement_m, &state.velocity_m_per_s);
+            body.pull_more_at(bond.block, pull_n);
+            if let Some(other) = bond.other {
+                body.pull_more_at(other, -pull_n);
+            }
         }
         body.add_drive(state, along_n, plan.way_m(state.step, state.hold_step));
         Driving { total_n, ends_n: pulls_both_ways.then_some(ends_n) }
@@ -215,7 +225,9 @@ impl<B: Body> Stepper<B> {
                 } else {
                     // The strength of a contact that ages may be behind.
                     let strength_n = strength::aged_up_to_now_n(plan, state, n);
-                    if strength_n.is_some_and(|strength_n| tangential_force_n(plan, state, n) < strength_n) {
+                    if strength_n
+                        .is_some_and(|strength_n| body.detaching_force_n(plan, state, n) < strength_n)
+                    {
                         continue;
                     }
                     anchored_j -= held_j(plan, state, n);
@@ -231,14 +243,6 @@ impl<B: Body> Stepper<B> {
         if !switched.is_empty() {
             state.energy.anchor_change_j.add(anchored_j);
         }
-    }
-}
-
-/// The magnitude of the tangential force on contact `n` without friction.
-fn tangential_force_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
-    match state.tangential_force_n.get(plan.blocks + n) {
-        None => magnitude([state.tangential_force_n[n]]),
-        Some(across) => magnitude([state.tangential_force_n[n], *across]),
     }
 }
 

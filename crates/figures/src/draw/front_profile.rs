@@ -153,7 +153,7 @@ fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture)
         }
         None => relative_prestress(plan, n).filter(|_| Front::of(plan, n).is_some()),
     };
-    if !plan.elastic.has_theory() {
+    if !plan.has_theory() {
         return Vec::new();
     }
     let k = plan.elastic.stiffness_n_per_m();

@@ -69,7 +69,7 @@ impl Figure for Onset {
             INK,
         )];
         // Slabs screen a force otherwise than chains do.
-        if run.plan.elastic.has_theory() {
+        if run.plan.has_theory() {
             let theory = [
                 Series::line("eq. (5.45)", blocks(&continuous, 0.1), Dash::Dashed, BLUE),
                 Series::line("discrete chain", blocks(&discrete, 0.1), Dash::Solid, RED),

@@ -219,6 +219,44 @@ const CASES: &[(&str, &str)] = &[
         "friction.law = \"rate-and-state\"\nfriction.event_speed_m_per_s = 1e-4",
         "friction.event_speed_m_per_s: 0.0001 is not above drive.velocity_m_per_s = 0.0001",
     ),
+    (
+        "slider.left_end = \"periodic\"",
+        "test.toml:1:19: slider.left_end: \"periodic\" joins both ends, and slider.right_end is another (accepted: \
+         slider.right_end = \"periodic\" as well, or another end)",
+    ),
+    (
+        "slider.left_end = \"clamped\"\nslider.right_end = \"periodic\"",
+        "slider.right_end: \"periodic\" joins both ends",
+    ),
+    ("slider.right_end = \"fixed\"", "slider.right_end: \"fixed\" is not accepted (accepted: \"free\""),
+    (
+        "slider.blocks = 1\nslider.left_end = \"absorbing\"",
+        "slider.left_end: \"absorbing\" is an end of a chain, and one block has none (accepted: \"free\", or slider.blocks \
+         from 2)",
+    ),
+    (
+        "slider.blocks = 11\nslider.rows = 3\nslider.right_end = \"clamped\"",
+        "slider.right_end: \"clamped\" is an end of a chain, and a slab has sides (accepted: \"free\", or slider.rows = 1)",
+    ),
+    (
+        "friction.law = \"junctions\"\nslider.left_end = \"clamped\"",
+        "slider.left_end: \"clamped\" is not derived for friction.law = \"junctions\" (accepted: \"free\", or friction.law = \
+         \"interfacial-springs\" or \"rigid\" or \"velocity-weakening\")",
+    ),
+    (
+        "friction.law = \"rate-and-state\"\nslider.left_end = \"periodic\"\nslider.right_end = \"periodic\"",
+        "slider.left_end: \"periodic\" is not derived for friction.law = \"rate-and-state\"",
+    ),
+    (
+        "slider.blocks = 11\nslider.rows = 3\nfriction.detach_by = \"spring\"",
+        "friction.detach_by: \"spring\": how the contacts of a slab detach by their springs is not derived (accepted: \
+         \"force\", or slider.rows = 1)",
+    ),
+    (
+        "friction.law = \"rigid\"\nfriction.detach_by = \"spring\"",
+        "friction.detach_by: \"spring\" has no meaning for friction.law = \"rigid\" (accepted: \"force\", or friction.law = \
+         \"interfacial-springs\")",
+    ),
     ("initial_shear.profile_csv = \"no such file\"", "initial_shear.profile_csv: no such file: "),
 ];
 

@@ -53,6 +53,15 @@ pub(super) const FRICTION: &[Key] = &[
         default: Is(Value::Text("one-way")),
     },
     Key {
+        path: "friction.detach_by",
+        symbol: "",
+        doc: "Of interfacial-springs: which force detaches a stuck block where it reaches mu_s p_n: force, the sum |tau_n| \
+              of all forces but friction (5.13); spring, that of its friction spring, |k_t (u_n - u_stick,n)|. At rest \
+              they are equal; before a front tau_n is larger. Of chains and single blocks.",
+        kind: Word(&["force", "spring"]),
+        default: Is(Value::Text("force")),
+    },
+    Key {
         path: "friction.weakening_velocity_m_per_s",
         symbol: "v_c",
         doc: "Of velocity-weakening: sliding friction is mu_d p / (1 + |v| / v_c) (2.4).",

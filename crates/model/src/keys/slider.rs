@@ -102,4 +102,21 @@ pub(super) const SLIDER: &[Key] = &[
         kind: NOT_NEGATIVE,
         default: BySet { as_coded: Value::Number(3.162_277_660_168_379_5), as_stated: Value::Number(0.1) },
     },
+    Key {
+        path: "slider.left_end",
+        symbol: "",
+        doc: "What block 1 of a chain is joined to besides block 2: free, nothing; clamped, a wall at rest, by a spring k \
+              and a damper eta like those between blocks; absorbing, a dashpot of the impedance sqrt(k m), which takes up \
+              long waves (docs/model.md); periodic, block N, by a spring and a damper. All are relaxed at the start. Of \
+              chains of 2 blocks or more whose blocks stick.",
+        kind: Word(&["free", "clamped", "absorbing", "periodic"]),
+        default: Is(Value::Text("free")),
+    },
+    Key {
+        path: "slider.right_end",
+        symbol: "",
+        doc: "What block N is joined to, likewise; either both ends are periodic or neither.",
+        kind: Word(&["free", "clamped", "absorbing", "periodic"]),
+        default: Is(Value::Text("free")),
+    },
 ];

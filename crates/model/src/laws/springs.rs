@@ -11,6 +11,8 @@ pub struct InterfacialSprings {
     /// Whether a contact re-attaches where its velocity changes sign or vanishes, and not at every
     /// velocity of 0 or below.
     two_way: bool,
+    /// Whether a stuck contact detaches by the force of its spring.
+    by_spring: bool,
     /// `E`.
     radiation_kg_per_s: f64,
 }
@@ -21,13 +23,18 @@ impl ContactLaw for InterfacialSprings {
         "disorder.stiffness_spread",
         "disorder.stiffness_offsets",
         "friction.reattach",
+        "friction.detach_by",
         "friction.ageing_coefficient",
         "friction.ageing_time_s",
         "friction.radiation_kg_per_s",
     ];
 
     fn of(keys: &LawKeys) -> InterfacialSprings {
-        InterfacialSprings { two_way: keys.is_two_way, radiation_kg_per_s: keys.radiation_kg_per_s }
+        InterfacialSprings {
+            two_way: keys.is_two_way,
+            by_spring: keys.detaches_by_spring,
+            radiation_kg_per_s: keys.radiation_kg_per_s,
+        }
     }
 
     #[inline(always)]
@@ -56,8 +63,13 @@ impl ContactLaw for InterfacialSprings {
         self.radiation_kg_per_s
     }
 
+    fn detaches_by_spring(&self) -> bool {
+        self.by_spring
+    }
+
     fn with<W: WithLaw>(self, what: W) -> W::Output {
         match (self.radiation_kg_per_s > 0.0, self.two_way) {
+            _ if self.by_spring => what.with(BySpring(self)),
             (true, _) => what.with(self),
             (false, true) => what.with(ByRule::<true>),
             (false, false) => what.with(ByRule::<false>),
@@ -71,7 +83,8 @@ impl ContactLaw for InterfacialSprings {
 struct ByRule<const TWO_WAY: bool>;
 
 impl<const TWO_WAY: bool> ByRule<TWO_WAY> {
-    const LAW: InterfacialSprings = InterfacialSprings { two_way: TWO_WAY, radiation_kg_per_s: 0.0 };
+    const LAW: InterfacialSprings =
+        InterfacialSprings { two_way: TWO_WAY, by_spring: false, radiation_kg_per_s: 0.0 };
 }
 
 impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
@@ -98,6 +111,42 @@ impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
 
     fn affine(&self) -> Option<Affine> {
         Self::LAW.affine()
+    }
+}
+
+/// The law by which the friction spring detaches a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct BySpring(InterfacialSprings);
+
+impl ContactLaw for BySpring {
+    const DETACHES_BY_SPRING: bool = true;
+    const KEYS: &'static [&'static str] = InterfacialSprings::KEYS;
+
+    fn of(keys: &LawKeys) -> BySpring {
+        BySpring(InterfacialSprings::of(keys))
+    }
+
+    #[inline(always)]
+    fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
+        self.0.drag_n(sliding)
+    }
+
+    #[inline(always)]
+    fn re_attaches(&self, turn: &Turn) -> bool {
+        self.0.re_attaches(turn)
+    }
+
+    #[inline(always)]
+    fn turned_by(&self, turn: &Turn) -> f64 {
+        self.0.turned_by(turn)
+    }
+
+    fn affine(&self) -> Option<Affine> {
+        self.0.affine()
+    }
+
+    fn radiation_kg_per_s(&self) -> f64 {
+        self.0.radiation_kg_per_s
     }
 }
 
@@ -173,7 +222,7 @@ mod tests {
     /// To the bit: friction whichever way it slides, and re-attachment of what slides forwards.
     #[test]
     fn along_one_axis_the_law_over_an_area_is_the_one_way_rule() {
-        let one_way = InterfacialSprings { two_way: false, radiation_kg_per_s: 0.0 };
+        let one_way = InterfacialSprings { two_way: false, by_spring: false, radiation_kg_per_s: 0.0 };
         for n in 0..10_000 {
             let [v, tau, new_v] = [1, 2, 3].map(|seed| number(seed, n));
             // Also speeds far below those that a step changes, and rest.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
+use asperity_model::law::magnitude;
 use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
@@ -28,6 +29,8 @@ pub(crate) struct ChainBody {
     former_displacement_m: Vec<f64>,
     former_velocity_m_per_s: Vec<f64>,
     former_tangential_force_n: Vec<f64>,
+    /// Forces of the friction springs in the last step and in the next, by a law by which these detach contacts.
+    by_springs: Option<[Vec<f64>; 2]>,
     /// External force on each node, from the drive and the prestress, and whether any node but two ends is
     /// pulled.
     outer_force_n: Vec<f64>,
@@ -57,12 +60,12 @@ impl ChainBody {
     /// Steps until the first contact would switch, by linear extrapolation of forces and velocities from
     /// the last two steps, in which none may have switched.
     pub(crate) fn foreseen_steps(&self, plan: &Plan, state: &SliderState) -> f64 {
-        let steps = Steps {
-            tau: &state.tangential_force_n,
-            tau_before: &self.former_tangential_force_n,
-            v: &state.velocity_m_per_s,
-            v_before: &self.former_velocity_m_per_s,
+        let [tau, tau_before] = match &self.by_springs {
+            Some([last_n, next_n]) => [next_n, last_n],
+            None => [&state.tangential_force_n, &self.former_tangential_force_n],
         };
+        let steps =
+            Steps { tau, tau_before, v: &state.velocity_m_per_s, v_before: &self.former_velocity_m_per_s };
         let decline = if self.strength.changes() {
             self.strength.load.fall_to(Load::in_step(plan, state.step + 1, state.hold_step))
         } else {
@@ -90,6 +93,7 @@ impl OfPlan for ChainBody {
             former_displacement_m: zeros(),
             former_velocity_m_per_s: zeros(),
             former_tangential_force_n: zeros(),
+            by_springs: plan.friction.law.detaches_by_spring().then(|| [zeros(), zeros()]),
             outer_force_n: if plan.prestress_n.is_empty() { zeros() } else { plan.prestress_n.clone() },
             prestress_n: plan.outside_n(state.step),
             // Both ends of one block are the same node.
@@ -152,6 +156,11 @@ impl Body for ChainBody {
     }
 
     #[inline]
+    fn pull_more_at(&mut self, freedom: usize, force_n: f64) {
+        self.outer_force_n[freedom] += force_n;
+    }
+
+    #[inline]
     fn add_drive(&mut self, state: &mut SliderState, along_n: f64, way_m: f64) {
         self.accounts.add_drive_step(&mut state.energy, along_n, way_m);
     }
@@ -187,6 +196,15 @@ impl Body for ChainBody {
         // The arrays just written become the new state; the old one is kept for the energies.
         std::mem::swap(&mut state.displacement_m, &mut self.former_displacement_m);
         std::mem::swap(&mut state.velocity_m_per_s, &mut self.former_velocity_m_per_s);
+        if let Some([last_n, next_n]) = &mut self.by_springs {
+            let springs = &plan.friction.springs_n_per_m;
+            for (force_n, u) in [(last_n, &self.former_displacement_m), (next_n, &state.displacement_m)] {
+                let anchored = u.iter().zip(&state.stick_position_m).zip(springs);
+                for (force_n, ((u, u_stick), kt)) in force_n.iter_mut().zip(anchored) {
+                    *force_n = kt * (u - u_stick);
+                }
+            }
+        }
         let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) else {
             return may_switch;
         };
@@ -208,11 +226,15 @@ impl Body for ChainBody {
             slip: &state.slip,
             direction: [&self.former_velocity_m_per_s],
             v_new: [&state.velocity_m_per_s],
-            tau: [&state.tangential_force_n],
+            tau: [self.by_springs.as_ref().map_or(&state.tangential_force_n, |[last_n, _]| last_n)],
             threshold: &self.strength.threshold_n,
             memory: &state.memory,
         };
         self.law.switching(self.simd, marks, &after);
+    }
+
+    fn detaching_force_n(&self, _: &Plan, state: &SliderState, n: usize) -> f64 {
+        magnitude([self.by_springs.as_ref().map_or(&state.tangential_force_n, |[last_n, _]| last_n)[n]])
     }
 
     fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]) {

@@ -204,6 +204,10 @@ impl<const D: usize> Body for LatticeBody<D> {
         self.outer_n[freedom] = force_n;
     }
 
+    fn pull_more_at(&mut self, freedom: usize, force_n: f64) {
+        self.outer_n[freedom] += force_n;
+    }
+
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
         let (nodes, contacts, upward) = (self.lattice.nodes(), plan.blocks, self.upward());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);

@@ -3,10 +3,11 @@
 
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
+use asperity_model::ends::absorbing_kg_per_s;
 use asperity_record::Energy;
 
 use crate::body::{Body, ChainBody};
-use crate::cost::{self, Costs};
+use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::fast::{Leaps, Open};
 use crate::jump::chain::Jump;
 use crate::kernels::Simd;
@@ -17,6 +18,10 @@ use crate::window::Window;
 
 /// Single steps of a long chain without windows between attempts to jump.
 const LOOK_ROUND_STEPS: u64 = 32;
+
+/// Why a run with absorbing ends has no leaps, or only those at rest.
+const ABSORBING: &str = "single steps instead of leaps: they alone tell what absorbing ends radiate from what dampers between blocks lose";
+const ABSORBING_RIGID: &str = "single steps while any block slides: they alone tell what absorbing ends radiate from what dampers between blocks lose";
 
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
@@ -243,7 +248,13 @@ impl Leaps for ChainLeaps {
                 "single steps while any block slides: friction that depends on velocity has no windows; at rest the run jumps all the same",
             );
         }
-        if law.affine().is_some() && law.radiation_kg_per_s() > 0.0 && plan.elastic.damping_kg_per_s() > 0.0 {
+        let (bonds, damped) = (&plan.end_bonds, plan.elastic.damping_kg_per_s() > 0.0);
+        let absorbs = absorbing_kg_per_s(bonds) > 0.0;
+        if absorbs && damped {
+            fallbacks.push(if law.holds() { ABSORBING_RIGID } else { ABSORBING });
+            return fallbacks;
+        }
+        if law.affine().is_some() && law.radiation_kg_per_s() > 0.0 && damped {
             fallbacks.push(
                 "single steps while any block slides: windows would not tell what is radiated from what dampers between blocks lose",
             );
@@ -258,7 +269,12 @@ impl Leaps for ChainLeaps {
             );
             return fallbacks;
         }
-        if self.jump.is_none() {
+        if self.jump.is_none() && bonds.iter().any(|bond| bond.other.is_some()) {
+            fallbacks
+                .push("windows instead of jumps: no modes are computed of a chain whose ends are joined");
+        } else if self.jump.is_none() && !bonds.is_empty() && plan.blocks > LONG_CHAIN {
+            fallbacks.push("windows instead of jumps: the waves of so long a chain are known for free ends");
+        } else if self.jump.is_none() {
             fallbacks.push(
                 "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
             );

@@ -10,6 +10,10 @@
 //! The modes are those of the map of a step ([`crate::modes`]), all of them. The certificate keeps a
 //! reserve for the part of the rest that they may not span.
 //!
+//! Clamped and absorbing ends add to `M` and `C` at the end blocks, and to the forces where a spring is relaxed elsewhere
+//! than at 0. Where they radiate beside dampers, only single steps tell both losses apart, and there are no jumps; nor
+//! are there modes where the ends are joined, or of long chains whose ends are not free.
+//!
 //! Chains too long for stored modes are decomposed into waves ([`crate::standing_waves`]), which are not
 //! stored. There, recomposing the waves shows what they miss; if that is more than rounding, the jump is
 //! refused.
@@ -17,10 +21,11 @@
 use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
 use asperity_model::elastic::Chain;
+use asperity_model::ends::absorbing_kg_per_s;
 
 use crate::clearance::Clearance;
 use crate::cost::{self, Costs, LONG_CHAIN};
-use crate::energy::Accounts;
+use crate::energy::{Accounts, Radiated};
 use crate::jump::Forced;
 use crate::kernels::Simd;
 use crate::modes::{Coordinates, Modes};
@@ -116,6 +121,9 @@ impl Jump {
     /// `None` for chains whose modes do not span all states.
     pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Option<Jump> {
         let blocks = plan.blocks;
+        if absorbing_kg_per_s(&plan.end_bonds) > 0.0 && Radiated::of(plan, chain) == Radiated::Apart {
+            return None;
+        }
         let basis = Basis::of(plan, chain, simd)?;
         let stiffness = Stiffness::of(plan, chain);
         Some(Jump {
@@ -340,6 +348,9 @@ impl Jump {
         for n in 0..blocks {
             self.ways_m[n] =
                 plan.elastic.damping_force_n(&velocities, n) - plan.block_mass_kg / dt * (new_v[n] - v[n]);
+        }
+        for bond in &plan.end_bonds {
+            bond.add(-bond.damping_kg_per_s * bond.stretch(&velocities), &mut self.ways_m);
         }
         self.stiffness.solve(&mut self.ways_m);
         let (ways_m, count) = (&self.ways_m, steps as f64);

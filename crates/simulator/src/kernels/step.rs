@@ -83,18 +83,20 @@ fn step<L: ContactLaw>(
             step_over_mass_s_per_kg: dt_over_m,
             memory: memory_of::<1, L>(memory, n),
         });
+        let held = kt[n] * (u[n] - u_stick[n]);
         let force = if L::HOLDS {
             // The net force on a stuck contact is zero.
             select_unpredictable(slides, tau[n] - drag, 0.0)
         } else {
-            tau[n] - select_unpredictable(slides, drag, kt[n] * (u[n] - u_stick[n]))
+            tau[n] - select_unpredictable(slides, drag, held)
         };
 
         let new_v = v[n] + force * dt_over_m;
         v_new[n] = new_v;
         u_new[n] = u[n] + new_v * dt;
 
-        let detached_by = tau[n].abs() - law.strength_n(threshold[n], memory_of::<1, L>(memory, n));
+        let detaching = if L::DETACHES_BY_SPRING { held } else { tau[n] };
+        let detached_by = detaching.abs() - law.strength_n(threshold[n], memory_of::<1, L>(memory, n));
         let turned_by = law.turned_by(&Turn { direction: [v[n]], new_velocity_m_per_s: [new_v] });
         beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
     }
@@ -114,6 +116,7 @@ pub(crate) struct After<'a, const D: usize> {
     /// [`Turn::direction`], for contacts that slid in the step.
     pub(crate) direction: [&'a [f64]; D],
     pub(crate) v_new: [&'a [f64]; D],
+    /// Forces by which stuck contacts detach.
     pub(crate) tau: [&'a [f64]; D],
     pub(crate) threshold: &'a [f64],
     /// Of all contacts.
@@ -165,12 +168,15 @@ mod tests {
             .collect()
     }
 
-    /// The loops of all registered laws, with every rule of re-attachment.
+    const BY_SPRING: &str = "friction.detach_by = \"spring\"\n";
+
+    /// The loops of all registered laws, the last of them by its springs, with every rule of re-attachment.
     fn all_laws() -> Vec<Arc<dyn ChainLoops>> {
         let rules = ["", "friction.reattach = \"two-way\"\n"];
         let texts = rules.iter().flat_map(|rule| {
             FrictionLaw::ALL.iter().map(move |law| format!("{rule}friction.law = {:?}\n", law.word()))
         });
+        let texts = texts.chain([BY_SPRING.to_owned()]);
         let scenarios = texts.map(|text| Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap());
         scenarios.map(|scenario| loops(scenario.contact_law())).collect()
     }
@@ -230,7 +236,9 @@ mod tests {
         let signed = || numbers.into_iter().flat_map(|x| [x, -x]);
         let chain = Chain { nodes: BLOCKS, stiffness_n_per_m: 0.0, damping_kg_per_s: 0.0 };
         let (mut switches, mut quiet) = (0, 0);
-        for law in all_laws() {
+        let laws = all_laws();
+        for (index, law) in laws.iter().enumerate() {
+            let by_spring = index + 1 == laws.len();
             for (slip, v, force) in [0.0, 1.0]
                 .into_iter()
                 .flat_map(|s| signed().flat_map(move |v| signed().map(move |f| (s, v, f))))
@@ -244,15 +252,16 @@ mod tests {
                     v: &v,
                     outer_force: &alone(force),
                     is_pulled_inside: true,
-                    u_stick: &alone(0.0),
+                    u_stick: &alone(if by_spring { -force } else { 0.0 }),
                     slip: &slip,
                     threshold: &[1.0; BLOCKS],
                     sliding_friction: &[0.0; BLOCKS],
                     memory: &[],
                     dt: 1.0,
                     dt_over_m: 1.0,
-                    kt: &[0.0; BLOCKS],
+                    kt: &[f64::from(u8::from(by_spring)); BLOCKS],
                 };
+                let springs_n = alone(force);
                 for simd in Simd::available() {
                     let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);
                     let hint = law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old);
@@ -260,7 +269,7 @@ mod tests {
                         slip: &slip,
                         direction: [&v],
                         v_new: [&v_new],
-                        tau: [&tau],
+                        tau: [if by_spring { &springs_n } else { &tau }],
                         threshold: old.threshold,
                         memory: &[],
                     };

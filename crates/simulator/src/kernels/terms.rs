@@ -5,6 +5,7 @@ use std::hint::select_unpredictable;
 use std::ops::Range;
 
 use asperity_model::elastic::Chain;
+use asperity_model::ends::EndBond;
 
 use crate::kernels::simd::sign;
 use crate::kernels::simd::{Simd, dispatch};
@@ -208,6 +209,8 @@ pub(crate) struct TermChain<'a> {
     pub(crate) radiation: f64,
     /// The drive's part of the springs, by block.
     pub(crate) driven: &'a [(usize, f64)],
+    /// What joins the ends, in these units.
+    pub(crate) at_ends: &'a [EndBond],
     /// The next term is `by` times the difference of this one, plus `stay` times this one, plus `back`
     /// (1 or -1) times the previous one. The first has half of that without the last part.
     pub(crate) by: f64,
@@ -239,9 +242,15 @@ fn terms(
     let Terms { u, v, guard, pitch } = rows;
     let [mut now, mut next] = strains;
     let first = behind.start * pitch;
-    chain.springs.strains(now, &u[first..first + blocks], &v[first..first + blocks]);
+    let (of_u, of_v) = (&u[first..first + blocks], &v[first..first + blocks]);
+    chain.springs.strains(now, of_u, of_v);
+    for bond in chain.at_ends {
+        join_end(&mut now[..blocks + 2], of_u, of_v, bond);
+    }
     let all = blocks + LAG * behind.len();
-    let piece = if blocks > WHOLE { PIECE } else { all };
+    // An end that is joined to the other one needs it at once.
+    let is_closed = chain.at_ends.iter().any(|bond| bond.other.is_some());
+    let piece = if blocks > WHOLE && !is_closed { PIECE } else { all };
     for piece_from in (0..all).step_by(piece) {
         for (j, lag) in behind.clone().zip((0..).step_by(LAG)) {
             let from = piece_from.saturating_sub(lag);
@@ -261,15 +270,18 @@ fn terms(
                     sigma: &chain.sigma[from..to],
                     first: j == 0,
                 };
-                let (next_u, next_v) = (&mut next_u[from..to], &mut next_v[from..to]);
                 let next_strain = &mut next[from..to + 2];
-                next_term(next_u, next_v, next_strain, &mut guard[j * pitch..][from..to], &term);
-                // The ends are free: their own strains are repeated beyond them.
+                let next_guard = &mut guard[j * pitch..][from..to];
+                next_term(&mut next_u[from..to], &mut next_v[from..to], next_strain, next_guard, &term);
+                // The own strains of free ends are repeated beyond them.
                 if from == 0 {
                     next[0] = next[1];
                 }
                 if to == blocks {
                     next[blocks + 1] = next[blocks];
+                }
+                for bond in chain.at_ends.iter().filter(|bond| (from..to).contains(&bond.block)) {
+                    join_end(&mut next[..blocks + 2], next_u, next_v, bond);
                 }
             }
             std::mem::swap(&mut now, &mut next);
@@ -281,6 +293,17 @@ fn terms(
     }
     for j in behind {
         hold_driven(&mut guard[j * pitch..][..blocks], &u[j * pitch..], chain);
+    }
+}
+
+/// Adds the pull of a bond at an end to the strain beyond it.
+#[inline(always)]
+fn join_end(strain: &mut [f64], u: &[f64], v: &[f64], bond: &EndBond) {
+    let beyond = |block: usize| if block == 0 { 0 } else { block + 2 };
+    let pull = bond.pull_of_changes(u, v);
+    strain[beyond(bond.block)] += pull;
+    if let Some(other) = bond.other {
+        strain[beyond(other)] -= pull;
     }
 }
 
@@ -301,7 +324,7 @@ struct Term<'a> {
     before_u: &'a [f64],
     before_v: &'a [f64],
     /// `stiffness u + damping v` of each block, between its two neighbours. The values of the ends are
-    /// repeated beyond them, which makes the ends free.
+    /// repeated beyond them, which makes the ends free; the pull of what joins an end is added there.
     strain: &'a [f64],
     /// The part of [`TermChain`] for these blocks.
     spring: &'a [f64],

@@ -1,6 +1,7 @@
 //! How far a window may extend: as far as no block can switch.
 //!
-//! Each block has a guard `g`, the number that decides its switch: the force `tau_n` while it is stuck,
+//! Each block has a guard `g`, the number that decides its switch: the force `tau_n` while it is stuck, or that of its
+//! friction spring where that detaches it,
 //! its velocity while it slides. The guard after `i` steps is the same sum over the guards of the terms,
 //! and its second difference is that of `A^i D_2`, at most `Q = sum_j max_i |c_j(i)| |g(w_j)|`. Between
 //! two steps `h` apart a guard is therefore within `Q h^2 / 8` of the chord and, from the window's first

@@ -11,10 +11,12 @@
 //!
 //! with `S_i D_2` a sum of the terms of [`crate::chebyshev`].
 
+use std::hint::select_unpredictable;
 use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
+use asperity_model::ends::EndBond;
 
 use crate::chebyshev::{Chebyshev, MOST_TERMS};
 use crate::energy::Radiated;
@@ -153,6 +155,9 @@ impl Expansion {
         for spring in &plan.drive.springs {
             guard[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
+        for bond in &plan.end_bonds {
+            bond.add(bond.pull_n(u, v), guard);
+        }
         for (guard, prestress) in guard.iter_mut().zip(&plan.prestress_n) {
             *guard += prestress;
         }
@@ -180,6 +185,9 @@ impl Expansion {
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
         }
+        for bond in &plan.end_bonds {
+            bond.add(bond.pull_of_changes(d_u, d_v), d_guard);
+        }
         if !self.ramp.is_flat() {
             for ((guard, friction), sigma) in
                 d_guard.iter_mut().zip(&friction.dynamic_friction_n).zip(&self.sigma)
@@ -195,6 +203,17 @@ impl Expansion {
         self.simd.second_difference(first_u, first_v, d_guard, &second);
         if rigid {
             hold_stuck(&self.sigma, first_u, first_v);
+        }
+        if friction.law.detaches_by_spring() {
+            let anchored = now_u.iter().zip(&state.stick_position_m).map(|(u, anchor)| u - anchor);
+            let stretches = anchored.zip(&*d_u).zip(&self.spring).zip(&self.sigma);
+            for ((guard, d_guard), (((stretch_m, change_m), kt), sigma)) in
+                guard.iter_mut().zip(d_guard).zip(stretches)
+            {
+                if *sigma == 0.0 {
+                    (*guard, *d_guard) = (kt * stretch_m, kt * change_m);
+                }
+            }
         }
         self.applications += 2;
         true
@@ -283,6 +302,15 @@ impl Expansion {
             ..*chain
         };
         let [first, second] = &mut self.strain;
+        let at_ends: Vec<EndBond> = plan
+            .end_bonds
+            .iter()
+            .map(|bond| EndBond {
+                stiffness_n_per_m: unit * bond.stiffness_n_per_m,
+                damping_kg_per_s: unit * bond.damping_kg_per_s / plan.grid.step_s(),
+                ..*bond
+            })
+            .collect();
         let chain = TermChain {
             spring: &self.scaled_spring,
             sigma: &self.sigma,
@@ -290,6 +318,7 @@ impl Expansion {
             springs,
             radiation: unit * plan.friction.law.radiation_kg_per_s() / plan.grid.step_s(),
             driven: &self.driven,
+            at_ends: &at_ends,
             by,
             stay: -by * centre,
             back: -sigma,
@@ -297,6 +326,14 @@ impl Expansion {
         let pitch = self.u.pitch;
         let rows = Terms { u: self.u.all_mut(), v: self.v.all_mut(), guard: self.guard.all_mut(), pitch };
         self.simd.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
+        if plan.friction.law.detaches_by_spring() {
+            for term in from..to {
+                let guards = self.guard.row_mut(term)[..blocks].iter_mut().zip(self.u.row(term));
+                for (((guard, u), kt), sigma) in guards.zip(&self.spring).zip(&self.sigma) {
+                    *guard = select_unpredictable(*sigma == 0.0, unit * kt * u, *guard);
+                }
+            }
+        }
         self.terms = to;
         self.applications += (to - from) as u64;
     }

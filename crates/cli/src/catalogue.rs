@@ -339,7 +339,7 @@ fn aftershocks(shocks: &[Shock]) -> String {
             ),
             Some(Omori { test, .. }) => format!("no law of Omori ({})", test.words()),
             None => format!(
-                "no law of Omori, whose rate falls as a power of time; not constant ({})",
+                "no law of Omori, the rate does not fall as a power of time (constant: {})",
                 constant.words()
             ),
         }

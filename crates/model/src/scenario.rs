@@ -68,6 +68,8 @@ pub struct Friction {
     #[serde(skip_serializing_if = "is_first_weakening_velocity")]
     pub weakening_velocity_m_per_s: f64,
     #[serde(skip_serializing_if = "is_default")]
+    pub drag_at_rest: bool,
+    #[serde(skip_serializing_if = "is_default")]
     pub radiation_kg_per_s: f64,
     #[serde(skip_serializing_if = "is_first_junction_count")]
     pub junction_count: u32,
@@ -352,6 +354,7 @@ impl Scenario {
         let keys = LawKeys {
             is_two_way: friction.is_two_way(),
             weakening_velocity_m_per_s: friction.weakening_velocity_m_per_s,
+            drag_at_rest: friction.drag_at_rest,
             radiation_kg_per_s: friction.radiation_kg_per_s,
             junctions: Junctions {
                 count: friction.junction_count as usize,

@@ -28,6 +28,9 @@ pub(crate) const DRAWS: usize = 999;
 /// 730 (1974)).
 const LARGEST: usize = 400;
 
+/// A distance, times the square root of the number, that no critical value for 50 or more exponential values reaches.
+const CLEARLY: f64 = 1.25;
+
 /// The fit of a law to its sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Test {
@@ -80,6 +83,12 @@ impl Test {
             statistic,
             critical: critical(count, draws, |count, random| drawn(count, &mut || random.share())),
         }
+    }
+
+    /// Whether the test rejects an exponential fit whatever its critical value is, so that this need not be computed: for 50
+    /// values and more it lies between 1.0 and 1.2 over the square root of their number.
+    pub(crate) fn clearly_rejects_exponential(fit: &TimeFit, times_s: &[f64]) -> bool {
+        from_times(fit, times_s) * (times_s.len() as f64).sqrt() > CLEARLY
     }
 
     /// Whether the sample is not from the law.
@@ -268,6 +277,15 @@ mod tests {
             let test = test_of_times(&times, law);
             assert!((test.critical / table - 1.0).abs() < 0.05, "{law:?}: {test:?}");
             assert!(test.critical < 0.85 * half_band(25) && test == test_of_times(&times, law), "{law:?}");
+        }
+    }
+
+    #[test]
+    fn clear_rejections_are_rejections() {
+        for count in (50..LARGEST).step_by(25).chain([LARGEST, 3000]) {
+            let times: Vec<f64> = (1..=count as u32).map(f64::from).collect();
+            let critical = test_of_times(&times, TimeLaw::Exponential).critical * (count as f64).sqrt();
+            assert!((1.0..super::CLEARLY - 0.05).contains(&critical), "{count}: {critical}");
         }
     }
 

@@ -78,6 +78,8 @@ mod list;
 #[cfg(test)]
 #[path = "../../testkit/src/made_up.rs"]
 pub mod made_up;
+mod magnitudes;
+mod moments;
 mod number;
 mod of;
 pub mod omori;

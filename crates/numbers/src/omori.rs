@@ -11,7 +11,7 @@ pub const FEWEST_AFTERSHOCKS: usize = 50;
 /// main shock by 1.2 or more as a rule (Richter, Elementary Seismology, 1958).
 pub const MAIN_SHOCKS_WITHIN: f64 = 1.0;
 
-/// Logarithms of the smallest and the largest `c` over the window. At the smallest it cannot be told from 0; at the
+/// Logarithms of the smallest and the largest `c` over the window. At the smallest it cannot be distinguished from 0; at the
 /// largest the law is hardly one of Omori, but an exponential one.
 const LN_C: [f64; 2] = [-13.8, 2.3];
 
@@ -115,7 +115,7 @@ impl Aftershocks {
 pub struct Omori {
     /// `p`. Its standard error is one only if the test does not reject the law.
     pub p: Estimate,
-    /// `c`, s; with an error of 0 where it cannot be told from 0.
+    /// `c`, s; with an error of 0 where it cannot be distinguished from 0.
     pub c_s: Estimate,
     /// `K`, in s to the power `p - 1`, for each main shock.
     pub k: f64,

@@ -21,7 +21,8 @@ keys! {
     /// Whether shorter ruptures count only if no other one slid meanwhile.
     #[serde(default)]
     alone: bool,
-    /// The exponent `b` of a line to compare with, `M_0^-b`, through the most frequent moment.
+    /// The exponent `b` of a line to compare with, `M_0^-b`, from the first mark beyond ten times the most frequent moment
+    /// on.
     b: Option<f64>,
 }
 
@@ -62,23 +63,30 @@ impl Figure for Moments {
             all.extend(shorter.iter().chain(&longer).copied());
             rows.push((Sample::Marks(marker, color), format!("{label}: {}", part.all.len())));
             if let Some(blocks) = self.longer_than_blocks {
-                let filled = format!("filled: more than {blocks} blocks: {}", part.longer.len());
+                let filled = format!("filled, > {blocks} blocks: {}", part.longer.len());
                 rows.push((Sample::Nothing, filled));
             }
             items.push(Item::Discs(longer, 9, color));
             items.push(Item::Marks(shorter, if index == 0 { Marker::Circle } else { marker }, color));
         }
-        if let (Some(b), Some(most)) = (self.b, all.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))) {
-            let lowest = all.iter().map(|point| point.1).fold(most.1, f64::min);
+        let first = series.first().and_then(|(_, part)| behind_peak(&rates(&part.all)));
+        if let (Some(b), Some(from)) = (self.b, first) {
+            let lowest = all.iter().map(|point| point.1).fold(from.1, f64::min);
             // It ends where it is as low as the lowest mark.
-            let end = most.0 * (most.1 / lowest).powf(1.0 / b);
-            items.insert(0, Item::Line(vec![most, (end, lowest)], Dash::Dashed, GREY));
-            rows.push((Sample::Line(Dash::Dashed, GREY), format!("M_0^{{−b}}, b = {b}")));
+            let end = from.0 * (from.1 / lowest).powf(1.0 / b);
+            items.insert(0, Item::Line(vec![from, (end, lowest)], Dash::Dashed, GREY));
+            rows.push((Sample::Line(Dash::Dashed, GREY), format!("slope −{b}")));
         }
         let x = Scale::of("moment M_0 (N m)", true, 0.03, all.iter().map(|point| point.0));
         let y = Scale::of("ruptures per unit of ln M_0", true, 0.04, all.iter().map(|point| point.1));
         Ok(Paper::single(x, y, items, rows).sheet(&self.title))
     }
+}
+
+/// The first mark beyond ten times the most frequent moment, which is that of single blocks.
+fn behind_peak(rates: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let (peak, _) = rates.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    rates.iter().copied().find(|(moment, _)| *moment > 10.0 * peak)
 }
 
 /// Number per unit of the logarithm, at the middle of each interval that has any.
@@ -100,6 +108,10 @@ mod tests {
         let rates = rates(&[0.1, 0.2, 0.6, -0.1]);
         let middles: Vec<f64> = rates.iter().map(|(moment, _)| moment.ln()).collect();
         assert!(middles.iter().zip([-0.25, 0.25, 0.75]).all(|(a, b)| (a - b).abs() < 1e-12), "{middles:?}");
+        assert_eq!(
+            super::behind_peak(&[(1.0, 5.0), (2.0, 9.0), (19.0, 3.0), (30.0, 2.0)]),
+            Some((30.0, 2.0))
+        );
         assert_eq!(rates.iter().map(|(_, rate)| *rate).collect::<Vec<_>>(), [2.0, 4.0, 2.0]);
     }
 }

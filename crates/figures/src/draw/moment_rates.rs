@@ -127,3 +127,43 @@ fn courses(run: &RunData) -> Result<Vec<Course<'_>>, String> {
     }
     Ok(courses)
 }
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::WindowRecord;
+    use asperity_testkit::made_up;
+
+    use super::courses;
+
+    #[test]
+    fn blocks_count_from_arrival_to_stop_and_others_do_not() {
+        let mut run = made_up::run("", &[(100, 105, &[1, 2])]);
+        made_up::with_ruptures(&mut run, &[&[(1, 100, Some(104)), (2, 101, Some(105))]]);
+        let record = |step: u64| WindowRecord {
+            window: 0,
+            step,
+            time_s: run.plan.grid.time_s(step),
+            sliding: 2,
+            first_block: 1,
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![1e-3, 2e-3, 5e-3],
+            tangential_force_n: vec![0.0; 3],
+            displacement_across_m: Vec::new(),
+            velocity_across_m_per_s: Vec::new(),
+            tangential_force_across_n: Vec::new(),
+        };
+        let records: Vec<WindowRecord> = (99..107).map(record).collect();
+        run.rupture_fields = records;
+        let found = courses(&run).expect("it is recorded");
+        // E L_y a.
+        let factor = run.plan.scales.modulus_n_per_m.unwrap() * run.plan.spacing_m;
+        let sums: Vec<f64> = found[0].points.iter().map(|(_, rate)| rate / factor * 1e3).collect();
+        assert_eq!(found.len(), 1);
+        assert!(sums.iter().zip([1.0, 3.0, 3.0, 3.0, 2.0]).all(|(a, b)| (a - b).abs() < 1e-9), "{sums:?}");
+        assert_eq!(sums.len(), 5);
+        assert_eq!(found[0].points[0].0, 0.0);
+        run.rupture_fields.clear();
+        let why = courses(&run).err().expect("nothing is recorded");
+        assert!(why.contains("recording.rupture_fields_s"), "{why}");
+    }
+}

@@ -265,11 +265,20 @@ mod tests {
         assert_eq!(words_of(&of_run, SizeLaw::None), ["A: 3", "95 %"]);
     }
 
+    #[test]
+    fn the_key_has_b_where_the_summary_has() {
+        let b = Some((Estimate { value: 0.8, error: 0.1 }, -6.0));
+        let of_run = super::Part { b, ..slipped(&[]) };
+        let words = words_of(&of_run, SizeLaw::None);
+        assert_eq!(words, ["A: 3", "b = 0.80 ± 0.10 for M > −6.00", "95 %"]);
+    }
+
     /// As many of one block as of all the others together, which are large: no power law has that.
     #[test]
     fn a_fit_that_is_rejected_has_no_error() {
         let sizes: Vec<u32> = (0..60).map(|n| if n % 2 == 0 { 1 } else { 70 + n % 9 }).collect();
-        let of_run = super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100, unit: "blocks" };
+        let of_run =
+            super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100, unit: "blocks", b: None };
         for (law, name) in [(SizeLaw::PowerLaw, "s^{−α}"), (SizeLaw::Exponential, "exp(−s/ξ)")] {
             let words = words_of(&of_run, law);
             assert!(words[2].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");

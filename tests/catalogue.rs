@@ -137,4 +137,7 @@ fn statistics_without_a_law_have_no_b() {
     let few = succeed(&["catalogue", text(&log), "--format", "statistics", "--completeness", "1", "--quiet"]);
     assert!(few.contains("  sizes: fewer than 50 above 1, or all are equal\n"), "{few}");
     assert!(few.contains("times between them: fewer than five"), "{few}");
+    assert!(few.contains("after large ones: fewer than two within magnitude 1 of the largest"), "{few}");
+    assert!(least.contains(" within ") && least.contains(" main shocks: "), "{least}");
+    assert!(!least.contains("law of Omori, p"), "{least}");
 }

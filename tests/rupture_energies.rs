@@ -8,6 +8,7 @@
 
 use std::path::Path;
 
+use asperity_numbers::{radiated_energy_j, radiation_efficiency};
 use asperity_record::{Direction, Energy, Record, RunEnd, Rupture, StepRecord};
 use asperity_runlog::LogItem;
 use asperity_testkit::{SMALL_BODY, SMALL_SHEET, SMALL_SLAB, read_log, scenario};
@@ -145,6 +146,18 @@ fn adds_up(what: &str, run: &Run) -> usize {
                 let put_in = drive + prestress + anchor_j + scheme;
                 let left = put_in - heat - viscous - radiated - kinetic - (springs + anchor_j);
                 assert!(is_near(left, 0.0), "{what}: {left} J are left of {rupture:?}");
+                // The other side of the balance: released, less what friction took.
+                let waves_j = radiated_energy_j(rupture).expect("it slides alone");
+                assert!(
+                    is_near(waves_j, put_in - heat - (springs + anchor_j)),
+                    "{what}: {waves_j} J of {rupture:?}"
+                );
+                let efficiency = radiation_efficiency(rupture);
+                assert_eq!(efficiency.is_some(), waves_j > 0.0 && anchor_j < 0.0, "{what}: {rupture:?}");
+                assert!(
+                    efficiency.is_none_or(|efficiency| efficiency > 0.0 && efficiency < 1.0),
+                    "{efficiency:?}"
+                );
                 add(parts);
             }
             _ => add(change(from, to)),

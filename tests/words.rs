@@ -594,6 +594,7 @@ pages_that_run! {
     ruptures_run: "docs/ruptures.md",
     slab_runs: "docs/slab.md",
     area_runs: "docs/area.md",
+    carlson_langer_runs: "docs/carlson-langer.md",
     scenarios_run: "docs/scenarios.md",
     sweeps_run: "docs/sweeps.md",
     tutorial_runs: "docs/tutorial.md",

@@ -56,6 +56,40 @@ def test_columns_follow_from_exported_ruptures_and_arrivals(catalogue: pd.DataFr
     assert tails > 100
 
 
+def test_radiated_energy_closes_with_switches_and_steps(catalogue: pd.DataFrame, default_log: Path) -> None:
+    """By the other side of the balance: what was released, less what friction took, from steps and switches alone."""
+    run = asperity.open(default_log)
+    steps = run.table("/step").to_pandas().set_index("step")
+    switches = run.switches.to_pandas()
+    # k_t = k = E (N - 1) L_y L_z / L_x.
+    stiffness = MODULUS_PA * 99 * WIDTH_M * 0.02 / 0.1
+    spring_j = stiffness / 2 * (switches.displacement_m - switches.stick_position_m) ** 2
+    anchor_j = spring_j.where(switches.direction == "attach", -spring_j)
+    ruptures = run.ruptures.to_pandas().set_index("rupture")
+    alone = 0
+    for row in catalogue.itertuples():
+        rupture = ruptures.loc[row.rupture]
+        if rupture.overlapping or rupture.open:
+            assert np.isnan(row.radiated_energy_j) and np.isnan(row.radiation_efficiency)
+            continue
+        before, after = steps.loc[rupture.onset_step - 1], steps.loc[rupture.end_step - 1]
+        within = switches.step.between(rupture.onset_step - 1, rupture.end_step - 1)
+        own = within & switches.block.between(rupture.first_block, rupture.last_block)
+        fracture = -anchor_j[own].sum()
+        change = after - before
+        # Springs between blocks and of the drive give what all springs give, less the jumps of friction springs.
+        released = change.drive_work_j + change.prestress_work_j - (change.elastic_j - change.anchor_change_j)
+        expected = released - change.friction_heat_j + change.scheme_work_j
+        scale = abs(change.friction_heat_j) + abs(released)
+        assert row.radiated_energy_j == pytest.approx(expected, rel=1e-6, abs=1e-9 * scale + 1e-15)
+        if row.radiated_energy_j > 0 and fracture > 1e-12:
+            assert row.radiation_efficiency == pytest.approx(
+                row.radiated_energy_j / (row.radiated_energy_j + fracture), rel=1e-6
+            )
+            alone += 1
+    assert alone > 50
+
+
 def test_obspy_reads_quakeml(command: Command, catalogue: pd.DataFrame, default_log: Path, tmp_path: Path) -> None:
     text = command("--quiet", "catalogue", default_log, "--format", "quakeml")
     path = tmp_path / "default.xml"

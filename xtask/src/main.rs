@@ -89,6 +89,9 @@ enum Command {
     /// The same for rate-and-state friction: stability, cycles, velocity steps, holds, chains.
     #[command(name = "reproduce-rate-and-state")]
     ReproduceRateAndState(reproduce::ReproduceArguments),
+    /// The same for the earthquake fault of Carlson and Langer: how its ruptures are distributed by moment.
+    #[command(name = "reproduce-carlson-langer")]
+    ReproduceCarlsonLanger(reproduce::ReproduceArguments),
     /// Reproduce all of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
@@ -127,6 +130,9 @@ fn main() -> ExitCode {
         Command::ReproduceArea(arguments) => reproduce::command(&arguments, &[reproduce::AREA]),
         Command::ReproduceRateAndState(arguments) => {
             reproduce::command(&arguments, &[reproduce::RATE_AND_STATE])
+        }
+        Command::ReproduceCarlsonLanger(arguments) => {
+            reproduce::command(&arguments, &[reproduce::CARLSON_LANGER])
         }
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),

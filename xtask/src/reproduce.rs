@@ -20,9 +20,10 @@ pub(crate) const SLAB: &str = "slab";
 pub(crate) const SLOW_SLIP: &str = "slow-slip";
 pub(crate) const AREA: &str = "area";
 pub(crate) const RATE_AND_STATE: &str = "rate-and-state";
+pub(crate) const CARLSON_LANGER: &str = "carlson-langer";
 
 /// All of them, in the order of `reproduce-all`.
-pub(crate) const ALL: [&str; 12] = [
+pub(crate) const ALL: [&str; 13] = [
     CHAPTER5,
     CHAPTER6,
     APPENDIX_A,
@@ -35,6 +36,7 @@ pub(crate) const ALL: [&str; 12] = [
     SLOW_SLIP,
     AREA,
     RATE_AND_STATE,
+    CARLSON_LANGER,
 ];
 
 /// Path of a pipeline, from the root of the workspace.

@@ -8,6 +8,8 @@ use asperity_files::{Existing, FileSet, Inputs};
 use asperity_numbers::catalogue::{Catalogue, Entry, FEWEST_MAGNITUDES, GutenbergRichter};
 use asperity_numbers::distributions::{TimeFit, TimeLaw};
 use asperity_numbers::goodness::Test;
+use asperity_numbers::omori::{Aftershocks, FEWEST_AFTERSHOCKS, MAIN_SHOCKS_WITHIN, Omori, Shock};
+use asperity_numbers::{radiated_energy_j, radiation_efficiency};
 use asperity_record::{Cell, Column, Event, EventKind, Observer, RunHeader, Rupture, counted};
 use asperity_run::Checked;
 use asperity_study::collect;
@@ -29,7 +31,7 @@ use crate::verdict_exit;
 type CatalogueColumn = (&'static str, fn(&Entry) -> Cell);
 
 /// Those after `path`, `run`, `time` and what catalogues of earthquakes have.
-const COLUMNS: [CatalogueColumn; 16] = [
+const COLUMNS: [CatalogueColumn; 18] = [
     ("rupture", |entry| Cell::Step(entry.rupture.rupture)),
     ("onset_s", |entry| Cell::Number(entry.rupture.onset_s)),
     ("duration_s", |entry| number(entry.duration_s())),
@@ -44,6 +46,8 @@ const COLUMNS: [CatalogueColumn; 16] = [
     ("stress_drop_pa", |entry| number(entry.stress_drop_pa)),
     ("slip_weighted_stress_drop_pa", |entry| number(entry.slip_weighted_stress_drop_pa)),
     ("slip_skewness", |entry| number(entry.slip_skewness)),
+    ("radiated_energy_j", |entry| number(radiated_energy_j(&entry.rupture))),
+    ("radiation_efficiency", |entry| number(radiation_efficiency(&entry.rupture))),
     ("reached_every_block", |entry| Cell::Flag(entry.rupture.reached_every_block)),
     ("overlapping", |entry| Cell::Flag(entry.rupture.overlapping)),
 ];
@@ -245,9 +249,12 @@ fn csv(sources: &[Source]) -> Result<(), Failure> {
 /// The law of Gutenberg and Richter of a log or of all runs of a study, and of a log the times between its ruptures.
 fn statistics(source: &Source, completeness: Option<f64>) -> Vec<String> {
     let entries = source.runs.iter().flat_map(|run| &run.entries);
-    let all: Vec<(f64, f64)> =
-        entries.filter_map(|entry| Some((entry.magnitude()?, entry.rupture.onset_s))).collect();
-    let magnitudes: Vec<f64> = all.iter().map(|(magnitude, _)| *magnitude).collect();
+    let shock = |entry: &Entry| {
+        let Rupture { onset_s, end_s, .. } = entry.rupture;
+        Some(Shock { magnitude: entry.magnitude()?, onset_s, end_s: end_s? })
+    };
+    let all: Vec<Shock> = entries.filter_map(shock).collect();
+    let magnitudes: Vec<f64> = all.iter().map(|shock| shock.magnitude).collect();
     let of_runs = match source.is_study {
         true => format!(" of {}", counted(source.runs.len() as u64, "run")),
         false => String::new(),
@@ -277,9 +284,10 @@ fn statistics(source: &Source, completeness: Option<f64>) -> Vec<String> {
     });
     if !source.is_study {
         let least = fit.as_ref().map(|fit| fit.completeness).or(completeness).unwrap_or(f64::NEG_INFINITY);
-        let counted = all.iter().filter(|(magnitude, _)| *magnitude > least);
-        let onsets: Vec<f64> = counted.map(|(_, onset_s)| *onset_s).collect();
+        let counted: Vec<Shock> = all.into_iter().filter(|shock| shock.magnitude > least).collect();
+        let onsets: Vec<f64> = counted.iter().map(|shock| shock.onset_s).collect();
         lines.push(format!("  times between them: {}", times_between(&onsets)));
+        lines.push(format!("  after large ones: {}", aftershocks(&counted)));
     }
     lines
 }
@@ -298,4 +306,43 @@ fn times_between(onsets_s: &[f64]) -> String {
     } else {
         format!("exponential, {:.4} ± {:.4} s ({})", mean_s.value, mean_s.error, test.words())
     }
+}
+
+/// Whether the rate after main shocks falls as Omori says, in words.
+fn aftershocks(shocks: &[Shock]) -> String {
+    let Some(stack) = Aftershocks::stacked(shocks) else {
+        return format!(
+            "fewer than two within magnitude {MAIN_SHOCKS_WITHIN} of the largest, or they overlap"
+        );
+    };
+    let count = stack.times_s.len();
+    let found = format!(
+        "{} within {:.4} s of {}",
+        counted(count as u64, "rupture"),
+        stack.window_s,
+        counted(stack.main_shocks as u64, "main shock")
+    );
+    let constant = stack.constant();
+    let law = if count < FEWEST_AFTERSHOCKS {
+        format!("fewer than {FEWEST_AFTERSHOCKS}")
+    } else if !constant.rejects() {
+        format!("a constant rate is not rejected ({})", constant.words())
+    } else {
+        match stack.omori() {
+            Some(Omori { p, c_s, k, test }) if !test.rejects() => format!(
+                "law of Omori, p = {:.3} ± {:.3}, c = {:.3e} ± {:.1e} s, K = {k:.4} s^(p−1) ({})",
+                p.value,
+                p.error,
+                c_s.value,
+                c_s.error,
+                test.words()
+            ),
+            Some(Omori { test, .. }) => format!("no law of Omori ({})", test.words()),
+            None => format!(
+                "no law of Omori, the rate does not fall as a power of time (constant: {})",
+                constant.words()
+            ),
+        }
+    };
+    format!("{found}: {law}")
 }

@@ -35,6 +35,9 @@ mod lines;
 mod load;
 mod load_ruptures;
 mod loads;
+mod moment_duration;
+mod moment_rates;
+mod moments;
 pub mod of_one_run;
 pub mod of_study;
 mod onset;
@@ -201,6 +204,12 @@ kinds! {
     "sizes" sizes: sizes::Sizes,
     /// Distribution of the times between ruptures, with a fitted law.
     "recurrence" recurrence: recurrence::Recurrence,
+    /// How many ruptures there are of each moment, in intervals of its logarithm.
+    "moments" moments: moments::Moments,
+    /// Moment of ruptures against their duration, with lines of the slopes 1, 2 and 3 through the medians.
+    "moment-duration" moment_duration: moment_duration::MomentDuration,
+    /// Moment rates of the largest ruptures whose states are recorded, from the onset of each.
+    "moment-rates" moment_rates: moment_rates::MomentRates,
     /// A run on one page: its load curve with numbered ruptures, its space-time map, the sizes and
     /// recurrence times of its ruptures, and its first numbers.
     "overview" overview: overview::Overview,

@@ -35,6 +35,7 @@ scenarios![
     "loaded-start",
     "rigid-contacts",
     "velocity-weakening",
+    "carlson-langer",
     "scattered-friction",
     "ageing-contacts",
     "unload-400",

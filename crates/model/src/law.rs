@@ -84,6 +84,8 @@ pub struct LawKeys {
     pub detaches_by_spring: bool,
     /// `friction.weakening_velocity_m_per_s`, `v_c`.
     pub weakening_velocity_m_per_s: f64,
+    /// `friction.drag_at_rest`.
+    pub drag_at_rest: bool,
     /// `friction.radiation_kg_per_s`, `E`.
     pub radiation_kg_per_s: f64,
     /// The numbers of junctions.

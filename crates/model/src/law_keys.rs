@@ -114,6 +114,7 @@ mod tests {
             "friction.reattach" => "\"one-way\"",
             "friction.detach_by" => "\"spring\"",
             "friction.weakening_velocity_m_per_s" => "0.2",
+            "friction.drag_at_rest" => "true",
             "friction.radiation_kg_per_s" => "3.5",
             "friction.ageing_coefficient" => "0.01",
             "friction.ageing_time_s" => "2.5",

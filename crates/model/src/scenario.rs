@@ -79,6 +79,8 @@ pub struct Friction {
     #[serde(skip_serializing_if = "is_first_weakening_velocity")]
     pub weakening_velocity_m_per_s: f64,
     #[serde(skip_serializing_if = "is_default")]
+    pub drag_at_rest: bool,
+    #[serde(skip_serializing_if = "is_default")]
     pub radiation_kg_per_s: f64,
     #[serde(skip_serializing_if = "is_first_junction_count")]
     pub junction_count: u32,
@@ -419,6 +421,7 @@ impl Scenario {
             is_two_way: friction.is_two_way(),
             detaches_by_spring: friction.detach_by == DetachBy::Spring,
             weakening_velocity_m_per_s: friction.weakening_velocity_m_per_s,
+            drag_at_rest: friction.drag_at_rest,
             radiation_kg_per_s: friction.radiation_kg_per_s,
             junctions: Junctions {
                 count: friction.junction_count as usize,

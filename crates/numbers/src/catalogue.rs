@@ -171,12 +171,7 @@ pub struct GutenbergRichter {
 impl GutenbergRichter {
     /// Fits the magnitudes above a completeness; `None` if there are fewer than [`FEWEST_MAGNITUDES`], or all are equal.
     pub fn above(magnitudes: &[f64], completeness: f64) -> Option<GutenbergRichter> {
-        let over = magnitudes.iter().map(|magnitude| magnitude - completeness);
-        let excess: Vec<f64> = over.filter(|excess| *excess > 0.0).collect();
-        if excess.len() < FEWEST_MAGNITUDES {
-            return None;
-        }
-        let fit = TimeFit::of(&excess, TimeLaw::Exponential)?;
+        let (excess, fit) = fitted(magnitudes, completeness)?;
         let TimeFit::Exponential { mean_s: mean } = fit else { return None };
         let value = std::f64::consts::LOG10_E / mean.value;
         Some(GutenbergRichter {
@@ -195,9 +190,21 @@ impl GutenbergRichter {
         let last = ascending.len().checked_sub(FEWEST_MAGNITUDES + 1)?;
         let ranks = (0..CANDIDATES.min(last + 1)).map(|n| n * (last + 1) / CANDIDATES.min(last + 1));
         ranks
+            .filter(|rank| {
+                let fitted = fitted(magnitudes, ascending[*rank]);
+                fitted.is_some_and(|(excess, fit)| !Test::clearly_rejects_exponential(&fit, &excess))
+            })
             .filter_map(|rank| GutenbergRichter::above(magnitudes, ascending[rank]))
             .find(|fit| !fit.test.rejects())
     }
+}
+
+/// What magnitudes are above a completeness by, and the exponential fit to it.
+fn fitted(magnitudes: &[f64], completeness: f64) -> Option<(Vec<f64>, TimeFit)> {
+    let over = magnitudes.iter().map(|magnitude| magnitude - completeness);
+    let excess: Vec<f64> = over.filter(|excess| *excess > 0.0).collect();
+    let fit = TimeFit::of(&excess, TimeLaw::Exponential).filter(|_| excess.len() >= FEWEST_MAGNITUDES)?;
+    Some((excess, fit))
 }
 
 #[cfg(test)]

@@ -21,12 +21,15 @@ use crate::distributions::{SizeFit, SizeLaw, TimeFit, TimeLaw};
 const LEVEL: f64 = 0.05;
 
 /// How many samples are drawn for a critical value: its own level is then 5.0 ± 0.7 %.
-const DRAWS: usize = 999;
+pub(crate) const DRAWS: usize = 999;
 
 /// The largest sample that is drawn. For larger ones the critical value falls as `1 / sqrt(n)`,
 /// which it does within a per cent from some hundred values on (Stephens, J. Am. Stat. Assoc. 69,
 /// 730 (1974)).
 const LARGEST: usize = 400;
+
+/// A distance, times the square root of the number, that no critical value for 50 or more exponential values reaches.
+const CLEARLY: f64 = 1.25;
 
 /// The fit of a law to its sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,6 +69,26 @@ impl Test {
             TimeFit::of(&drawn, law).map_or(0.0, |fit| from_times(&fit, &drawn))
         });
         Test { statistic: from_times(fit, times_s), critical }
+    }
+
+    /// That of another law: how far the sample is from its fit, its number, and how far as many drawn by the fit are from
+    /// their own, given shares from 0 to 1 at random.
+    pub(crate) fn of_drawn(
+        statistic: f64,
+        count: usize,
+        draws: usize,
+        drawn: impl Fn(usize, &mut dyn FnMut() -> f64) -> f64,
+    ) -> Test {
+        Test {
+            statistic,
+            critical: critical(count, draws, |count, random| drawn(count, &mut || random.share())),
+        }
+    }
+
+    /// Whether the test rejects an exponential fit whatever its critical value is, so that this need not be computed: for 50
+    /// values and more it lies between 1.0 and 1.2 over the square root of their number.
+    pub(crate) fn clearly_rejects_exponential(fit: &TimeFit, times_s: &[f64]) -> bool {
+        from_times(fit, times_s) * (times_s.len() as f64).sqrt() > CLEARLY
     }
 
     /// Whether the sample is not from the law.
@@ -125,12 +148,17 @@ fn from_sizes(fit: &SizeFit, sizes: &[u32]) -> f64 {
 }
 
 fn from_times(fit: &TimeFit, times_s: &[f64]) -> f64 {
-    let mut ascending = times_s.to_vec();
+    distance(|time_s| fit.survival(time_s), times_s)
+}
+
+/// The largest distance of a law, given by the share above each value, from the shares of a sample.
+pub(crate) fn distance(survival: impl Fn(f64) -> f64, values: &[f64]) -> f64 {
+    let mut ascending = values.to_vec();
     ascending.sort_by(f64::total_cmp);
     let count = ascending.len() as f64;
-    // The share found falls at each time, from the one to the other.
-    let distance = |(n, time_s): (usize, &f64)| {
-        let p = fit.survival(*time_s);
+    // The share found falls at each value, from the one to the other.
+    let distance = |(n, value): (usize, &f64)| {
+        let p = survival(*value);
         (1.0 - n as f64 / count - p).abs().max((1.0 - (n + 1) as f64 / count - p).abs())
     };
     ascending.iter().enumerate().map(distance).fold(0.0, f64::max)
@@ -249,6 +277,15 @@ mod tests {
             let test = test_of_times(&times, law);
             assert!((test.critical / table - 1.0).abs() < 0.05, "{law:?}: {test:?}");
             assert!(test.critical < 0.85 * half_band(25) && test == test_of_times(&times, law), "{law:?}");
+        }
+    }
+
+    #[test]
+    fn clear_rejections_are_rejections() {
+        for count in (50..LARGEST).step_by(25).chain([LARGEST, 3000]) {
+            let times: Vec<f64> = (1..=count as u32).map(f64::from).collect();
+            let critical = test_of_times(&times, TimeLaw::Exponential).critical * (count as f64).sqrt();
+            assert!((1.0..super::CLEARLY - 0.05).contains(&critical), "{count}: {critical}");
         }
     }
 

@@ -78,8 +78,11 @@ mod list;
 #[cfg(test)]
 #[path = "../../testkit/src/made_up.rs"]
 pub mod made_up;
+mod magnitudes;
+mod moments;
 mod number;
 mod of;
+pub mod omori;
 mod partial_ruptures;
 pub mod plane_waves;
 pub mod precursors;
@@ -102,7 +105,7 @@ pub use asperity_record::RupturesFrom;
 pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
 pub use number::Number;
-pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s};
+pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s, radiated_energy_j, radiation_efficiency};
 pub use statistics::{median, quantile};
 pub use summarizer::{Slider, Summarizer};
 pub use summary::Summary;

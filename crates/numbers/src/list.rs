@@ -18,6 +18,7 @@ use crate::hold_phase::{
     Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold, sag,
 };
 use crate::junctions;
+use crate::moments;
 use crate::of::numbers;
 use crate::partial_ruptures;
 use crate::plane_waves::speeds_along_rows_m_per_s;
@@ -458,6 +459,18 @@ numbers! {
         /// Their upper quartile.
         first_global_local_front_speed_upper_quartile_ratio: f64 =
             Arrivals |run, arrivals| fronts::global_quantile(run, arrivals, 0.75);
+    }
+    "Moments of ruptures" {
+        /// Exponent `b` of the rate of ruptures per unit of `ln M_0`, `M_0^-b`: over ruptures of up to a given number of
+        /// blocks, `near`, with more than ten times the median moment of those of one block, during which no other slid;
+        /// none of fewer than 50.
+        moment_exponent: f64 [unit = "1"] =
+            Events |run, near| moments::exponent(run, near?);
+        /// Number of ruptures of more than `near` blocks with at least the median moment of those, over the number that this
+        /// power law has there.
+        moment_excess_ratio: f64 = Events |run, near| moments::excess_ratio(run, near?);
+        /// Share of the moment of all ruptures that those of more than `near` blocks have.
+        long_rupture_moment_ratio: f64 = Events |run, near| moments::share_ratio(run, near?);
     }
     "Junctions" {
         /// Mean of `F_T / F_N` over time in the second half of the run.

@@ -23,6 +23,26 @@ pub(crate) fn drop_ft_fn(rupture: &Rupture) -> Option<f64> {
     rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end)
 }
 
+/// What left the sliding contacts as waves up to the end of a rupture, J: the kinetic energy that it added, and what the
+/// dampers between blocks and the radiation damping of contacts took up (docs/ruptures.md, "Radiated energy"). Below 0
+/// where it stopped more motion than it started; none where the energies of the rupture alone are not known.
+pub fn radiated_energy_j(rupture: &Rupture) -> Option<f64> {
+    Some(rupture.kinetic_change_j? + rupture.viscous_loss_j? + rupture.radiated_j.unwrap_or(0.0))
+}
+
+/// What a rupture had to spend, J: the elastic energy that it released, and the work of drive and prestress meanwhile.
+pub(crate) fn released_energy_j(rupture: &Rupture) -> Option<f64> {
+    Some(rupture.drive_work_j? + rupture.prestress_work_j? - rupture.elastic_change_j?)
+}
+
+/// Radiated energy over itself and the fracture energy, the energy that friction springs lost at detachments less what
+/// they gained at re-attachments. None unless both are above 0, so by laws without friction springs.
+pub fn radiation_efficiency(rupture: &Rupture) -> Option<f64> {
+    let radiated_j = radiated_energy_j(rupture)?;
+    let fracture_j = -rupture.anchor_change_j?;
+    (radiated_j > 0.0 && fracture_j > 0.0).then(|| radiated_j / (radiated_j + fracture_j))
+}
+
 /// The speed of a rupture's front along the slider, on the side where it ran farther, or on the other if only
 /// that has one, m/s.
 pub fn front_speed_m_per_s(rupture: &Rupture, contacts: Contacts) -> Option<f64> {

@@ -9,6 +9,7 @@ use asperity_record::{
 
 use crate::creep::CreepFront;
 use crate::growth::RuptureGrowth;
+use crate::magnitudes::Magnitudes;
 use crate::raw::RawEvents;
 use crate::rupture_numbers::{self as measures, WIDE_BLOCKS};
 use crate::statistics::{Line, mean, median};
@@ -66,7 +67,7 @@ impl Slider {
 
 /// Receives a run in its order, and returns its [`Summary`].
 ///
-/// Stores the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
+/// Stores the size of each rupture, the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
 /// wide raw events, and, until the first global rupture is known, the times of raw events.
 pub struct Summarizer {
     name: String,
@@ -94,6 +95,7 @@ pub struct Summarizer {
     overlapping: u64,
     open: u64,
     largest_slip_m: Option<f64>,
+    magnitudes: Magnitudes,
     peak_velocity_m_per_s: Option<f64>,
     /// Sum of the slips of all blocks in all ruptures; none if a block still slid at the end.
     slip_m: Option<f64>,
@@ -125,6 +127,7 @@ impl Summarizer {
             overlapping: 0,
             open: 0,
             largest_slip_m: None,
+            magnitudes: Magnitudes::default(),
             peak_velocity_m_per_s: None,
             slip_m: Some(0.0),
         }
@@ -159,6 +162,7 @@ impl Summarizer {
         self.overlapping += u64::from(rupture.overlapping);
         self.open += u64::from(rupture.open);
         self.largest_slip_m = largest(self.largest_slip_m, rupture.largest_slip_m);
+        self.magnitudes.take(rupture);
         let slip_m = rupture.mean_slip_m.map(|mean_m| mean_m * f64::from(rupture.slipped()));
         self.slip_m = self.slip_m.zip(slip_m).map(|(sum_m, slip_m)| sum_m + slip_m);
         let starts = (rupture.onset_step, rupture.rupture);
@@ -214,6 +218,7 @@ impl Summarizer {
         // Before version 6 only the scenario has it.
         let modulus_n_per_m =
             [header.scales, slider.scales].into_iter().flatten().find_map(|scales| scales.modulus_n_per_m);
+        let (largest_magnitude, sizes) = self.magnitudes.sizes(modulus_n_per_m);
         let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
         let wave_s =
             scales.map(|scales| f64::from(contacts.columns().saturating_sub(1)) * scales.block_time_s);
@@ -291,6 +296,12 @@ impl Summarizer {
                 .map(|(potency_m2, modulus)| potency_m2 * modulus)
                 // Over an area, where the potency is another one.
                 .or_else(|| mean_of(&global, |rupture| rupture.moment_n_m)),
+            largest_magnitude,
+            completeness_magnitude: sizes.as_ref().map(|sizes| sizes.completeness),
+            complete_rupture_count: sizes.as_ref().map(|sizes| sizes.count as u64),
+            gutenberg_richter_b: sizes.as_ref().map(|sizes| sizes.b.value),
+            gutenberg_richter_b_error: sizes.as_ref().map(|sizes| sizes.b.error),
+            radiated_over_released_energy_ratio: self.magnitudes.radiated_ratio(),
             drive_work_j: energy.map(|energy| energy.drive_work_j),
             prestress_work_j: energy.map(|energy| energy.prestress_work_j),
             friction_heat_j: energy.map(|energy| energy.friction_heat_j),

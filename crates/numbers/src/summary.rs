@@ -146,6 +146,22 @@ summary! {
             /// Mean moment of the global ruptures, N m.
             global_rupture_moment_n_m: Option<f64>,
         }
+        "Magnitudes" {
+            /// Largest moment magnitude of a rupture, `(2/3) (log10 M_0 - 9.1)`.
+            largest_magnitude: Option<f64> [unit = "1"],
+            /// Smallest magnitude above which 50 or more magnitudes follow the law of Gutenberg and Richter, the completeness;
+            /// null, as are the three below, if the law is rejected from every magnitude on.
+            completeness_magnitude: Option<f64> [unit = "1"],
+            /// Number of magnitudes above the completeness.
+            complete_rupture_count: Option<u64>,
+            /// `b` of these magnitudes by maximum likelihood.
+            gutenberg_richter_b: Option<f64> [unit = "1"],
+            /// Standard error of `b`.
+            gutenberg_richter_b_error: Option<f64> [unit = "1"],
+            /// Radiated energy over the elastic energy released and the work of drive and prestress, summed over ruptures during
+            /// which no other one slid.
+            radiated_over_released_energy_ratio: Option<f64>,
+        }
         "Energy, from the start to the last record" {
             /// Work of the drive points on the drive springs, J; null, as are all energies, in logs
             /// without them.

@@ -34,6 +34,7 @@ fn scenarios() -> Vec<(&'static str, Vec<&'static str>)> {
         ("ten-blocks", vec![]),
         ("rigid-contacts", vec![]),
         ("velocity-weakening", vec![]),
+        ("velocity-weakening", vec!["friction.drag_at_rest=true"]),
         ("scattered-friction", vec![]),
         ("ageing-contacts", vec![]),
         ("top-driven", vec![]),

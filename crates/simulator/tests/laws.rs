@@ -361,6 +361,31 @@ fn ever_stiffer_friction_springs_become_rigid() {
     assert!(last < 5e-3, "{last}");
 }
 
+/// `friction.drag_at_rest`: the first step of a slip adds `(mu_s - mu_d) p dt / m` to the velocity instead of
+/// `mu_s p dt / m`, by the little that the drive exceeds the threshold.
+#[test]
+fn drag_at_rest_resists_in_the_first_step_of_a_slip() {
+    let after_first = |at_rest: &str| {
+        let plan = plan(&[
+            "slider.blocks=1",
+            "friction.law=velocity-weakening",
+            &format!("friction.drag_at_rest={at_rest}"),
+            "friction.static_coefficient=0.5",
+            "friction.dynamic_coefficient=0.49",
+            "time.step_s=1e-8",
+        ]);
+        let per_n = plan.grid.step_s() / plan.block_mass_kg;
+        let load_n = plan.total_normal_load_n;
+        let mut plain = Plain::new(plan);
+        while plain.take_step().total_n < 0.5 * load_n {}
+        // The step after the one in which it detached.
+        plain.take_step();
+        plain.state().velocity_m_per_s[0] / (per_n * load_n)
+    };
+    let (with, without) = (after_first("true"), after_first("false"));
+    assert!((with - 0.01).abs() < 1e-5 && (without - 0.5).abs() < 1e-5, "{with} {without}");
+}
+
 /// (2.5, 2.6): the work of the drive becomes motion, energy of springs, radiation and friction.
 #[test]
 fn burridge_and_knopoffs_energy_balance_holds() {

@@ -44,6 +44,8 @@ pub(crate) struct Part {
     blocks: u32,
     /// What they are called.
     unit: &'static str,
+    /// `b` of the magnitudes of all ruptures, and the completeness, where the law is not rejected.
+    b: Option<(Estimate, f64)>,
 }
 
 impl Figure for Sizes {
@@ -73,7 +75,15 @@ pub(super) fn part(run: &RunData, from_blocks: u32) -> Result<Part, String> {
         global_slips: after.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count(),
         blocks: run.header.blocks,
         unit: if run.of_one_row().is_some() { "blocks" } else { "contacts" },
+        b: gutenberg_richter(run),
     })
+}
+
+/// The law of Gutenberg and Richter, as in the summary.
+fn gutenberg_richter(run: &RunData) -> Option<(Estimate, f64)> {
+    let summary = &run.summary;
+    let b = Estimate { value: summary.gutenberg_richter_b?, error: summary.gutenberg_richter_b_error? };
+    Some((b, summary.completeness_magnitude?))
 }
 
 /// A number with its error, both to two digits of the error.
@@ -124,6 +134,10 @@ pub(super) fn distribution(
         rows.push((Sample::Marks(marker, color), format!("{label}: {count}")));
         if let Some(before) = part.before {
             rows.push((Sample::Nothing, format!("global slips: {}, before: {before}", part.global_slips)));
+        }
+        if let Some((b, completeness)) = part.b {
+            let above = format!("b = {} for M > {completeness:.2}", with_error(b)).replace("> -", "> −");
+            rows.push((Sample::Nothing, above));
         }
         match SizeFit::of(&part.sizes, law, from_blocks, part.blocks - 1) {
             _ if law == SizeLaw::None => {}
@@ -251,11 +265,20 @@ mod tests {
         assert_eq!(words_of(&of_run, SizeLaw::None), ["A: 3", "95 %"]);
     }
 
+    #[test]
+    fn the_key_has_b_where_the_summary_has() {
+        let b = Some((Estimate { value: 0.8, error: 0.1 }, -6.0));
+        let of_run = super::Part { b, ..slipped(&[]) };
+        let words = words_of(&of_run, SizeLaw::None);
+        assert_eq!(words, ["A: 3", "b = 0.80 ± 0.10 for M > −6.00", "95 %"]);
+    }
+
     /// As many of one block as of all the others together, which are large: no power law has that.
     #[test]
     fn a_fit_that_is_rejected_has_no_error() {
         let sizes: Vec<u32> = (0..60).map(|n| if n % 2 == 0 { 1 } else { 70 + n % 9 }).collect();
-        let of_run = super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100, unit: "blocks" };
+        let of_run =
+            super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100, unit: "blocks", b: None };
         for (law, name) in [(SizeLaw::PowerLaw, "s^{−α}"), (SizeLaw::Exponential, "exp(−s/ξ)")] {
             let words = words_of(&of_run, law);
             assert!(words[2].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");

@@ -69,6 +69,15 @@ pub(super) const FRICTION: &[Key] = &[
         default: Is(Value::Number(0.1)),
     },
     Key {
+        path: "friction.drag_at_rest",
+        symbol: "",
+        doc: "Of velocity-weakening: whether mu_d p resists a block from the first step of its slip, in which it begins \
+              at rest. Otherwise nothing resists in that step, which adds mu_d p dt / m to its velocity: small \
+              beside a slip of mu_s - mu_d, unless the two are nearly equal.",
+        kind: Flag,
+        default: Is(Value::Flag(false)),
+    },
+    Key {
         path: "friction.radiation_kg_per_s",
         symbol: "E",
         doc: "Damping -E v of a sliding block, as by waves that it radiates (2.4); of chains, not by junctions.",

@@ -1,6 +1,8 @@
 //! Burridge and Knopoff's law (2.4): rigid, with the sliding friction
 //! `-mu_d p sign(v) / (1 + |v| / v_c) - E v`.
 
+use std::hint::select_unpredictable;
+
 use crate::laws::rigid::Silent;
 use crate::law::{ContactLaw, LawKeys, Sliding, Turn};
 
@@ -11,29 +13,37 @@ pub struct VelocityWeakening {
     weakening_s_per_m: f64,
     /// `E`.
     radiation_kg_per_s: f64,
+    /// Whether friction resists in the first step of a slip.
+    at_rest: bool,
 }
 
 impl ContactLaw for VelocityWeakening {
     const HOLDS: bool = true;
     const KEYS: &'static [&'static str] =
-        &["friction.weakening_velocity_m_per_s", "friction.radiation_kg_per_s"];
+        &["friction.weakening_velocity_m_per_s", "friction.drag_at_rest", "friction.radiation_kg_per_s"];
 
     fn of(keys: &LawKeys) -> VelocityWeakening {
         VelocityWeakening {
             weakening_s_per_m: 1.0 / keys.weakening_velocity_m_per_s,
             radiation_kg_per_s: keys.radiation_kg_per_s,
+            at_rest: keys.drag_at_rest,
         }
     }
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
-        let ([v], [drag]) = (sliding.velocity_m_per_s, Silent.drag_n(sliding));
+        let ([v], [drag], [pull]) =
+            (sliding.velocity_m_per_s, Silent.drag_n(sliding), sliding.tangential_force_n);
+        // It cannot reverse the pull.
+        let at_rest = sliding.friction_n.min(pull.abs()).copysign(pull);
+        let drag = select_unpredictable(self.at_rest & (v == 0.0), at_rest, drag);
         [drag / (1.0 + v.abs() * self.weakening_s_per_m) + self.radiation_kg_per_s * v]
     }
 
     #[inline(always)]
     fn re_attaches(&self, turn: &Turn) -> bool {
-        Silent.re_attaches(turn)
+        // A block that drag keeps at rest from the start does not slide.
+        Silent.re_attaches(turn) | (self.at_rest & (turn.new_velocity_m_per_s[0] == 0.0))
     }
 
     #[inline(always)]

@@ -1,0 +1,117 @@
+//! How many ruptures there are of each moment: the rate in intervals of its logarithm, as Carlson and Langer show it.
+
+use asperity_numbers::run_data::RunData;
+
+use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::of_study::paper::{Item, Paper, Sample};
+use super::plot::{Dash, GREY, Marker, Sheet, nth};
+use super::rupture_selector::no_ruptures;
+use super::scale::Scale;
+
+keys! {
+    Moments: file, title;
+
+    /// The runs, each with its label in the legend.
+    series: Vec<Labelled>,
+    /// Time from which ruptures count, s.
+    #[serde(default)]
+    from_s: f64,
+    /// Ruptures with more blocks than this are shown apart, as filled discs.
+    longer_than_blocks: Option<u32>,
+    /// Whether shorter ruptures count only if no other one slid meanwhile.
+    #[serde(default)]
+    alone: bool,
+    /// The exponent `b` of a line to compare with, `M_0^-b`, from the first mark beyond ten times the most frequent moment
+    /// on.
+    b: Option<f64>,
+}
+
+/// Width of an interval in `ln M_0`.
+const WIDTH: f64 = 0.5;
+
+/// The logarithms of the moments of ruptures that slid forwards: of all, and of the longer ones.
+pub(crate) struct Part {
+    all: Vec<f64>,
+    longer: Vec<f64>,
+}
+
+impl Figure for Moments {
+    of_runs_in!(series, Part);
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let ruptures = run.ruptures.as_ref().ok_or_else(|| no_ruptures(run))?;
+        let longer_than = self.longer_than_blocks.unwrap_or(u32::MAX);
+        let mut part = Part { all: Vec::new(), longer: Vec::new() };
+        for rupture in ruptures.iter().filter(|rupture| rupture.onset_s >= self.from_s) {
+            let Some(moment) = rupture.moment_n_m.filter(|moment| *moment > 0.0) else { continue };
+            let is_longer = rupture.slipped() > longer_than;
+            if self.alone && !is_longer && rupture.overlapping {
+                continue;
+            }
+            let of = if is_longer { &mut part.longer } else { &mut part.all };
+            of.push(moment.ln());
+        }
+        Ok(part)
+    }
+
+    fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
+        let series = with_parts(&self.series, &parts)?;
+        let (mut items, mut rows, mut all) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, (label, part)) in series.iter().enumerate() {
+            let (marker, _, color) = nth(index);
+            let (shorter, longer) = (rates(&part.all), rates(&part.longer));
+            all.extend(shorter.iter().chain(&longer).copied());
+            rows.push((Sample::Marks(marker, color), format!("{label}: {}", part.all.len())));
+            if let Some(blocks) = self.longer_than_blocks {
+                let filled = format!("filled, > {blocks} blocks: {}", part.longer.len());
+                rows.push((Sample::Nothing, filled));
+            }
+            items.push(Item::Discs(longer, 9, color));
+            items.push(Item::Marks(shorter, if index == 0 { Marker::Circle } else { marker }, color));
+        }
+        let first = series.first().and_then(|(_, part)| behind_peak(&rates(&part.all)));
+        if let (Some(b), Some(from)) = (self.b, first) {
+            let lowest = all.iter().map(|point| point.1).fold(from.1, f64::min);
+            // It ends where it is as low as the lowest mark.
+            let end = from.0 * (from.1 / lowest).powf(1.0 / b);
+            items.insert(0, Item::Line(vec![from, (end, lowest)], Dash::Dashed, GREY));
+            rows.push((Sample::Line(Dash::Dashed, GREY), format!("slope −{b}")));
+        }
+        let x = Scale::of("moment M_0 (N m)", true, 0.03, all.iter().map(|point| point.0));
+        let y = Scale::of("ruptures per unit of ln M_0", true, 0.04, all.iter().map(|point| point.1));
+        Ok(Paper::single(x, y, items, rows).sheet(&self.title))
+    }
+}
+
+/// The first mark beyond ten times the most frequent moment, which is that of single blocks.
+fn behind_peak(rates: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let (peak, _) = rates.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    rates.iter().copied().find(|(moment, _)| *moment > 10.0 * peak)
+}
+
+/// Number per unit of the logarithm, at the middle of each interval that has any.
+fn rates(logarithms: &[f64]) -> Vec<(f64, f64)> {
+    let mut counts = std::collections::BTreeMap::new();
+    for logarithm in logarithms {
+        *counts.entry((logarithm / WIDTH).floor() as i64).or_insert(0) += 1;
+    }
+    let rate = |(n, count): (i64, i32)| (((n as f64 + 0.5) * WIDTH).exp(), f64::from(count) / WIDTH);
+    counts.into_iter().map(rate).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rates;
+
+    #[test]
+    fn rates_add_up_to_the_number() {
+        let rates = rates(&[0.1, 0.2, 0.6, -0.1]);
+        let middles: Vec<f64> = rates.iter().map(|(moment, _)| moment.ln()).collect();
+        assert!(middles.iter().zip([-0.25, 0.25, 0.75]).all(|(a, b)| (a - b).abs() < 1e-12), "{middles:?}");
+        assert_eq!(
+            super::behind_peak(&[(1.0, 5.0), (2.0, 9.0), (19.0, 3.0), (30.0, 2.0)]),
+            Some((30.0, 2.0))
+        );
+        assert_eq!(rates.iter().map(|(_, rate)| *rate).collect::<Vec<_>>(), [2.0, 4.0, 2.0]);
+    }
+}

@@ -297,3 +297,131 @@ fn step_fits(open: &CarriedStep, plan: &Plan, step: u64) -> bool {
         && crossings().all(ahead)
         && crossings().is_sorted_by(|a, b| a < b)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::initial_state::InitialState;
+    use crate::{Plan, Scenario, ScenarioSource};
+
+    use super::{HEADER, rows};
+
+    fn resolve(sets: &[&str]) -> Result<Scenario, String> {
+        let source = ScenarioSource::new("test.toml", "slider.blocks = 3\ntime.duration_s = 1");
+        let source = sets.iter().fold(source, |source, set| source.with_override(set));
+        Scenario::resolve(&source).map_err(|errors| errors.to_string())
+    }
+
+    #[test]
+    fn a_table_has_a_row_for_each_block() {
+        let columns = rows(&format!("{HEADER}\n1e-6,0,2e-6,0\n\n 3e-6, -0.5, 0, 1 \n"), 2).unwrap();
+        assert_eq!(columns, [vec![1e-6, 3e-6], vec![0.0, -0.5], vec![2e-6, 0.0], vec![0.0, 1.0]]);
+        for (text, expected) in [
+            ("u,v\n", (1, "the header is \"u,v\"")),
+            (&format!("{HEADER}\n1,2,3\n"), (2, "\"1,2,3\" is not three numbers and 0 or 1")),
+            (&format!("{HEADER}\n1,2,nan,0\n"), (2, "\"1,2,nan,0\" is not three numbers and 0 or 1")),
+            (&format!("{HEADER}\n1,2,3,0.5\n"), (2, "\"1,2,3,0.5\" is not three numbers and 0 or 1")),
+            (&format!("{HEADER}\n1,2,3,0\n"), (2, "1 row for 2 blocks")),
+        ] {
+            assert_eq!(rows(text, 2), Err((expected.0, expected.1.to_owned())));
+        }
+    }
+
+    #[test]
+    fn lists_give_the_state_and_the_clock() {
+        let lists = ["initial.displacement_m=[1e-6,0,0]", "initial.at_s=0.25", "initial.sliding_blocks=[2]"];
+        let plan = Plan::new(&resolve(&lists).unwrap());
+        assert_eq!(plan.initial.step, 25_000_000);
+        assert_eq!(plan.initial.displacement_m, [1e-6, 0.0, 0.0]);
+        assert_eq!(plan.initial.velocity_m_per_s, [0.0; 3]);
+        assert_eq!(plan.drive_point_m(plan.initial.step, u64::MAX), 2.5e-5);
+        // Anchors that hold the blocks: block 1 is pulled by its neighbour and by the drive.
+        let held_n = plan.friction.interfacial_stiffness_n_per_m * (1e-6 - plan.initial.stick_position_m[0]);
+        let pull_n = -plan.elastic.stiffness_n_per_m() * 1e-6 + 8e5 * (2.5e-5 - 1e-6);
+        assert!((held_n - pull_n).abs() < 1e-9 * pull_n.abs(), "{held_n} against {pull_n}");
+        let at_rest = resolve(&[]).unwrap();
+        assert_eq!(resolve(&["time.start=at-rest"]).unwrap().hash(), at_rest.hash());
+        assert_ne!(resolve(&lists).unwrap().hash(), at_rest.hash());
+    }
+
+    #[test]
+    fn states_that_cannot_be_are_refused() {
+        let none = "initial.displacement_m: ";
+        for (sets, expected) in [
+            (&["initial.displacement_m=[1,2]"][..], format!("{none}2 numbers for 3 blocks")),
+            (&["initial.velocity_m_per_s=[0,0,1]"], format!("{none}none, beside other lists of a state")),
+            (
+                &["initial.displacement_m=[0,0,0]", "initial.sliding_blocks=[2,1]"],
+                "initial.sliding_blocks: entry 2 is 1 (accepted: ascending whole numbers from 1 to 3)"
+                    .to_owned(),
+            ),
+            (
+                &["initial.displacement_m=[0,0,0]", "initial.at_s=1"],
+                "time.duration_s: the run begins at 1 s on its clock (accepted: a number above 1".to_owned(),
+            ),
+            (
+                &["friction.law=rigid", "initial.displacement_m=[0,0,0]", "initial.velocity_m_per_s=[0,1,0]"],
+                format!("{none}block 2 moves, and blocks that stick without springs do not"),
+            ),
+            (
+                &["friction.law=junctions", "initial.displacement_m=[0,0,0]"],
+                format!(
+                    "{none}contacts with friction.law = \"junctions\" have more state than these columns"
+                ),
+            ),
+            (
+                &["slider.rows=2", "slider.height_m=0.05", "initial.displacement_m=[0,0,0]"],
+                format!("{none}a row for each block does not give the state of a slab"),
+            ),
+            (
+                &["initial.from=a.mcap"],
+                "initial.from: \"a.mcap\" is the log of a run, and logs are not".to_owned(),
+            ),
+            (
+                &["initial.state=x"],
+                "initial.state: no state can be read from initial.state: it does".to_owned(),
+            ),
+            (&["initial.at_s=0.5"], "initial.at_s: 0.5 is the time of a state, and none is given".to_owned()),
+        ] {
+            let error = resolve(sets).unwrap_err();
+            assert!(error.contains(&expected), "{sets:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn texts_of_states_are_exact_and_checked() {
+        let plan = Plan::new(&resolve(&["initial.displacement_m=[0.1,1e-300,-0.0]"]).unwrap());
+        let text = plan.initial.to_text();
+        let read = InitialState::from_text(&text).unwrap();
+        assert_eq!((&read, read.displacement_m[2].to_bits()), (&plan.initial, (-0.0_f64).to_bits()));
+        let set = format!("initial.state='{text}'");
+        assert_eq!(Plan::new(&resolve(&[&set]).unwrap()).initial, plan.initial);
+        // Any change of a character is found.
+        for at in 0..text.len() {
+            let mut changed = text.clone().into_bytes();
+            changed[at] ^= 1;
+            let changed = String::from_utf8(changed).unwrap();
+            assert!(InitialState::from_text(&changed).is_err(), "{changed}");
+        }
+        // With a right checksum, what it says must fit.
+        for (old, new) in [
+            ("\"hold_step\":18446744073709551615", "\"hold_step\":18446744073709551614"),
+            ("\"detached\":\"\"", "\"detached\":\"Aw==\""),
+            ("\"just_detached\":\"\"", "\"just_detached\":\"AA==\""),
+            ("\"stuck_since_step\":\"\"", "\"stuck_since_step\":\"AQEB\""),
+            ("\"normal_load_n\":\"\"", "\"normal_load_n\":\"AAAAAAAA8D8=\""),
+            (
+                "\"junctions\":null",
+                "\"junctions\":{\"anchor_m\":\"\",\"slips_until_step\":\"\",\"breaks\":\"\",\"totals\":[[0,0],[0,0]]}",
+            ),
+            ("\"velocity_m_per_s\":\"AAAAAAAA", "\"velocity_m_per_s\":\"AAAAAAAA8H8AAAAAAAA"),
+            ("\"state\":\"\"", "\"state\":\"AAAAAAAA8D8=\""),
+        ] {
+            let json = text.split_once(' ').unwrap().1;
+            assert!(json.contains(old), "{old} is not in {json}");
+            let forged = json.replace(old, new);
+            let checksum = &blake3::hash(forged.as_bytes()).to_hex().as_str()[..16].to_owned();
+            let error = resolve(&[&format!("initial.state='{checksum} {forged}'")]).unwrap_err();
+            assert!(error.contains("initial.state: "), "{new}: {error}");
+        }
+    }
+}

@@ -191,7 +191,7 @@ pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
     let goes_on = plan.drive.until_load_ratio.is_some() && carried.drive.as_ref().is_some_and(stop);
     carried.hold_step = if goes_on { carried.hold_step } else { planned };
     if let Some(from) = &carried.drive {
-        // The same drive gives the same point, to the bit.
+        // A drive without changes gives that point to the bit.
         plan.drive.offset_m = from.offset_m;
         if plan.drive_point_m(step, carried.hold_step) != from.point_m {
             plan.drive.offset_m = 0.0;

@@ -65,11 +65,10 @@ impl Recorder {
         });
         let driving = driving_at_start(plan, initial);
         let record = StepRecord { sliding: 0, ..load(plan, initial, driving, energy, switches.collect()) };
-        self.stop = not_finite(&record, initial.step, initial).and_then(|error| {
+        self.stop = not_finite(&record, initial.step, initial);
+        if self.stop.is_some() {
             self.ready.clear();
-            Some(error)
-        });
-        if self.stop.is_none() {
+        } else {
             self.ready.push_front(Record::Step(record));
         }
     }

@@ -277,6 +277,14 @@ fn hostile_texts_are_refused_with_place_and_reason() {
         let set = format!("initial_shear.profile_csv={}", text(&file));
         refused(folder, &["scenario", "show", "default", "--set", &set], &file);
     }
+    for file in files(&fixtures().join("states")) {
+        let set = format!("initial.state_csv={}", text(&file));
+        refused(folder, &["scenario", "show", "default", "--set", "slider.blocks=3", "--set", &set], &file);
+    }
+    for file in files(&fixtures().join("logs")) {
+        let set = format!("initial.from={}", text(&file));
+        refused(folder, &["scenario", "show", "default", "--set", &set], &file);
+    }
     for file in files(&fixtures().join("settings")) {
         let log = fixtures().join("../logs/v2/complete.mcap");
         refused(folder, &["replay", text(&log), "--detectors", text(&file)], &file);

@@ -83,6 +83,7 @@ mod slab_study;
 #[cfg(target_os = "linux")]
 mod slurm;
 mod staging;
+mod starts;
 mod stopped;
 #[cfg(feature = "analysis")]
 mod streaming;

@@ -27,7 +27,11 @@ fn no_command_waits_for_a_pipe() {
     let [log, csv, parquet, toml] = endings.map(|ending| file(&format!("pipe.{ending}")));
     [&log, &csv, &parquet, &toml].into_iter().for_each(|path| pipe(path));
     let profile = format!("initial_shear.profile_csv={}", csv.display());
+    let [from, state] =
+        [("from", &log), ("state_csv", &csv)].map(|(key, path)| format!("initial.{key}={}", path.display()));
     let mut commands = vec![
+        (vec!["scenario", "validate", "default", "--set", &from], &log),
+        (vec!["scenario", "validate", "default", "--set", &state], &csv),
         (vec!["check", text(&log)], &log),
         (vec!["events", text(&log)], &log),
         (vec!["summary", text(&log)], &log),

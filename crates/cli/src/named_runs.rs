@@ -161,8 +161,8 @@ pub(crate) fn inputs<'a>(
 ) -> Inputs {
     let mut inputs = Inputs::of(files);
     inputs.add(scenarios.map(Path::new).filter(|path| path.is_file()));
-    let profiles = jobs.iter().map(|job| Path::new(&job.scenario.initial_shear.profile_csv));
-    inputs.add(profiles.filter(|path| path.is_file()));
+    let named = jobs.iter().flat_map(|job| job.scenario.files()).map(Path::new);
+    inputs.add(named.filter(|path| path.is_file()));
     inputs
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use asperity_model::stability::FEWEST_NUCLEATION_BLOCKS;
 use asperity_model::text::short;
-use asperity_model::{Preview, Scenario, Stability, Warning};
+use asperity_model::{Plan, Preview, Scenario, Stability, Warning};
 use asperity_record::counted;
 
 /// Material, load and first slip of a run, one line each, with the topic of the line; of a run in which nothing
@@ -31,6 +31,11 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         let [stability, nucleation] = of_sliding(scenario, &stability);
         return [("material", material), ("stability", stability), ("nucleation", nucleation)];
     }
+    if preview.is_from_state {
+        let start = format!("in a given state, at {} s on the clock of the run", short(start_s(scenario)));
+        let first_slip = "not predicted: contacts may slide already".to_owned();
+        return [("material", material), ("start", start), ("first slip", first_slip)];
+    }
     if scenario.has_contact_courses() {
         let unknown = "not predicted where forces or loads of single contacts follow courses".to_owned();
         return [("material", material), ("load", unknown.clone()), ("first slip", unknown)];
@@ -55,6 +60,12 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         (None, _) => "never".to_owned(),
     };
     [("material", material), ("load", load), ("first slip", first_slip)]
+}
+
+/// When a run begins, on its clock.
+fn start_s(scenario: &Scenario) -> f64 {
+    let plan = Plan::new(scenario);
+    plan.grid.time_s(plan.initial.step)
 }
 
 /// The modes of steady sliding that grow, and the length over which slip nucleates.
@@ -93,11 +104,9 @@ pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
             (least, most) => format!("{least} to {most}"),
         })
     };
-    // What never sticks has no first slip.
-    let never = previews
-        .iter()
-        .filter(|preview| preview.first_slip_s.is_none() && preview.stability.is_none())
-        .count();
+    // What never sticks has no first slip, and that of a run from a given state is unknown.
+    let is_known = |preview: &&&Preview| preview.stability.is_none() && !preview.is_from_state;
+    let never = previews.iter().filter(is_known).filter(|preview| preview.first_slip_s.is_none()).count();
     let slip = match (range(|preview| preview.first_slip_s), never) {
         (Some(range), 0) => Some(format!("the first slip comes at {range} s")),
         (Some(range), never) => Some(format!("the first slip comes at {range} s; {never} without slip")),

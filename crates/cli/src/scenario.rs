@@ -6,6 +6,7 @@ use std::path::Path;
 
 use asperity_model::keys::{AS_CODED, AS_STATED};
 use asperity_model::{Scenario, ScenarioSource, builtin};
+use asperity_run::with_logged_states;
 use asperity_runlog::{RunReader, Topics};
 
 use crate::args::{ScenarioChoice, ScenarioCommand};
@@ -80,7 +81,7 @@ fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
         && let Ok(log) = RunReader::open(path, Topics::NONE)
     {
         let origin = format!("{}: scenario.toml", path.display());
-        return Ok((ScenarioSource::logged(origin, log.scenario_toml()), true));
+        return Ok((with_logged_states(ScenarioSource::logged(origin, log.scenario_toml())), true));
     }
-    Ok((asperity_model::source(path).map_err(Failure::bad_input)?, false))
+    Ok((with_logged_states(asperity_model::source(path).map_err(Failure::bad_input)?), false))
 }

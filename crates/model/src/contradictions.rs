@@ -6,6 +6,7 @@ use crate::choices::{Distribution, DriveKind, Start};
 use crate::derive::longest_stable_step_s;
 use crate::disorder::{Quantity, coefficients};
 use crate::end_keys;
+use crate::given_state;
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
 use crate::lattice_keys::{self, Refusal};
 use crate::one_block;
@@ -31,6 +32,7 @@ const RULES: &[Rule] = &[
     left_right_drives_have_no_load_to_stop_at,
     drives_stop_at_a_load_or_a_time,
     courses_ascend_from_the_start,
+    given_states_are_of_one_kind,
     lists_have_a_number_for_each_block,
     lists_of_blocks_ascend,
     every_block_has_ordered_coefficients,
@@ -77,8 +79,11 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
             );
         }
     }
+    if let Some(refused) = given_state::check(scenario) {
+        return Refusals { entries, errors }.refuse_all(vec![refused]);
+    }
     if scenario.elastic().has_foundation() {
-        if let Some(problem) = slab::problem_at_rest(&Plan::new(scenario)) {
+        if let Some(problem) = slab::problem_at_rest(&Plan::without_given_state(scenario)) {
             Refusals { entries, errors }.refuse(
                 "slider.rows",
                 problem,
@@ -140,7 +145,7 @@ impl Refusals<'_> {
 
 /// Whether a run starts where the first block is about to detach.
 fn starts_just_before_a_slip(scenario: &Scenario) -> bool {
-    scenario.time.start == Start::Loaded && scenario.friction.law.sticks()
+    scenario.time.start == Start::Loaded && scenario.friction.law.sticks() && !scenario.initial.is_given()
 }
 
 fn sticks_by_springs(scenario: &Scenario) -> bool {
@@ -236,12 +241,19 @@ fn courses_ascend_from_the_start(scenario: &Scenario, refusals: &mut Refusals<'_
     refusals.refuse_all(schedules::refused(scenario));
 }
 
+fn given_states_are_of_one_kind(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    refusals.refuse_all(given_state::refused(scenario));
+}
+
 fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let blocks = scenario.slider.contacts() as usize;
     let others = [
         ("friction.evolution_offsets", scenario.friction.evolution_offsets.as_slice()),
         ("initial_shear.profile", &scenario.initial_shear.profile),
         ("prestress.profile", &scenario.prestress.profile),
+        ("initial.displacement_m", &scenario.initial.displacement_m),
+        ("initial.velocity_m_per_s", &scenario.initial.velocity_m_per_s),
+        ("initial.stick_position_m", &scenario.initial.stick_position_m),
     ];
     let offsets = Quantity::ALL.map(|quantity| (quantity.offsets_key(), quantity.offsets(scenario)));
     for (key, values) in offsets.into_iter().chain(others) {
@@ -488,6 +500,7 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
     let of_courses = schedules::times_s(scenario).map(|(key, time_s)| (key, time_s, true));
     let times =
         [("drive.hold_from_s", scenario.drive.hold_from_s, true)].into_iter().chain(of_courses).chain([
+            ("initial.at_s", scenario.initial.at_s, true),
             ("time.duration_s", scenario.time.duration_s, false),
             ("recording.sample_s", scenario.recording.sample_s, true),
             ("recording.fields_s", scenario.recording.fields_s, true),

@@ -18,6 +18,16 @@ use asperity_record::{Scales, TimeGrid};
 impl Plan {
     /// Derives the numbers of the physics from a resolved scenario.
     pub fn new(scenario: &Scenario) -> Plan {
+        let mut plan = Plan::without_given_state(scenario);
+        let given = initial::given(scenario).expect("a resolved scenario has a state that can be read");
+        if let Some(given) = given {
+            initial::begin_in(&mut plan, given);
+        }
+        plan
+    }
+
+    /// The plan of a run that does not begin in the state that its scenario gives.
+    pub fn without_given_state(scenario: &Scenario) -> Plan {
         let springs = Springs::of(scenario);
         let (blocks, kt) = (springs.elastic.contacts(), springs.interfacial_stiffness_n_per_m);
         let pressed_n = pressed_n(scenario);
@@ -191,6 +201,7 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
             let knots = drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
             Course::new(drive.velocity_m_per_s, knots, drive.course_m_per_s.clone(), false)
         }),
+        offset_m: 0.0,
         hold_from_step: (drive.hold_from_s > 0.0).then(|| steps(drive.hold_from_s)),
         until_load_ratio: (drive.until_load_ratio > 0.0).then_some(drive.until_load_ratio),
     }

@@ -2,9 +2,11 @@
 
 use crate::chain::{SteadyLoading, Stiffness};
 use crate::elastic::{Elastic, gaps};
-use crate::plan::{Drive, InitialState, Plan};
+use crate::initial_state::{Carried, CarriedDrive, InitialState};
+use crate::plan::{Drive, Plan};
 use crate::rate_and_state::RateAndState;
 use crate::scenario::Scenario;
+use asperity_record::TimeGrid;
 
 /// The state at time 0 of a run that starts at rest.
 pub(crate) fn state(
@@ -50,7 +52,7 @@ pub(crate) fn state(
             amplitude * libm::cos(phase)
         })
         .collect();
-    InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m, state: Vec::new() }
+    InitialState { displacement_m: u, velocity_m_per_s, stick_position_m, ..InitialState::default() }
 }
 
 /// Moves the mean anchors of junctions, found for friction springs of stiffness `kt`, to where contacts of these
@@ -147,8 +149,78 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
         displacement_m,
         velocity_m_per_s: steady.velocity_m_per_s,
         stick_position_m: anchors,
-        state: Vec::new(),
+        ..InitialState::default()
     };
+}
+
+/// The state that a scenario gives, as a text or in lists; `None` if its start follows from other keys. Anchors that
+/// are not listed are left out.
+///
+/// # Errors
+/// What is wrong with the text.
+pub(crate) fn given(scenario: &Scenario) -> Result<Option<InitialState>, String> {
+    let initial = &scenario.initial;
+    if !initial.state.is_empty() {
+        return InitialState::from_text(&initial.state).map(Some);
+    }
+    if initial.displacement_m.is_empty() {
+        return Ok(None);
+    }
+    let or_zeros = |values: &[f64]| match values {
+        [] => vec![0.0; initial.displacement_m.len()],
+        values => values.to_vec(),
+    };
+    Ok(Some(InitialState {
+        step: TimeGrid::new(scenario.time.step_s).nearest_step(initial.at_s),
+        displacement_m: initial.displacement_m.clone(),
+        velocity_m_per_s: or_zeros(&initial.velocity_m_per_s),
+        stick_position_m: initial.stick_position_m.clone(),
+        state: Vec::new(),
+        carried: Some(Box::new(Carried::sliding(
+            initial.sliding_blocks.iter().map(|block| *block as u64 - 1).collect(),
+        ))),
+    }))
+}
+
+/// Begins a plan in a given state. Its clock goes on, and so does the drive point: with another velocity from where
+/// it is. A drive that has stopped at a load stays where it stopped as long as that load is the one to stop at.
+pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
+    let step = given.step;
+    plan.initial = given;
+    let Some(mut carried) = plan.initial.carried.take() else { return };
+    let planned = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+    let stop = |drive: &CarriedDrive| drive.until_load_ratio == plan.drive.until_load_ratio;
+    let goes_on = plan.drive.until_load_ratio.is_some() && carried.drive.as_ref().is_some_and(stop);
+    carried.hold_step = if goes_on { carried.hold_step } else { planned };
+    if let Some(from) = &carried.drive {
+        // A drive without changes gives that point to the bit.
+        plan.drive.offset_m = from.offset_m;
+        if plan.drive_point_m(step, carried.hold_step) != from.point_m {
+            plan.drive.offset_m = 0.0;
+            plan.drive.offset_m = from.point_m - plan.drive_point_m(step, carried.hold_step);
+        }
+        if from.rest_m.len() == plan.drive.springs.len() {
+            plan.drive
+                .springs
+                .iter_mut()
+                .zip(&from.rest_m)
+                .for_each(|(spring, rest_m)| spring.rest_m = *rest_m);
+        }
+    }
+    if plan.initial.stick_position_m.is_empty() {
+        // Friction springs that hold their blocks where they are.
+        let u = &plan.initial.displacement_m;
+        let mut pull_n = plan.elastic.tangential_force_n(u);
+        let point_m = plan.drive_point_m(step, carried.hold_step);
+        for spring in &plan.drive.springs {
+            pull_n[spring.block] += spring.force_n(point_m, u[spring.block]);
+        }
+        pull_n.iter_mut().zip(&plan.prestress_n).for_each(|(pull, prestress)| *pull += prestress);
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let anchor = |(u, pull_n): (&f64, &f64)| if kt > 0.0 { u - pull_n / kt } else { *u };
+        plan.initial.stick_position_m = u.iter().zip(&pull_n).map(anchor).collect();
+    }
+    plan.initial.carried = Some(carried);
 }
 
 /// Sets the start of a plan by rate-and-state: the state of each contact is that of steady sliding at `V_l`, the

@@ -30,11 +30,11 @@
 //! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reads texts and names places in them.
 //! - [`typed`]: reads texts that are no scenarios into types.
+//! - `choices`: enumerations of the words that keys accept.
+//! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
 //! - [`mod@source`]: scenario texts and `--set` overrides as layers; each value keeps its place for
 //!   error messages.
 //! - `defaults`: checks written values against their keys and fills in defaults.
-//! - `choices`: enumerations of the words that keys accept.
-//! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
 //! - [`lattice`]: bodies given by a table of bonds, such as the slab.
 //! - `node_state`: all nodes at one time.
 //! - [`elastic`]: the elastic body, chain or lattice.
@@ -42,6 +42,8 @@
 //! - [`law`]: how a contact sticks and slides; [`laws`]: the laws, a file for each.
 //! - [`load`]: normal load per block.
 //! - [`course`]: the course in time of the load, and of the velocity of the drive.
+//! - `exact`: lists of numbers as text, to the bit.
+//! - [`initial_state`]: the state in which a run begins.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
 //! - [`stability`]: the modes of steady sliding by rate-and-state friction that grow.
 //! - [`chain`]: the stuck chain in static equilibrium or in steady motion.
@@ -65,6 +67,7 @@
 //! - `end_keys`: rules of the ends of a chain.
 //! - `lattice_keys`: keys that only chains can have, or only slabs, sheets and bodies.
 //! - `profile`: initial shear and prestress from CSV files.
+//! - `given_state`: states at the start from tables and logs, and whether they fit.
 //! - [`builtin`]: the built-in scenarios.
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
 
@@ -82,9 +85,12 @@ mod drawn_keys;
 pub mod elastic;
 mod end_keys;
 pub mod ends;
+mod exact;
 pub mod front;
+mod given_state;
 mod implausible;
 pub mod initial;
+pub mod initial_state;
 pub mod junctions;
 mod key;
 pub mod keys;
@@ -120,13 +126,12 @@ pub use choices::{DetachBy, DriveKind, End, Energies, JunctionStart, ParameterSe
 pub use course::{ContactCourse, Course};
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
+pub use initial_state::InitialState;
 pub use junctions::Junctions;
 pub use lattice::Lattice;
 pub use laws::Law;
 pub use node_state::NodeState;
-pub use plan::{
-    Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
-};
+pub use plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 pub use preview::Preview;
 pub use rate_and_state::{Evolution, RateAndState};
 pub use resolve::{ResolveError, find, resolve, source};

@@ -3,6 +3,7 @@
 use crate::course::{ContactCourse, Course};
 use crate::elastic::Elastic;
 use crate::ends::EndBond;
+use crate::initial_state::InitialState;
 use crate::laws::Law;
 use asperity_record::{Scales, TimeGrid};
 
@@ -108,6 +109,8 @@ pub struct Drive {
     pub course: Option<Course>,
     /// The force that drives block 1 instead of springs, N, if any.
     pub force_n: Option<Course>,
+    /// Displacement of the point at time 0: 0 unless a run goes on from another with another velocity or stop.
+    pub offset_m: f64,
     /// The step from which on the point rests, if given.
     pub hold_from_step: Option<u64>,
     /// The load `F_T / F_N` that stops it, if any.
@@ -187,22 +190,6 @@ impl Drive {
     }
 }
 
-/// Displacements from the grid, velocities and friction springs before the first step;
-/// all contacts are stuck, except by rate-and-state. One value per freedom (`u`, `v`) or tangential freedom of a contact.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InitialState {
-    /// The step after which the run begins: 0, or a later one for a loaded start.
-    pub step: u64,
-    /// `u_n`.
-    pub displacement_m: Vec<f64>,
-    /// `v_n`.
-    pub velocity_m_per_s: Vec<f64>,
-    /// `u_stick,n`, along each axis of the surface.
-    pub stick_position_m: Vec<f64>,
-    /// Of rate-and-state, the state `psi_n` of each contact; empty by other laws.
-    pub state: Vec<f64>,
-}
-
 /// Cadences of optional records. Cadences are in steps; 0 means never. None of it influences the run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RecordingPlan {
@@ -270,10 +257,17 @@ impl Plan {
     #[inline]
     pub fn drive_point_m(&self, step: u64, hold_step: u64) -> f64 {
         let moved = step.min(hold_step);
-        match &self.drive.course {
+        let way_m = match &self.drive.course {
             None => self.drive.velocity_m_per_s * self.grid.time_s(moved),
             Some(course) => course.integral(moved, u64::MAX) * self.grid.step_s(),
-        }
+        };
+        self.drive.offset_m + way_m
+    }
+
+    /// The step in which the drive point has stopped or will stop, as known at the start; `u64::MAX` for none.
+    pub fn hold_step_at_start(&self) -> u64 {
+        let planned = self.drive.hold_from_step.unwrap_or(u64::MAX);
+        self.initial.carried.as_ref().map_or(planned, |carried| carried.hold_step)
     }
 
     /// Velocity of the drive point at a step, likewise; 0 from the step in which it stopped. Between the knots of its

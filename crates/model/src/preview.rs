@@ -59,6 +59,9 @@ pub struct Preview {
     /// The largest `F_T / F_N` within the duration of the run if nothing slides; sliding lowers it. `None`
     /// for a left-right drive.
     pub largest_load_ratio: Option<f64>,
+    /// Whether the run begins in a given state: all of the above but material and time step is `None`.
+    #[serde(skip)]
+    pub is_from_state: bool,
     /// By rate-and-state, of which nothing sticks and all of the above but density and speed is `None`: the stability
     /// of steady sliding.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -73,7 +76,8 @@ impl Scenario {
 
     /// The plan with a start at rest, from which a loaded start continues.
     pub(crate) fn plan_at_rest(&self) -> Plan {
-        Plan::new(&Scenario { time: Time { start: Start::AtRest, ..self.time.clone() }, ..self.clone() })
+        let time = Time { start: Start::AtRest, ..self.time.clone() };
+        Plan::without_given_state(&Scenario { time, ..self.clone() })
     }
 
     /// Whether its blocks have inertia: by all laws but rate-and-state with `friction.inertia = false`.
@@ -95,16 +99,17 @@ impl Preview {
         let sliding = Preview {
             density_kg_per_m3: has_inertia.then(|| scenario.density_kg_per_m3()),
             wave_speed_m_per_s: has_inertia.then(|| plan.scales.wave_speed_m_per_s()),
-            decay_length_m: None,
+            decay_length_m: plan.has_decay().then(|| plan.screening_length_m()),
             step_ratio: Some(plan.step_share()).filter(|_| plan.longest_stable_step_s.is_finite()),
             first_slip_s: None,
             first_slip_block: None,
             dynamic_load_s: None,
             static_load_s: None,
             largest_load_ratio: None,
+            is_from_state: scenario.initial.is_given(),
             stability: Stability::of(plan),
         };
-        if sliding.stability.is_some() || plan.has_contact_courses() {
+        if sliding.stability.is_some() || sliding.is_from_state || plan.has_contact_courses() {
             return sliding;
         }
         let stuck = Stuck::of(plan);
@@ -118,7 +123,6 @@ impl Preview {
             step.filter(|_| pulls_one_way).map(time_s)
         };
         Preview {
-            decay_length_m: plan.has_decay().then(|| plan.screening_length_m()),
             first_slip_s: first_slip_step.map(time_s),
             first_slip_block,
             dynamic_load_s: reaches(plan.friction.dynamic_coefficient),

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError, ScenarioErrors, ScenarioSource};
-use crate::{builtin, contradictions, defaults, law_keys, profile, random_offsets, suggest, text};
+use crate::{
+    builtin, contradictions, defaults, given_state, law_keys, profile, random_offsets, suggest, text,
+};
 
 /// Resolves a built-in scenario, or a file, by its name, with overrides of the form
 /// `key=value`, later ones over earlier ones.
@@ -118,6 +120,9 @@ impl Scenario {
         }
         if errors.is_empty() {
             scenario.read_profiles(&entries, &mut errors);
+        }
+        if errors.is_empty() {
+            given_state::read(&mut scenario, &entries, source.state_reader, &mut errors);
         }
         if errors.is_empty() {
             contradictions::check_start(&scenario, &entries, &mut errors);

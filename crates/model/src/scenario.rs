@@ -35,6 +35,8 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "is_default")]
     pub disorder: Disorder,
     pub initial_velocity: InitialVelocity,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub initial: Initial,
     pub time: Time,
     #[serde(default, skip_serializing_if = "is_default")]
     pub detection: Detection,
@@ -307,6 +309,34 @@ pub struct InitialVelocity {
     pub mode: u32,
 }
 
+/// `[initial]`
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Initial {
+    pub from: String,
+    pub at_s: f64,
+    pub state: String,
+    pub state_csv: String,
+    pub displacement_m: Vec<f64>,
+    pub velocity_m_per_s: Vec<f64>,
+    pub stick_position_m: Vec<f64>,
+    pub sliding_blocks: Vec<f64>,
+}
+
+impl Initial {
+    /// Whether the run begins in a state that is given, so that no other key decides its start.
+    pub fn is_given(&self) -> bool {
+        !self.from.is_empty() || !self.state.is_empty() || !self.state_csv.is_empty() || self.has_lists()
+    }
+
+    pub(crate) fn has_lists(&self) -> bool {
+        let lists =
+            [&self.displacement_m, &self.velocity_m_per_s, &self.stick_position_m, &self.sliding_blocks];
+        lists.iter().any(|list| !list.is_empty())
+    }
+}
+
 /// `[time]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -450,6 +480,12 @@ impl Scenario {
         Law::of(friction.law, &keys)
     }
 
+    /// The files that it names, from which its values were read; empty texts for none.
+    pub fn files(&self) -> [&str; 4] {
+        let (shear, prestress, initial) = (&self.initial_shear, &self.prestress, &self.initial);
+        [&shear.profile_csv, &prestress.profile_csv, &initial.state_csv, &initial.from]
+    }
+
     /// The BLAKE3 hash, hexadecimal, of everything that influences a run or its log; name and
     /// summary are excluded.
     pub fn hash(&self) -> String {
@@ -460,6 +496,10 @@ impl Scenario {
         anonymous.prestress.course_csv.clear();
         anonymous.normal_load.course_csv.clear();
         anonymous.disorder.blocks_csv.clear();
+        anonymous.initial.state_csv.clear();
+        if !anonymous.initial.state.is_empty() {
+            (anonymous.initial.from, anonymous.initial.at_s) = Default::default();
+        }
         // These laws determine the rule; older programs did not always resolve it that way.
         if !anonymous.friction.law.uses("friction.reattach") {
             anonymous.friction.reattach = Reattach::OneWay;

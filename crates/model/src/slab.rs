@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
+use crate::initial_state::InitialState;
 use crate::lattice::Lattice;
 use crate::law::magnitude;
-use crate::plan::{Drive, DriveSpring, InitialState, Plan};
+use crate::plan::{Drive, DriveSpring, Plan};
 
 /// Relative residual, over the load, at rounding level.
 const RESIDUAL: f64 = 1e-15;
@@ -150,11 +151,10 @@ pub(crate) fn at_rest(displacement_m: Vec<f64>, anchors: usize, drive: &mut Driv
         spring.rest_m = displacement_m[spring.block];
     }
     InitialState {
-        step: 0,
         velocity_m_per_s: vec![0.0; displacement_m.len()],
         stick_position_m: vec![0.0; anchors],
-        state: Vec::new(),
         displacement_m,
+        ..InitialState::default()
     }
 }
 

@@ -50,6 +50,9 @@ const CHECKS: [(&str, Check); 15] = [
     ("no-slip", |scenario, plan| implausible::no_slip(scenario, &Preview::of(scenario, plan))),
 ];
 
+/// Kinds of warnings about a start at rest, which a run that begins in a given state does not have.
+const AT_REST: [&str; 5] = ["load-at-start", "remainder", "beyond-at-start", "broken-at-start", "no-slip"];
+
 impl Scenario {
     /// Possible surprises in this scenario, printed by `asperity run` and `asperity scenario validate`.
     pub fn warnings(&self) -> Vec<Warning> {
@@ -57,7 +60,9 @@ impl Scenario {
         let plan = self.plan_at_rest();
         let warning =
             |(kind, check): &(&'static str, Check)| Some(Warning { kind, text: check(self, &plan)? });
-        CHECKS.iter().filter_map(warning).collect()
+        let applies =
+            |(kind, _): &&(&'static str, Check)| !(self.initial.is_given() && AT_REST.contains(kind));
+        CHECKS.iter().filter(applies).filter_map(warning).collect()
     }
 }
 

@@ -6,7 +6,7 @@ use asperity_model::{Plan, Scenario as Resolved, ScenarioSource, builtin, source
 use asperity_numbers::Summary;
 use asperity_record::counted;
 use asperity_report::sketch_alone;
-use asperity_run::Forecast;
+use asperity_run::{Forecast, with_logged_states};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -37,6 +37,7 @@ pub(crate) struct Scenario {
 
 impl Scenario {
     fn of(source: ScenarioSource, given: Option<(String, Vec<(String, Value)>)>) -> PyResult<Scenario> {
+        let source = with_logged_states(source);
         let resolved = Resolved::resolve(&source).map_err(|errors| of_faults(&errors))?;
         Ok(Scenario { resolved, source, given })
     }

@@ -400,7 +400,8 @@ impl Seen {
         };
         // States follow the step that they belong to; the first state precedes the run.
         let in_order = match record {
-            Record::Step(_) => step > self.last_step,
+            // Contacts that slide at the start are recorded there, which may be in step 0.
+            Record::Step(_) => step > self.last_step || self.messages == 0,
             // Only the reader knows whether that step may be missing.
             Record::Fields(_) | Record::Window(_) if has_gap => step >= self.last_step,
             Record::Fields(_) => self.messages == 0 || step == self.last_step,

@@ -10,6 +10,7 @@
 //! - [`read_once`]: a log, checked while an observer receives it.
 //! - [`check`], [`Unchecked`], [`Verdict`]: judges a log, for observers of it as well; [`salvage`]: recovers the sound parts of a damaged one.
 //! - [`verify`](verify::verify): compares the fast solver with the plain one.
+//! - [`with_logged_states`]: a scenario that begins in the state of a logged run.
 //! - [`study`]: named runs in a folder, made unless they exist.
 //!
 //! The beginning of the first slip of the whole slider, in a small chain:
@@ -58,6 +59,7 @@ mod resume;
 mod run;
 mod salvage;
 mod self_check;
+mod start;
 mod states;
 pub mod stream;
 pub mod study;
@@ -80,6 +82,7 @@ pub use resume::LeftError;
 pub use run::{Begin, Outcome, RunError, Task, Threads, run};
 pub use salvage::{SalvageProblem, salvage};
 pub use self_check::SelfCheckProblem;
+pub use start::with_logged_states;
 pub use states::StatesError;
 pub use verdict::Verdict;
 

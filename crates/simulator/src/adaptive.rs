@@ -86,7 +86,7 @@ struct Piece {
 impl Piece {
     /// The piece that begins at a grid step.
     fn from_step(plan: &Plan, step: u64) -> Piece {
-        let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+        let hold_step = plan.hold_step_at_start();
         let per_s = 1.0 / plan.grid.step_s();
         let moves = plan.drive.course.as_ref().filter(|_| step < hold_step);
         let stop_step = if step < hold_step { hold_step } else { u64::MAX };
@@ -140,7 +140,38 @@ impl Adaptive {
         };
         let state = AdaptiveState::initial(&solver.plan, &solver.equations);
         solver.continue_from(&state);
+        if solver.plan.initial.carried.is_some() {
+            solver.begin_in();
+        }
         solver
+    }
+
+    /// Counts the energies of a run that begins in a given state from there, within a step.
+    fn begin_in(&mut self) {
+        let blocks = self.plan.blocks;
+        self.look_at(self.slider.step);
+        let (_, _, _, energies_j) = self.within.parts();
+        let before_j = *energies_j;
+        for unknowns in [&mut self.begin.at, &mut self.end.at, &mut self.rodas4.end, &mut self.within] {
+            unknowns.0[3 * blocks..]
+                .iter_mut()
+                .zip(before_j)
+                .for_each(|(energy_j, before_j)| *energy_j -= before_j);
+        }
+        let energy = self.energy();
+        self.recorder.begin_sliding(&self.plan, &self.slider, energy);
+    }
+
+    /// Brings unknowns and equations to a grid step within the step; returns the share of the step up to it.
+    fn look_at(&mut self, step: u64) -> f64 {
+        let share = self.share_of(step);
+        let Adaptive { rodas4, begin, within, .. } = &mut *self;
+        for (place, unknown) in within.0.iter_mut().enumerate() {
+            *unknown = rodas4.within(&begin.at, share, place);
+        }
+        let outside = self.piece.outside(self.plan.grid.time_s(step));
+        self.equations.evaluate(&mut self.within, outside);
+        share
     }
 
     /// Continues from a state that was saved at the grid step of the slider.
@@ -152,8 +183,8 @@ impl Adaptive {
         self.stopped = None;
         self.crossings.clone_from(&saved.crossings);
         self.begin.at.0.clone_from(&saved.unknowns);
-        // The piece of the courses in which the step begins; a step ends at a knot.
-        let mut piece = Piece::from_step(&plan, plan.initial.step);
+        // The piece of the courses in which the step begins, which may be before the run; a step ends at a knot.
+        let mut piece = Piece::from_step(&plan, 0);
         while piece.until_step < plan.steps && self.seconds_to(plan.grid.time_s(piece.until_step)) <= 0.0 {
             piece = Piece::from_step(&plan, piece.until_step);
         }
@@ -354,13 +385,7 @@ impl Adaptive {
     /// Moves the slider to a grid step within the step, and records it.
     fn record(&mut self, step: u64) -> Result<(), SimulationError> {
         let plan = Arc::clone(&self.plan);
-        let time_s = plan.grid.time_s(step);
-        let share = self.share_of(step);
-        let Adaptive { rodas4, begin, within, .. } = &mut *self;
-        for (place, unknown) in within.0.iter_mut().enumerate() {
-            *unknown = rodas4.within(&begin.at, share, place);
-        }
-        self.equations.evaluate(&mut self.within, self.piece.outside(time_s));
+        let share = self.look_at(step);
         self.count_peak(share);
         let was_sliding = self.slider.sliding > 0;
         let slider = &mut self.slider;

@@ -30,6 +30,9 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     /// Lets threads compute parts of its steps.
     fn work_with(&mut self, _crew: &Arc<dyn Crew>) {}
 
+    /// Counts the energies of a run that begins in a given state from there.
+    fn begin_in(&mut self, _plan: &Plan, _state: &mut SliderState) {}
+
     /// Prepares the energies for a step, the first of at least `steps_ahead` single steps.
     fn begin_step(&mut self, _plan: &Plan, _state: &mut SliderState, _steps_ahead: u64) {}
 

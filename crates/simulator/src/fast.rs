@@ -29,7 +29,7 @@ use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
-use crate::single_step::{Driving, SingleSteps};
+use crate::single_step::Driving;
 use crate::solver::{SimulationError, Solver};
 use crate::stepper::Stepper;
 
@@ -129,14 +129,14 @@ const JUNCTIONS: &str = "single steps instead of leaps: junctions break or are p
 impl<L: Leaps> Fast<L> {
     /// A solver at the start of a plan, with kernels for a certain instruction set.
     pub(crate) fn new(plan: Arc<Plan>, elastic: &<L::Body as OfPlan>::Elastic, simd: Simd) -> Fast<L> {
-        let stepper = Stepper::new(Arc::clone(&plan), elastic, simd, Bookkeeping::Spans);
+        let mut stepper = Stepper::new(Arc::clone(&plan), elastic, simd, Bookkeeping::Spans);
         Fast {
-            recorder: Recorder::new(&plan, stepper.state(), stepper.initial_j()),
+            recorder: Recorder::at_start(&plan, &mut stepper),
             leaps: L::of(&plan, elastic, simd),
             aside: stepper.clone(),
             aside_steps: 0,
             is_inside: false,
-            pace: Pace::default(),
+            pace: Pace::at_start(&plan),
             plan,
             stepper,
             leap: None,

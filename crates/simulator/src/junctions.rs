@@ -18,6 +18,7 @@
 //! ([`crate::kernels`]), and [`JunctionLoops`] visits the junctions of those contacts alone in which more
 //! happens. Each visit adds that sum up again, so the state follows from anchors and timers alone.
 
+use asperity_model::initial_state::CarriedJunctions;
 use asperity_model::{Junctions, Plan};
 use asperity_record::JunctionTotals;
 use serde::{Deserialize, Serialize};
@@ -102,9 +103,14 @@ impl PartialEq for JunctionState {
 }
 
 impl JunctionState {
-    /// All junctions pinned, at the start of a plan; `None` by laws without them.
+    /// At the start of a plan: all junctions pinned, unless it begins in a given state; `None` by laws without them.
     pub(crate) fn initial(plan: &Plan) -> Option<Box<JunctionState>> {
         let law = plan.friction.law.junctions()?;
+        let carried = plan.initial.carried.as_ref().and_then(|carried| carried.junctions.clone());
+        if let Some(CarriedJunctions { anchor_m, slips_until_step, breaks, totals }) = carried {
+            let totals = totals.map(|[breaks, repins]| JunctionTotals { breaks, repins });
+            return Some(Box::new(JunctionState::of(law.count, anchor_m, slips_until_step, breaks, totals)));
+        }
         let mut anchor_m = Vec::with_capacity(plan.blocks * law.count);
         for n in 0..plan.blocks {
             let k = plan.friction.contact_stiffness_n_per_m[n] / law.count as f64;
@@ -172,6 +178,13 @@ impl JunctionState {
             && totals.repins.checked_add(slipping) == breaks
             && before.breaks <= totals.breaks
             && before.repins <= totals.repins
+    }
+
+    /// As the state of a run that begins here.
+    pub(crate) fn carried(&self) -> CarriedJunctions {
+        let Stored { anchor_m, slips_until_step, breaks, totals, totals_before, .. } = self.clone().into();
+        let totals = [totals, totals_before].map(|JunctionTotals { breaks, repins }| [breaks, repins]);
+        CarriedJunctions { anchor_m, slips_until_step, breaks, totals }
     }
 
     /// Breaks and re-pins up to the last step.

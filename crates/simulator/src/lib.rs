@@ -39,7 +39,7 @@
 //!
 //! - [`solver`](Solver), `kind`: what a solver is, and which there are.
 //! - `state`, `strength`: the inputs of a step, and the strength of contacts under the load of a step.
-//! - `pace`: a [`Snapshot`], the slider with the accounts of its solver.
+//! - `pace`: a [`Snapshot`], the slider with the accounts of its solver; `given_start` leaves it to another run.
 //! - `stepper`: one step, equation by equation, for any `body` (the chain, the lattice) and contact
 //!   law (`law`); `kernels` below it has the loops over all blocks.
 //! - `crew`: threads that are handed in for the steps of large bodies.
@@ -75,6 +75,7 @@ mod energy;
 pub mod equality;
 mod exact;
 mod fast;
+mod given_start;
 mod instability_stop;
 mod jump;
 mod junctions;

@@ -50,6 +50,15 @@ impl Default for Pace {
 }
 
 impl Pace {
+    /// At the start of a plan, which may go on from another run.
+    pub(crate) fn at_start(plan: &Plan) -> Pace {
+        let solver = plan.initial.carried.as_ref().and_then(|carried| carried.solver.as_ref());
+        solver.map_or_else(Pace::default, |solver| {
+            let [single_steps, no_jump_before_step, saved_steps] = solver.pace;
+            Pace { single_steps, no_jump_before_step, saved_steps }
+        })
+    }
+
     /// Pays for overhead from the steps that leaps have saved; returns the steps that are not covered.
     pub(crate) fn pay(&mut self, cost_steps: u64) -> u64 {
         cost::pay(&mut self.saved_steps, cost_steps)

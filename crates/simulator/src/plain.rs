@@ -84,8 +84,8 @@ impl Plain {
                 Box::new(Stepper::<B>::new(plan, elastic, Simd::detect(), Bookkeeping::EveryStep))
             }
         }
-        let stepper = with_body(&plan, Start(&plan));
-        Plain { recorder: Recorder::new(&plan, stepper.state(), stepper.initial_j()), stepper, plan }
+        let mut stepper = with_body(&plan, Start(&plan));
+        Plain { recorder: Recorder::at_start(&plan, &mut *stepper), stepper, plan }
     }
 
     /// The state after the last step taken.

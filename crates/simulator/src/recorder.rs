@@ -18,6 +18,8 @@ use crate::strength::{Load, threshold_n};
 #[derive(Debug, Clone)]
 pub(crate) struct Recorder {
     due_step: u64,
+    /// The first step of a run that begins while contacts slide: its record is the onset of a slip event.
+    onset_step: Option<u64>,
     ready: VecDeque<Record>,
     instability: InstabilityStop,
     /// The error to report once the queued records are handed out.
@@ -30,11 +32,44 @@ impl Recorder {
     pub(crate) fn new(plan: &Plan, initial: &SliderState, initial_j: f64) -> Recorder {
         let stop = state_not_finite(initial);
         let first = Record::Fields(Box::new(fields(plan, initial)));
+        let onset_step = (initial.detached > 0).then_some(initial.step + 1);
         Recorder {
-            due_step: next_due(plan, initial.step, initial.detached),
+            due_step: next_due(plan, initial.step, initial.detached).min(onset_step.unwrap_or(u64::MAX)),
+            onset_step,
             ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
             instability: InstabilityStop::of(plan, initial_j),
             stop,
+        }
+    }
+
+    /// A recorder at the start of a stepper's run.
+    pub(crate) fn at_start(plan: &Plan, stepper: &mut (impl SingleSteps + ?Sized)) -> Recorder {
+        let mut recorder = Recorder::new(plan, stepper.state(), stepper.initial_j());
+        if stepper.state().detached > 0 {
+            let energy = stepper.energy();
+            recorder.begin_sliding(plan, stepper.state(), energy);
+        }
+        recorder
+    }
+
+    /// Records the contacts that slide at the start as if they detached there, under the force that they bear, so that
+    /// the switches tell which contacts slide.
+    pub(crate) fn begin_sliding(&mut self, plan: &Plan, initial: &SliderState, energy: Energy) {
+        if initial.detached == 0 || self.stop.is_some() {
+            return;
+        }
+        let sliding = (0..plan.blocks).filter(|n| initial.slip[*n] != 0.0);
+        let switches = sliding.map(|n| {
+            let switch = switch(plan, initial, n);
+            Switch { threshold_n: switch.force_magnitude_n(), ..switch }
+        });
+        let driving = driving_at_start(plan, initial);
+        let record = StepRecord { sliding: 0, ..load(plan, initial, driving, energy, switches.collect()) };
+        self.stop = not_finite(&record, initial.step, initial);
+        if self.stop.is_some() {
+            self.ready.clear();
+        } else {
+            self.ready.push_front(Record::Step(record));
         }
     }
 
@@ -63,7 +98,12 @@ impl Recorder {
     pub(crate) fn continue_after(&mut self, plan: &Plan, state: &SliderState) {
         self.ready.clear();
         self.stop = None;
-        self.due_step = next_due(plan, state.step, state.detached);
+        self.due_step = self.next_due(plan, state.step, state.detached);
+    }
+
+    fn next_due(&self, plan: &Plan, step: u64, detached: u32) -> u64 {
+        let onset_step = self.onset_step.filter(|onset| *onset > step);
+        next_due(plan, step, detached).min(onset_step.unwrap_or(u64::MAX))
     }
 
     /// Records a single step if a block switched in it, if it is the onset or end of a slip event, or if
@@ -96,13 +136,14 @@ impl Recorder {
         edge: bool,
     ) -> Result<bool, SimulationError> {
         let step = state.step;
+        let edge = edge || self.onset_step == Some(step);
         if !edge && switched.is_empty() && next_step_due(plan, step - 1) != step {
             // Only the state of a rupture is due. If it is not finite, the next step record reports
             // that, as in a run without these states.
             if state_not_finite(state).is_none() {
                 self.states(plan, state, false);
             }
-            self.due_step = next_due(plan, step, state.detached);
+            self.due_step = self.next_due(plan, step, state.detached);
             return Ok(false);
         }
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
@@ -111,7 +152,7 @@ impl Recorder {
         self.stop = self.instability.stops(&record);
         self.ready.push_back(Record::Step(record));
         self.states(plan, state, edge);
-        self.due_step = next_due(plan, step, state.detached);
+        self.due_step = self.next_due(plan, step, state.detached);
         Ok(true)
     }
 
@@ -129,6 +170,19 @@ impl Recorder {
     fn is_finite(&mut self, found: Option<SimulationError>) -> Result<(), SimulationError> {
         self.stop = found;
         self.stop.clone().map_or(Ok(()), Err)
+    }
+}
+
+/// The forces of the drive at the start, with point and nodes at their places.
+fn driving_at_start(plan: &Plan, initial: &SliderState) -> Driving {
+    let point_m = plan.drive_point_m(initial.step, initial.hold_step);
+    let pull_n = |block: usize| {
+        let springs = plan.drive.springs.iter().filter(|spring| spring.block == block);
+        springs.map(|spring| spring.force_n(point_m, initial.displacement_m[block])).sum()
+    };
+    Driving {
+        total_n: plan.drive.total_force_n(point_m, &initial.displacement_m),
+        ends_n: plan.drive.pulls_both_ways().then(|| [pull_n(0), pull_n(plan.blocks - 1)]),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The state of a slider between two steps.
 
 use asperity_model::Plan;
+use asperity_model::initial_state::Carried;
 use serde::{Deserialize, Serialize};
 
 use crate::adaptive::AdaptiveState;
@@ -78,11 +79,19 @@ fn never() -> u64 {
 }
 
 impl SliderState {
-    /// The slider before the first step, every contact stuck.
+    /// The slider before the first step: every contact stuck, or as the given state says.
     pub fn initial(plan: &Plan) -> SliderState {
+        let mut state = SliderState::stuck(plan);
+        if let Some(carried) = &plan.initial.carried {
+            state.take_over(plan, carried);
+        }
+        state
+    }
+
+    fn stuck(plan: &Plan) -> SliderState {
         let initial = &plan.initial;
         let u = &initial.displacement_m;
-        let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+        let hold_step = plan.hold_step_at_start();
         let point_m = plan.drive_point_m(initial.step, hold_step);
         let v = &initial.velocity_m_per_s;
         let mut tangential_force_n = plan.elastic.tangential_force_n(u);
@@ -128,6 +137,46 @@ impl SliderState {
         }
     }
 
+    /// Brings a slider with all contacts stuck into a state that another run has left.
+    fn take_over(&mut self, plan: &Plan, carried: &Carried) {
+        for n in 0..plan.blocks {
+            let slides = match (&self.junctions, plan.friction.law.junctions()) {
+                (Some(junctions), Some(law)) => law.slides(junctions.slipping(n)),
+                _ => carried.detached.binary_search(&(n as u64)).is_ok(),
+            };
+            self.slip[n] = f64::from(u8::from(slides));
+            self.detached += u32::from(slides);
+        }
+        self.sliding = self.detached;
+        self.just_detached = carried.just_detached.iter().map(|n| *n as u32).collect();
+        // Left out where contacts did not have them.
+        if carried.normal_load_n.len() == self.normal_load_n.len() {
+            self.normal_load_n.clone_from(&carried.normal_load_n);
+        }
+        if carried.memory.len() == self.memory.len() {
+            self.memory.clone_from(&carried.memory);
+        }
+        if carried.stuck_since_step.len() == self.stuck_since_step.len() {
+            self.stuck_since_step.clone_from(&carried.stuck_since_step);
+        }
+        let Some(solver) = &carried.solver else { return };
+        self.sliding = solver.sliding;
+        self.aged_threshold_n.clone_from(&solver.aged_threshold_n);
+        if let Some((peak_m_per_s, _)) = &solver.adaptive {
+            self.peak_velocity_m_per_s = Some(*peak_m_per_s);
+        }
+        if plan.elastic.as_chain().is_some() {
+            self.tangential_force_n.clone_from(&solver.tangential_force_n);
+            return;
+        }
+        let given_n = solver.tangential_force_n.chunks_exact(self.just_detached.len().max(1));
+        for (of_axis, given_n) in self.tangential_force_n.chunks_exact_mut(plan.blocks).zip(given_n) {
+            for (n, force_n) in self.just_detached.iter().zip(given_n) {
+                of_axis[*n as usize] = *force_n;
+            }
+        }
+    }
+
     /// Number of contacts that were lifted off in the last step.
     pub(crate) fn contacts_in_air(&self) -> u64 {
         self.normal_load_n.iter().filter(|load_n| **load_n == 0.0).count() as u64
@@ -157,7 +206,7 @@ impl SliderState {
             && self.detached as usize == slipping
             && self.sliding as usize <= plan.blocks
             && match plan.drive.until_load_ratio {
-                None => self.hold_step == plan.drive.hold_from_step.unwrap_or(u64::MAX),
+                None => self.hold_step == plan.hold_step_at_start(),
                 Some(_) => self.hold_step == u64::MAX || self.hold_step <= self.step,
             }
             && self.energy.is_finite()

@@ -54,8 +54,11 @@ pub(crate) struct Stepper<B> {
 impl<B: OfPlan> Stepper<B> {
     /// The slider at the start of a plan, with kernels for a certain instruction set.
     pub(crate) fn new(plan: Arc<Plan>, elastic: &B::Elastic, simd: Simd, keeping: Bookkeeping) -> Stepper<B> {
-        let state = SliderState::initial(&plan);
-        let body = B::of_plan(&plan, elastic, &state, simd, keeping);
+        let mut state = SliderState::initial(&plan);
+        let mut body = B::of_plan(&plan, elastic, &state, simd, keeping);
+        if plan.initial.carried.is_some() {
+            body.begin_in(&plan, &mut state);
+        }
         Stepper::of(plan, state, body)
     }
 }

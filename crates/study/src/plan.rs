@@ -16,7 +16,7 @@ use asperity_model::keys::Key;
 use asperity_model::{Preview, Scenario, ScenarioSource, Warning};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader};
-use asperity_run::{CODE_VERSION, Task, at_once};
+use asperity_run::{CODE_VERSION, Task, at_once, with_logged_states};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{MOST_RUNS, Value, check_value, key_of, names, runs_at};
@@ -138,8 +138,8 @@ pub enum PlanError {
     File(#[from] FileError),
 }
 
-/// The key of a scenario that names a file.
-const FILE_KEY: &str = "profile_csv";
+/// Parts of scenarios that name files.
+const FILE_KEYS: [&str; 4] = ["profile_csv", "state_csv", "initial.from", "[initial]"];
 
 /// Most refused runs that are listed.
 const MOST_TOLD: usize = 5;
@@ -326,7 +326,7 @@ impl Plan {
     /// If an id is wrong.
     pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
         let Common { code_version, scenario_toml, set, keys, runs, .. } = &self.common;
-        let names_file = |text: &String| text.contains(FILE_KEY);
+        let names_file = |text: &String| FILE_KEYS.iter().any(|key| text.contains(key));
         let of_runs = runs.iter().flat_map(|run| [&run.scenario_toml].into_iter().chain(&run.set));
         let texts = [scenario_toml].into_iter().chain(set).chain(keys).chain(of_runs);
         if code_version != CODE_VERSION || texts.into_iter().any(names_file) {
@@ -550,7 +550,7 @@ impl Common {
     /// # Errors
     /// If it refuses them.
     pub fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
-        let source = ScenarioSource::new(&self.scenario, &self.scenario_toml);
+        let source = with_logged_states(ScenarioSource::new(&self.scenario, &self.scenario_toml));
         let source = if self.is_older() { source.stored_by_older_program() } else { source };
         let assignments = self.set.iter().cloned().chain(self.assignments(values));
         let source = assignments.fold(source, |source, assignment| source.with_override(&assignment));

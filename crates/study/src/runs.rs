@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use asperity_model::{Scenario, ScenarioSource, builtin, find};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_run::study::Job;
+use asperity_run::with_logged_states;
 use asperity_runlog::{RunReader, Topics};
 #[cfg(feature = "analysis")]
 use schemars::JsonSchema;
@@ -106,6 +107,7 @@ impl Named {
         } else {
             ScenarioSource::new(scenario, scenario_toml)
         };
+        let source = with_logged_states(source);
         if *is_older { source.stored_by_older_program() } else { source }
     }
 

@@ -30,7 +30,7 @@ const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 const LONGEST: usize = 10_000_000;
 
 /// The commands that read a kind of file, with FILE in place of its name.
-const ON_LOGS: [&[&str]; 13] = [
+const ON_LOGS: [&[&str]; 14] = [
     &["check", "FILE"],
     &["salvage", "FILE", "--out", "salvaged.mcap"],
     &["events", "FILE"],
@@ -44,13 +44,15 @@ const ON_LOGS: [&[&str]; 13] = [
     &["report", "FILE", "--out", "page.html"],
     &["diff", "FILE", "FILE"],
     &["scenario", "show", "FILE"],
+    &["scenario", "validate", "ten-blocks", "--set", "initial.from=FILE"],
 ];
 const ON_UNFINISHED: [&[&str]; 2] = [
     &["check", "FILE"],
     &["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--resume", "--out", "run.mcap"],
 ];
 const ON_PARQUET: [&[&str]; 2] = [&["events", "FILE"], &["diff", "FILE", "FILE"]];
-const ON_CSV: [&[&str]; 1] = [&["diff", "FILE", "FILE"]];
+const ON_CSV: [&[&str]; 2] =
+    [&["diff", "FILE", "FILE"], &["scenario", "validate", "ten-blocks", "--set", "initial.state_csv=FILE"]];
 const ON_SCENARIOS: [&[&str]; 3] =
     [&["scenario", "show", "FILE"], &["scenario", "validate", "FILE"], &["run", "FILE", "--out", "run.mcap"]];
 const ON_PIPELINES: [&[&str]; 1] = [&["reproduce", "FILE", "--out", "reproduced"]];
@@ -113,8 +115,8 @@ fn genuine_parquet(ground: &Ground) -> Result<Vec<u8>, Error> {
 fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -> Result<(), Error> {
     case.write(&input.name, &input.bytes)?;
     case.write("sound.mcap", sound)?;
-    let arguments: Vec<&str> =
-        command.iter().map(|word| if *word == "FILE" { input.name.as_str() } else { word }).collect();
+    let words: Vec<String> = command.iter().map(|word| word.replace("FILE", &input.name)).collect();
+    let arguments: Vec<&str> = words.iter().map(String::as_str).collect();
     let program = &case.ground.program;
     let outcome = Call::by_shell(program, &case.folder, STOP, &arguments, "")?.run()?;
     let Outcome { cpu_s, peak_mb, .. } = outcome;
@@ -255,6 +257,9 @@ fn inputs(sound: &[u8], table: &[u8]) -> Result<Vec<Input>, Error> {
         }
         add(&format!("changed-{number}.parquet"), &ON_PARQUET, bytes);
     }
+    let head = "displacement_m,velocity_m_per_s,stick_position_m,slides\n";
+    add("states.csv", &ON_CSV, format!("{head}{}", "0,0,0,0\n".repeat(900_000)).into_bytes());
+    add("state.csv", &ON_CSV, format!("{head}{}", "1".repeat(9_000_000)).into_bytes());
     let head = "onset_s,end_s,first_block,last_block\n";
     add("block.csv", &ON_CSV, format!("{head}0.1,0.2,4294967295,4294967295\n").into_bytes());
     add("blocks.csv", &ON_CSV, format!("{head}0.1,0.2,0,18446744073709551615\n").into_bytes());
@@ -293,6 +298,8 @@ fn inputs(sound: &[u8], table: &[u8]) -> Result<Vec<Input>, Error> {
     let profile =
         |course: &str| format!("slider.blocks = 3\ntime.duration_s = 1e-4\n{course}\n").into_bytes();
     add("huge-number.toml", &ON_SCENARIOS, profile("normal_load.total_n = 1e308"));
+    add("huge-state.toml", &ON_SCENARIOS, profile("initial.displacement_m = [1e30, -1e30, 1e30]"));
+    add("long-state.toml", &ON_SCENARIOS, profile(&format!("initial.state = '{}'", "A".repeat(8_000_000))));
     Ok(inputs)
 }
 

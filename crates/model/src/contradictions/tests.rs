@@ -72,6 +72,11 @@ const CASES: &[(&str, &str)] = &[
         "friction.law = \"rigid\"\nfriction.ageing_coefficient = 0.01",
         "friction.ageing_coefficient: 0.01 has no meaning for friction.law = \"rigid\"",
     ),
+    ("initial.at_s = 1", "initial.at_s: 1 is the time of a state, and none is given"),
+    (
+        "initial.from = \"a.mcap\"\ninitial.state_csv = \"a.csv\"",
+        "initial.state_csv: the state is that of a log already",
+    ),
     ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 number for 100 blocks"),
     ("friction.static_spread = 0.5", "friction.static_spread: block"),
     ("friction.stuck_blocks = [1, 1]", "entry 2 is 1 (accepted: ascending whole numbers from 1 to 100)"),

@@ -303,4 +303,67 @@ pub(super) const FORCES: &[Key] = &[
         kind: Count(0, 99_999),
         default: Is(Value::Count(1)),
     },
+    Key {
+        path: "initial.from",
+        symbol: "",
+        doc: "The log of a run, named from the current folder, in whose state this one begins: that of its end, or of \
+              initial.at_s. Slider, friction law and time step must be the same; load, drive, other numbers of \
+              friction, duration and recording may be others. The clock goes on, and time.start, initial_shear and \
+              initial_velocity have no effect. The log is read once; initial.state holds what it said.",
+        kind: Text,
+        default: Is(Value::Text("")),
+    },
+    Key {
+        path: "initial.at_s",
+        symbol: "",
+        doc: "The time of that state, a whole number of steps; of initial.from, 0 for its end. Of a state in a table or \
+              in lists, the time on the clock at which the run begins, with the drive point at V t.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "initial.state",
+        symbol: "",
+        doc: "The state itself, as this program writes it: a checksum, and exact numbers; empty for none.",
+        kind: Text,
+        default: Is(Value::Text("")),
+    },
+    Key {
+        path: "initial.state_csv",
+        symbol: "",
+        doc: "A file with a row for each block of a chain and the columns displacement_m, velocity_m_per_s, \
+              stick_position_m (of its friction spring) and slides (0 or 1), named from the current folder. It is read \
+              once; the lists below hold what it said.",
+        kind: Text,
+        default: Is(Value::Text("")),
+    },
+    Key {
+        path: "initial.displacement_m",
+        symbol: "u",
+        doc: "Displacement of each block of a chain at the start; empty for none.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "initial.velocity_m_per_s",
+        symbol: "v",
+        doc: "Velocity of each block, beside initial.displacement_m; empty for rest.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "initial.stick_position_m",
+        symbol: "u_stick",
+        doc: "Anchor of the friction spring of each block, beside initial.displacement_m; empty for springs that hold \
+              the blocks where they are.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "initial.sliding_blocks",
+        symbol: "",
+        doc: "Blocks that slide at the start, counted from 1, ascending, beside initial.displacement_m; empty for none.",
+        kind: Numbers(Including(1.0), Open),
+        default: Is(Value::NoNumbers),
+    },
 ];

@@ -31,7 +31,8 @@ pub(super) const RUN: &[Key] = &[
     Key {
         path: "time.duration_s",
         symbol: "T",
-        doc: "Simulated time, a whole number of steps.",
+        doc: "Simulated time, a whole number of steps; of a run that begins in a given state, its end on the clock that \
+              goes on.",
         kind: POSITIVE,
         default: Is(Value::Number(5.0)),
     },

@@ -1,6 +1,7 @@
 //! What a checkpoint saves of the adaptive solver.
 
 use asperity_model::Plan;
+use asperity_model::initial_state::CarriedStep;
 use serde::{Deserialize, Serialize};
 
 use crate::adaptive::equations::{ENERGIES, Equations};
@@ -37,11 +38,40 @@ pub struct Crossing {
     pub block: u32,
 }
 
+/// The step that the given state of a plan is in, if it has one.
+fn carried_step(plan: &Plan) -> Option<&CarriedStep> {
+    let solver = plan.initial.carried.as_ref()?.solver.as_ref()?;
+    solver.adaptive.as_ref().map(|(_, open)| open)
+}
+
 impl AdaptiveState {
-    /// At the start of a plan.
+    /// As the state of a run that begins here, whose energies are counted from there.
+    pub(crate) fn carried(&self, blocks: usize) -> CarriedStep {
+        CarriedStep {
+            time_s: [self.time_s.total, self.time_s.rest],
+            lengths_s: [self.step_s, self.next_step_s],
+            unknowns: self.unknowns[..3 * blocks].to_vec(),
+            crossing_steps: self.crossings.iter().map(|crossing| crossing.step).collect(),
+            crossing_blocks: self.crossings.iter().map(|crossing| u64::from(crossing.block)).collect(),
+        }
+    }
+
+    /// At the start of a plan: before the first step, or in the one that a given state is in.
     pub(super) fn initial(plan: &Plan, equations: &Equations) -> AdaptiveState {
+        if let Some(open) = carried_step(plan) {
+            let ([total, rest], [step_s, next_step_s]) = (open.time_s, open.lengths_s);
+            let crossings = open.crossing_steps.iter().zip(&open.crossing_blocks);
+            let crossings = crossings.map(|(step, block)| Crossing { step: *step, block: *block as u32 });
+            return AdaptiveState {
+                time_s: Sum { total, rest },
+                step_s,
+                next_step_s,
+                unknowns: open.unknowns.iter().copied().chain([0.0; ENERGIES]).collect(),
+                crossings: crossings.collect(),
+            };
+        }
         let (law, initial) = (&equations.law, &plan.initial);
-        let point_m = plan.drive_point_m(initial.step, plan.drive.hold_from_step.unwrap_or(u64::MAX));
+        let point_m = plan.drive_point_m(initial.step, plan.hold_step_at_start());
         let behind_m = initial.displacement_m.iter().map(|u| u - point_m);
         let at_start = initial.velocity_m_per_s.iter().zip(&initial.state);
         let friction =
@@ -66,7 +96,9 @@ impl AdaptiveState {
     pub(crate) fn fits(&self, plan: &Plan, step: u64) -> bool {
         let ahead = |crossing: &Crossing| crossing.step > step && (crossing.block as usize) < plan.blocks;
         let is_length = |seconds: f64| seconds.is_finite() && seconds >= 0.0;
-        let from_s = plan.grid.time_s(plan.initial.step);
+        // A given state may be in a step that began before.
+        let from_s = carried_step(plan)
+            .map_or(plan.grid.time_s(plan.initial.step), |open| open.time_s[0] + open.time_s[1]);
         self.time_s.total.is_finite()
             && self.time_s.rest.abs() <= 1e-6 * self.time_s.total.abs()
             && self.time_s.value() >= from_s

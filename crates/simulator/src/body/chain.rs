@@ -113,6 +113,13 @@ impl OfPlan for ChainBody {
 }
 
 impl Body for ChainBody {
+    fn begin_in(&mut self, plan: &Plan, state: &mut SliderState) {
+        let solver = plan.initial.carried.as_ref().and_then(|carried| carried.solver.as_ref());
+        if solver.is_some_and(|solver| solver.has_open_span) {
+            self.accounts.begin(plan, state, state.step);
+        }
+    }
+
     #[inline]
     fn begin_step(&mut self, plan: &Plan, state: &mut SliderState, steps_ahead: u64) {
         self.adds_alone = self.accounts.adds_single_steps(state, steps_ahead);

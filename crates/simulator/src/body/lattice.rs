@@ -58,6 +58,8 @@ pub(crate) struct LatticeBody<const D: usize = 1> {
     /// Friction of each contact, axis by axis.
     friction_n: Vec<f64>,
     work: MovedWork,
+    /// Energy at the start of a run that begins in a given state.
+    initial_j: f64,
 }
 
 impl OfPlan for LatticeBody {
@@ -96,6 +98,7 @@ impl<const D: usize> LatticeBody<D> {
             strength: Strength::new(plan),
             friction_n: vec![0.0; D * contacts],
             work: MovedWork::default(),
+            initial_j: 0.0,
             chunks: crew::chunks_of(&lattice),
             lattice,
             simd,
@@ -180,6 +183,12 @@ fn along<const D: usize>(values: &[f64], from_one_to_next: usize, count: usize) 
 }
 
 impl<const D: usize> Body for LatticeBody<D> {
+    fn begin_in(&mut self, plan: &Plan, state: &mut SliderState) {
+        let energy = self.energy(plan, state);
+        state.energy.scheme_work_j.add(-energy.scheme_work_j);
+        self.initial_j = energy.kinetic_j + energy.elastic_j;
+    }
+
     fn work_with(&mut self, crew: &Arc<dyn Crew>) {
         self.crew = Arc::clone(crew);
     }
@@ -365,9 +374,9 @@ impl<const D: usize> Body for LatticeBody<D> {
         ledger.scheme_work_j.add(0.5 * dt * work.springs - 0.5 * plan.block_mass_kg * work.square + bent_j);
     }
 
-    /// It is at rest, and keeps the energy that its load has compressed into it.
+    /// At rest it keeps the energy that its load has compressed into it.
     fn initial_j(&self) -> f64 {
-        0.0
+        self.initial_j
     }
 
     fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
@@ -407,8 +416,8 @@ mod tests {
     use std::sync::Arc;
 
     use asperity_model::law::magnitude;
-    use asperity_model::plan::{DriveSpring, InitialState};
-    use asperity_model::{Elastic, Lattice, Plan, resolve};
+    use asperity_model::plan::DriveSpring;
+    use asperity_model::{Elastic, InitialState, Lattice, Plan, resolve};
 
     use super::LatticeBody;
     use crate::body::ChainBody;
@@ -459,11 +468,10 @@ mod tests {
             })
             .collect();
         plan.initial = InitialState {
-            step: 0,
             displacement_m: vec![0.0; 3 * nodes],
             velocity_m_per_s: vec![0.0; 3 * nodes],
             stick_position_m: vec![0.0; 2 * contacts],
-            state: Vec::new(),
+            ..InitialState::default()
         };
         let plan = Arc::new(plan);
         let mut state = SliderState::initial(&plan);

@@ -1,0 +1,194 @@
+//! Runs that begin in the state of another one: reads the log that `initial.from` names.
+//!
+//! The state is that of the run to the bit: the solver that made it restores the last checkpoint before the step and
+//! takes the steps up to it again. It does not depend on where the checkpoints are, which is a matter of computing
+//! time, so a log that is made again gives the same state.
+
+use std::collections::VecDeque;
+use std::fs::Metadata;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
+
+use asperity_model::source::UnfitState;
+use asperity_model::{InitialState, Plan, RecordingPlan, Scenario, ScenarioSource};
+use asperity_record::RunHeader;
+use asperity_runlog::{RunReader, Topics};
+use asperity_simulator::Snapshot;
+
+use crate::check::check;
+use crate::reading::scenario_of;
+use crate::states::{self, StatesError};
+use crate::verdict::Verdict;
+
+/// The longest text of a state: with the other keys it is a scenario of a length that is accepted.
+const LONGEST_STATE_BYTES: usize = 7 << 20;
+
+/// Logs that are kept: a study plans its runs, and makes them, from one or a few.
+const LOGS_KEPT: usize = 4;
+
+/// Lets a scenario begin in the state of a logged run, named by `initial.from`.
+pub fn with_logged_states(source: ScenarioSource) -> ScenarioSource {
+    source.with_states_read_by(state_of_log)
+}
+
+/// A logged run, and the states that have been asked for.
+struct Parent {
+    log: PathBuf,
+    /// Length and time of change of its file.
+    stamp: (u64, Option<SystemTime>),
+    header: RunHeader,
+    scenario: Scenario,
+    plan: Arc<Plan>,
+    last_step: u64,
+    states: VecDeque<(u64, Snapshot)>,
+}
+
+static PARENTS: Mutex<VecDeque<Parent>> = Mutex::new(VecDeque::new());
+
+/// The state of a logged run as the text of `initial.state`.
+fn state_of_log(scenario: &Scenario) -> Result<String, UnfitState> {
+    let log = Path::new(&scenario.initial.from);
+    let refuse = |problem: String, accepted: &str| UnfitState {
+        key: "initial.from",
+        problem: format!("{}: {problem}", log.display()),
+        accepted: accepted.to_owned(),
+    };
+    // Other runs of a study wait, and find it.
+    let mut parents = PARENTS.lock().unwrap_or_else(PoisonError::into_inner);
+    let stamp = |of: &Metadata| (of.len(), of.modified().ok());
+    let now = std::fs::metadata(log).ok().as_ref().map(stamp);
+    let kept = parents.iter().position(|parent| parent.log == log && Some(parent.stamp) == now);
+    let mut parent = match kept.and_then(|index| parents.remove(index)) {
+        Some(parent) => parent,
+        None => {
+            let complete = "the complete log of a run by this program";
+            Parent::open(log, now.unwrap_or_default()).map_err(|problem| refuse(problem, complete))?
+        }
+    };
+    let outcome = parent.state(scenario, &refuse);
+    parents.truncate(LOGS_KEPT - 1);
+    parents.push_front(parent);
+    outcome
+}
+
+impl Parent {
+    fn open(log: &Path, stamp: (u64, Option<SystemTime>)) -> Result<Parent, String> {
+        let checked = check(log);
+        if !checked.verdict.holds_all() {
+            return Err(match checked.verdict {
+                Verdict::NoRunLog => checked.to_string(),
+                _ => format!("the log is {checked}"),
+            });
+        }
+        let reader = RunReader::open(log, Topics::NONE).map_err(|error| error.to_string())?;
+        let header = reader.header().clone();
+        let plan = states::plan(&header, &reader).map_err(|error| error.to_string())?;
+        let scenario = scenario_of(log, reader.scenario_toml())?.ok_or("its scenario is lost")?;
+        let last_step = checked.seen.end.map_or(plan.steps, |end| end.last_step);
+        Ok(Parent {
+            log: log.to_owned(),
+            stamp,
+            header,
+            scenario,
+            plan: Arc::new(plan),
+            last_step,
+            states: VecDeque::new(),
+        })
+    }
+
+    fn state(
+        &mut self,
+        scenario: &Scenario,
+        refuse: &dyn Fn(String, &str) -> UnfitState,
+    ) -> Result<String, UnfitState> {
+        if let Some((key, found, wanted)) = differing(&self.scenario, scenario) {
+            return Err(refuse(
+                format!("its run has {key} = {found}, not {wanted}"),
+                "a run of the same slider, friction law and time step",
+            ));
+        }
+        let plan = Plan::without_given_state(scenario);
+        let (grid, first) = (self.plan.grid, self.plan.initial.step);
+        let step = match scenario.initial.at_s {
+            0.0 => self.last_step,
+            at_s => grid.nearest_step(at_s),
+        };
+        if !(first..=self.last_step).contains(&step) {
+            return Err(UnfitState {
+                key: "initial.at_s",
+                problem: format!("{} s is not in the run of {}", scenario.initial.at_s, self.log.display()),
+                accepted: format!(
+                    "a time from {} to {} s, or 0 for its end",
+                    grid.time_s(first),
+                    grid.time_s(self.last_step)
+                ),
+            });
+        }
+        let snapshot =
+            self.snapshot(step).map_err(|error| refuse(error.to_string(), "a run whose state is known"))?;
+        let text = snapshot.to_initial(&self.plan, motion(&plan) == motion(&self.plan)).to_text();
+        if text.len() > LONGEST_STATE_BYTES {
+            return Err(refuse(
+                format!("its state has {} bytes as text", text.len()),
+                "a state of up to 7340032 bytes, as of a chain or a sheet of 100000 blocks",
+            ));
+        }
+        Ok(text)
+    }
+
+    /// The solver after a step.
+    fn snapshot(&mut self, step: u64) -> Result<Snapshot, StatesError> {
+        if let Some((_, snapshot)) = self.states.iter().find(|(at, _)| *at == step) {
+            return Ok(snapshot.clone());
+        }
+        let mut reader = RunReader::open(&self.log, Topics::NONE)?;
+        let saved = states::fitting(states::last_saved(&mut reader, step, &|| false), &self.plan)?;
+        let recording = RecordingPlan::default();
+        let plan = Plan { steps: step, recording, ..Plan::clone(&self.plan) };
+        let mut solver = states::kind(&self.header).start(plan);
+        if let Some((_, snapshot)) = saved.into_iter().next_back() {
+            solver.restore(&snapshot);
+        }
+        while solver.next_record()?.is_some() {}
+        let snapshot = solver.snapshot();
+        self.states.truncate(LOGS_KEPT - 1);
+        self.states.push_front((step, snapshot.clone()));
+        Ok(snapshot)
+    }
+}
+
+/// A key that must be the same, and both its values.
+fn differing(of: &Scenario, with: &Scenario) -> Option<(&'static str, String, String)> {
+    let keys = |scenario: &Scenario| {
+        let (slider, friction) = (&scenario.slider, &scenario.friction);
+        [
+            ("slider.blocks", slider.blocks.to_string()),
+            ("slider.across", slider.across.to_string()),
+            ("slider.rows", slider.rows.to_string()),
+            ("slider.length_m", slider.length_m.to_string()),
+            ("slider.width_m", slider.width_m.to_string()),
+            ("slider.height_m", slider.height_m.to_string()),
+            ("slider.mass_kg", slider.mass_kg.to_string()),
+            ("slider.youngs_modulus_pa", slider.youngs_modulus_pa.to_string()),
+            ("friction.law", format!("{:?}", friction.law.word())),
+            ("friction.junction_count", friction.junction_count.to_string()),
+            ("time.step_s", format!("{:e}", scenario.time.step_s)),
+        ]
+    };
+    let pairs = keys(of).into_iter().zip(keys(with));
+    pairs.filter(|((_, found), (_, wanted))| found != wanted).map(|((key, a), (_, b))| (key, a, b)).next()
+}
+
+/// What a plan has that moves a slider, without where it begins and what is recorded.
+fn motion(plan: &Plan) -> Plan {
+    let mut motion = Plan {
+        steps: 0,
+        recording: RecordingPlan::default(),
+        initial: InitialState::default(),
+        ..plan.clone()
+    };
+    motion.drive.offset_m = 0.0;
+    motion.drive.springs.iter_mut().for_each(|spring| spring.rest_m = 0.0);
+    motion
+}

@@ -1,0 +1,388 @@
+//! Runs that begin in the state of another run, or in one from a table.
+
+use std::path::Path;
+use std::time::Duration;
+
+use asperity_model::{Plan, Scenario};
+use asperity_record::{Event, Observer, Record, StepRecord, Switch};
+use asperity_run::{Begin, LogTo, SolverKind, Task, Verdict, check, check_again, run, with_logged_states};
+use asperity_runlog::{RunReader, Topics};
+
+fn resolve(name: &str, sets: &[&str]) -> Result<Scenario, String> {
+    let source = with_logged_states(asperity_model::source(Path::new(name)).unwrap());
+    source.resolve(name, sets).map_err(|errors| errors.to_string())
+}
+
+fn accepted(name: &str, sets: &[&str]) -> Scenario {
+    resolve(name, sets).unwrap_or_else(|errors| panic!("{sets:?}: {errors}"))
+}
+
+/// The step records and events of a run.
+#[derive(Default)]
+struct Seen {
+    steps: Vec<StepRecord>,
+    events: Vec<Event>,
+}
+
+impl Observer for Seen {
+    fn record(&mut self, record: &Record) {
+        if let Record::Step(record) = record {
+            self.steps.push(record.clone());
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.events.push(event.clone());
+    }
+}
+
+/// Makes a run, with its log at a path if there is one, and as many checkpoints as there may be.
+fn made(scenario: &Scenario, solver: SolverKind, log: Option<&Path>) -> Seen {
+    let mut seen = Seen::default();
+    let mut task = Task::new(scenario).solved_by(Some(solver)).on_one_thread();
+    if let Some(path) = log {
+        let millis = if solver == SolverKind::Plain { 5 } else { 0 };
+        task = task.log_to(LogTo { checkpoint_interval: Duration::from_millis(millis), ..LogTo::new(path) });
+    }
+    run(task, Begin::Anew, &|| false, &mut seen).unwrap_or_else(|error| panic!("{error}"));
+    seen
+}
+
+/// The switches after a step, with the numbers of the step that are no energies.
+fn switches(seen: &Seen, after_step: u64) -> Vec<(u64, f64, u32, &[Switch])> {
+    let later = seen.steps.iter().filter(|record| record.step > after_step && !record.switches.is_empty());
+    later.map(|record| (record.step, record.driving_force_n, record.sliding, &*record.switches)).collect()
+}
+
+/// The steps of the checkpoints of a log.
+fn checkpoints(log: &Path) -> Vec<u64> {
+    let mut reader = RunReader::open(log, Topics::NONE).unwrap();
+    let mut steps = Vec::new();
+    while let Some(text) = reader.next_checkpoint().unwrap() {
+        let saved: serde_json::Value = serde_json::from_str(text).unwrap();
+        steps.push(saved["solver"]["slider"]["step"].as_u64().unwrap());
+    }
+    steps
+}
+
+fn from(log: &Path) -> String {
+    format!("initial.from={}", log.display())
+}
+
+const CHAIN: [&str; 4] =
+    ["slider.blocks=12", "time.duration_s=0.3", "time.step_s=4e-7", "drive.velocity_m_per_s=2e-3"];
+const SLAB: [&str; 4] = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.26"];
+const SHEET: [&str; 2] = ["drive.velocity_m_per_s=1e-3", "time.duration_s=0.05"];
+
+/// Scenarios of several laws and bodies, in which something slips.
+fn cases() -> Vec<(&'static str, Vec<&'static str>)> {
+    let chain = |more: &[&'static str]| ("default", [&CHAIN[..], more].concat());
+    vec![
+        chain(&[]),
+        chain(&["parameter_set=as-coded", "time.duration_s=0.2"]),
+        chain(&["friction.law=rigid", "friction.radiation_kg_per_s=30", "slider.relative_damping=0"]),
+        chain(&["friction.law=velocity-weakening"]),
+        chain(&["friction.ageing_coefficient=0.02", "friction.ageing_time_s=0.01"]),
+        chain(&["normal_load.schedule_s=[0.05,0.2]", "normal_load.schedule_n=[400,300]"]),
+        chain(&[
+            "drive.until_load_ratio=0.2",
+            "normal_load.schedule_from=hold",
+            "normal_load.schedule_s=[0,0.1]",
+            "normal_load.schedule_n=[400,100]",
+        ]),
+        (
+            "chain-junctions",
+            vec![
+                "slider.blocks=10",
+                "friction.junction_count=20",
+                "time.duration_s=0.1",
+                "drive.velocity_m_per_s=2e-3",
+            ],
+        ),
+        ("rate-and-state", vec!["time.duration_s=2"]),
+        ("slab", SLAB.to_vec()),
+        ("sheet-coarse", SHEET.to_vec()),
+    ]
+}
+
+#[test]
+fn a_branch_without_change_is_the_rest_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut compared = [0; 3];
+    for (number, (name, sets)) in cases().into_iter().enumerate() {
+        let scenario = accepted(name, &sets);
+        for solver in SolverKind::of(scenario.friction.law) {
+            let log = folder.path().join(format!("{number}-{}.mcap", solver.name()));
+            let whole = made(&scenario, *solver, Some(&log));
+            let plan = Plan::new(&scenario);
+            let all = checkpoints(&log);
+            let slid = |step: u64| {
+                whole.steps.iter().rev().find(|record| record.step <= step).map_or(0, |record| record.sliding)
+            };
+            // One while nothing slides, one while something does, and one that is no checkpoint.
+            let switching = || whole.steps.iter().filter(|record| !record.switches.is_empty());
+            let [first, last] = [switching().next(), switching().next_back()]
+                .map(|record| record.unwrap_or_else(|| panic!("{name} {sets:?}: nothing slips")).step);
+            let before_last = || all.iter().copied().filter(|step| (first..last).contains(step));
+            let at_rest = before_last().skip(1).find(|step| slid(*step) == 0);
+            let sliding = before_last().skip(1).find(|step| slid(*step) > 0);
+            let between = ((first + last) / 2..last).find(|step| !all.contains(step));
+            for (step, is_exact) in [(at_rest, true), (sliding, true), (between, false)] {
+                let Some(step) = step else { continue };
+                compared[if !is_exact { 2 } else { usize::from(slid(step) > 0) }] += 1;
+                let at = format!("initial.at_s={}", plan.grid.time_s(step));
+                let from = from(&log);
+                let branch = accepted(name, &[&sets[..], &[&from, &at]].concat());
+                let branched = Plan::new(&branch);
+                assert_eq!(branched.initial.step, step);
+                assert_eq!(branched.drive.offset_m.to_bits(), 0.0_f64.to_bits());
+                let found = made(&branch, *solver, None);
+                let (expected, found) = (switches(&whole, step), switches(&found, step));
+                let what = format!("{name} {sets:?} {} at step {step} of {}", solver.name(), plan.steps);
+                assert!(!expected.is_empty(), "{what}: nothing switches");
+                if is_exact {
+                    assert!(found == expected, "{what}: {} and {} switches", found.len(), expected.len());
+                } else {
+                    let of = |switches: &[(u64, f64, u32, &[Switch])]| -> Vec<_> {
+                        switches
+                            .iter()
+                            .flat_map(|(step, _, _, all)| {
+                                all.iter().map(move |s| (*step, s.block, s.direction))
+                            })
+                            .collect()
+                    };
+                    assert!(of(&found) == of(&expected), "{what}");
+                }
+            }
+        }
+    }
+    // Of twenty-one runs; which checkpoints there are depends on the time that they take.
+    assert!(compared[0] > 14 && compared[1] > 10 && compared[2] == 21, "{compared:?}");
+}
+
+/// The default chain at a time when nothing slides, and at one when something does, and its log.
+fn parent(folder: &Path) -> (Scenario, std::path::PathBuf, Seen, [u64; 2]) {
+    let scenario = accepted("default", &CHAIN);
+    let log = folder.join("parent.mcap");
+    let seen = made(&scenario, SolverKind::Fast, Some(&log));
+    let calm = seen
+        .steps
+        .windows(2)
+        .find(|pair| pair[0].step > 200_000 && pair[0].sliding == 0 && pair[0].switches.is_empty());
+    let slip = seen.steps.iter().find(|record| record.step > 200_000 && record.sliding > 2);
+    let steps = [calm.unwrap()[0].step, slip.unwrap().step];
+    (scenario, log, seen, steps)
+}
+
+fn at(scenario: &Scenario, step: u64) -> String {
+    format!("initial.at_s={}", Plan::new(scenario).grid.time_s(step))
+}
+
+fn blocks(seen: &Seen, after_step: u64) -> Vec<(u64, u32)> {
+    let later = seen.steps.iter().filter(|record| record.step > after_step);
+    later.flat_map(|record| record.switches.iter().map(|switch| (record.step, switch.block))).collect()
+}
+
+#[test]
+fn a_branch_of_a_branch_goes_on_and_another_velocity_begins_where_the_point_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, log, seen, [calm, slip]) = parent(folder.path());
+    let (first, second) = (calm.min(slip), calm.max(slip));
+    let branch = accepted("default", &[&CHAIN[..], &[&from(&log), &at(&scenario, first)]].concat());
+    let branch_log = folder.path().join("branch.mcap");
+    made(&branch, SolverKind::Fast, Some(&branch_log));
+    let again = accepted("default", &[&CHAIN[..], &[&from(&branch_log), &at(&scenario, second)]].concat());
+    assert_eq!(blocks(&made(&again, SolverKind::Fast, None), second), blocks(&seen, second));
+
+    let faster_sets = [&from(&log), &*at(&scenario, first), "drive.velocity_m_per_s=0.01"];
+    let faster = accepted("default", &[&CHAIN[..], &faster_sets].concat());
+    let [before, after] = [&scenario, &faster].map(Plan::new);
+    let point_m = |plan: &Plan, step| plan.drive_point_m(step, u64::MAX);
+    assert!((point_m(&before, first) / point_m(&after, first) - 1.0).abs() < 1e-14);
+    let way_m = point_m(&after, first + 1000) - point_m(&after, first);
+    assert!((way_m / (0.01 * 1000.0 * 4e-7) - 1.0).abs() < 1e-9, "{way_m}");
+    // Its branch has the same point, to the bit.
+    let faster_log = folder.path().join("faster.mcap");
+    made(&faster, SolverKind::Fast, Some(&faster_log));
+    let of_faster = [&from(&faster_log), &*at(&scenario, second), "drive.velocity_m_per_s=0.01"];
+    let on = Plan::new(&accepted("default", &[&CHAIN[..], &of_faster].concat()));
+    assert_eq!(on.drive.offset_m.to_bits(), after.drive.offset_m.to_bits());
+    // A drive that has stopped and moves on does so from where it stopped.
+    let held = [&from(&log), &*at(&scenario, second), "drive.hold_from_s=0.01"];
+    let held = accepted("default", &[&CHAIN[..], &held].concat());
+    assert_eq!(
+        Plan::new(&held).drive_point_m(second + 9, Plan::new(&held).hold_step_at_start()),
+        point_m(&before, second)
+    );
+}
+
+#[test]
+fn a_branch_has_another_load_from_its_first_step_on_and_counts_energies_from_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, log, _, [calm, slip]) = parent(folder.path());
+    for (step, solver) in [(calm, SolverKind::Fast), (slip, SolverKind::Fast), (slip, SolverKind::Plain)] {
+        let sets = [&from(&log), &*at(&scenario, step), "normal_load.total_n=350", "recording.sample_s=1e-3"];
+        let branch = accepted("default", &[&CHAIN[..], &sets].concat());
+        let seen = made(&branch, solver, None);
+        assert!(seen.steps.iter().all(|record| record.normal_load_n == 350.0));
+        let first = seen.steps.first().unwrap();
+        assert_eq!(first.step == step, step == slip, "contacts that slide are recorded at the start");
+        let [start, end] = [first, seen.steps.last().unwrap()].map(|record| record.energy.unwrap());
+        if step == slip {
+            assert_eq!((first.sliding, first.switches.len() > 2), (0, true));
+            let totals =
+                [start.drive_work_j, start.friction_heat_j, start.anchor_change_j, start.scheme_work_j];
+            assert_eq!(totals.map(f64::abs), [0.0; 4]);
+        }
+        let balance = |energy: asperity_record::Energy| {
+            energy.drive_work_j + energy.anchor_change_j + energy.scheme_work_j
+                - energy.friction_heat_j
+                - energy.viscous_loss_j
+                - energy.kinetic_j
+                - energy.elastic_j
+        };
+        assert!((balance(end) - balance(start)).abs() < 1e-8 * end.drive_work_j, "{start:?} {end:?}");
+        let verified = asperity_run::verify::verify(&Plan::new(&branch), |_| ()).unwrap();
+        assert!(verified.agreement.switches > 20);
+    }
+}
+
+#[test]
+fn logs_of_branches_are_whole_and_can_be_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, log, _, [_, slip]) = parent(folder.path());
+    let branch = accepted("default", &[&CHAIN[..], &[&from(&log), &at(&scenario, slip)]].concat());
+    let whole = folder.path().join("whole.mcap");
+    made(&branch, SolverKind::Fast, Some(&whole));
+    for checked in [check(&whole), check_again(&whole)] {
+        assert_eq!(checked.verdict, Verdict::Whole, "{checked}");
+    }
+    // Its scenario holds the state: nothing is read from the other log any more.
+    std::fs::rename(&log, folder.path().join("elsewhere.mcap")).unwrap();
+    let mut reader = RunReader::open(&whole, Topics::NONE).unwrap();
+    let logged = asperity_model::ScenarioSource::logged("log", reader.scenario_toml());
+    assert_eq!(Scenario::resolve(&logged).unwrap().hash(), branch.hash());
+    let part = folder.path().join("part.mcap");
+    let to = LogTo { checkpoint_interval: Duration::ZERO, ..LogTo::new(&part) };
+    let polls = std::sync::atomic::AtomicU64::new(0);
+    let stop = || polls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) > 60;
+    let task = || Task::new(&branch).on_one_thread().log_to(to);
+    run(task(), Begin::Anew, &stop, &mut ()).unwrap_err();
+    let resumed = run(task(), Begin::GoOn, &|| false, &mut ()).unwrap().end.unwrap();
+    assert_eq!(resumed.digest, reader.verify().unwrap().digest);
+    assert_eq!(resumed.solver.counts.get("resumed"), Some(&1));
+}
+
+#[test]
+fn a_table_gives_the_state_that_a_log_gives() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, log, seen, steps) = parent(folder.path());
+    for step in steps {
+        let branch = accepted("default", &[&CHAIN[..], &[&from(&log), &at(&scenario, step)]].concat());
+        let initial = Plan::new(&branch).initial;
+        let detached = &initial.carried.unwrap().detached;
+        let mut table = "displacement_m,velocity_m_per_s,stick_position_m,slides\n".to_owned();
+        for n in 0..12 {
+            let [u, v, anchor] =
+                [&initial.displacement_m, &initial.velocity_m_per_s, &initial.stick_position_m]
+                    .map(|all| all[n]);
+            table.push_str(&format!("{u},{v},{anchor},{}\n", u8::from(detached.contains(&(n as u64)))));
+        }
+        let path = folder.path().join("state.csv");
+        std::fs::write(&path, table).unwrap();
+        let set = format!("initial.state_csv={}", path.display());
+        let given = accepted("default", &[&CHAIN[..], &[&set, &at(&scenario, step)]].concat());
+        assert_eq!(blocks(&made(&given, SolverKind::Fast, None), step), blocks(&seen, step));
+        // The table is read once.
+        std::fs::write(&path, "").unwrap();
+        let source = asperity_model::ScenarioSource::logged("log", given.to_commented_toml());
+        assert_eq!(Scenario::resolve(&source).unwrap().hash(), given.hash());
+        assert!(
+            resolve("default", &[&CHAIN[..], &[&set]].concat())
+                .unwrap_err()
+                .contains("state.csv:1: the header is \"\"")
+        );
+    }
+}
+
+#[test]
+fn a_log_that_is_made_again_gives_the_same_state_and_one_that_changed_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("parent.mcap");
+    let hash = |sets: &[&str]| {
+        let scenario = accepted("default", &[&CHAIN[..], sets].concat());
+        if log.exists() {
+            std::fs::remove_file(&log).unwrap();
+        }
+        made(&scenario, SolverKind::Fast, Some(&log));
+        accepted("default", &[&CHAIN[..], &[&from(&log), "time.duration_s=0.4"]].concat()).hash()
+    };
+    let first = hash(&[]);
+    assert_eq!(hash(&["recording.sample_s=1e-4"]), first);
+    assert_ne!(hash(&["friction.static_coefficient=0.69"]), first);
+}
+
+#[test]
+fn what_cannot_be_branched_from_is_refused_with_place_and_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, log, ..) = parent(folder.path());
+    let bytes = std::fs::read(&log).unwrap();
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
+    let flipped = folder.path().join("flipped.mcap");
+    let mut damaged = bytes.clone();
+    damaged[bytes.len() / 2] ^= 1;
+    std::fs::write(&flipped, damaged).unwrap();
+    let salvaged = folder.path().join("salvaged.mcap");
+    asperity_run::salvage(&cut, &salvaged).unwrap();
+    let of_run = from(&log);
+    let longer = "time.duration_s=9";
+    let path = log.display().to_string();
+    for (sets, expected) in [
+        (
+            vec![from(&folder.path().join("none.mcap"))],
+            "none.mcap: there is no such file (accepted: the complete log of".to_owned(),
+        ),
+        (vec![from(folder.path())], "(accepted: the complete log of a run by this program)".to_owned()),
+        (vec![from(&cut)], "cut.mcap: the log is incomplete: ".to_owned()),
+        (vec![from(&flipped)], "flipped.mcap: the log is damaged: ".to_owned()),
+        (vec![from(&salvaged)], "salvaged.mcap: the log is salvaged with gaps: ".to_owned()),
+        (
+            vec![of_run.clone()],
+            "time.duration_s: the run begins at 0.3 s on its clock (accepted: a number above 0.3".to_owned(),
+        ),
+        (
+            vec![of_run.clone(), "initial.at_s=8".to_owned(), longer.to_owned()],
+            format!(
+                "--set initial.at_s=8: initial.at_s: 8 s is not in the run of {path} (accepted: a time from 0 to 0.3 s"
+            ),
+        ),
+        (
+            vec![of_run.clone(), "slider.blocks=13".to_owned()],
+            format!(
+                "initial.from: {path}: its run has slider.blocks = 12, not 13 (accepted: a run of the same slider,"
+            ),
+        ),
+        (
+            vec![of_run.clone(), "slider.length_m=0.2".to_owned()],
+            "its run has slider.length_m = 0.1, not 0.2".to_owned(),
+        ),
+        (
+            vec![of_run.clone(), "friction.law=rigid".to_owned()],
+            "its run has friction.law = \"interfacial-springs\", not \"rigid\"".to_owned(),
+        ),
+        (
+            vec![of_run.clone(), "time.step_s=2e-7".to_owned()],
+            "its run has time.step_s = 4e-7, not 2e-7".to_owned(),
+        ),
+        (
+            vec![of_run.clone(), "initial.displacement_m=[0]".to_owned()],
+            "the state is that of a log already".to_owned(),
+        ),
+    ] {
+        let sets: Vec<&str> = CHAIN.into_iter().chain(sets.iter().map(String::as_str)).collect();
+        let error = resolve("default", &sets).unwrap_err();
+        assert!(error.contains(&expected) && error.contains("accepted: "), "{expected}\nnot in {error}");
+    }
+    assert_eq!(Plan::new(&scenario).initial.carried, None);
+}

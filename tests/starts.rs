@@ -1,0 +1,91 @@
+//! Runs that begin in the state of another run, with the command: a series that is spun up once and branched.
+
+use std::fs;
+
+use asperity_testkit::folder;
+
+use crate::support::binary::{asperity, run, succeed, text};
+use crate::sweep::Study;
+
+const SHORT: [&str; 8] = [
+    "ten-blocks",
+    "--set",
+    "parameter_set=as-coded",
+    "--set",
+    "time.step_s=1e-7",
+    "--set",
+    "drive.velocity_m_per_s=2e-3",
+    "--quiet",
+];
+
+#[test]
+fn a_branch_is_made_resumed_repeated_and_shown() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let (parent, branch) = (path("parent.mcap"), path("branch.mcap"));
+    run(&[&SHORT[..], &["--set", "time.duration_s=0.1"]].concat(), &parent);
+    let from = format!("initial.from={}", text(&parent));
+    let sets = ["--set", &from, "--set", "time.duration_s=0.2", "--set", "normal_load.total_n=390"];
+    run(&[&SHORT[..], &sets].concat(), &branch);
+    fs::remove_file(&parent).expect("it is there");
+    assert!(succeed(&["check", "--again", text(&branch)]).contains(": whole: "));
+    // Shown and repeated without the other log.
+    let shown = path("shown.toml");
+    fs::write(&shown, succeed(&["scenario", "show", text(&branch)])).expect("the folder can be written");
+    assert!(
+        succeed(&["scenario", "validate", text(&shown), "--quiet"])
+            .contains("in a given state, at 0.1 s on the clock")
+    );
+    run(&[text(&shown), "--quiet"], &path("again.mcap"));
+    let differ = succeed(&["diff", text(&branch), text(&path("again.mcap"))]);
+    assert!(!differ.is_empty());
+    let rows = |log: &str| succeed(&["events", text(&path(log))]);
+    assert_eq!(rows("branch.mcap"), rows("again.mcap"));
+    // Another state is read where one is asked for.
+    let refused = asperity(&["run", text(&branch), "-o", text(&path("never.mcap")), "--set", &from]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&refused.stderr)
+            .contains("parent.mcap: there is no such file (accepted: the complete log")
+    );
+}
+
+#[test]
+fn a_study_branches_all_of_its_runs_from_one_log() {
+    let folder = folder();
+    let parent = folder.path().join("parent.mcap");
+    let spin_up = |velocity: &str| {
+        let set = ["--set", "time.duration_s=0.05", "--set", velocity];
+        run(&[&SHORT[..], &set].concat(), &parent);
+    };
+    spin_up("drive.velocity_m_per_s=2e-3");
+    let study = Study::of(&format!(
+        "title = 'Branches'\nscenario = 'ten-blocks'\nset = ['parameter_set=as-coded', 'time.step_s=1e-7', \
+         'drive.velocity_m_per_s=2e-3', 'time.duration_s=0.12', 'initial.from={}']\n\
+         [[axis]]\nkey = 'normal_load.total_n'\nvalues = [380, 400, 420]\n",
+        text(&parent)
+    ));
+    let out = study.plan("out");
+    succeed(&["sweep", "run", text(&out), "--quiet"]);
+    succeed(&["sweep", "collect", text(&out), "--to", "csv", "--quiet"]);
+    let runs = fs::read_to_string(out.join("tables/runs.csv")).expect("there is a table");
+    assert_eq!(runs.lines().count(), 4, "{runs}");
+    // A run of the study is the run that the command makes.
+    let log = folder.path().join("one.mcap");
+    succeed(&["sweep", "log", text(&out), "3", "--quiet", "--out", text(&log)]);
+    let alone = folder.path().join("alone.mcap");
+    let from = format!("initial.from={}", text(&parent));
+    let sets = ["--set", &from, "--set", "time.duration_s=0.12", "--set", "normal_load.total_n=420"];
+    run(&[&SHORT[..], &sets].concat(), &alone);
+    assert_eq!(succeed(&["events", text(&log)]), succeed(&["events", text(&alone)]));
+    // If the log changes, the planned runs are others.
+    let later = study.plan("later");
+    fs::remove_file(&parent).expect("it is there");
+    spin_up("drive.velocity_m_per_s=2.1e-3");
+    let refused = asperity(&["sweep", "run", text(&later), "--quiet"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        !refused.status.success() && said.contains("its scenario has changed since it was planned"),
+        "{said}"
+    );
+}

@@ -171,6 +171,8 @@ fn differing(of: &Scenario, with: &Scenario) -> Option<(&'static str, String, St
             ("slider.height_m", slider.height_m.to_string()),
             ("slider.mass_kg", slider.mass_kg.to_string()),
             ("slider.youngs_modulus_pa", slider.youngs_modulus_pa.to_string()),
+            ("slider.left_end", format!("{:?}", slider.left_end.word())),
+            ("slider.right_end", format!("{:?}", slider.right_end.word())),
             ("friction.law", format!("{:?}", friction.law.word())),
             ("friction.junction_count", friction.junction_count.to_string()),
             ("time.step_s", format!("{:e}", scenario.time.step_s)),

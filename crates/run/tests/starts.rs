@@ -90,6 +90,26 @@ fn cases() -> Vec<(&'static str, Vec<&'static str>)> {
             "normal_load.schedule_s=[0,0.1]",
             "normal_load.schedule_n=[400,100]",
         ]),
+        chain(&[
+            "slider.left_end=clamped",
+            "slider.right_end=absorbing",
+            "friction.detach_by=spring",
+            "disorder.stiffness_spread=0.3",
+            "drive.kind=top",
+            "drive.course_s=[0.1,0.1,0.2]",
+            "drive.course_m_per_s=[2e-3,1e-3,4e-3]",
+        ]),
+        chain(&[
+            "time.duration_s=0.1",
+            "drive.kind=force",
+            "drive.course_s=[0,0.1]",
+            "drive.course_n=[0,300]",
+            "disorder.load_spread=0.3",
+            "prestress.course_s=[0.02,0.08]",
+            "prestress.course_ratio=[0,0.2]",
+            "normal_load.course_s=[0.02,0.08]",
+            "normal_load.course_factor=[1,0.6]",
+        ]),
         (
             "chain-junctions",
             vec![

@@ -267,6 +267,8 @@ fn disordered_chains_give_the_same_switches() {
             format!("disorder.stiffness_spread={}", noise.uniform(0.05, 0.2)),
             format!("disorder.load_spread={}", noise.uniform(0.05, 0.2)),
             "friction.static_spread=0.005".to_owned(),
+            format!("slider.left_end={}", noise.pick(&["free", "clamped"])),
+            format!("friction.detach_by={}", noise.pick(&["force", "spring"])),
             format!("friction.spread_seed={seed}"),
         ]);
         let plan = plan("default", &set);

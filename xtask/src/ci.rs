@@ -116,7 +116,7 @@ fn python() -> Result<(), Failure> {
 
 /// Long tests that rarely fail; `cargo xtask test` leaves them out and has a shorter test of nearly each property.
 /// Program and test, the longest first, so that no core runs one alone at the end.
-const LONG_TESTS: [&str; 38] = [
+const LONG_TESTS: [&str; 39] = [
     "root reference::the_plain_solver_gives_the_table_as_coded",
     "root reference::the_plain_solver_gives_the_table_as_stated",
     "root reference::the_plain_solver_gives_the_other_tables",

@@ -144,6 +144,7 @@ const LONG_TESTS: &[&str] = &[
     "fast more_random_scenarios_give_the_same_switches",
     "slab_fast more_random_slabs_give_the_same_switches",
     "radiation more_random_chains_that_radiate_switch_alike",
+    "ends more_random_chains_with_any_ends_switch_alike",
     "front_speed all_steady_fronts_of_the_table_run_as_the_theory_says",
     "root flips::two_thousand_flipped_bits_are_seen",
     "root hostile::committed_forgeries_are_refused_by_all_commands",

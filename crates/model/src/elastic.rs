@@ -520,6 +520,19 @@ mod tests {
     }
 
     #[test]
+    fn a_bond_between_the_ends_is_part_of_what_is_solved() {
+        let (kt, drive, k) = (2.0, [0.0; 7], CHAIN.stiffness_n_per_m);
+        let pull = numbers(7);
+        let mut x = pull.clone();
+        CHAIN.stuck(kt, &drive).closed_by(k, CHAIN.nodes).solve(&mut x);
+        for n in 0..CHAIN.nodes {
+            let around = |by: usize| x[(n + by) % CHAIN.nodes];
+            let back = (kt + 2.0 * k) * x[n] - k * (around(1) + around(CHAIN.nodes - 1));
+            assert!((back - pull[n]).abs() < 1e-14, "node {n}");
+        }
+    }
+
+    #[test]
     fn displacements_are_those_that_springs_pull_at() {
         let elastic = ELASTIC;
         let force = numbers(4);

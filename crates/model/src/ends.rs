@@ -137,3 +137,39 @@ pub fn absorbed_reflection(phase_per_block: f64, half_step_phase: f64) -> f64 {
     let (quarter, half) = (0.25 * phase_per_block, 0.5 * half_step_phase);
     (libm::sin(quarter - half) / libm::cos(quarter + half)).abs()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::absorbed_reflection;
+    use crate::{Plan, resolve};
+
+    #[test]
+    fn short_waves_are_reflected_and_long_ones_absorbed() {
+        assert_eq!(absorbed_reflection(0.0, 0.0), 0.0);
+        assert!((absorbed_reflection(std::f64::consts::PI, 0.0) - 1.0).abs() < 1e-15);
+        assert!((absorbed_reflection(0.4, 0.0) - libm::tan(0.1)).abs() < 1e-15);
+    }
+
+    /// In slow loading the load at the first slip is that of the walls and of the contacts, and all ends are relaxed at
+    /// the start.
+    #[test]
+    fn walls_bear_part_of_the_load_of_a_preview() {
+        let of = |ends: &[&str]| {
+            let scenario =
+                resolve("default", &[&["slider.blocks=6", "drive.kind=top"], ends].concat()).unwrap();
+            let (plan, preview) = (Plan::new(&scenario), scenario.preview());
+            assert!(plan.end_bonds.iter().all(|bond| bond.energy_j(&plan.initial.displacement_m) == 0.0));
+            preview.dynamic_load_s.unwrap()
+        };
+        let (free, clamped) = (of(&[]), of(&["slider.left_end=clamped", "slider.right_end=clamped"]));
+        let around = of(&["slider.left_end=periodic", "slider.right_end=periodic"]);
+        // All blocks advance alike, with or without the bond.
+        assert!((around / free - 1.0).abs() < 1e-12 && clamped < free, "{free} {clamped} {around}");
+        // Free blocks move by X K_n / (K_n + k_t); the walls let them move less.
+        let (drive, contact) = (0.8e6 / 6.0, 2.5e9 * 5.0 * 0.005 * 0.02 / 0.1);
+        let expected_s = 0.45 * 400.0 / (6.0 * drive * contact / (drive + contact)) / 1e-4;
+        assert!((free / expected_s - 1.0).abs() < 1e-9, "{free} {expected_s}");
+        let stiff_s = 0.45 * 400.0 / (6.0 * drive) / 1e-4;
+        assert!(stiff_s < clamped, "{stiff_s} {clamped}");
+    }
+}

@@ -442,6 +442,34 @@ impl Modes {
         }
     }
 
+    /// The sum, over some steps, of the products of a block's velocities before and after each, given the coordinates at the
+    /// start and their growth over these steps.
+    ///
+    /// With `v(i) = Re sum_m A_m l_m^i` and `l = 1 + z` a product is `Re sum_mn [A_m A_n l_n (l_m l_n)^i +
+    /// A_m A_n* l_n* (l_m l_n*)^i] / 2`, and `sum_i (l_m l_n)^i = ((l_m l_n)^steps - 1) / (l_m l_n - 1)`, without adding to 1.
+    pub(crate) fn products(&self, coordinates: &Coordinates, growth: &Coordinates, block: usize) -> f64 {
+        let (size, row) = (self.scratch.len(), self.scratch.len() / 2 + block);
+        let of = |all: &Coordinates, m: usize| Complex { re: all.re[m], im: all.im[m] };
+        let amplitude = |m: usize| {
+            let im = if m < self.pairs { -self.from_im[m * size + row] } else { 0.0 };
+            let shape = Complex { re: self.from_re[m * size + row], im };
+            (shape * of(coordinates, m)).scaled(1.0 / self.unit_s)
+        };
+        let modes: Vec<[Complex; 3]> =
+            (0..self.sizes.len()).map(|m| [amplitude(m), of(&self.powers.0[0], m), of(growth, m)]).collect();
+        let conjugate = |x: Complex| Complex { re: x.re, im: -x.im };
+        let mut sum = 0.0;
+        for &[a, z, grown] in &modes {
+            for other in &modes {
+                for [b, y, grown_b] in [*other, other.map(conjugate)] {
+                    let both = grown + grown_b + grown * grown_b;
+                    sum += 0.5 * (a * b * (Complex::ONE + y) * both / (z + y + z * y)).re;
+                }
+            }
+        }
+        sum
+    }
+
     /// Writes into `swing` how large the force on each block may become from now on.
     pub(crate) fn bound(&mut self, coordinates: &Coordinates, swing: &mut [f64]) {
         for ((size, re), im) in self.sizes.iter_mut().zip(&coordinates.re).zip(&coordinates.im) {

@@ -427,11 +427,12 @@ fn small(ends: [&str; 2], sets: &[&str]) -> Plan {
 }
 
 /// Ends at which the fast solver leaps, with what else they need for it, and whether it jumps there.
-const LEAPING: [([&str; 2], &[&str], bool); 5] = [
+const LEAPING: [([&str; 2], &[&str], bool); 6] = [
     (["clamped", "clamped"], &[], true),
     (["free", "clamped"], &["friction.detach_by=spring"], true),
     (["free", "free"], &["friction.detach_by=spring", "friction.ageing_coefficient=0.01"], true),
     (["clamped", "absorbing"], &["slider.relative_damping=0"], true),
+    (["free", "absorbing"], &["slider.relative_damping=0.2"], true),
     (["periodic", "periodic"], &[], false),
 ];
 
@@ -440,7 +441,9 @@ fn what_is_recorded_changes_nothing() {
     for (ends, sets, jumps) in LEAPING {
         let counters = recording_changes_nothing(|more| small(ends, &[sets, more].concat()));
         assert_eq!(counters.jumps > 0, jumps, "{ends:?} {counters:?}");
-        assert!(counters.windows > 20 && counters.switches > 5, "{ends:?} {counters:?}");
+        let windows = !(ends[1] == "absorbing" && ends[0] == "free");
+        assert!(counters.windows > 20 || !windows, "{ends:?} {counters:?}");
+        assert!(counters.switches > 5, "{ends:?} {counters:?}");
     }
 }
 
@@ -477,7 +480,7 @@ fn fallbacks_name_the_ends_that_cause_them() {
         |ends: [&str; 2], sets: &[&str]| SolverKind::Fast.start(small(ends, sets)).fallbacks().join("; ");
     assert_eq!(fallbacks(["clamped", "clamped"], &[]), "");
     assert!(fallbacks(["periodic", "periodic"], &[]).contains("whose ends are joined"));
-    assert!(fallbacks(["free", "absorbing"], &[]).contains("single steps instead of leaps"));
+    assert!(fallbacks(["free", "absorbing"], &[]).contains("single steps while any block slides"));
     assert_eq!(fallbacks(["free", "absorbing"], &["slider.relative_damping=0"]), "");
     assert_eq!(fallbacks(["free", "free"], &["friction.detach_by=spring"]), "");
 }

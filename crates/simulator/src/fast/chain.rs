@@ -19,9 +19,8 @@ use crate::window::Window;
 /// Single steps of a long chain without windows between attempts to jump.
 const LOOK_ROUND_STEPS: u64 = 32;
 
-/// Why a run with absorbing ends has no leaps, or only those at rest.
-const ABSORBING: &str = "single steps instead of leaps: they alone tell what absorbing ends radiate from what dampers between blocks lose";
-const ABSORBING_RIGID: &str = "single steps while any block slides: they alone tell what absorbing ends radiate from what dampers between blocks lose";
+/// Why a run with absorbing ends has no windows.
+const ABSORBING: &str = "single steps while any block slides: they alone tell what absorbing ends radiate from what dampers between blocks lose";
 
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
@@ -250,9 +249,8 @@ impl Leaps for ChainLeaps {
         }
         let (bonds, damped) = (&plan.end_bonds, plan.elastic.damping_kg_per_s() > 0.0);
         let absorbs = absorbing_kg_per_s(bonds) > 0.0;
-        if absorbs && damped {
-            fallbacks.push(if law.holds() { ABSORBING_RIGID } else { ABSORBING });
-            return fallbacks;
+        if absorbs && damped && law.affine().is_some() {
+            fallbacks.push(ABSORBING);
         }
         if law.affine().is_some() && law.radiation_kg_per_s() > 0.0 && damped {
             fallbacks.push(
@@ -279,7 +277,8 @@ impl Leaps for ChainLeaps {
                 "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
             );
         }
-        if law.affine().is_some() && self.window.shortest() == u64::MAX {
+        let is_too_long = !(damped && (absorbs || law.radiation_kg_per_s() > 0.0));
+        if law.affine().is_some() && is_too_long && self.window.shortest() == u64::MAX {
             fallbacks.push("single steps instead of windows: the time step is too long for them");
         }
         fallbacks

@@ -11,8 +11,8 @@
 //! reserve for the part of the rest that they may not span.
 //!
 //! Clamped and absorbing ends add to `M` and `C` at the end blocks, and to the forces where a spring is relaxed elsewhere
-//! than at 0. Where they radiate beside dampers, only single steps tell both losses apart, and there are no jumps; nor
-//! are there modes where the ends are joined, or of long chains whose ends are not free.
+//! than at 0. What absorbing ends radiate is a sum over pairs of modes ([`Modes::products`]). There are no modes where the
+//! ends are joined, and no waves of long chains whose ends are not free.
 //!
 //! Chains too long for stored modes are decomposed into waves ([`crate::standing_waves`]), which are not
 //! stored. There, recomposing the waves shows what they miss; if that is more than rounding, the jump is
@@ -21,7 +21,6 @@
 use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
 use asperity_model::elastic::Chain;
-use asperity_model::ends::absorbing_kg_per_s;
 
 use crate::clearance::Clearance;
 use crate::cost::{self, Costs, LONG_CHAIN};
@@ -94,6 +93,8 @@ pub(crate) struct Jump {
     composed: Vec<f64>,
     coordinates: Coordinates,
     costs: Costs,
+    /// Cost of what absorbing ends radiate beside dampers; 0 without.
+    products_steps: u64,
     /// Cost of the last attempt, and of landing if a jump is open.
     cost_steps: u64,
     /// How long to wait for the next one, if it was refused.
@@ -121,9 +122,6 @@ impl Jump {
     /// `None` for chains whose modes do not span all states.
     pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Option<Jump> {
         let blocks = plan.blocks;
-        if absorbing_kg_per_s(&plan.end_bonds) > 0.0 && Radiated::of(plan, chain) == Radiated::Apart {
-            return None;
-        }
         let basis = Basis::of(plan, chain, simd)?;
         let stiffness = Stiffness::of(plan, chain);
         Some(Jump {
@@ -141,6 +139,12 @@ impl Jump {
             composed: vec![0.0; 2 * blocks],
             coordinates: Coordinates::default(),
             costs: Costs::of(plan),
+            products_steps: match Radiated::of(plan, chain) {
+                Radiated::Apart if plan.end_bonds.iter().any(|bond| bond.radiates) => {
+                    cost::products_steps(blocks as u64)
+                }
+                _ => 0,
+            },
             cost_steps: 0,
             patience_steps: PATIENCE_STEPS,
             negligible: 0.0,
@@ -155,7 +159,7 @@ impl Jump {
     /// Below this many steps a jump is not worth it.
     fn shortest_steps(&self) -> u64 {
         match &self.basis {
-            Basis::Stored(_) => SHORTEST,
+            Basis::Stored(_) => SHORTEST.max(8 * self.products_steps),
             Basis::Waves(_) => SHORTEST_WITH_WAVES,
         }
     }
@@ -173,7 +177,7 @@ impl Jump {
     /// Of taking a state apart, or of putting it together again.
     pub(crate) fn modes_steps(&self) -> u64 {
         match &self.basis {
-            Basis::Stored(_) => self.costs.modes_steps(),
+            Basis::Stored(_) => self.costs.modes_steps() + self.products_steps,
             Basis::Waves(_) => self.costs.waves_steps(),
         }
     }
@@ -353,6 +357,20 @@ impl Jump {
             bond.add(-bond.damping_kg_per_s * bond.stretch(&velocities), &mut self.ways_m);
         }
         self.stiffness.solve(&mut self.ways_m);
+        // Where nothing else is lost, it follows from the balance.
+        if let (Basis::Stored(modes), Radiated::Apart) = (&self.basis, Radiated::of(plan, &self.chain)) {
+            let growth = modes.growth(steps);
+            let forced_m_per_s = &self.loading[usize::from(self.forced.moves)].velocity_m_per_s;
+            for bond in plan.end_bonds.iter().filter(|bond| bond.radiates) {
+                let n = bond.block;
+                let forced = forced_m_per_s[n];
+                // Of the velocities before each step, and after it.
+                let sums = 2.0 * (new_u[n] - u[n]) / dt + (v[n] - new_v[n]);
+                let products = modes.products(&self.coordinates, &growth, n);
+                let squares = forced * (steps as f64 * forced + sums) + products;
+                state.energy.radiated_j.add(bond.damping_kg_per_s * dt * squares);
+            }
+        }
         let (ways_m, count) = (&self.ways_m, steps as f64);
         let sum_m = |n: usize| count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]) + ways_m[n];
         accounts.add_drive(plan, state, *from_step, steps, sum_m, |n| position_m[n] + u[n]);

@@ -463,7 +463,17 @@ fn full() -> Summary {
     }
     let counts = ["plain_steps", "window_steps", "windows", "jump_steps", "jumps"].map(|name| (name, 1));
     let end = end(RunStatus::Complete, 10_000, &counts);
-    run.finish(RupturesFrom::Log, Some(&end))
+    let summary = run.finish(RupturesFrom::Log, Some(&end));
+    // Of eight ruptures there is no law.
+    assert_eq!(summary.gutenberg_richter_b, None);
+    Summary {
+        completeness_magnitude: Some(-6.0),
+        complete_rupture_count: Some(60),
+        gutenberg_richter_b: Some(0.8),
+        gutenberg_richter_b_error: Some(0.1),
+        radiated_over_released_energy_ratio: summary.radiated_over_released_energy_ratio.or(Some(0.01)),
+        ..summary
+    }
 }
 
 #[test]

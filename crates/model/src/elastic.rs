@@ -524,7 +524,7 @@ mod tests {
         let (kt, drive, k) = (2.0, [0.0; 7], CHAIN.stiffness_n_per_m);
         let pull = numbers(7);
         let mut x = pull.clone();
-        CHAIN.stuck(kt, &drive).closed_by(k, CHAIN.nodes).solve(&mut x);
+        CHAIN.stuck(&[kt; 7], &drive).closed_by(k, CHAIN.nodes).solve(&mut x);
         for n in 0..CHAIN.nodes {
             let around = |by: usize| x[(n + by) % CHAIN.nodes];
             let back = (kt + 2.0 * k) * x[n] - k * (around(1) + around(CHAIN.nodes - 1));

@@ -360,7 +360,7 @@ impl Jump {
         // Where nothing else is lost, it follows from the balance.
         if let (Basis::Stored(modes), Radiated::Apart) = (&self.basis, Radiated::of(plan, &self.chain)) {
             let growth = modes.growth(steps);
-            let forced_m_per_s = &self.loading[usize::from(self.forced.moves)].velocity_m_per_s;
+            let forced_m_per_s = &self.loading.velocity_m_per_s;
             for bond in plan.end_bonds.iter().filter(|bond| bond.radiates) {
                 let n = bond.block;
                 let forced = forced_m_per_s[n];

@@ -19,8 +19,8 @@ const STATED: [&str; 5] = [
 
 const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
 
-/// Twenty-three runs over all laws, drives, courses of the load and starts.
-const CASES: [(&str, &[&str]); 23] = [
+/// Twenty-seven runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 27] = [
     ("stated", &[]),
     ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
     ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
@@ -34,6 +34,30 @@ const CASES: [(&str, &[&str]); 23] = [
         &[
             "drive.course_s=[0.01,0.01,0.02,0.024,0.024,0.03]",
             "drive.course_m_per_s=[0.06,0.03,0.12,0.12,0,0.1]",
+        ],
+    ),
+    (
+        "ends",
+        &["slider.left_end=clamped", "slider.right_end=absorbing", "drive.kind=top", "slider.blocks=20"],
+    ),
+    (
+        "periodic",
+        &[
+            "slider.left_end=periodic",
+            "slider.right_end=periodic",
+            "drive.kind=top",
+            "drive.tilt=0.5",
+            "friction.static_spread=0.1",
+        ],
+    ),
+    ("by-spring", &["friction.detach_by=spring"]),
+    (
+        "drag-at-rest",
+        &[
+            "friction.law=velocity-weakening",
+            "friction.drag_at_rest=true",
+            "friction.dynamic_coefficient=0.6",
+            "time.duration_s=0.015",
         ],
     ),
     (

@@ -110,6 +110,7 @@ class Slider:
         self.dt = time["step_s"]
         self.steps = self.whole_steps(time["duration_s"])
         self.make_drive(drive)
+        self.make_bonds(slider)
         prestress = scenario["prestress"]
         listed = np.zeros(count)
         listed[: len(prestress["profile"])] = prestress["profile"]
@@ -144,6 +145,31 @@ class Slider:
             return before[-1][1] if before else knots[0][1]
         (t0, a), (t1, b) = before[-1], after[0]
         return a + (b - a) * ((step - t0) / (t1 - t0))
+
+    def make_bonds(self, slider):
+        """The bonds of the ends: block, other block or none for a wall, stiffness, damping, rest."""
+        self.bonds = []
+        ends = slider.get("left_end", "free"), slider.get("right_end", "free")
+        if ends[0] == "periodic":
+            self.bonds.append((self.blocks - 1, 0, self.k, self.eta))
+            return
+        for block, end in zip((0, self.blocks - 1), ends):
+            if end == "clamped":
+                self.bonds.append((block, None, self.k, self.eta))
+            elif end == "absorbing":
+                self.bonds.append((block, None, 0.0, np.sqrt(self.k * self.mass)))
+
+    def more(self, bond, values):
+        return values[bond[0]] - (0.0 if bond[1] is None else values[bond[1]])
+
+    def pull_of_ends(self):
+        pull = np.zeros(self.blocks)
+        for bond, rest in zip(self.bonds, self.rests):
+            b = -(bond[2] * (self.more(bond, self.u) - rest) + bond[3] * self.more(bond, self.v))
+            pull[bond[0]] += b
+            if bond[1] is not None:
+                pull[bond[1]] -= b
+        return pull
 
     def outside(self, step):
         """The forces on all blocks besides friction and springs."""
@@ -255,6 +281,7 @@ class Slider:
             u[n] = (2.0 * u[n - 1] - u[n - 2] if n > 1 else 0.0) + tau0[n - 1] / self.k
         pull = second_difference(u) * self.k + self.pull_of_drive(0, u) + self.outside(0)
         self.u, self.anchor = u, u - pull / self.kt if self.springs else u.copy()
+        self.rests = [self.more(bond, u) for bond in self.bonds]
         first = self.scenario["initial_velocity"]
         phase = np.pi * first["mode"] * (np.arange(count) + 0.5) / count
         self.v = first["amplitude_m_per_s"] * np.cos(phase)
@@ -293,8 +320,11 @@ class Slider:
             total_factor = factor * (sums(borne * self.p) / sums(self.p))
         u, v, slides = self.u, self.v, self.slides
         tau = second_difference(u) * self.k + second_difference(v) * self.eta
-        tau = tau + (self.outside(self.step) + pulls)
+        tau = tau + ((self.outside(self.step) + pulls) + self.pull_of_ends())
         drag = factor * borne * self.dynamic * np.sign(v)
+        if friction.get("drag_at_rest"):
+            most = np.minimum(factor * borne * self.dynamic, np.abs(tau))
+            drag = np.where(v == 0.0, most * np.sign(tau), drag)
         if friction["law"] == "velocity-weakening":
             drag = drag / (1.0 + np.abs(v) * (1.0 / friction["weakening_velocity_m_per_s"]))
         drag = drag + friction["radiation_kg_per_s"] * v
@@ -308,9 +338,10 @@ class Slider:
         if friction["ageing_coefficient"]:
             waited = (self.step - self.stuck_since) * self.dt
             threshold = threshold + self.growth * np.log1p(waited / friction["ageing_time_s"])
-        detach = ~slides & (np.abs(tau) >= factor * borne * threshold)
+        force = self.kt * (u - self.anchor) if friction.get("detach_by") == "spring" else tau
+        detach = ~slides & (np.abs(force) >= factor * borne * threshold)
         if not self.springs:
-            attach = slides & (new_v * v < 0.0)
+            attach = slides & ((new_v * v < 0.0) | (bool(friction.get("drag_at_rest")) & (new_v == 0.0)))
             new_v, new_u = np.where(attach, 0.0, new_v), np.where(attach, u, new_u)
         else:
             two_way = friction["reattach"] == "two-way"

@@ -61,7 +61,8 @@ impl LengthLaw {
         let is_driven =
             drive.velocity_m_per_s > 0.0 && drive.course_s.is_empty() && drive.stiffness_n_per_m > 0.0;
         let is_known = !matches!(drive.kind, DriveKind::LeftRight | DriveKind::Force);
-        if !is_known || !LengthLaw::are_known(scenario) || !is_driven {
+        let is_even = Quantity::Load.is_even(scenario);
+        if !is_known || !LengthLaw::are_known(scenario) || !is_driven || !is_even {
             return false;
         }
         let plan = Plan::new(scenario);

@@ -187,14 +187,18 @@ fn left_right_drives_need_the_two_way_rule(scenario: &Scenario, refusals: &mut R
 }
 
 fn drives_move_backwards_by_the_two_way_rule(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let backwards = scenario.drive.course_m_per_s.iter().find(|velocity| **velocity < 0.0);
     let one_way = scenario.friction.law.sticks() && !scenario.friction.is_two_way();
-    if let Some(velocity) = backwards.filter(|_| one_way) {
-        refusals.refuse(
-            "drive.course_m_per_s",
-            format!("{velocity} pulls backwards, where the one-way rule would stop a block in every step"),
-            "velocities from 0, or friction.reattach = \"two-way\"",
-        );
+    let drive = &scenario.drive;
+    for (key, values) in
+        [("drive.course_m_per_s", &drive.course_m_per_s), ("drive.course_n", &drive.course_n)]
+    {
+        if let Some(value) = values.iter().find(|value| **value < 0.0).filter(|_| one_way) {
+            refusals.refuse(
+                key,
+                format!("{value} pulls backwards, where the one-way rule would stop a block in every step"),
+                "numbers from 0, or friction.reattach = \"two-way\"",
+            );
+        }
     }
 }
 
@@ -298,7 +302,7 @@ fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refu
     }
     let Friction { static_offsets, dynamic_offsets, static_spread, .. } = &scenario.friction;
     let (mu_s, mu_d) = coefficients(scenario);
-    if let Some(n) = (0..blocks).find(|&n| mu_d[n] < 0.0 || mu_d[n] > mu_s[n]) {
+    if let Some(n) = (0..blocks).find(|&n| !(0.0..=mu_s[n]).contains(&mu_d[n]) || mu_s[n].is_infinite()) {
         let key = if !static_offsets.is_empty() {
             "friction.static_offsets"
         } else if !dynamic_offsets.is_empty() {
@@ -341,8 +345,11 @@ fn every_contact_has_load_and_stiffness(scenario: &Scenario, refusals: &mut Refu
                 format!("the contacts of a {body} have no {symbol} of their own"),
                 format!("none, or {of}"),
             );
-        } else if let Some((n, factor)) =
-            quantity.values(scenario).iter().enumerate().find(|(_, factor)| **factor <= 0.0)
+        } else if let Some((n, factor)) = quantity
+            .values(scenario)
+            .iter()
+            .enumerate()
+            .find(|(_, factor)| !factor.is_finite() || **factor <= 0.0)
         {
             let problem = format!("block {} gets {} times {symbol}", n + 1, short(*factor));
             refusals.refuse(key, problem, format!("{symbol} above 0 for every block"));

@@ -207,6 +207,16 @@ pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
                 .for_each(|(spring, rest_m)| spring.rest_m = *rest_m);
         }
     }
+    match carried.drive.as_ref().filter(|from| from.ends_m.len() == plan.end_bonds.len()) {
+        Some(from) => {
+            plan.end_bonds.iter_mut().zip(&from.ends_m).for_each(|(bond, rest_m)| bond.rest_m = *rest_m);
+        }
+        None => {
+            for bond in &mut plan.end_bonds {
+                bond.rest_m = bond.stretch(&plan.initial.displacement_m);
+            }
+        }
+    }
     if plan.initial.stick_position_m.is_empty() {
         // Friction springs that hold their blocks where they are.
         let u = &plan.initial.displacement_m;
@@ -215,10 +225,14 @@ pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
         for spring in &plan.drive.springs {
             pull_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
-        pull_n.iter_mut().zip(&plan.prestress_n).for_each(|(pull, prestress)| *pull += prestress);
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let anchor = |(u, pull_n): (&f64, &f64)| if kt > 0.0 { u - pull_n / kt } else { *u };
-        plan.initial.stick_position_m = u.iter().zip(&pull_n).map(anchor).collect();
+        pull_n.iter_mut().zip(plan.outside_n(step)).for_each(|(pull, prestress)| *pull += prestress);
+        pull_n[0] += plan.drive_force_n(step, carried.hold_step).unwrap_or(0.0);
+        for bond in &plan.end_bonds {
+            bond.add(bond.pull_n(u, &plan.initial.velocity_m_per_s), &mut pull_n);
+        }
+        let anchor = |((u, pull_n), kt): ((&f64, &f64), &f64)| if *kt > 0.0 { u - pull_n / kt } else { *u };
+        let springs = u.iter().zip(&pull_n).zip(&plan.friction.springs_n_per_m);
+        plan.initial.stick_position_m = springs.map(anchor).collect();
     }
     plan.initial.carried = Some(carried);
 }

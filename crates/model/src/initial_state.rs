@@ -71,6 +71,9 @@ pub struct CarriedDrive {
     /// Where each spring is relaxed.
     #[serde(with = "exact::numbers")]
     pub rest_m: Vec<f64>,
+    /// Where the bond of each end is.
+    #[serde(with = "exact::numbers")]
+    pub ends_m: Vec<f64>,
 }
 
 /// Junctions, contact by contact.

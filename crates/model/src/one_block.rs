@@ -34,6 +34,8 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
         ("initial_shear.profile", !shear.profile.is_empty(), balanced),
         ("initial_shear.profile_csv", !shear.profile_csv.is_empty(), balanced),
         ("prestress.profile_csv", !prestress.profile_csv.is_empty(), along),
+        ("prestress.course_csv", !prestress.course_csv.is_empty(), along),
+        ("normal_load.course_csv", !scenario.normal_load.course_csv.is_empty(), along),
     ] {
         if is_there {
             refused.push((key, format!("a profile {problem}"), several("none")));

@@ -365,8 +365,12 @@ impl Stuck {
         let sum = |part: fn(&Linear) -> f64| contacts.iter().map(|contact| part(&contact.along)).sum::<f64>();
         let per_factor = sum(|shear| shear.per_factor);
         let to_walls = plan.end_bonds.iter().filter(|bond| bond.other.is_none() && kt > 0.0);
-        let of_walls: f64 =
-            to_walls.map(|bond| bond.stiffness_n_per_m * contacts[bond.block].along.per_m / kt).sum();
+        let of_walls: f64 = to_walls
+            .map(|bond| {
+                let moved = contacts[bond.block].along.per_m / plan.friction.springs_n_per_m[bond.block];
+                bond.stiffness_n_per_m * moved
+            })
+            .sum();
         let driving_n = Linear {
             fixed_n: plan.drive.total_force_n(0.0, &plan.initial.displacement_m) - per_factor,
             per_factor,

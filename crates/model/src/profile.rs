@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::elastic::gaps;
+use crate::keys::MOST_MAGNITUDE;
 use crate::text;
 
 /// The format of such a file, as stated in errors.
@@ -55,6 +56,9 @@ pub(crate) fn read_course(path: &Path, value: &str, blocks: usize) -> Result<(Ve
         .map_err(|(line, problem)| format!("{}:{line}: {problem}", path.display()))
 }
 
+/// Most values of a course, which a log stores as text.
+const MOST_COURSE_VALUES: usize = 200_000;
+
 fn parse_course(text: &str, value: &str, blocks: usize) -> Result<(Vec<f64>, Vec<f64>), (usize, String)> {
     let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
     let header = lines.next().map_or("", |(_, line)| line);
@@ -81,8 +85,12 @@ fn parse_course(text: &str, value: &str, blocks: usize) -> Result<(Vec<f64>, Vec
     if profiles.is_empty() {
         return Err((1, "there are no rows".to_owned()));
     }
-    let mut values = Vec::with_capacity(profiles.len() * blocks);
+    let mut values = Vec::new();
     for (_, first, rows) in &profiles {
+        if values.len() + blocks > MOST_COURSE_VALUES {
+            let problem = format!("more than {MOST_COURSE_VALUES} values of {blocks} blocks at all times");
+            return Err((first + 1, problem));
+        }
         let text = format!("{HEADER}\n{rows}");
         let rows = parse(&text).map_err(|(line, problem)| (first + line.max(2) - 1, problem))?;
         values.extend(interpolated(&rows, blocks));
@@ -93,6 +101,14 @@ fn parse_course(text: &str, value: &str, blocks: usize) -> Result<(Vec<f64>, Vec
 /// The columns that a file of blocks may have.
 pub(crate) const BLOCK_COLUMNS: [&str; 4] =
     ["static_offset", "dynamic_offset", "stiffness_offset", "load_offset"];
+
+/// The keys of the lists that they fill.
+pub(crate) const BLOCK_LISTS: [&str; 4] = [
+    "friction.static_offsets",
+    "friction.dynamic_offsets",
+    "disorder.stiffness_offsets",
+    "disorder.load_offsets",
+];
 
 /// The numbers of a file of blocks: for each of [`BLOCK_COLUMNS`] one per block, or none without that column.
 ///
@@ -121,8 +137,9 @@ fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, Stri
     }
     let mut columns: [Vec<f64>; 4] = Default::default();
     for (index, line) in lines {
-        let cells =
-            line.split(',').map(|cell| cell.trim().parse::<f64>().ok().filter(|value| value.is_finite()));
+        let cells = line
+            .split(',')
+            .map(|cell| cell.trim().parse::<f64>().ok().filter(|value| value.abs() <= MOST_MAGNITUDE));
         let row: Option<Vec<f64>> = cells.collect();
         let row = row.filter(|row| row.len() == places.len());
         let row =

@@ -134,11 +134,12 @@ impl Scenario {
     fn read_courses(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
         let (load, prestress, blocks) =
             (&mut self.normal_load, &mut self.prestress, self.slider.blocks as usize);
-        for (key, file, value, times, values) in [
+        for (key, file, value, times_key, times, values) in [
             (
                 "normal_load.course_csv",
                 &load.course_csv,
                 "factor",
+                "normal_load.course_s",
                 &mut load.course_s,
                 &mut load.course_factor,
             ),
@@ -146,11 +147,13 @@ impl Scenario {
                 "prestress.course_csv",
                 &prestress.course_csv,
                 "ratio",
+                "prestress.course_s",
                 &mut prestress.course_s,
                 &mut prestress.course_ratio,
             ),
         ] {
-            if file.is_empty() || !times.is_empty() || !values.is_empty() {
+            let is_newer = entries.overrides(key, times_key);
+            if file.is_empty() || (!is_newer && !(times.is_empty() && values.is_empty())) {
                 continue;
             }
             match profile::read_course(Path::new(file), value, blocks) {
@@ -175,7 +178,8 @@ impl Scenario {
             &mut disorder.stiffness_offsets,
             &mut disorder.load_offsets,
         ];
-        if file.is_empty() || lists.iter().any(|list| !list.is_empty()) {
+        let is_newer = profile::BLOCK_LISTS.iter().all(|list| entries.overrides("disorder.blocks_csv", list));
+        if file.is_empty() || (!is_newer && lists.iter().any(|list| !list.is_empty())) {
             return;
         }
         match profile::read_blocks(Path::new(&file), contacts as usize) {

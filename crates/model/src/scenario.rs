@@ -481,9 +481,17 @@ impl Scenario {
     }
 
     /// The files that it names, from which its values were read; empty texts for none.
-    pub fn files(&self) -> [&str; 4] {
+    pub fn files(&self) -> [&str; 7] {
         let (shear, prestress, initial) = (&self.initial_shear, &self.prestress, &self.initial);
-        [&shear.profile_csv, &prestress.profile_csv, &initial.state_csv, &initial.from]
+        [
+            &shear.profile_csv,
+            &prestress.profile_csv,
+            &prestress.course_csv,
+            &self.normal_load.course_csv,
+            &self.disorder.blocks_csv,
+            &initial.state_csv,
+            &initial.from,
+        ]
     }
 
     /// The BLAKE3 hash, hexadecimal, of everything that influences a run or its log; name and

@@ -194,9 +194,10 @@ pub(crate) fn shear_at_start_n(plan: &Plan) -> Vec<f64> {
     for spring in plan.drive.springs.iter().filter(|spring| spring.block < plan.blocks) {
         shear_n[spring.block] += spring.force_n(0.0, plan.initial.displacement_m[spring.block]);
     }
-    for (shear, prestress) in shear_n.iter_mut().zip(&plan.prestress_n) {
+    for (shear, prestress) in shear_n.iter_mut().zip(plan.outside_n(0)) {
         *shear += prestress;
     }
+    shear_n[0] += plan.drive_force_n(0, u64::MAX).unwrap_or(0.0);
     shear_n
 }
 

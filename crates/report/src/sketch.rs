@@ -63,9 +63,9 @@ fn contact(plan: &Plan) -> &'static str {
 
 fn drive(plan: &Plan, kind: DriveKind) -> &'static str {
     match kind {
+        DriveKind::Force => "a force drives block 1 from the side",
         _ if plan.drive.springs.is_empty() => "no drive",
         DriveKind::Side => "a spring drives block 1 from the side",
-        DriveKind::Force => "a force drives block 1 from the side",
         DriveKind::LeftRight => "springs pull block 1 backwards and the last block forwards",
         DriveKind::Top => "springs drive the blocks from the top",
     }

@@ -192,5 +192,6 @@ fn motion(plan: &Plan) -> Plan {
     };
     motion.drive.offset_m = 0.0;
     motion.drive.springs.iter_mut().for_each(|spring| spring.rest_m = 0.0);
+    motion.end_bonds.iter_mut().for_each(|bond| bond.rest_m = 0.0);
     motion
 }

@@ -204,7 +204,7 @@ impl<'a> Exact<'a> {
             Some(_) => plan.drive_point_m(self.step, self.hold_step).into(),
             None => {
                 let moved_s = plan.grid.time_s(self.step.min(self.hold_step));
-                Wide::product(plan.drive.velocity_m_per_s, moved_s)
+                Wide::product(plan.drive.velocity_m_per_s, moved_s) + plan.drive.offset_m.into()
             }
         };
         let mut total_n = 0.0;

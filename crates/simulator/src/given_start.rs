@@ -31,6 +31,7 @@ impl Snapshot {
                     offset_m: plan.drive.offset_m,
                     until_load_ratio: plan.drive.until_load_ratio,
                     rest_m: plan.drive.springs.iter().map(|spring| spring.rest_m).collect(),
+                    ends_m: plan.end_bonds.iter().map(|bond| bond.rest_m).collect(),
                 }),
                 junctions: slider.junctions.as_ref().map(|junctions| junctions.carried()),
                 solver: has_same_motion.then(|| carried_solver(slider, *pace, plan)),

@@ -181,7 +181,8 @@ fn driving_at_start(plan: &Plan, initial: &SliderState) -> Driving {
         springs.map(|spring| spring.force_n(point_m, initial.displacement_m[block])).sum()
     };
     Driving {
-        total_n: plan.drive.total_force_n(point_m, &initial.displacement_m),
+        total_n: plan.drive.total_force_n(point_m, &initial.displacement_m)
+            + plan.drive_force_n(initial.step, initial.hold_step).unwrap_or(0.0),
         ends_n: plan.drive.pulls_both_ways().then(|| [pull_n(0), pull_n(plan.blocks - 1)]),
     }
 }

@@ -107,6 +107,9 @@ impl SliderState {
             *tau += prestress;
         }
         tangential_force_n[0] += plan.drive_force_n(initial.step, hold_step).unwrap_or(0.0);
+        for bond in &plan.end_bonds {
+            bond.add(bond.pull_n(u, v), &mut tangential_force_n);
+        }
         let is_given = plan.has_given_loads();
         let memory = plan.friction.law.memory() * plan.blocks;
         let ages = plan.friction.ageing.is_some();
@@ -119,7 +122,7 @@ impl SliderState {
             detached: 0,
             tangential_force_n,
             just_detached: Vec::new(),
-            normal_load_n: if is_given { Vec::new() } else { plan.normal_load_n.clone() },
+            normal_load_n: if is_given { Vec::new() } else { plan.loads_n(initial.step, hold_step) },
             sliding: 0,
             hold_step,
             energy: Ledger::default(),

@@ -148,3 +148,39 @@ fn loads_and_forces_of_single_blocks_are_theirs() {
     assert!((records.last().unwrap().normal_load_n - of(2.4)).abs() < 1e-10);
     equality::compare(&plan, |_, _| {}, |_| {}).unwrap();
 }
+
+/// Blocks of a given state without anchors stay where they are, whatever pulls at them.
+#[test]
+fn springs_balance_all_forces_on_blocks_at_given_places() {
+    for set in [
+        "disorder.stiffness_offsets=[0.5,0,-0.5]",
+        "prestress.course_ratio=[0.1,0.2,0.1,0.3,0.1,0.1]",
+        "slider.right_end=clamped",
+        "drive.kind=force",
+    ] {
+        let sets = [
+            "slider.blocks=3",
+            "friction.law=interfacial-springs",
+            "friction.static_coefficient=1e3",
+            "initial.displacement_m=[0,1e-6,3e-6]",
+            "initial.at_s=0.5",
+            "time.step_s=1e-7",
+            "time.duration_s=0.5001",
+            "recording.sample_s=0",
+            set,
+        ];
+        let more: &[&str] = match set {
+            "drive.kind=force" => &["drive.course_s=[0,1]", "drive.course_n=[100,100]"],
+            set if set.starts_with("prestress") => &["prestress.course_s=[0,2]", "drive.stiffness_n_per_m=0"],
+            _ => &["drive.velocity_m_per_s=0"],
+        };
+        let plan = plan(&[&sets[..], more].concat());
+        let mut solver = SolverKind::Plain.start(plan.clone());
+        while solver.step() < plan.initial.step + 20 && solver.next_record().unwrap().is_some() {}
+        let state = solver.snapshot().slider;
+        let moved = state.displacement_m.iter().zip(&plan.initial.displacement_m);
+        let most_m = moved.fold(0.0, |most: f64, (u, start)| most.max((u - start).abs()));
+        // Forces that are not balanced would move a block by micrometres.
+        assert!(state.step > plan.initial.step && most_m < 1e-11, "{set}: {most_m}");
+    }
+}

@@ -1,6 +1,6 @@
 //! The keys of what differs from contact to contact.
 
-use crate::key::Bound::{Excluding, Open};
+use crate::key::Bound::{Excluding, Including, Open};
 use crate::key::Default::Is;
 use crate::key::Kind::{Number, Numbers, Text, Word};
 use crate::key::{Key, NOT_NEGATIVE, Value};
@@ -20,7 +20,7 @@ pub(super) const DISORDER: &[Key] = &[
         path: "disorder.weibull_modulus",
         symbol: "",
         doc: "Of weibull: the modulus of the distribution, which is scaled and shifted to mean and spread.",
-        kind: Number(Excluding(0.0), Open),
+        kind: Number(Including(0.1), Including(1e3)),
         default: Is(Value::Number(2.0)),
     },
     Key {
@@ -72,7 +72,7 @@ pub(super) const DISORDER: &[Key] = &[
         symbol: "",
         doc: "A file, named from the current folder, with a row for each block and one or more of the columns \
               static_offset, dynamic_offset, stiffness_offset and load_offset, which fill the lists of these names. It \
-              is read once; the run's log holds what it said.",
+              is read unless one of these lists is given, and once; the run's log holds what it said.",
         kind: Text,
         default: Is(Value::Text("")),
     },

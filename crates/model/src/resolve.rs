@@ -153,7 +153,8 @@ impl Scenario {
             ),
         ] {
             let is_newer = entries.overrides(key, times_key);
-            if file.is_empty() || (!is_newer && !(times.is_empty() && values.is_empty())) {
+            let is_read = !is_newer && !(times.is_empty() && values.is_empty());
+            if file.is_empty() || is_read {
                 continue;
             }
             match profile::read_course(Path::new(file), value, blocks) {

@@ -200,7 +200,7 @@ fn of_contacts(course: &ContactCourse<'_>, scenario: &Scenario, grid: TimeGrid) 
     // Those from a file have not been compared with the range of the key.
     let is_load = values_key == "normal_load.course_factor";
     let is_in_range = |value: f64| match is_load {
-        true => value >= LEAST_MAGNITUDE && value <= MOST_MAGNITUDE,
+        true => (LEAST_MAGNITUDE..=MOST_MAGNITUDE).contains(&value),
         false => value.abs() <= MOST_SHEAR_RATIO,
     };
     if let Some(value) = values.iter().find(|value| !is_in_range(**value)) {

@@ -121,7 +121,7 @@ fn critical(count: usize, draws: usize, distance: impl Fn(usize, &mut Random) ->
     critical_of_drawn(drawn, draws, distance) * (drawn as f64 / count as f64).sqrt()
 }
 
-/// The same of a sample that is not larger than those drawn.
+/// The critical value for a sample that is no larger than those drawn.
 fn critical_of_drawn(drawn: usize, draws: usize, distance: impl Fn(usize, &mut Random) -> f64) -> f64 {
     let mut random = Random(0);
     let mut distances: Vec<f64> = (0..draws).map(|_| distance(drawn, &mut random)).collect();
@@ -130,7 +130,7 @@ fn critical_of_drawn(drawn: usize, draws: usize, distance: impl Fn(usize, &mut R
     distances[rank - 1]
 }
 
-/// The critical value for so many times. It depends on nothing else, so each number of them is drawn once in a process.
+/// The critical value for a number of times. It depends on nothing else, so each is computed once in a process.
 fn critical_of_times(count: usize, law: TimeLaw) -> f64 {
     static FOUND: [[OnceLock<f64>; LARGEST + 1]; 4] = [const { [const { OnceLock::new() }; LARGEST + 1] }; 4];
     let drawn = count.min(LARGEST);

@@ -171,7 +171,9 @@ pub struct GutenbergRichter {
 impl GutenbergRichter {
     /// Fits the magnitudes above a completeness; `None` if there are fewer than [`FEWEST_MAGNITUDES`], or all are equal.
     pub fn above(magnitudes: &[f64], completeness: f64) -> Option<GutenbergRichter> {
-        let (excess, fit) = fitted(magnitudes, completeness)?;
+        let over = magnitudes.iter().map(|magnitude| magnitude - completeness);
+        let excess: Vec<f64> = over.filter(|excess| *excess > 0.0).collect();
+        let fit = TimeFit::of(&excess, TimeLaw::Exponential).filter(|_| excess.len() >= FEWEST_MAGNITUDES)?;
         let TimeFit::Exponential { mean_s: mean } = fit else { return None };
         let value = std::f64::consts::LOG10_E / mean.value;
         Some(GutenbergRichter {
@@ -183,28 +185,26 @@ impl GutenbergRichter {
     }
 
     /// Fits the magnitudes above the smallest one from which on the test does not reject the law. `None` if it does so
-    /// from every one of up to 50, evenly spaced by rank, that leave enough magnitudes.
+    /// from every one of up to 50, evenly spaced by rank, that leave enough magnitudes, and of fewer than 51 magnitudes.
     pub fn complete(magnitudes: &[f64]) -> Option<GutenbergRichter> {
         let mut ascending = magnitudes.to_vec();
         ascending.sort_by(f64::total_cmp);
         let last = ascending.len().checked_sub(FEWEST_MAGNITUDES + 1)?;
         let ranks = (0..CANDIDATES.min(last + 1)).map(|n| n * (last + 1) / CANDIDATES.min(last + 1));
+        let mut excess = Vec::with_capacity(ascending.len());
         ranks
-            .filter(|rank| {
-                let fitted = fitted(magnitudes, ascending[*rank]);
-                fitted.is_some_and(|(excess, fit)| !Test::clearly_rejects_exponential(&fit, &excess))
+            .map(|rank| ascending[rank])
+            .filter(|completeness| {
+                let from = ascending.partition_point(|magnitude| magnitude <= completeness);
+                excess.clear();
+                excess.extend(ascending[from..].iter().map(|magnitude| magnitude - completeness));
+                let mean = excess.iter().sum::<f64>() / excess.len() as f64;
+                excess.len() >= FEWEST_MAGNITUDES && !Test::surely_rejects_exponential(mean, &excess)
             })
-            .filter_map(|rank| GutenbergRichter::above(magnitudes, ascending[rank]))
+            // The sum of the magnitudes in their order decides the last digits.
+            .filter_map(|completeness| GutenbergRichter::above(magnitudes, completeness))
             .find(|fit| !fit.test.rejects())
     }
-}
-
-/// What magnitudes are above a completeness by, and the exponential fit to it.
-fn fitted(magnitudes: &[f64], completeness: f64) -> Option<(Vec<f64>, TimeFit)> {
-    let over = magnitudes.iter().map(|magnitude| magnitude - completeness);
-    let excess: Vec<f64> = over.filter(|excess| *excess > 0.0).collect();
-    let fit = TimeFit::of(&excess, TimeLaw::Exponential).filter(|_| excess.len() >= FEWEST_MAGNITUDES)?;
-    Some((excess, fit))
 }
 
 #[cfg(test)]

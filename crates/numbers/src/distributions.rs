@@ -204,8 +204,13 @@ impl TimeFit {
             TimeFit::LogNormal { median_s, spread } => {
                 0.5 * libm::erfc((time_s / median_s.value).ln() / (spread.value * std::f64::consts::SQRT_2))
             }
-            TimeFit::Exponential { mean_s } => (-time_s / mean_s.value).exp(),
+            TimeFit::Exponential { mean_s } => TimeFit::exponential_survival(time_s, mean_s.value),
         }
+    }
+
+    /// The probability of a longer time by an exponential law of this mean.
+    pub(crate) fn exponential_survival(time_s: f64, mean_s: f64) -> f64 {
+        (-time_s / mean_s).exp()
     }
 }
 

@@ -13,6 +13,8 @@
 //! The test assumes independent values. Rejected values may follow the law but be correlated; either way
 //! the standard error of the fit is invalid.
 
+use std::sync::OnceLock;
+
 use asperity_model::mixed;
 
 use crate::distributions::{SizeFit, SizeLaw, TimeFit, TimeLaw};
@@ -64,11 +66,7 @@ impl Test {
     /// That of a fit to times. Draws are from the law with scale and spread 1: a fit moves with the
     /// logarithms of its sample, so that the distances do not depend on the parameters.
     pub fn of_times(fit: &TimeFit, times_s: &[f64], law: TimeLaw) -> Test {
-        let critical = critical(times_s.len(), DRAWS, |count, random| {
-            let drawn: Vec<f64> = (0..count).map(|_| random.time(law)).collect();
-            TimeFit::of(&drawn, law).map_or(0.0, |fit| from_times(&fit, &drawn))
-        });
-        Test { statistic: from_times(fit, times_s), critical }
+        Test { statistic: from_times(fit, times_s), critical: critical_of_times(times_s.len(), law) }
     }
 
     /// That of another law: how far the sample is from its fit, its number, and how far as many drawn by the fit are from
@@ -85,10 +83,23 @@ impl Test {
         }
     }
 
-    /// Whether the test rejects an exponential fit whatever its critical value is, so that this need not be computed: for 50
-    /// values and more it lies between 1.0 and 1.2 over the square root of their number.
-    pub(crate) fn clearly_rejects_exponential(fit: &TimeFit, times_s: &[f64]) -> bool {
-        from_times(fit, times_s) * (times_s.len() as f64).sqrt() > CLEARLY
+    /// Whether the test surely rejects an exponential fit to ascending values of a mean, 50 or more. The critical value is
+    /// needed, and the distance of every value, only if the fit is not far worse.
+    pub(crate) fn surely_rejects_exponential(mean: f64, ascending: &[f64]) -> bool {
+        let count = ascending.len();
+        let is_beyond = |bound: f64, n: usize| {
+            let p = TimeFit::exponential_survival(ascending[n], mean);
+            let above = |n: usize| (1.0 - n as f64 / count as f64 - p).abs();
+            above(n).max(above(n + 1)) > bound
+        };
+        let clearly = CLEARLY / (count as f64).sqrt();
+        // A hundred of many values show most bad fits.
+        if (0..count).step_by(count / 100 + 1).chain(0..count).any(|n| is_beyond(clearly, n)) {
+            return true;
+        }
+        // The margin is over the rounding of a mean that is summed in another order.
+        let critical = critical_of_times(count, TimeLaw::Exponential) + 1e-6;
+        (0..count).any(|n| is_beyond(critical, n))
     }
 
     /// Whether the sample is not from the law.
@@ -107,11 +118,29 @@ impl Test {
 /// The critical value for a sample of that size, given how far a drawn one is from its own fit.
 fn critical(count: usize, draws: usize, distance: impl Fn(usize, &mut Random) -> f64) -> f64 {
     let drawn = count.min(LARGEST);
+    critical_of_drawn(drawn, draws, distance) * (drawn as f64 / count as f64).sqrt()
+}
+
+/// The critical value for a sample that is no larger than those drawn.
+fn critical_of_drawn(drawn: usize, draws: usize, distance: impl Fn(usize, &mut Random) -> f64) -> f64 {
     let mut random = Random(0);
     let mut distances: Vec<f64> = (0..draws).map(|_| distance(drawn, &mut random)).collect();
     distances.sort_by(f64::total_cmp);
     let rank = ((1.0 - LEVEL) * (draws + 1) as f64).round() as usize;
-    distances[rank - 1] * (drawn as f64 / count as f64).sqrt()
+    distances[rank - 1]
+}
+
+/// The critical value for a number of times. It depends on nothing else, so each is computed once in a process.
+fn critical_of_times(count: usize, law: TimeLaw) -> f64 {
+    static FOUND: [[OnceLock<f64>; LARGEST + 1]; 4] = [const { [const { OnceLock::new() }; LARGEST + 1] }; 4];
+    let drawn = count.min(LARGEST);
+    let found = FOUND[law as usize][drawn].get_or_init(|| {
+        critical_of_drawn(drawn, DRAWS, |count, random| {
+            let drawn: Vec<f64> = (0..count).map(|_| random.time(law)).collect();
+            TimeFit::of(&drawn, law).map_or(0.0, |fit| from_times(&fit, &drawn))
+        })
+    });
+    found * (drawn as f64 / count as f64).sqrt()
 }
 
 /// Pseudo-random numbers, a function of their index.
@@ -287,6 +316,23 @@ mod tests {
             let critical = test_of_times(&times, TimeLaw::Exponential).critical * (count as f64).sqrt();
             assert!((1.0..super::CLEARLY - 0.05).contains(&critical), "{count}: {critical}");
         }
+    }
+
+    /// The quick test rejects what the whole one does, and nothing else, near the critical value too.
+    #[test]
+    fn sure_rejections_are_those_of_the_test() {
+        let mut random = Random::new(9);
+        let mut rejected = 0;
+        for count in [50, 77, 400, 1000].repeat(60) {
+            let mut times: Vec<f64> =
+                (0..count).map(|_| (-random.uniform(0.0, 1.0).ln()).powf(0.9)).collect();
+            times.sort_by(f64::total_cmp);
+            let mean = times.iter().sum::<f64>() / f64::from(count);
+            let rejects = test_of_times(&times, TimeLaw::Exponential).rejects();
+            assert_eq!(Test::surely_rejects_exponential(mean, &times), rejects);
+            rejected += usize::from(rejects);
+        }
+        assert!((20..220).contains(&rejected), "{rejected}");
     }
 
     #[test]

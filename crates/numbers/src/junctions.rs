@@ -12,14 +12,16 @@ pub(crate) fn steady_ft_fn(loads: &[Load]) -> Option<f64> {
     crate::hold_phase::mean_in_time(&loads[from..], Load::load_ratio)
 }
 
-/// Friction over normal load of steady sliding at the velocity of the drive, at the mean load of a contact.
+/// Friction over normal load of steady sliding at the velocity of the drive, at the mean load of a contact. None where the
+/// velocity has a course.
 pub(crate) fn steady_ratio(run: &RunEvents) -> Option<f64> {
     let (plan, friction) = (&run.plan, &run.plan.friction);
     let velocity_m_per_s = plan.drive.velocity_m_per_s;
     let load_n = plan.total_normal_load_n / plan.blocks as f64;
     let mu = [friction.static_coefficient, friction.dynamic_coefficient];
     let law = friction.law.junctions()?;
-    (velocity_m_per_s > 0.0).then(|| law.steady_coefficient(mu, load_n, velocity_m_per_s))
+    (velocity_m_per_s > 0.0 && plan.drive.course.is_none())
+        .then(|| law.steady_coefficient(mu, load_n, velocity_m_per_s))
 }
 
 /// The largest friction over normal load of a contact that is pulled from its even start.
@@ -114,6 +116,9 @@ mod tests {
         }
         let held = made_up::run(&format!("{LAW}drive.velocity_m_per_s = 0"), &[]);
         assert_eq!(number("steady_friction_theory_ratio", &held, None), None, "nothing slides");
+        let toml = format!("{LAW}drive.course_s = [0, 1e-3]\ndrive.course_m_per_s = [1e-4, 2e-4]");
+        let course = made_up::run(&toml, &[]);
+        assert_eq!(number("steady_friction_theory_ratio", &course, None), None, "the velocity changes");
     }
 
     #[test]

@@ -3,6 +3,9 @@
 //!
 //! Their events are all that slips until everything rests. Here the small ruptures that run beside a large one are
 //! ruptures of their own, of which there are many of middle size; localised ones count if they slid alone.
+//!
+//! So the excess sets longer ones, also those that overlap others, beside a law of those that slid alone. The law has no
+//! end, although the length cuts it off, so that `b` is a little too large.
 
 use asperity_record::Rupture;
 

@@ -149,8 +149,9 @@ summary! {
         "Magnitudes" {
             /// Largest moment magnitude of a rupture, `(2/3) (log10 M_0 - 9.1)`.
             largest_magnitude: Option<f64> [unit = "1"],
-            /// Smallest magnitude above which 50 or more magnitudes follow the law of Gutenberg and Richter, the completeness;
-            /// null, as are the three below, if the law is rejected from every magnitude on.
+            /// Smallest magnitude above which 50 or more magnitudes follow the law of Gutenberg and Richter, the completeness,
+            /// of up to 50 candidates, evenly spaced by rank; null, as are the three below, if the law is rejected from all of
+            /// them, and of fewer than 51 magnitudes.
             completeness_magnitude: Option<f64> [unit = "1"],
             /// Number of magnitudes above the completeness.
             complete_rupture_count: Option<u64>,

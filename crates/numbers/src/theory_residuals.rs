@@ -67,7 +67,7 @@ pub(crate) fn ahead_of_front_error(run: &RunEvents, states: &States) -> Option<E
         })
         .collect();
     let mean = estimate::mean(&ratios)?.distance_from(alpha).over(alpha);
-    run.plan.load_course.is_constant().then_some(mean)
+    (run.plan.load_course.is_constant() && run.plan.has_given_loads()).then_some(mean)
 }
 
 /// None where nothing sticks, or the ends are not free: no length law is of it.
@@ -178,7 +178,11 @@ mod tests {
 
     /// Three blocks with these forces at every onset and end.
     fn with_fields(forces_n: [f64; 3]) -> RunData {
-        let mut run = made_up::run("", &made_up::EVENTS);
+        with_fields_of("", forces_n)
+    }
+
+    fn with_fields_of(toml: &str, forces_n: [f64; 3]) -> RunData {
+        let mut run = made_up::run(toml, &made_up::EVENTS);
         let steps = run.slips.iter().flat_map(|slip| [Some(slip.onset_step), slip.end_step]).flatten();
         let states: Vec<FieldRecord> = steps
             .map(|step| FieldRecord {
@@ -217,6 +221,10 @@ mod tests {
         let expected = ((60.0 + 80.0) / 2.0 / (400.0 / 3.0) / 0.575_f64 - 1.0).abs();
         let ours = number("ahead_of_event_front_error_ratio", &run, None).unwrap();
         assert!((ours - expected).abs() < 1e-12, "{ours} {expected}");
+        // Where each contact has a course, the loads of the start are not those at the end of a precursor.
+        let toml = "normal_load.course_s = [0, 1e-5]\nnormal_load.course_factor = [1, 1, 1, 1, 2, 1]";
+        let courses = with_fields_of(toml, [0.0, 60.0, 80.0]);
+        assert_eq!(number("ahead_of_event_front_error_ratio", &courses, None), None);
     }
 
     #[test]

@@ -146,7 +146,11 @@ fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture)
     let at_onset = run.event_of(rupture).and_then(|slip| states.at_precursor_onset(slip.onset_step));
     let prestress = |n: usize| match at_onset {
         Some(state) => {
-            let course = load_at(loads, state.step)?.normal_load_n / plan.total_normal_load_n;
+            // Over the load of the start; of this contact, where the state gives it.
+            let course = match state.normal_load_n.get(n) {
+                Some(load_n) => load_n / plan.normal_load_n[n],
+                None => load_at(loads, state.step)?.normal_load_n / plan.total_normal_load_n,
+            };
             let dynamic_n = course * plan.friction.dynamic_friction_n[n];
             let weakening_n = course * plan.friction.static_threshold_n[n] - dynamic_n;
             (weakening_n > 0.0).then(|| (state.tangential_force_n[n] - dynamic_n) / weakening_n)
@@ -182,9 +186,10 @@ fn nearly_largest(mut values: Vec<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{FrontProfile, Item, Paper};
+    use super::{FrontProfile, Item, Paper, relative_prestress};
     use crate::draw::of_study::paper::Sample;
     use crate::draw::plot::{INK, Marker};
+    use asperity_record::FieldRecord;
     use asperity_testkit::made_up;
 
     const FIGURE: FrontProfile = FrontProfile {
@@ -261,6 +266,29 @@ mod tests {
         assert_eq!(
             super::theory(&run, (&run.loads, &run.states), rupture),
             [(1.0, speed), (2.0, speed), (3.0, speed)]
+        );
+        // Twice the load of block 2 in a state, and the force that is as far from the threshold there.
+        let onset = run.ruptures.as_ref().unwrap()[0].onset_step;
+        run.run.slips = vec![asperity_testkit::slip_event(onset, 1000, 1..=3)];
+        let relative = relative_prestress(&run.plan, 0).unwrap();
+        let factor = |n: usize| if n == 1 { 2.0 } else { 1.0 };
+        let friction = &run.plan.friction;
+        let force = |n: usize| {
+            let dynamic_n = friction.dynamic_friction_n[n];
+            factor(n) * (dynamic_n + relative * (friction.static_threshold_n[n] - dynamic_n))
+        };
+        let state = FieldRecord {
+            step: onset,
+            tangential_force_n: (0..12).map(force).collect(),
+            normal_load_n: (0..12).map(|n| factor(n) * run.plan.normal_load_n[n]).collect(),
+            ..FieldRecord::default()
+        };
+        let mut states = run.clone();
+        made_up::with_states(&mut states, &[state]);
+        let found = super::theory(&states, (&states.loads, &states.states), rupture);
+        assert!(
+            found.len() == 3 && found.iter().all(|(_, found)| (found / speed - 1.0).abs() < 1e-9),
+            "{found:?}"
         );
         // A drive that moves leaves nothing to say, unless the forces are known.
         run.plan.drive.velocity_m_per_s = 1.0;

@@ -3,7 +3,8 @@
 //!
 //! The rate is the factor of `moment_n_m` times the sum of the velocities of the blocks that slide in the rupture, each
 //! from its arrival to its stop. Blocks that stick move too, on their friction springs, but their motion is no slip. The
-//! integral over time is the moment.
+//! integral over time is the moment. Of a rupture that slides backwards, whose moment is below 0, the size of the moment
+//! grows at this rate with its sign changed, which is plotted.
 
 use std::collections::BTreeMap;
 
@@ -35,7 +36,7 @@ fn three() -> usize {
 /// Smallest rate on a logarithmic axis, over the largest.
 const LOWEST: f64 = 1e-3;
 
-/// The rate of a rupture at each recorded time from its onset to its end, N m/s.
+/// The rate at which the size of the moment of a rupture grows, N m/s, at each recorded time from its onset to its end.
 struct Course<'a> {
     rupture: &'a Rupture,
     points: Vec<(f64, f64)>,
@@ -104,6 +105,7 @@ fn courses(run: &RunData) -> Result<Vec<Course<'_>>, String> {
         };
         let from = records.partition_point(|record| record.step < rupture.onset_step);
         let within = records[from..].iter().take_while(|record| record.step < end_step);
+        let direction = if rupture.moment_n_m.is_some_and(|moment| moment < 0.0) { -1.0 } else { 1.0 };
         let mut points = Vec::new();
         for record in within {
             let velocity = |(block, arrival, stop): &(usize, u64, u64)| {
@@ -112,7 +114,7 @@ fn courses(run: &RunData) -> Result<Vec<Course<'_>>, String> {
                 record.velocity_m_per_s.get(index).filter(|_| is_sliding).copied()
             };
             let sum: f64 = blocks.iter().filter_map(velocity).sum();
-            points.push((record.time_s - rupture.onset_s, of_velocity * sum));
+            points.push((record.time_s - rupture.onset_s, direction * of_velocity * sum));
         }
         if points.len() > 2 {
             courses.push(Course { rupture, points });
@@ -162,6 +164,13 @@ mod tests {
         assert!(sums.iter().zip([1.0, 3.0, 3.0, 3.0, 2.0]).all(|(a, b)| (a - b).abs() < 1e-9), "{sums:?}");
         assert_eq!(sums.len(), 5);
         assert_eq!(found[0].points[0].0, 0.0);
+        let forwards = found[0].points.clone();
+        // Backwards, the same course is above 0 too, where the axis of the figure is.
+        for record in &mut run.rupture_fields {
+            record.velocity_m_per_s.iter_mut().for_each(|velocity| *velocity = -*velocity);
+        }
+        run.run.ruptures.as_mut().expect("there is one")[0].moment_n_m = Some(-1.0);
+        assert_eq!(courses(&run).expect("it is recorded")[0].points, forwards);
         run.rupture_fields.clear();
         let why = courses(&run).err().expect("nothing is recorded");
         assert!(why.contains("recording.rupture_fields_s"), "{why}");

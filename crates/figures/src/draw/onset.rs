@@ -68,8 +68,8 @@ impl Figure for Onset {
             Marker::Circle,
             INK,
         )];
-        // Slabs screen a force otherwise than chains do.
-        if run.plan.has_theory() {
+        // Slabs screen a force otherwise than chains do, and so do chains whose contacts have springs of their own.
+        if run.plan.has_decay() {
             let theory = [
                 Series::line("eq. (5.45)", blocks(&continuous, 0.1), Dash::Dashed, BLUE),
                 Series::line("discrete chain", blocks(&discrete, 0.1), Dash::Solid, RED),
@@ -96,5 +96,30 @@ impl Figure for Onset {
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let panels = with_parts(&self.panel, &parts)?.into_iter();
         Ok(Sheet::of(panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::FieldRecord;
+    use asperity_testkit::made_up;
+
+    use super::{Figure, Onset};
+
+    /// The labels of what is drawn of a run with these keys.
+    fn labels(toml: &str) -> Vec<String> {
+        let mut run = made_up::run(toml, &[(100, 101, &[1])]);
+        let state =
+            FieldRecord { step: 100, tangential_force_n: vec![100.0, 38.0, 14.0], ..FieldRecord::default() };
+        made_up::with_states(&mut run, &[state]);
+        let figure = Onset { file: String::new(), blocks: 3, logarithmic: false, panel: Vec::new() };
+        figure.part(&run).unwrap().series.into_iter().map(|series| series.label).collect()
+    }
+
+    #[test]
+    fn theory_is_drawn_of_even_springs_alone() {
+        assert_eq!(labels(""), ["eq. (5.45)", "discrete chain", "simulated"]);
+        assert_eq!(labels("disorder.stiffness_offsets = [0, 0.5, 0]"), ["simulated"]);
+        assert_eq!(labels("friction.law = \"rigid\""), ["simulated"]);
     }
 }

@@ -402,7 +402,7 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("blocks.csv");
         std::fs::write(&path, "static_offset,load_offset\n0.1,0\n0,1\n").unwrap();
-        let set = format!("disorder.blocks_csv={}", path.display());
+        let set = format!("disorder.contacts_csv={}", path.display());
         let read = scenario(&["slider.blocks=2", &set]);
         std::fs::remove_dir_all(&folder).unwrap();
         let listed =

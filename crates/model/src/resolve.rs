@@ -153,8 +153,8 @@ impl Scenario {
             ),
         ] {
             let is_newer = entries.overrides(key, times_key);
-            let is_read = !is_newer && !(times.is_empty() && values.is_empty());
-            if file.is_empty() || is_read {
+            let is_given = !times.is_empty() || !values.is_empty();
+            if file.is_empty() || (is_given && !is_newer) {
                 continue;
             }
             match profile::read_course(Path::new(file), value, blocks) {
@@ -171,7 +171,7 @@ impl Scenario {
 
     /// Reads the named offsets of blocks from their file, unless they have been read.
     fn read_blocks(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-        let (file, contacts) = (self.disorder.blocks_csv.clone(), self.slider.contacts());
+        let (file, contacts) = (self.disorder.contacts_csv.clone(), self.slider.contacts());
         let (friction, disorder) = (&mut self.friction, &mut self.disorder);
         let lists = [
             &mut friction.static_offsets,
@@ -179,15 +179,16 @@ impl Scenario {
             &mut disorder.stiffness_offsets,
             &mut disorder.load_offsets,
         ];
-        let is_newer = profile::BLOCK_LISTS.iter().all(|list| entries.overrides("disorder.blocks_csv", list));
+        let is_newer =
+            profile::BLOCK_LISTS.iter().all(|list| entries.overrides("disorder.contacts_csv", list));
         if file.is_empty() || (!is_newer && lists.iter().any(|list| !list.is_empty())) {
             return;
         }
         match profile::read_blocks(Path::new(&file), contacts as usize) {
             Ok(read) => lists.into_iter().zip(read).for_each(|(list, read)| *list = read),
             Err(problem) => errors.push(ScenarioError {
-                place: entries.place("disorder.blocks_csv"),
-                key: Some("disorder.blocks_csv".to_owned()),
+                place: entries.place("disorder.contacts_csv"),
+                key: Some("disorder.contacts_csv".to_owned()),
                 problem,
                 accepted: Some(profile::accepted_blocks(contacts as usize)),
             }),

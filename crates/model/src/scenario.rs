@@ -281,7 +281,7 @@ pub struct Disorder {
     pub load_spread: f64,
     pub stiffness_offsets: Vec<f64>,
     pub load_offsets: Vec<f64>,
-    pub blocks_csv: String,
+    pub contacts_csv: String,
 }
 
 impl Default for Disorder {
@@ -295,7 +295,7 @@ impl Default for Disorder {
             load_spread: 0.0,
             stiffness_offsets: Vec::new(),
             load_offsets: Vec::new(),
-            blocks_csv: String::new(),
+            contacts_csv: String::new(),
         }
     }
 }
@@ -488,7 +488,7 @@ impl Scenario {
             &prestress.profile_csv,
             &prestress.course_csv,
             &self.normal_load.course_csv,
-            &self.disorder.blocks_csv,
+            &self.disorder.contacts_csv,
             &initial.state_csv,
             &initial.from,
         ]
@@ -503,7 +503,7 @@ impl Scenario {
         anonymous.prestress.profile_csv.clear();
         anonymous.prestress.course_csv.clear();
         anonymous.normal_load.course_csv.clear();
-        anonymous.disorder.blocks_csv.clear();
+        anonymous.disorder.contacts_csv.clear();
         anonymous.initial.state_csv.clear();
         if !anonymous.initial.state.is_empty() {
             (anonymous.initial.from, anonymous.initial.at_s) = Default::default();

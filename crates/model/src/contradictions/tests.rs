@@ -126,7 +126,7 @@ const CASES: &[(&str, &str)] = &[
         "friction.dynamic_coefficient = 0\nfriction.dynamic_spread = 0.1\ndisorder.distribution = \"lognormal\"",
         "friction.dynamic_spread: lognormal values are above 0, and so is their mean",
     ),
-    ("disorder.blocks_csv = \"no such file\"", "disorder.blocks_csv: no such file: "),
+    ("disorder.contacts_csv = \"no such file\"", "disorder.contacts_csv: no such file: "),
     (
         "friction.law = \"junctions\"\nslider.blocks = 200\nfriction.junction_count = 10000",
         "friction.junction_count: 10000 of each of 200 contacts are 2000000 junctions (accepted: at most 1000000",

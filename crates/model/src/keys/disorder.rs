@@ -68,7 +68,7 @@ pub(super) const DISORDER: &[Key] = &[
         default: Is(Value::NoNumbers),
     },
     Key {
-        path: "disorder.blocks_csv",
+        path: "disorder.contacts_csv",
         symbol: "",
         doc: "A file, named from the current folder, with a row for each block and one or more of the columns \
               static_offset, dynamic_offset, stiffness_offset and load_offset, which fill the lists of these names. It \

@@ -487,10 +487,6 @@ mod tests {
                 &["initial.state=x"],
                 "initial.state: no state can be read from initial.state: it does".to_owned(),
             ),
-            (
-                &["initial.state_csv=a.csv", "initial.velocity_m_per_s=[0,0,1]"],
-                "initial.velocity_m_per_s: a list beside a table, which has it as a column".to_owned(),
-            ),
             (&["initial.at_s=0.5"], "initial.at_s: 0.5 is the time of a state, and none is given".to_owned()),
         ] {
             let error = resolve(sets).unwrap_err();

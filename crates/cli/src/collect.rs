@@ -384,9 +384,11 @@ impl Claims {
         let claims = pipeline.iter().flat_map(|pipeline| &pipeline.claim);
         for run in claims.flat_map(ClaimSpec::runs).filter_map(|run| run.parse::<u64>().ok()) {
             let row = run.checked_sub(1).and_then(|index| plan.rows.get(index as usize));
-            if let Some(row) = row.filter(|row| row.run <= plan.numbered())
-                && let Ok((_, header)) = plan.scenario(row)
-            {
+            // Runs that the scenario refuses have no id, and no results to measure.
+            if let Some(row) = row.filter(|row| row.run <= plan.numbered() && row.id.is_some()) {
+                let scenario = plan.scenario_of_results(row);
+                let (_, header) =
+                    scenario.map_err(|problem| Failure::BadInput(format!("{FILE}: run {run}: {problem}")))?;
                 headers.insert(run, header);
             }
         }

@@ -1,6 +1,7 @@
 //! States at the start that a scenario gives: the rules of `[initial]`, tables and logs, and whether a state can be one
 //! of the slider.
 
+use std::fmt::{self, Write};
 use std::path::Path;
 
 use asperity_record::counted;
@@ -8,7 +9,7 @@ use asperity_record::counted;
 use crate::initial::given;
 use crate::initial_state::{Carried, CarriedJunctions, CarriedSolver, CarriedStep, InitialState};
 use crate::lattice_keys::Refusal;
-use crate::plan::Plan;
+use crate::plan::{Plan, RecordingPlan};
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError, StateReader};
 use crate::text;
@@ -16,8 +17,82 @@ use crate::text;
 /// The first line of a table.
 const HEADER: &str = "displacement_m,velocity_m_per_s,stick_position_m,slides";
 
+/// The lists of a state, in the order of the columns of a table.
+const LISTS: [&str; 4] = [
+    "initial.displacement_m",
+    "initial.velocity_m_per_s",
+    "initial.stick_position_m",
+    "initial.sliding_blocks",
+];
+
 /// No run has more steps.
 const MOST_STEP: u64 = 1 << 53;
+
+impl Scenario {
+    /// The keys that a run shares with the one in whose state it begins, and their values as written.
+    pub fn keys_of_states(&self) -> Vec<(String, String)> {
+        self.state_keys().into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    }
+
+    /// The first of these keys that has another value than in [`Scenario::keys_of_states`] of another run: the key,
+    /// the value there, and the one here.
+    pub fn differs_in(&self, there: &[(String, String)]) -> Option<(&'static str, String, String)> {
+        self.state_keys().into_iter().find_map(|(key, here)| {
+            let (_, there) = there.iter().find(|(name, _)| name == key)?;
+            (*there != here).then(|| (key, there.clone(), here))
+        })
+    }
+
+    fn state_keys(&self) -> [(&'static str, String); 13] {
+        let (slider, friction) = (&self.slider, &self.friction);
+        [
+            ("slider.blocks", slider.blocks.to_string()),
+            ("slider.across", slider.across.to_string()),
+            ("slider.rows", slider.rows.to_string()),
+            ("slider.length_m", slider.length_m.to_string()),
+            ("slider.width_m", slider.width_m.to_string()),
+            ("slider.height_m", slider.height_m.to_string()),
+            ("slider.mass_kg", slider.mass_kg.to_string()),
+            ("slider.youngs_modulus_pa", slider.youngs_modulus_pa.to_string()),
+            ("slider.left_end", format!("{:?}", slider.left_end.word())),
+            ("slider.right_end", format!("{:?}", slider.right_end.word())),
+            ("friction.law", format!("{:?}", friction.law.word())),
+            ("friction.junction_count", friction.junction_count.to_string()),
+            ("time.step_s", format!("{:e}", self.time.step_s)),
+        ]
+    }
+}
+
+/// Hashes what is written.
+struct Hashing(blake3::Hasher);
+
+impl Write for Hashing {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.update(text.as_bytes());
+        Ok(())
+    }
+}
+
+impl Plan {
+    /// A BLAKE3 hash, hexadecimal, of what moves the slider: the plan without its start, its end, and what is recorded.
+    /// Only within one version of the program are equal plans sure to have equal hashes.
+    pub fn motion_hash(&self) -> String {
+        let mut motion = Plan {
+            steps: 0,
+            recording: RecordingPlan::default(),
+            initial: InitialState::default(),
+            ..self.clone()
+        };
+        // They follow from the start.
+        motion.drive.offset_m = 0.0;
+        motion.drive.springs.iter_mut().for_each(|spring| spring.rest_m = 0.0);
+        motion.end_bonds.iter_mut().for_each(|bond| bond.rest_m = 0.0);
+        let mut hashing = Hashing(blake3::Hasher::new());
+        // Numbers are written so that other bits give another text.
+        write!(hashing, "{motion:?}").expect("a hash takes any text");
+        hashing.0.finalize().to_hex().to_string()
+    }
+}
 
 /// Checks the keys of `[initial]` against each other and the slider.
 pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
@@ -97,9 +172,16 @@ pub(crate) fn read(
     reader: Option<StateReader>,
     errors: &mut Vec<ScenarioError>,
 ) {
-    let is_newer = ["initial.from", "initial.at_s"].iter().any(|key| entries.overrides(key, "initial.state"));
-    if is_newer {
+    let overrides = |key: &str| entries.overrides(key, "initial.state");
+    if overrides("initial.from") || (overrides("initial.at_s") && !scenario.initial.from.is_empty()) {
         scenario.initial.state.clear();
+    }
+    let has_newer_table = entries.overrides("initial.state_csv", LISTS[0]);
+    if has_newer_table {
+        let initial = &mut scenario.initial;
+        let [u, v, anchors] =
+            [&mut initial.displacement_m, &mut initial.velocity_m_per_s, &mut initial.stick_position_m];
+        [u, v, anchors, &mut initial.sliding_blocks].into_iter().for_each(Vec::clear);
     }
     let refuse = |key: &str, problem: String, accepted: String| ScenarioError {
         place: entries.place(key),
@@ -107,6 +189,10 @@ pub(crate) fn read(
         problem,
         accepted: Some(accepted),
     };
+    for list in LISTS.into_iter().filter(|list| has_newer_table && entries.overrides(list, LISTS[0])) {
+        let problem = "a list beside a table, which has it as a column".to_owned();
+        errors.push(refuse(list, problem, "none, or no initial.state_csv".to_owned()));
+    }
     let initial = &scenario.initial;
     if !initial.from.is_empty() && initial.state.is_empty() {
         let read = match reader {
@@ -192,7 +278,24 @@ pub(crate) fn check(scenario: &Scenario) -> Option<Refusal> {
         Ok(Some(given)) => given,
         Err(problem) => return refuse(format!("no state can be read from initial.state: {problem}")),
     };
+    let keys = given.carried.as_ref().map(|carried| &*carried.keys).unwrap_or_default();
+    if let Some((key, found, wanted)) = scenario.differs_in(keys) {
+        return Some((
+            key,
+            format!("{wanted}, and the state in initial.state is of a run with {found}"),
+            format!("{found}, or in initial.from the log of a run with {wanted}"),
+        ));
+    }
     let plan = Plan::without_given_state(scenario);
+    let is_of_log = !initial.state.is_empty();
+    if is_of_log && initial.at_s != 0.0 && plan.grid.nearest_step(initial.at_s) != given.step {
+        let time_s = plan.grid.time_s(given.step);
+        return Some((
+            "initial.at_s",
+            format!("{}, and the state in initial.state is that at {time_s} s", initial.at_s),
+            format!("{time_s}, or no initial.state, so that initial.from is read"),
+        ));
+    }
     if given.step >= plan.steps {
         return Some((
             "time.duration_s",
@@ -255,7 +358,11 @@ fn fits(given: &InitialState, plan: &Plan) -> Result<(), String> {
     }
 }
 
+/// Whether it can be that of the plan, or is of another motion and not used.
 fn solver_fits(given: &InitialState, plan: &Plan, carried: &Carried, solver: &CarriedSolver) -> bool {
+    if solver.motion != plan.motion_hash() {
+        return true;
+    }
     let (blocks, axes) = (plan.blocks, plan.elastic.tangential_axes());
     let forces = match plan.elastic.as_chain() {
         Some(_) => blocks,

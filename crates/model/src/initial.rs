@@ -188,6 +188,8 @@ pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
     let step = given.step;
     plan.initial = given;
     let Some(mut carried) = plan.initial.carried.take() else { return };
+    // What the solver knows of another motion is wrong for this one: thresholds, symmetry, the step in progress.
+    carried.solver = carried.solver.filter(|solver| solver.motion == plan.motion_hash());
     let planned = plan.drive.hold_from_step.unwrap_or(u64::MAX);
     let stop = |drive: &CarriedDrive| drive.until_load_ratio == plan.drive.until_load_ratio;
     let goes_on = plan.drive.until_load_ratio.is_some() && carried.drive.as_ref().is_some_and(stop);

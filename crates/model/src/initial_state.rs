@@ -33,6 +33,11 @@ pub struct InitialState {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Carried {
+    /// Keys that a run which begins in it must share, and their values ([`Scenario::keys_of_states`]); empty for a
+    /// state of no log.
+    ///
+    /// [`Scenario::keys_of_states`]: crate::Scenario::keys_of_states
+    pub keys: Vec<(String, String)>,
     /// The contacts that slide, counted from 0, ascending.
     #[serde(with = "exact::counts")]
     pub detached: Vec<u64>,
@@ -54,7 +59,7 @@ pub struct Carried {
     pub drive: Option<CarriedDrive>,
     /// The junctions, by the law that has them.
     pub junctions: Option<CarriedJunctions>,
-    /// How the solver went on, for a run whose motion is that of the run that it goes on from.
+    /// How the solver went on. A run that moves in another way begins without it.
     pub solver: Option<CarriedSolver>,
 }
 
@@ -97,6 +102,8 @@ pub struct CarriedJunctions {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CarriedSolver {
+    /// The motion that it belongs to ([`Plan::motion_hash`](crate::Plan::motion_hash)).
+    pub motion: String,
     /// How many contacts slid in the last step.
     pub sliding: u32,
     /// Tangential forces of the last step; of a lattice those of the contacts that detached in it, axis by axis.
@@ -141,6 +148,7 @@ impl Carried {
     /// Of contacts that have just come to rest, except for those that slide, counted from 0, ascending.
     pub(crate) fn sliding(detached: Vec<u64>) -> Carried {
         Carried {
+            keys: Vec::new(),
             detached,
             just_detached: Vec::new(),
             normal_load_n: Vec::new(),

@@ -10,22 +10,23 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
-use asperity_model::source::UnfitState;
-use asperity_model::{InitialState, Plan, RecordingPlan, Scenario, ScenarioSource};
-use asperity_record::RunHeader;
-use asperity_runlog::{RunReader, Topics};
-use asperity_simulator::Snapshot;
-
 use crate::check::check;
 use crate::reading::scenario_of;
 use crate::states::{self, StatesError};
 use crate::verdict::Verdict;
+use asperity_model::source::UnfitState;
+use asperity_model::{Plan, RecordingPlan, Scenario, ScenarioSource};
+use asperity_record::RunHeader;
+use asperity_runlog::{RunReader, Topics};
 
 /// The longest text of a state: with the other keys it is a scenario of a length that is accepted.
 const LONGEST_STATE_BYTES: usize = 7 << 20;
 
 /// Logs that are kept: a study plans its runs, and makes them, from one or a few.
-const LOGS_KEPT: usize = 4;
+const LOGS_KEPT: usize = 8;
+
+/// Most bytes of states that are kept of a log, besides the one that was asked for last.
+const STATES_KEPT_BYTES: usize = 32 << 20;
 
 /// Lets a scenario begin in the state of a logged run, named by `initial.from`.
 pub fn with_logged_states(source: ScenarioSource) -> ScenarioSource {
@@ -41,7 +42,8 @@ struct Parent {
     scenario: Scenario,
     plan: Arc<Plan>,
     last_step: u64,
-    states: VecDeque<(u64, Snapshot)>,
+    /// Their texts by step, the one that was asked for last at the front.
+    states: VecDeque<(u64, String)>,
 }
 
 static PARENTS: Mutex<VecDeque<Parent>> = Mutex::new(VecDeque::new());
@@ -102,13 +104,12 @@ impl Parent {
         scenario: &Scenario,
         refuse: &dyn Fn(String, &str) -> UnfitState,
     ) -> Result<String, UnfitState> {
-        if let Some((key, found, wanted)) = differing(&self.scenario, scenario) {
+        if let Some((key, found, wanted)) = scenario.differs_in(&self.scenario.keys_of_states()) {
             return Err(refuse(
                 format!("its run has {key} = {found}, not {wanted}"),
                 "a run of the same slider, friction law and time step",
             ));
         }
-        let plan = Plan::without_given_state(scenario);
         let (grid, first) = (self.plan.grid, self.plan.initial.step);
         let step = match scenario.initial.at_s {
             0.0 => self.last_step,
@@ -119,15 +120,18 @@ impl Parent {
                 key: "initial.at_s",
                 problem: format!("{} s is not in the run of {}", scenario.initial.at_s, self.log.display()),
                 accepted: format!(
-                    "a time from {} to {} s, or 0 for its end",
-                    grid.time_s(first),
+                    "a time {} to {} s, or 0 for its end",
+                    // 0 has another meaning.
+                    match first {
+                        0 => "above 0, up".to_owned(),
+                        first => format!("from {}", grid.time_s(first)),
+                    },
                     grid.time_s(self.last_step)
                 ),
             });
         }
-        let snapshot =
-            self.snapshot(step).map_err(|error| refuse(error.to_string(), "a run whose state is known"))?;
-        let text = snapshot.to_initial(&self.plan, motion(&plan) == motion(&self.plan)).to_text();
+        let text =
+            self.text(step).map_err(|error| refuse(error.to_string(), "a run whose state is known"))?;
         if text.len() > LONGEST_STATE_BYTES {
             return Err(refuse(
                 format!("its state has {} bytes as text", text.len()),
@@ -137,11 +141,23 @@ impl Parent {
         Ok(text)
     }
 
-    /// The solver after a step.
-    fn snapshot(&mut self, step: u64) -> Result<Snapshot, StatesError> {
-        if let Some((_, snapshot)) = self.states.iter().find(|(at, _)| *at == step) {
-            return Ok(snapshot.clone());
-        }
+    /// The state after a step. It depends on this run alone, so all runs that begin in it share its text.
+    fn text(&mut self, step: u64) -> Result<String, StatesError> {
+        let kept = self.states.iter().position(|(at, _)| *at == step);
+        let text = match kept.and_then(|index| self.states.remove(index)) {
+            Some((_, text)) => text,
+            None => self.simulated(step)?,
+        };
+        let mut bytes = 0;
+        self.states.retain(|(_, text)| {
+            bytes += text.len();
+            bytes <= STATES_KEPT_BYTES
+        });
+        self.states.push_front((step, text.clone()));
+        Ok(text)
+    }
+
+    fn simulated(&self, step: u64) -> Result<String, StatesError> {
         let mut reader = RunReader::open(&self.log, Topics::NONE)?;
         let saved = states::fitting(states::last_saved(&mut reader, step, &|| false), &self.plan)?;
         let recording = RecordingPlan::default();
@@ -151,47 +167,6 @@ impl Parent {
             solver.restore(&snapshot);
         }
         while solver.next_record()?.is_some() {}
-        let snapshot = solver.snapshot();
-        self.states.truncate(LOGS_KEPT - 1);
-        self.states.push_front((step, snapshot.clone()));
-        Ok(snapshot)
+        Ok(solver.snapshot().to_initial(&self.plan, self.scenario.keys_of_states()).to_text())
     }
-}
-
-/// A key that must be the same, and both its values.
-fn differing(of: &Scenario, with: &Scenario) -> Option<(&'static str, String, String)> {
-    let keys = |scenario: &Scenario| {
-        let (slider, friction) = (&scenario.slider, &scenario.friction);
-        [
-            ("slider.blocks", slider.blocks.to_string()),
-            ("slider.across", slider.across.to_string()),
-            ("slider.rows", slider.rows.to_string()),
-            ("slider.length_m", slider.length_m.to_string()),
-            ("slider.width_m", slider.width_m.to_string()),
-            ("slider.height_m", slider.height_m.to_string()),
-            ("slider.mass_kg", slider.mass_kg.to_string()),
-            ("slider.youngs_modulus_pa", slider.youngs_modulus_pa.to_string()),
-            ("slider.left_end", format!("{:?}", slider.left_end.word())),
-            ("slider.right_end", format!("{:?}", slider.right_end.word())),
-            ("friction.law", format!("{:?}", friction.law.word())),
-            ("friction.junction_count", friction.junction_count.to_string()),
-            ("time.step_s", format!("{:e}", scenario.time.step_s)),
-        ]
-    };
-    let pairs = keys(of).into_iter().zip(keys(with));
-    pairs.filter(|((_, found), (_, wanted))| found != wanted).map(|((key, a), (_, b))| (key, a, b)).next()
-}
-
-/// What a plan has that moves a slider, without where it begins and what is recorded.
-fn motion(plan: &Plan) -> Plan {
-    let mut motion = Plan {
-        steps: 0,
-        recording: RecordingPlan::default(),
-        initial: InitialState::default(),
-        ..plan.clone()
-    };
-    motion.drive.offset_m = 0.0;
-    motion.drive.springs.iter_mut().for_each(|spring| spring.rest_m = 0.0);
-    motion.end_bonds.iter_mut().for_each(|bond| bond.rest_m = 0.0);
-    motion
 }

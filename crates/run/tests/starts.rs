@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use asperity_model::{Plan, Scenario};
+use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{Event, Observer, Record, StepRecord, Switch};
 use asperity_run::{Begin, LogTo, SolverKind, Task, Verdict, check, check_again, run, with_logged_states};
 use asperity_runlog::{RunReader, Topics};
@@ -374,7 +374,8 @@ fn what_cannot_be_branched_from_is_refused_with_place_and_reason() {
         (
             vec![of_run.clone(), "initial.at_s=8".to_owned(), longer.to_owned()],
             format!(
-                "--set initial.at_s=8: initial.at_s: 8 s is not in the run of {path} (accepted: a time from 0 to 0.3 s"
+                "--set initial.at_s=8: initial.at_s: 8 s is not in the run of {path} (accepted: a time above 0, up to 0.3 s, or \
+                 0 for its end)"
             ),
         ),
         (
@@ -405,4 +406,125 @@ fn what_cannot_be_branched_from_is_refused_with_place_and_reason() {
         assert!(error.contains(&expected) && error.contains("accepted: "), "{expected}\nnot in {error}");
     }
     assert_eq!(Plan::new(&scenario).initial.carried, None);
+}
+
+/// The scenario of a log as a later run takes it, with other values.
+fn of_kept(kept: &Scenario, sets: &[&str]) -> Result<Scenario, String> {
+    let source = with_logged_states(ScenarioSource::logged("log", kept.to_commented_toml()));
+    let source = sets.iter().fold(source, |source, set| source.with_override(set));
+    Scenario::resolve(&source).map_err(|errors| errors.to_string())
+}
+
+#[test]
+fn a_state_that_is_kept_is_that_of_its_slider_step_and_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, log, _, [calm, _]) = parent(folder.path());
+    let sets = [&from(&log), &*at(&scenario, calm), "time.duration_s=0.4"];
+    let branch = accepted("default", &[&CHAIN[..], &sets].concat());
+    let calm_s = branch.initial.at_s;
+    for (set, expected) in [
+        (
+            "time.step_s=2e-7",
+            "time.step_s: 2e-7, and the state in initial.state is of a run with 4e-7 (accepted: 4e-7",
+        ),
+        (
+            "slider.length_m=0.2",
+            "slider.length_m: 0.2, and the state in initial.state is of a run with 0.1 (accepted: 0.1",
+        ),
+        ("slider.mass_kg=0.013", "slider.mass_kg: 0.013, and the state"),
+        ("slider.blocks=13", "slider.blocks: 13, and the state in initial.state is of a run with 12"),
+        (
+            "slider.left_end=clamped",
+            "slider.left_end: \"clamped\", and the state in initial.state is of a run with \"free\"",
+        ),
+        ("slider.right_end=absorbing", "slider.right_end: \"absorbing\", and the state"),
+        (
+            "friction.law=rigid",
+            "friction.law: \"rigid\", and the state in initial.state is of a run with \"interf",
+        ),
+    ] {
+        let error = of_kept(&branch, &[set]).unwrap_err();
+        assert!(
+            error.contains(expected) && error.contains("or in initial.from the log of"),
+            "{set}: {error}"
+        );
+    }
+    let edited = branch.to_commented_toml().replace(&format!("at_s = {calm_s}"), "at_s = 0.25");
+    assert_ne!(edited, branch.to_commented_toml());
+    let error = Scenario::resolve(&ScenarioSource::new("edited.toml", edited)).unwrap_err().to_string();
+    let expected = format!(
+        "initial.at_s: 0.25, and the state in initial.state is that at {calm_s} s (accepted: {calm_s}"
+    );
+    assert!(error.contains(&expected), "{error}");
+    // Another time is read from the log, and needs one.
+    let later = of_kept(&branch, &["initial.at_s=0.25"]).unwrap();
+    assert_eq!(Plan::new(&later).initial.step, 625_000);
+    assert_eq!(
+        of_kept(&branch, &["drive.velocity_m_per_s=1e-3"]).unwrap().initial.state,
+        branch.initial.state
+    );
+}
+
+#[test]
+fn another_table_replaces_the_lists_of_the_former_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |name: &str, u: f64| {
+        let path = folder.path().join(name);
+        let rows = format!("{u},0,0,0\n0,0,0,0\n");
+        std::fs::write(&path, format!("displacement_m,velocity_m_per_s,stick_position_m,slides\n{rows}"))
+            .unwrap();
+        format!("initial.state_csv={}", path.display())
+    };
+    let (first, second) = (table("first.csv", 1e-6), table("second.csv", 2e-6));
+    let shown = accepted("default", &["slider.blocks=2", &first]);
+    let again = of_kept(&shown, &[&second]).unwrap();
+    assert_eq!([&shown, &again].map(|of| of.initial.displacement_m[0]), [1e-6, 2e-6]);
+    let error = of_kept(&shown, &[&second, "initial.sliding_blocks=[1]"]).unwrap_err();
+    assert!(error.contains("initial.sliding_blocks: a list beside a table"), "{error}");
+}
+
+#[test]
+fn what_a_solver_knows_is_left_behind_by_another_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let ageing = [
+        &CHAIN[..],
+        &[
+            "friction.ageing_coefficient=0.02",
+            "friction.ageing_time_s=0.01",
+            "friction.static_coefficient=0.7",
+        ],
+    ]
+    .concat();
+    for (name, sets, at_s, changes) in [
+        ("sheet-coarse", SHEET.to_vec(), "initial.at_s=0.02", &["disorder.load_spread=0.3"][..]),
+        (
+            "default",
+            ageing,
+            "initial.at_s=0.2",
+            &[
+                "friction.static_coefficient=0.6",
+                "friction.ageing_coefficient=0",
+                "friction.ageing_time_s=0.02",
+            ],
+        ),
+        ("rate-and-state", vec!["time.duration_s=2"], "initial.at_s=1", &["normal_load.total_n=300"]),
+    ] {
+        let log = folder.path().join(format!("{name}.mcap"));
+        made(&accepted(name, &sets), SolverKind::of(accepted(name, &sets).friction.law)[0], Some(&log));
+        let branch = accepted(name, &[&sets[..], &[&from(&log), at_s]].concat());
+        let solver = |scenario: &Scenario| Plan::new(scenario).initial.carried.unwrap().solver;
+        // What is recorded and how long is no motion.
+        let longer = of_kept(&branch, &["recording.sample_s=1e-3", "initial_velocity.mode=2"]).unwrap();
+        assert!(solver(&branch).is_some() && solver(&longer).is_some(), "{name}");
+        for change in changes {
+            let changed = of_kept(&branch, &[change]).unwrap();
+            assert_eq!(changed.initial.state, branch.initial.state);
+            assert_eq!(solver(&changed), None, "{name} {change}");
+            if SolverKind::of(changed.friction.law).len() > 1 {
+                let verified = asperity_run::verify::verify(&Plan::new(&changed), |_| ());
+                let verified = verified.unwrap_or_else(|error| panic!("{name} {change}: {error}"));
+                assert!(verified.agreement.switches > 20, "{name} {change}");
+            }
+        }
+    }
 }

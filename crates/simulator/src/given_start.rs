@@ -8,9 +8,8 @@ use crate::slow_modes::mirrors_itself;
 use crate::state::SliderState;
 
 impl Snapshot {
-    /// The state in which another run can begin. `has_same_motion` says that its plan moves the slider as `plan`, of
-    /// this run, does; then the solver goes on to the bit.
-    pub fn to_initial(&self, plan: &Plan, has_same_motion: bool) -> InitialState {
+    /// The state in which another run can begin, from the plan of this run and the keys that both must share.
+    pub fn to_initial(&self, plan: &Plan, keys: Vec<(String, String)>) -> InitialState {
         let Snapshot { slider, pace } = self;
         let detached = (0..).zip(&slider.slip).filter(|(_, slip)| **slip != 0.0).map(|(n, _)| n).collect();
         InitialState {
@@ -20,6 +19,7 @@ impl Snapshot {
             stick_position_m: slider.stick_position_m.clone(),
             state: slider.friction_state.clone(),
             carried: Some(Box::new(Carried {
+                keys,
                 detached,
                 just_detached: slider.just_detached.iter().map(|n| u64::from(*n)).collect(),
                 normal_load_n: slider.normal_load_n.clone(),
@@ -34,7 +34,7 @@ impl Snapshot {
                     ends_m: plan.end_bonds.iter().map(|bond| bond.rest_m).collect(),
                 }),
                 junctions: slider.junctions.as_ref().map(|junctions| junctions.carried()),
-                solver: has_same_motion.then(|| carried_solver(slider, *pace, plan)),
+                solver: Some(carried_solver(slider, *pace, plan)),
             })),
         }
     }
@@ -44,6 +44,7 @@ fn carried_solver(slider: &SliderState, pace: Pace, plan: &Plan) -> CarriedSolve
     let tau_n = &slider.tangential_force_n;
     let of_contacts = |n: &u32| *n as usize;
     CarriedSolver {
+        motion: plan.motion_hash(),
         sliding: slider.sliding,
         tangential_force_n: match plan.elastic.as_chain() {
             Some(_) => tau_n.clone(),

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 use asperity_figures::Figure;
 use asperity_files::{Existing, FileError, FileSet, Inputs};
-use asperity_model::keys::Key;
+use asperity_model::keys::{KEYS, Key};
 use asperity_model::{Preview, Scenario, ScenarioSource, Warning};
-use asperity_record::bounds::LONGEST_TOML_BYTES;
+use asperity_record::bounds::{LONGEST_TOML_BYTES, check_toml};
 use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once, with_logged_states};
 use serde::{Deserialize, Serialize};
@@ -137,9 +137,6 @@ pub enum PlanError {
     #[error(transparent)]
     File(#[from] FileError),
 }
-
-/// Parts of scenarios that name files.
-const FILE_KEYS: [&str; 4] = ["profile_csv", "state_csv", "initial.from", "[initial]"];
 
 /// Most refused runs that are listed.
 const MOST_TOLD: usize = 5;
@@ -326,10 +323,10 @@ impl Plan {
     /// If an id is wrong.
     pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
         let Common { code_version, scenario_toml, set, keys, runs, .. } = &self.common;
-        let names_file = |text: &String| FILE_KEYS.iter().any(|key| text.contains(key));
         let of_runs = runs.iter().flat_map(|run| [&run.scenario_toml].into_iter().chain(&run.set));
-        let texts = [scenario_toml].into_iter().chain(set).chain(keys).chain(of_runs);
-        if code_version != CODE_VERSION || texts.into_iter().any(names_file) {
+        let mut texts = [scenario_toml].into_iter().chain(set).chain(of_runs);
+        let varies_file = file_keys().any(|path| keys.iter().any(|key| key == path));
+        if code_version != CODE_VERSION || varies_file || texts.any(|text| names_file(text)) {
             return Ok(());
         }
         let check = |row: &Row| match row.id.is_some() && self.scenario(row).is_err() {
@@ -558,6 +555,25 @@ impl Common {
     }
 }
 
+/// The keys that name files.
+fn file_keys() -> impl Iterator<Item = &'static str> {
+    KEYS.iter().map(|key| key.path).filter(|path| path.ends_with("_csv") || *path == "initial.from")
+}
+
+/// Whether the text of a scenario, or an override, names a file.
+fn names_file(text: &str) -> bool {
+    let table = check_toml(text).ok().and_then(|()| text.parse::<toml::Table>().ok());
+    let Some(table) = table.map(toml::Value::Table) else {
+        // An override whose value is a text without quotes.
+        let key = text.split('=').next().unwrap_or_default().trim();
+        return file_keys().any(|path| path == key);
+    };
+    file_keys().any(|path| {
+        let value = path.split('.').try_fold(&table, |table, part| table.get(part));
+        value.is_some_and(|value| value.as_str() != Some(""))
+    })
+}
+
 fn lines(common: &Common, rows: &[Row]) -> String {
     let mut text = json(common);
     rows.iter().for_each(|row| text.push_str(&json(row)));
@@ -576,7 +592,26 @@ mod tests {
 
     use asperity_model::ParameterSet;
 
-    use super::Plan;
+    use super::{Plan, file_keys, names_file};
+
+    #[test]
+    fn files_are_found_however_their_keys_are_written() {
+        for text in [
+            "[ initial ]\nfrom = 'a.mcap'",
+            "initial = { from = 'a.mcap' }",
+            "initial . from = 'a.mcap'",
+            "initial.from=out/a.mcap",
+            "normal_load.course_csv=a.csv",
+            "[prestress]\ncourse_csv = 'a.csv'",
+            "disorder.blocks_csv='a.csv'",
+        ] {
+            assert!(names_file(text), "{text}");
+        }
+        for text in ["", "[initial]\nfrom = ''\nstate_csv = ''", "initial.at_s=1", "name = 'initial.from'"] {
+            assert!(!names_file(text), "{text}");
+        }
+        assert_eq!(file_keys().count(), 7, "{:?}", file_keys().collect::<Vec<_>>());
+    }
 
     /// Its scenario names no parameter set, which meant `as-coded` at the time of planning.
     #[test]

@@ -603,7 +603,7 @@ mod tests {
             "initial.from=out/a.mcap",
             "normal_load.course_csv=a.csv",
             "[prestress]\ncourse_csv = 'a.csv'",
-            "disorder.blocks_csv='a.csv'",
+            "disorder.contacts_csv='a.csv'",
         ] {
             assert!(names_file(text), "{text}");
         }

@@ -123,6 +123,25 @@ impl ContactCourse {
         }
     }
 
+    /// The first knot after a step; `u64::MAX` if there is none.
+    pub fn next_knot(&self, step: u64) -> u64 {
+        self.knots.iter().map(|(knot, _)| *knot).find(|knot| *knot > step).unwrap_or(u64::MAX)
+    }
+
+    /// The change of all values per step after a step, up to the next knot.
+    pub fn rates(&self, step: u64) -> Vec<f64> {
+        let behind = self.knots.partition_point(|(knot, _)| *knot <= step);
+        let pair =
+            behind.checked_sub(1).and_then(|before| self.knots.get(before)).zip(self.knots.get(behind));
+        match pair {
+            None => vec![0.0; self.knots[0].1.len()],
+            Some(((from, start), (to, end))) => {
+                let steps = (to - from) as f64;
+                start.iter().zip(end).map(|(start, end)| (end - start) / steps).collect()
+            }
+        }
+    }
+
     /// The values of all contacts in a step.
     pub fn values(&self, step: u64) -> Vec<f64> {
         let mut values = vec![0.0; self.knots[0].1.len()];
@@ -164,6 +183,8 @@ mod tests {
         ] {
             assert_eq!(course.values(step), expected, "step {step}");
         }
+        assert_eq!([0, 10, 20, 40].map(|step| course.next_knot(step)), [10, 20, 40, u64::MAX]);
+        assert_eq!([9, 10, 25, 40].map(|step| course.rates(step)[0]), [0.0, 0.2, -0.1, 0.0]);
         assert_eq!(ContactCourse::new(Vec::new(), Vec::new()), None);
     }
 

@@ -252,7 +252,7 @@ pub fn start_in_state(plan: &mut Plan, law: &RateAndState, is_loaded: bool) {
     let Some(chain) = plan.elastic.as_chain().filter(|_| is_loaded) else { return };
     let velocity_m_per_s = drive_m_per_s * libm::exp(law.initial_kick);
     let mut pull_n: Vec<f64> = plan
-        .normal_load_n
+        .loads_n(0, u64::MAX)
         .iter()
         .zip(&plan.initial.state)
         .map(|(p, state)| {

@@ -355,10 +355,12 @@ impl Plan {
         !self.elastic.has_foundation() && self.contact_load_course.is_none()
     }
 
-    /// The normal load of each contact in a step, N; of a body on a foundation, that of its rest state.
+    /// The normal load of each contact in a step, N; of a body on a foundation, as if it rested under its load.
     pub fn loads_n(&self, step: u64, hold_step: u64) -> Vec<f64> {
-        let Some(course) = &self.contact_load_course else { return self.normal_load_n.clone() };
         let factor = self.load_factor(step, hold_step);
+        let Some(course) = &self.contact_load_course else {
+            return self.normal_load_n.iter().map(|at_start_n| factor * at_start_n).collect();
+        };
         let mut loads_n = course.values(step);
         loads_n.iter_mut().zip(&self.normal_load_n).for_each(|(p, at_start_n)| *p *= factor * at_start_n);
         loads_n

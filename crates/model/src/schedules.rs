@@ -180,13 +180,18 @@ fn of_contacts(course: &ContactCourse<'_>, scenario: &Scenario, grid: TimeGrid) 
     let mut refused = Vec::new();
     let is_there = !times.is_empty() || !values.is_empty() || !file.is_empty();
     let law = scenario.friction.law;
-    let is_known =
-        !scenario.slider.is_lattice() && law.sticks() && scenario.contact_law().junctions().is_none();
+    let is_load = values_key == "normal_load.course_factor";
+    // By rate-and-state, energies do not include the work of a force that changes.
+    let is_of_law = scenario.contact_law().junctions().is_none() && (law.sticks() || is_load);
+    let is_known = !scenario.slider.is_lattice() && is_of_law;
     if is_there && !is_known {
         let key = if times.is_empty() { file_key } else { times_key };
         let problem = "courses of single contacts are those of a chain, by a law with one state per contact";
-        let accepted = "none, or a chain with friction.law = \"interfacial-springs\", \"rigid\" or \"velocity-weakening\"";
-        refused.push((key, problem.to_owned(), accepted.to_owned()));
+        let or = if is_load { ", \"rate-and-state\"" } else { "" };
+        let accepted = format!(
+            "none, or a chain with friction.law = \"interfacial-springs\", \"rigid\"{or} or \"velocity-weakening\""
+        );
+        refused.push((key, problem.to_owned(), accepted));
         return refused;
     }
     if values.len() != counted && values.len() != counted * contacts {
@@ -198,7 +203,6 @@ fn of_contacts(course: &ContactCourse<'_>, scenario: &Scenario, grid: TimeGrid) 
         return refused;
     }
     // Those from a file have not been compared with the range of the key.
-    let is_load = values_key == "normal_load.course_factor";
     let is_in_range = |value: f64| match is_load {
         true => (LEAST_MAGNITUDE..=MOST_MAGNITUDE).contains(&value),
         false => value.abs() <= MOST_SHEAR_RATIO,

@@ -77,6 +77,7 @@ pub(crate) struct Adaptive {
 /// A piece between two knots of the courses of drive and load.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
+    from_step: u64,
     from_s: f64,
     outside: Outside,
     /// The knot at its end, a grid step; `u64::MAX` for none.
@@ -91,14 +92,17 @@ impl Piece {
         let moves = plan.drive.course.as_ref().filter(|_| step < hold_step);
         let stop_step = if step < hold_step { hold_step } else { u64::MAX };
         let turn_step = moves.map_or(u64::MAX, |course| course.next_knot(step, u64::MAX));
-        let knots = [plan.load_course.next_knot(step, hold_step), stop_step, turn_step];
+        let of_contacts = plan.contact_load_course.as_ref().map_or(u64::MAX, |course| course.next_knot(step));
+        let knots = [plan.load_course.next_knot(step, hold_step), stop_step, turn_step, of_contacts];
         Piece {
+            from_step: step,
             from_s: plan.grid.time_s(step),
             outside: Outside {
                 drive_m_per_s: plan.drive_velocity_m_per_s(step, hold_step),
                 drive_m_per_s2: moves.map_or(0.0, |course| course.rate(step, u64::MAX)) * per_s,
                 load: plan.load_factor(step, hold_step),
                 load_per_s: plan.load_course.rate(step, hold_step) * per_s,
+                since_s: 0.0,
             },
             until_step: knots.into_iter().min().unwrap_or(u64::MAX),
         }
@@ -189,6 +193,7 @@ impl Adaptive {
             piece = Piece::from_step(&plan, piece.until_step);
         }
         self.piece = piece;
+        self.equations.begin_piece(&plan, piece.from_step);
         self.begin.prepare(&mut self.equations, piece.outside(self.time_s.value()));
         for (n, is_above) in self.is_above.iter_mut().enumerate() {
             let switches = self.crossings.iter().filter(|crossing| crossing.block as usize == n).count();
@@ -228,6 +233,7 @@ impl Adaptive {
             if self.seconds_to(knot_s) <= self.step_s {
                 end_s = Sum { total: knot_s, rest: 0.0 };
                 self.piece = Piece::from_step(&plan, self.piece.until_step);
+                self.equations.begin_piece(&plan, self.piece.from_step);
             }
         }
         self.time_s = end_s;
@@ -378,8 +384,8 @@ impl Adaptive {
 
     /// The speed of block `n` after a share of the step.
     fn speed_within(&self, n: usize, share: f64) -> f64 {
-        let load = self.piece.outside(self.time_s.value() + share * self.step_s).load;
-        self.equations.speed_m_per_s(n, load, |place| self.rodas4.within(&self.begin.at, share, place))
+        let outside = self.piece.outside(self.time_s.value() + share * self.step_s);
+        self.equations.speed_m_per_s(n, outside, |place| self.rodas4.within(&self.begin.at, share, place))
     }
 
     /// Moves the slider to a grid step within the step, and records it.
@@ -399,6 +405,9 @@ impl Adaptive {
             slider.velocity_m_per_s[n] = self.equations.contacts[n].velocity;
             slider.tangential_force_n[n] = self.equations.tangential_force_n(n);
             slider.friction_state[n] = state[n];
+        }
+        if !plan.has_given_loads() {
+            slider.normal_load_n = plan.loads_n(step, slider.hold_step);
         }
         let due = self.crossings.partition_point(|crossing| crossing.step <= step);
         let mut switched = Vec::new();

@@ -476,3 +476,64 @@ fn a_run_whose_steps_no_longer_end_is_stopped() {
     assert_eq!(error.status(), RunStatus::StoppedStalled);
     assert_eq!(solver.next_record(), Err(error));
 }
+
+/// One course for the loads of all contacts is the course of the load.
+#[test]
+fn loads_of_contacts_that_change_alike_are_the_load() {
+    let onsets_of = |load: [&str; 2]| {
+        let sets = [&["time.duration_s=3", "recording.fields_s=0"][..], &load].concat();
+        onsets(&records(&mut *solver(&plan("rate-and-state", &sets))))
+    };
+    let total = plan("rate-and-state", &[]).total_normal_load_n;
+    let schedule = format!("normal_load.schedule_n=[{total},{}]", 0.7 * total);
+    let of_all = onsets_of(["normal_load.schedule_s=[0.5,2.5]", &schedule]);
+    let of_each = onsets_of(["normal_load.course_s=[0.5,2.5]", "normal_load.course_factor=[1,0.7]"]);
+    assert!(of_all.len() > 5 && of_all.len() == of_each.len(), "{} {}", of_all.len(), of_each.len());
+    for (all, each) in of_all.iter().zip(&of_each) {
+        assert!(all.1 == each.1 && (all.0 - each.0).abs() < 1e-8, "{all:?} {each:?}");
+    }
+}
+
+/// In steady sliding with friction that grows with velocity, each contact bears its own load times steady friction, and
+/// the energies close.
+#[test]
+fn steady_friction_follows_the_load_of_each_contact() {
+    let sets = [
+        "slider.blocks=3",
+        "drive.kind=top",
+        "friction.evolution_offsets=[]",
+        "friction.direct_effect=0.02",
+        "friction.evolution_effect=0.01",
+        "friction.initial_kick=0",
+        "time.duration_s=4",
+        "time.tolerance=1e-9",
+        "normal_load.course_s=[1,3]",
+        "normal_load.course_factor=[1,1,1,0.5,1.5,0.8]",
+        "recording.fields_s=0.5",
+    ];
+    let plan = plan("rate-and-state", &sets);
+    let law = plan.friction.law.rate_and_state().unwrap();
+    let v_m_per_s = plan.drive.velocity_m_per_s;
+    let steady = law.coefficient(v_m_per_s, law.steady_state(law.evolution_effect, v_m_per_s));
+    let records = records(&mut *solver(&plan));
+    let mut seen = 0;
+    for record in &records {
+        let Record::Fields(fields) = record else { continue };
+        if fields.time_s < 3.4 && fields.time_s > 0.9 {
+            continue;
+        }
+        seen += 1;
+        let factors = if fields.time_s > 2.0 { [0.5, 1.5, 0.8] } else { [1.0; 3] };
+        for n in 0..3 {
+            let load_n = factors[n] * plan.normal_load_n[n];
+            assert!((fields.normal_load_n[n] / load_n - 1.0).abs() < 1e-12);
+            let ratio = fields.tangential_force_n[n] / load_n;
+            assert!(
+                (ratio / steady - 1.0).abs() < 1e-6,
+                "block {n} at {}: {ratio}, not {steady}",
+                fields.time_s
+            );
+        }
+    }
+    assert!(seen > 3, "{seen}");
+}

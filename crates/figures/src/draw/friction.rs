@@ -57,7 +57,7 @@ impl Figure for Friction {
         let law = friction.law.rate_and_state().ok_or_else(|| lacks("rate-and-state friction"))?;
         let place = self.block.checked_sub(1).filter(|_| self.block <= run.header.blocks);
         let place = place.ok_or_else(|| lacks(&format!("block {}", self.block)))? as usize;
-        let (load_n, b) = (run.plan.normal_load_n[place], friction.evolution_effects[place]);
+        let b = friction.evolution_effects[place];
         // Time, slip, velocity, and friction without inertia over the load.
         let mut course: Vec<[f64; 4]> = Vec::new();
         for record in run.windows()? {
@@ -70,7 +70,7 @@ impl Figure for Friction {
                 continue;
             };
             let hold_step = run.plan.drive.hold_from_step.unwrap_or(u64::MAX);
-            let load_n = load_n * run.plan.load_factor(record.step, hold_step);
+            let load_n = run.plan.loads_n(record.step, hold_step)[place];
             let ratio = (pull_n - law.radiation_kg_per_s * m_per_s) / load_n;
             course.push([record.time_s, *slip_m, *m_per_s, ratio]);
         }

@@ -109,6 +109,8 @@ pub(super) struct Outside {
     pub(super) load: f64,
     /// Its rate, 1/s.
     pub(super) load_per_s: f64,
+    /// Time since the piece of the courses began, s.
+    pub(super) since_s: f64,
 }
 
 impl Outside {
@@ -117,6 +119,7 @@ impl Outside {
         Outside {
             drive_m_per_s: self.drive_m_per_s + self.drive_m_per_s2 * seconds,
             load: self.load + self.load_per_s * seconds,
+            since_s: self.since_s + seconds,
             ..self
         }
     }
@@ -152,7 +155,9 @@ pub(super) struct Equations {
     pub(super) drive_n_per_m: Vec<f64>,
     pub(super) prestress_n: Vec<f64>,
     /// `a p_n` at the load of the start.
-    pub(super) direct_n: Vec<f64>,
+    direct_n: Vec<f64>,
+    /// Where the loads of single contacts follow courses, their factors at the beginning of the piece, and their rates, 1/s.
+    contact_loads: Option<[Vec<f64>; 2]>,
     pub(super) contacts: Vec<Contact>,
     /// `T_n` without dashpots.
     pulled_n: Vec<f64>,
@@ -172,8 +177,39 @@ impl Equations {
             drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
             prestress_n: prestress_n.take(blocks).collect(),
             direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),
+            contact_loads: None,
             contacts: vec![Contact::default(); blocks],
             pulled_n: vec![0.0; blocks],
+        }
+    }
+
+    /// Begins a piece of the courses of contacts at a grid step.
+    pub(super) fn begin_piece(&mut self, plan: &Plan, step: u64) {
+        let per_s = 1.0 / plan.grid.step_s();
+        self.contact_loads = plan.contact_load_course.as_ref().map(|course| {
+            let rates = course.rates(step).into_iter().map(|rate| rate * per_s);
+            [course.values(step), rates.collect()]
+        });
+    }
+
+    /// `a p_n` at a time.
+    pub(super) fn direct_n(&self, n: usize, outside: Outside) -> f64 {
+        let of_all_n = outside.load * self.direct_n[n];
+        match &self.contact_loads {
+            None => of_all_n,
+            Some([factor, per_s]) => of_all_n * (factor[n] + per_s[n] * outside.since_s),
+        }
+    }
+
+    /// Its change over a time, at the present rate.
+    pub(super) fn direct_change_n(&self, n: usize, outside: Outside, seconds: f64) -> f64 {
+        let of_all_n = outside.load_per_s * seconds * self.direct_n[n];
+        match &self.contact_loads {
+            None => of_all_n,
+            Some([factor, per_s]) => {
+                of_all_n * (factor[n] + per_s[n] * outside.since_s)
+                    + outside.load * self.direct_n[n] * per_s[n] * seconds
+            }
         }
     }
 
@@ -240,19 +276,19 @@ impl Equations {
         self.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + self.prestress_n[n]
     }
 
-    /// `y` of block `n` under a load, over that of the start, given the unknowns by their places.
-    fn friction(&self, n: usize, load: f64, unknown: impl Fn(usize) -> f64) -> f64 {
+    /// `y` of block `n` at a time, given the unknowns by their places.
+    fn friction(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
         let blocks = self.blocks();
         if self.has_inertia() {
             return unknown(blocks + n);
         }
         let state = unknown(2 * blocks + n);
-        self.friction_under(self.pulled_n(n, unknown), load * self.direct_n[n], state)
+        self.friction_under(self.pulled_n(n, unknown), self.direct_n(n, outside), state)
     }
 
     /// `|V|` of block `n`, likewise.
-    pub(super) fn speed_m_per_s(&self, n: usize, load: f64, unknown: impl Fn(usize) -> f64) -> f64 {
-        let (size, decay) = self.growth(self.friction(n, load, &unknown), unknown(2 * self.blocks() + n));
+    pub(super) fn speed_m_per_s(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
+        let (size, decay) = self.growth(self.friction(n, outside, &unknown), unknown(2 * self.blocks() + n));
         size * (1.0 - decay)
     }
 
@@ -267,7 +303,7 @@ impl Equations {
         for n in 0..self.blocks() {
             let unknown = |place: usize| at.0[place];
             self.pulled_n[n] = self.pulled_n(n, unknown);
-            let friction = self.friction(n, outside.load, unknown);
+            let friction = self.friction(n, outside, unknown);
             self.contacts[n] = self.contact(n, friction, at.0[2 * self.blocks() + n]);
             at.0[self.blocks() + n] = friction;
         }
@@ -302,7 +338,7 @@ impl Equations {
         *work_w = [0.0; ENERGIES];
         for (n, contact) in self.contacts.iter().enumerate() {
             let v = contact.velocity;
-            let friction_n = outside.load * self.direct_n[n] * friction[n];
+            let friction_n = self.direct_n(n, outside) * friction[n];
             behind_rate[n] = v - outside.drive_m_per_s;
             state_rate[n] = contact.state_rate;
             friction_rate[n] = self.friction_rate(n, friction[n], outside);
@@ -321,7 +357,7 @@ impl Equations {
         }
         let Contact { velocity, velocity_of_friction, slope, state_rate, .. } = self.contacts[n];
         let RateAndState { direct_effect, radiation_kg_per_s, .. } = self.law;
-        let friction_n = outside.load * self.direct_n[n] * friction;
+        let friction_n = self.direct_n(n, outside) * friction;
         let net_n = self.tangential_force_n(n) - friction_n - radiation_kg_per_s * velocity;
         net_n / (self.mass_kg * velocity_of_friction) + slope * state_rate / direct_effect
     }

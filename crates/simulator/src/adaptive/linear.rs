@@ -49,7 +49,7 @@ impl Linear {
         let mut before = 0.0;
         for (n, contact) in begin.contacts.iter().enumerate() {
             let Contact { velocity_of_friction: v_y, slope, .. } = *contact;
-            let direct_n = begin.outside.load * equations.direct_n[n];
+            let direct_n = equations.direct_n(n, begin.outside);
             let share = 1.0 / (sigma - contact.rate_of_state);
             let inertia = mass_kg * v_y;
             let net_n = inertia * friction_rate[n];
@@ -85,7 +85,7 @@ impl Linear {
             let pulled_n = equations.stiffness_n_per_m * equations.beside(n, |m| r_w[m])
                 - equations.springs_n_per_m(n) * r_w[n];
             let right = equations.mass_kg * contacts[n].velocity_of_friction * r_y[n]
-                - outside.load_per_s * ahead_s * equations.direct_n[n] * friction[n]
+                - equations.direct_change_n(n, *outside, ahead_s) * friction[n]
                 - kappa[n] * state_share[n] * r_psi[n]
                 + pulled_n / sigma;
             before = (right + beside * before) * pivot[n];
@@ -103,12 +103,12 @@ impl Linear {
             r_psi[n] = (r_psi[n] + rate_of_velocity * z) * state_share[n];
             r_y[n] = (z + v / a * r_psi[n]) / v_y;
             // Derivatives of the rates of work.
-            let direct_n = outside.load * equations.direct_n[n];
+            let direct_n = equations.direct_n(n, *outside);
             let drive_n_per_m = equations.drive_n_per_m[n];
             work_w[0] -= drive_n_per_m
                 * (outside.drive_m_per_s * r_w[n] + outside.drive_m_per_s2 * ahead_s * behind_m[n]);
             work_w[1] += direct_n * (v * r_y[n] + friction[n] * z)
-                + outside.load_per_s * ahead_s * equations.direct_n[n] * friction[n] * v;
+                + equations.direct_change_n(n, *outside, ahead_s) * friction[n] * v;
             work_w[2] += 2.0 * equations.law.radiation_kg_per_s * v * z;
             if let Some(next) = contacts.get(n + 1) {
                 work_w[3] += 2.0 * equations.damping_kg_per_s * (next.velocity - v) * (change_after - z);

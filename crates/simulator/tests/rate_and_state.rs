@@ -524,8 +524,8 @@ fn steady_friction_follows_the_load_of_each_contact() {
         }
         seen += 1;
         let factors = if fields.time_s > 2.0 { [0.5, 1.5, 0.8] } else { [1.0; 3] };
-        for n in 0..3 {
-            let load_n = factors[n] * plan.normal_load_n[n];
+        for (n, factor) in factors.into_iter().enumerate() {
+            let load_n = factor * plan.normal_load_n[n];
             assert!((fields.normal_load_n[n] / load_n - 1.0).abs() < 1e-12);
             let ratio = fields.tangential_force_n[n] / load_n;
             assert!(

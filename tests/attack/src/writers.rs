@@ -26,9 +26,9 @@ pub(crate) struct Writer {
 /// messages, since the ends of its chunks depend on timing.
 pub(crate) type Written = BTreeMap<String, String>;
 
-/// The record of a set of files: written last, removed first.
+/// The record of a set of files: written last, removed first. The JSON of a summary lists no files.
 pub(crate) fn record(written: &Written) -> Option<&String> {
-    written.keys().find(|path| path.ends_with(".json"))
+    written.keys().find(|path| path.ends_with(".json") && !path.ends_with("summary.json"))
 }
 
 /// Where the inputs are, in every folder that a command is called in.

@@ -395,12 +395,17 @@ fn compare(seeds: std::ops::Range<u64>) {
         }
         let absorbs = set.iter().any(|set| set.ends_with("absorbing"));
         let [plain, _] = last.map(|energy| energy.expect("the run has energies"));
-        assert!(!absorbs || plain.radiated_j.is_some(), "seed {seed}");
+        let rests = set.iter().any(|set| set == "friction.law=rigid");
+        let radiates = plain
+            .radiated_j
+            .is_some_and(|radiated_j| if rests { radiated_j >= 0.0 } else { radiated_j > 0.0 });
+        assert!(!absorbs || radiates, "seed {seed} {set:?}: {:?}", plain.radiated_j);
         absorbing += u64::from(absorbs);
         radiating += u64::from(absorbs && plain.radiated_j.is_some_and(|radiated_j| radiated_j > 0.0));
     }
     let total = compared.total;
-    assert!(absorbing > 0 && radiating == absorbing, "{radiating} of {absorbing} radiate");
+    // Ends on rigid contacts may rest all the time.
+    assert!(absorbing > 0 && 10 * radiating >= 9 * absorbing, "{radiating} of {absorbing} radiate");
     assert!(total.switches > 40 * count, "{total:?}");
     assert!(total.window_steps > 2_000 * count && total.jump_steps > 5_000 * count, "{total:?}");
     let few = count / 10;

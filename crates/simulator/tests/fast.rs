@@ -7,6 +7,11 @@ use asperity_simulator::equality::{self, Disagreement};
 use asperity_simulator::{Counters, Plain, SimulationError, Solver, SolverKind};
 use asperity_testkit::{Random, plan};
 
+#[path = "fast_and_plain/amplified.rs"]
+mod amplified;
+
+use amplified::{amplified, nudged};
+
 /// Numbers agree within this share of the largest of their kind in the run.
 const TOLERANCE: f64 = 1e-9;
 
@@ -79,32 +84,6 @@ fn horizon(plan: &Plan, plain: &[Record]) -> u64 {
         parted.map_or(plan.steps, |(plain, nudged)| plain.0.min(nudged.0) - 1)
     };
     [1e-13, -1e-13, 1e-12].into_iter().map(parts_at).min().unwrap_or(plan.steps)
-}
-
-/// The plain stepper's records after step 100, with velocities changed by that share there.
-fn nudged(plan: &Plan, nudge: f64) -> Vec<Record> {
-    let mut nudged = Plain::new(plan.clone());
-    for _ in 0..100 {
-        nudged.take_step();
-    }
-    let mut state = nudged.snapshot();
-    for velocity in &mut state.slider.velocity_m_per_s {
-        *velocity *= 1.0 + nudge;
-    }
-    nudged.restore(&state);
-    run(nudged).0
-}
-
-/// Relative difference of forces on blocks that switch, between the plain stepper and itself with
-/// velocities changed early on by a few rounding errors.
-fn amplified(plan: &Plan, plain: &[Record]) -> f64 {
-    let forces = |records: &[Record]| -> Vec<f64> {
-        let late = steps(records).into_iter().filter(|record| record.step > 100);
-        late.flat_map(|record| record.switches.iter().map(|s| s.tangential_force_n)).collect()
-    };
-    let (one, other) = (forces(plain), forces(&nudged(plan, 4.0 * f64::EPSILON)));
-    let largest = one.iter().fold(0.0, |largest: f64, force| largest.max(force.abs()));
-    one.iter().zip(&other).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) / largest
 }
 
 /// The result of a comparison.

@@ -2,9 +2,9 @@
 //! energies, which balance.
 
 use asperity_model::Plan;
-use asperity_record::{Energy, Record};
+use asperity_record::Record;
 use asperity_simulator::{SliderState, SolverKind};
-use asperity_testkit::{Random, plan};
+use asperity_testkit::{Random, balance_j, plan};
 
 mod fast_and_plain;
 
@@ -59,20 +59,6 @@ fn random_chain(seed: u64) -> Vec<String> {
         set.push("normal_load.schedule_n=[400, 250]".to_owned());
     }
     set
-}
-
-/// How far the energies are out of balance in any record, and the largest of them.
-fn balance_j(records: &[Record]) -> (f64, f64) {
-    let of = |record: &Record| match record {
-        Record::Step(step) => step.energy,
-        _ => None,
-    };
-    let energies: Vec<Energy> = records.iter().filter_map(of).collect();
-    let start_j = energies[0].balance_j();
-    energies.iter().fold((0.0, 0.0), |(off, most), energy| {
-        let largest = energy.parts().fold(most, |most: f64, (_, part_j)| most.max(part_j.abs()));
-        (f64::max(off, (energy.balance_j() - start_j).abs()), largest)
-    })
 }
 
 fn compare(seeds: std::ops::Range<u64>) {

@@ -1,9 +1,9 @@
 //! Made-up records and events: fields that do not matter to a test are 0 or follow from the others; it sets
-//! the rest with `..`.
+//! the rest with `..`. And the balance of recorded energies.
 
 use std::ops::RangeInclusive;
 
-use asperity_record::{Direction, SlipEvent, StepRecord, Switch};
+use asperity_record::{Direction, Energy, Record, SlipEvent, StepRecord, Switch};
 
 /// Normal load of the steps made up here.
 const NORMAL_LOAD_N: f64 = 100.0;
@@ -67,4 +67,18 @@ pub fn slip_event(onset_step: u64, end_step: u64, blocks: RangeInclusive<u32>) -
         first_across: None,
         last_across: None,
     }
+}
+
+/// How far the energies are out of balance in any record, and the largest of them.
+pub fn balance_j(records: &[Record]) -> (f64, f64) {
+    let of = |record: &Record| match record {
+        Record::Step(step) => step.energy,
+        _ => None,
+    };
+    let energies: Vec<Energy> = records.iter().filter_map(of).collect();
+    let start_j = energies[0].balance_j();
+    energies.iter().fold((0.0, 0.0), |(off, most), energy| {
+        let largest = energy.parts().fold(most, |most: f64, (_, part_j)| most.max(part_j.abs()));
+        (f64::max(off, (energy.balance_j() - start_j).abs()), largest)
+    })
 }

@@ -31,12 +31,12 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         let [stability, nucleation] = of_sliding(scenario, &stability);
         return [("material", material), ("stability", stability), ("nucleation", nucleation)];
     }
-    if preview.is_from_state {
+    if scenario.initial.is_given() {
         let start = format!("in a given state, at {} s on the clock of the run", short(start_s(scenario)));
         let first_slip = "not predicted: contacts may slide already".to_owned();
         return [("material", material), ("start", start), ("first slip", first_slip)];
     }
-    if scenario.has_contact_courses() {
+    if !preview.is_predicted {
         let unknown = "not predicted where forces or loads of single contacts follow courses".to_owned();
         return [("material", material), ("load", unknown.clone()), ("first slip", unknown)];
     }
@@ -104,8 +104,8 @@ pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
             (least, most) => format!("{least} to {most}"),
         })
     };
-    // What never sticks has no first slip, and that of a run from a given state is unknown.
-    let is_known = |preview: &&&Preview| preview.stability.is_none() && !preview.is_from_state;
+    // What never sticks has no first slip, and not all first slips are predicted.
+    let is_known = |preview: &&&Preview| preview.stability.is_none() && preview.is_predicted;
     let never = previews.iter().filter(is_known).filter(|preview| preview.first_slip_s.is_none()).count();
     let slip = match (range(|preview| preview.first_slip_s), never) {
         (Some(range), 0) => Some(format!("the first slip comes at {range} s")),
@@ -226,6 +226,13 @@ mod tests {
         assert!(words.contains("; the first slip comes at 0.05674 s; 1 without slip; "), "{words}");
         assert!(words.ends_with("; the time step is 0.01756 of the longest stable one"), "{words}");
         assert_eq!(ranges(&[]), None);
+        // What is not predicted is not said never to slip.
+        let sets = ["prestress.course_s=[1]", "prestress.course_ratio=[0.1]"];
+        let unknown = resolve("default", &sets).expect("it is accepted").preview();
+        assert_eq!(
+            ranges(&[&unknown]),
+            Some("the time step is 0.01756 of the longest stable one".to_owned())
+        );
     }
 
     #[test]

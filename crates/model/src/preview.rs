@@ -46,8 +46,7 @@ pub struct Preview {
     /// The time step over the longest stable one; `None` where the solver chooses its steps.
     #[serde(skip)]
     pub step_ratio: Option<f64>,
-    /// The time at which the first contact reaches its static friction; `None` if none ever does, and, as all of the
-    /// following, where forces or loads of single contacts follow courses.
+    /// The time at which the first contact reaches its static friction; `None` if none ever does.
     pub first_slip_s: Option<f64>,
     /// That contact; `None` as well if several reach it together.
     pub first_slip_block: Option<u32>,
@@ -59,9 +58,10 @@ pub struct Preview {
     /// The largest `F_T / F_N` within the duration of the run if nothing slides; sliding lowers it. `None`
     /// for a left-right drive.
     pub largest_load_ratio: Option<f64>,
-    /// Whether the run begins in a given state: all of the above but material and time step is `None`.
+    /// Whether load and first slip are predicted: not of a run that begins in a given state, and not where forces or
+    /// loads of single contacts follow courses. Otherwise all of the above but material and time step is `None`.
     #[serde(skip)]
-    pub is_from_state: bool,
+    pub is_predicted: bool,
     /// By rate-and-state, of which nothing sticks and all of the above but density and speed is `None`: the stability
     /// of steady sliding.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -106,10 +106,10 @@ impl Preview {
             dynamic_load_s: None,
             static_load_s: None,
             largest_load_ratio: None,
-            is_from_state: scenario.initial.is_given(),
+            is_predicted: !scenario.initial.is_given() && !plan.has_contact_courses(),
             stability: Stability::of(plan),
         };
-        if sliding.stability.is_some() || sliding.is_from_state || plan.has_contact_courses() {
+        if sliding.stability.is_some() || !sliding.is_predicted {
             return sliding;
         }
         let stuck = Stuck::of(plan);

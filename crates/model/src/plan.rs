@@ -357,13 +357,21 @@ impl Plan {
 
     /// The normal load of each contact in a step, N; of a body on a foundation, as if it rested under its load.
     pub fn loads_n(&self, step: u64, hold_step: u64) -> Vec<f64> {
-        let factor = self.load_factor(step, hold_step);
-        let Some(course) = &self.contact_load_course else {
-            return self.normal_load_n.iter().map(|at_start_n| factor * at_start_n).collect();
-        };
-        let mut loads_n = course.values(step);
-        loads_n.iter_mut().zip(&self.normal_load_n).for_each(|(p, at_start_n)| *p *= factor * at_start_n);
+        let mut loads_n = vec![0.0; self.blocks];
+        self.follow_loads_n(step, hold_step, &mut loads_n);
         loads_n
+    }
+
+    /// Writes the normal load of each contact in a step, likewise.
+    pub fn follow_loads_n(&self, step: u64, hold_step: u64, loads_n: &mut [f64]) {
+        match &self.contact_load_course {
+            Some(course) => course.follow(step, loads_n),
+            None => loads_n.fill(1.0),
+        }
+        let factor = self.load_factor(step, hold_step);
+        for (load_n, at_start_n) in loads_n.iter_mut().zip(&self.normal_load_n) {
+            *load_n *= factor * at_start_n;
+        }
     }
 
     /// The forces from outside on all blocks besides the drive in a step, N; empty for none.

@@ -102,14 +102,6 @@ fn parse_course(text: &str, value: &str, blocks: usize) -> Result<(Vec<f64>, Vec
 pub(crate) const BLOCK_COLUMNS: [&str; 4] =
     ["static_offset", "dynamic_offset", "stiffness_offset", "load_offset"];
 
-/// The keys of the lists that they fill.
-pub(crate) const BLOCK_LISTS: [&str; 4] = [
-    "friction.static_offsets",
-    "friction.dynamic_offsets",
-    "disorder.stiffness_offsets",
-    "disorder.load_offsets",
-];
-
 /// The numbers of a file of blocks: for each of [`BLOCK_COLUMNS`] one per block, or none without that column.
 ///
 /// # Errors

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 
+use crate::disorder::Quantity;
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError, ScenarioErrors, ScenarioSource};
 use crate::{
@@ -180,7 +181,7 @@ impl Scenario {
             &mut disorder.load_offsets,
         ];
         let is_newer =
-            profile::BLOCK_LISTS.iter().all(|list| entries.overrides("disorder.contacts_csv", list));
+            Quantity::ALL.iter().all(|of| entries.overrides("disorder.contacts_csv", of.offsets_key()));
         if file.is_empty() || (!is_newer && lists.iter().any(|list| !list.is_empty())) {
             return;
         }

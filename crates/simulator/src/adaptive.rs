@@ -407,7 +407,7 @@ impl Adaptive {
             slider.friction_state[n] = state[n];
         }
         if !plan.has_given_loads() {
-            slider.normal_load_n = plan.loads_n(step, slider.hold_step);
+            plan.follow_loads_n(step, slider.hold_step, &mut slider.normal_load_n);
         }
         let due = self.crossings.partition_point(|crossing| crossing.step <= step);
         let mut switched = Vec::new();

@@ -333,8 +333,7 @@ pub fn contact_loads_n(plan: &Plan, state: &SliderState) -> Vec<f64> {
     if !state.normal_load_n.is_empty() {
         return state.normal_load_n.clone();
     }
-    let load = Load::in_step(plan, state.step, state.hold_step);
-    plan.normal_load_n.iter().map(|at_start_n| load.scaled_n(*at_start_n)).collect()
+    plan.loads_n(state.step, state.hold_step)
 }
 
 /// How many junctions of each contact slip, and mean and width of the forces of the pinned ones, over the load

@@ -131,11 +131,8 @@ impl Body for ChainBody {
 
     #[inline]
     fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
-        if let Some(course) = &plan.contact_load_course {
-            course.follow(state.step, &mut state.normal_load_n);
-            for (p, at_start_n) in state.normal_load_n.iter_mut().zip(&plan.normal_load_n) {
-                *p *= load.scaled_n(*at_start_n);
-            }
+        if plan.contact_load_course.is_some() {
+            plan.follow_loads_n(state.step, state.hold_step, &mut state.normal_load_n);
             self.strength.bear(plan, &state.normal_load_n);
         } else if self.strength.changes() {
             self.strength.follow(plan, state, load);

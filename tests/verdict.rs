@@ -45,6 +45,9 @@ impl Logs {
         let stopped = path("stopped.mcap");
         let run = [&["run"], &STOPPED[..], &["--out", text(&stopped)]].concat();
         assert_eq!(outcome(&run).0, 1);
+        // A file of the system, whose first byte cannot be read.
+        let unreadable = path("unreadable.mcap");
+        std::os::unix::fs::symlink("/proc/self/mem", &unreadable).expect("the folder can be written");
         let salvaged = path("salvaged.mcap");
         succeed(&["salvage", text(&damaged), "--out", text(&salvaged)]);
         let logs = vec![
@@ -55,6 +58,7 @@ impl Logs {
             ("salvaged with gaps", salvaged),
             ("not a run log", write("text.mcap", b"step,time_s\n1,0.5\n")),
             ("damaged", damaged),
+            ("unreadable", unreadable),
         ];
         Logs { folder, logs }
     }
@@ -161,7 +165,7 @@ fn every_command_goes_by_the_verdict_of_check() {
             }
         }
     }
-    assert!(commands >= 56, "{commands} commands");
+    assert!(commands >= 64, "{commands} commands");
 }
 
 /// A log by other code may have other events, which a replay that finds its own does not confirm.
@@ -256,6 +260,8 @@ fn the_worst_of_several_logs_decides() {
     for (some, code) in [
         (&["whole", "by other code or detectors"][..], 6),
         (&["by other code or detectors", "incomplete"], 3),
+        (&["incomplete", "unreadable", "whole"], 3),
+        (&["unreadable", "by other code or detectors"], 1),
         (&["stopped", "whole", "incomplete"], 7),
         (&["salvaged with gaps", "stopped", "whole"], 5),
         (&["not a run log", "salvaged with gaps"], 2),
@@ -286,7 +292,7 @@ fn reproduce_uses_only_what_is_whole() {
     let stored = out.join("runs").join("small.mcap");
     fs::create_dir_all(stored.parent().expect("it is in a folder")).expect("the folder can be written");
     let table = table();
-    for (verdict, log) in logs.iter().filter(|(verdict, _)| *verdict != "stopped") {
+    for (verdict, log) in logs.iter().filter(|(verdict, _)| !["stopped", "unreadable"].contains(verdict)) {
         fs::copy(log, &stored).expect("the folder can be written");
         let (code, said) = outcome(&["reproduce", text(&pipeline), "--out", text(&out)]);
         let cell = &table[*verdict]["reproduce"];

@@ -7,7 +7,8 @@ use clap::Args;
 use crate::workspace::{Failure, asperity, cargo, program, root, run, target_folder};
 
 /// The attacks, as `tests/attack` has them.
-const ATTACKS: [&str; 8] = ["chunks", "flips", "mixes", "forgeries", "studies", "pairs", "kills", "limits"];
+const ATTACKS: [&str; 10] =
+    ["chunks", "flips", "mixes", "forgeries", "studies", "pairs", "kills", "limits", "faults", "power"];
 
 #[derive(Debug, Default, Args)]
 #[command(after_help = "\
@@ -27,6 +28,8 @@ short of resources, and compares the outcome with the promises of the docs:
   pairs      several processes at once on one output, some of them killed
   kills      runs killed and resumed, other commands killed and repeated
   limits     full disks, few resources, inputs made to use up memory and time
+  faults     each operation on a file fails in turn, with every error
+  power      the power is cut after each operation; the disk has what was synced
 
 Each attack lists the broken promises by kind. The files of the first cases of
 each kind are kept in target/attack/found, with the calls that lead to them

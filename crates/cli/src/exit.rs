@@ -46,6 +46,7 @@ impl From<Verdict> for Code {
             Verdict::Stopped => Code::Stopped,
             Verdict::Salvaged => Code::Salvaged,
             Verdict::NoRunLog => Code::BadInput,
+            Verdict::Unreadable => Code::Failed,
             Verdict::Damaged => Code::Damaged,
         }
     }

@@ -101,7 +101,7 @@ fn export_one(
         ExportFormat::Vtk => None,
     };
     let log = Unchecked::open(run).map_err(|checked| match checked.verdict {
-        verdict if verdict == Verdict::NoRunLog || arguments.nodes_at_s.is_empty() => {
+        verdict if verdict.tells_nothing() || arguments.nodes_at_s.is_empty() => {
             verdict_exit::failure(run, &checked)
         }
         verdict => Failure::Log(
@@ -119,7 +119,7 @@ fn export_one(
     let checked = log.check(&mut exporting);
     let (mut export, progress) = exporting;
     progress.clear();
-    if checked.verdict == Verdict::NoRunLog {
+    if checked.verdict.tells_nothing() {
         return Err(verdict_exit::failure(run, &checked));
     }
     // Nodes are computed from checkpoints, which only a reading of its own finds, up to the last sound
@@ -198,7 +198,7 @@ fn vtk(
     let mut progress = board.steps(&request.name, header.steps, header.time_grid().time_s(header.steps));
     let checked = log.check(&mut progress);
     progress.clear();
-    if checked.verdict == Verdict::NoRunLog {
+    if checked.verdict.tells_nothing() {
         return Err(verdict_exit::failure(run, &checked));
     }
     let nodes = Nodes::of_log(run, checked.seen.last_step, &arguments.nodes_at_s);
@@ -285,7 +285,7 @@ fn state(verdict: Verdict) -> State {
         Verdict::Incomplete => State::Incomplete,
         Verdict::Stopped => State::Stopped,
         Verdict::Salvaged => State::Salvaged,
-        Verdict::NoRunLog | Verdict::Damaged => State::Damaged,
+        Verdict::NoRunLog | Verdict::Unreadable | Verdict::Damaged => State::Damaged,
     }
 }
 

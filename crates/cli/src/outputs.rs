@@ -57,7 +57,7 @@ pub(crate) fn refused(option: &str, error: &FileError, can_force: bool) -> Failu
 
 /// Creates the folder of an output.
 pub(crate) fn create_folder(folder: &Path) -> Result<(), Failure> {
-    create(folder).map_err(|error| refused("--out", &error, false))
+    create(folder).map(drop).map_err(|error| refused("--out", &error, false))
 }
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
             Err(Failure::Log(checked.verdict, format!("{}: {words}; {problem}", input.display())))
         }
         Err(SalvageProblem::Failed { error: SalvageError::Read { .. }, checked })
-            if checked.verdict == Verdict::NoRunLog =>
+            if checked.verdict.tells_nothing() =>
         {
             Err(verdict_exit::failure(input, &checked))
         }

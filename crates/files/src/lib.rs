@@ -62,16 +62,24 @@ pub use stage::is_new_folder;
 
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Creates a folder and its missing parents.
+use rename::sync_folder_of;
+
+/// Creates a folder and its missing parents, and syncs their names, so that they survive a power cut.
+/// Returns the new ones, parents first.
 ///
 /// # Errors
 /// If a file is in its place or in that of a parent, or the system refuses.
-pub fn create_folder(folder: &Path) -> Result<(), FileError> {
+pub fn create_folder(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
+    let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !is_taken(folder);
+    let mut new: Vec<PathBuf> = folder.ancestors().take_while(is_new).map(Path::to_owned).collect();
+    new.reverse();
     fs::create_dir_all(folder).map_err(|error| match error.kind() {
         io::ErrorKind::AlreadyExists => FileError::NoFile { path: folder.to_owned(), what: "no folder" },
         io::ErrorKind::NotADirectory => FileError::no_folder(folder),
         _ => FileError::Folder { path: folder.to_owned(), error },
-    })
+    })?;
+    new.iter().try_for_each(|folder| sync_folder_of(folder))?;
+    Ok(new)
 }

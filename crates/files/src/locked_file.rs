@@ -17,6 +17,8 @@ pub struct LockedFile {
     path: PathBuf,
     file: File,
     identity: Identity,
+    /// Whether its name is known to survive a power cut.
+    is_name_synced: bool,
 }
 
 impl LockedFile {
@@ -59,7 +61,7 @@ impl LockedFile {
 
     fn lock(path: &Path, file: File) -> Result<LockedFile, FileError> {
         let identity = Identity::of_file(&file).map_err(FileError::io(path))?;
-        let locked = LockedFile { path: path.to_owned(), file, identity };
+        let locked = LockedFile { path: path.to_owned(), file, identity, is_name_synced: false };
         if try_lock(&locked.file) == Lock::Busy {
             return Err(FileError::Busy(locked.path));
         }
@@ -78,6 +80,19 @@ impl LockedFile {
     /// The open file.
     pub fn file(&self) -> &File {
         &self.file
+    }
+
+    /// Syncs the contents to disk, and the name with the first call, so that both survive a power cut.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn sync(&mut self) -> Result<(), FileError> {
+        self.file.sync_data().map_err(FileError::io(&self.path))?;
+        if !self.is_name_synced {
+            sync_folder_of(&self.path)?;
+            self.is_name_synced = true;
+        }
+        Ok(())
     }
 
     /// Checks that the name still belongs to this file.
@@ -100,7 +115,9 @@ impl LockedFile {
         self.check()?;
         rename(&self.path, to, existing)?;
         self.path = to.to_owned();
-        sync_folder_of(to)
+        sync_folder_of(to)?;
+        self.is_name_synced = true;
+        Ok(())
     }
 
     /// Removes the file.

@@ -1,7 +1,7 @@
 //! Files that appear together or not at all.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
@@ -41,10 +41,7 @@ struct MadeFolders(Vec<PathBuf>);
 
 impl MadeFolders {
     fn create(&mut self, folder: &Path) -> Result<(), FileError> {
-        let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !is_taken(folder);
-        let new: Vec<PathBuf> = folder.ancestors().take_while(is_new).map(Path::to_owned).collect();
-        create_folder(folder)?;
-        self.0.extend(new.into_iter().rev());
+        self.0.extend(create_folder(folder)?);
         Ok(())
     }
 }
@@ -208,6 +205,7 @@ impl FileSet {
             outputs.into_iter().partition(|output| output.staged.as_ref().is_some_and(|file| file.is_record));
         for record in records.iter().filter(|record| is_taken(&record.path)) {
             fs::remove_file(&record.path).map_err(FileError::io(&record.path))?;
+            sync_folder_of(&record.path)?;
         }
         give_all_names(&others, &records, &stages, existing)?;
         made.0.clear();
@@ -281,7 +279,10 @@ impl Output {
     fn sync(&self) -> Result<(), FileError> {
         let Staged { at, identity, .. } = self.staged();
         let lost = || FileError::Lost(self.path.clone());
-        let file = File::open(at).map_err(|_gone| lost())?;
+        let file = File::open(at).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => lost(),
+            _ => FileError::io(&self.path)(error),
+        })?;
         if Identity::of_file(&file).map_err(FileError::io(&self.path))? != *identity {
             return Err(lost());
         }

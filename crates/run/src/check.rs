@@ -174,6 +174,7 @@ impl CheckProblem {
             CheckProblem::Log(LogError { problem: LogProblem::Stopped(_), .. }) => Verdict::Stopped,
             CheckProblem::Log(LogError { problem, .. }) if problem.is_early_end() => Verdict::Incomplete,
             CheckProblem::Log(LogError { problem, .. }) if problem.is_no_run_log() => Verdict::NoRunLog,
+            CheckProblem::Log(LogError { problem: LogProblem::Io(_), .. }) => Verdict::Unreadable,
             CheckProblem::Unread => Verdict::Incomplete,
             _ => Verdict::Damaged,
         }
@@ -239,7 +240,8 @@ impl Seen {
         observer: &mut dyn Observer,
     ) -> Result<(), CheckProblem> {
         let read = self.read_items(reader, again, observer);
-        if read.as_ref().err().is_none_or(|problem| problem.verdict() != Verdict::Damaged) {
+        let verdict = read.as_ref().err().map(CheckProblem::verdict);
+        if !matches!(verdict, Some(Verdict::Damaged | Verdict::Unreadable)) {
             self.end = reader.end().cloned();
             self.topics = reader.event_topics().collect();
         }

@@ -8,7 +8,7 @@ use asperity_runlog::{LogError, LogProblem, NoRunLog, RunReader, Topics, partial
 /// The target contains something that must not be replaced.
 #[derive(Debug, thiserror::Error)]
 pub enum LogTargetError {
-    /// It is not a run log.
+    /// It is not a run log, or the system cannot read it.
     #[error("{0}; it is not replaced (accepted: another folder)")]
     Foreign(LogError),
     /// It is the log of another run, which may have taken hours.
@@ -111,7 +111,9 @@ pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), L
     for path in [&partial_path(log), log] {
         match RunReader::open(path, Topics::NONE) {
             Err(LogError { problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty), .. }) => {}
-            Err(error) if error.problem.is_no_run_log() => return Err(LogTargetError::Foreign(error)),
+            Err(error) if error.problem.is_no_run_log() || matches!(error.problem, LogProblem::Io(_)) => {
+                return Err(LogTargetError::Foreign(error));
+            }
             // Damaged before its header.
             Err(_) => {}
             Ok(reader) if !fresh => {

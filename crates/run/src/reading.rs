@@ -22,7 +22,7 @@ pub struct Reading<O> {
 /// A log that is not read.
 #[derive(Debug, thiserror::Error)]
 pub enum Unread<E> {
-    /// It is not a run log.
+    /// It is not a run log, or could not be read.
     #[error("{0}")]
     NoRunLog(Box<Checked>),
     /// The caller refuses its verdict.
@@ -42,7 +42,7 @@ pub enum Unread<E> {
 /// may refuse verdicts. Ruptures that a complete log of an older version lacks are passed at its end.
 ///
 /// # Errors
-/// If it is not a run log, is not accepted, or cannot be observed.
+/// If it is not a run log, cannot be read, is not accepted, or cannot be observed.
 pub fn read_once<O: Observer, E>(
     log: &Path,
     begin: impl FnOnce(&RunHeader, &str) -> Result<O, String>,
@@ -51,7 +51,7 @@ pub fn read_once<O: Observer, E>(
     let mut passing = Passing { begin: Some(begin), observer: None, ruptures: Vec::new() };
     let checked = check_seen(log, &mut passing);
     let Passing { observer, ruptures, .. } = passing;
-    if checked.verdict == Verdict::NoRunLog {
+    if checked.verdict.tells_nothing() {
         return Err(Unread::NoRunLog(Box::new(checked)));
     }
     accept(&checked).map_err(Unread::Refused)?;

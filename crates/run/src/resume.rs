@@ -140,7 +140,9 @@ impl Left {
                     // It was written with fewer detectors: the records go through all of them now.
                     break;
                 }
-                Err(error @ LogError { problem: LogProblem::Salvaged, .. }) => return Err(error.into()),
+                Err(error @ LogError { problem: LogProblem::Salvaged | LogProblem::Io(_), .. }) => {
+                    return Err(error.into());
+                }
                 // Damage after the last checkpoint does not matter.
                 Err(_) => break,
             }

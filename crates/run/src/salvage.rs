@@ -1,5 +1,6 @@
 //! Recovers the rest of a damaged log as a new log that states its gaps.
 
+use std::io;
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
@@ -42,6 +43,12 @@ pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> 
     let checked = check(input);
     if checked.verdict.holds_all() || checked.verdict == Verdict::Stopped {
         return Err(SalvageProblem::Whole(checked.verdict));
+    }
+    if checked.verdict == Verdict::Unreadable {
+        let problem = checked.problem.as_ref().map(ToString::to_string).unwrap_or_default();
+        let error =
+            SalvageError::Read { path: input.display().to_string(), error: io::Error::other(problem) };
+        return Err(SalvageProblem::Failed { error, checked: Box::new(checked) });
     }
     // The check stops at the first contradiction; there may be damage after it.
     let is_sound = || RunReader::open(input, Topics::ALL).and_then(|mut reader| reader.verify()).is_ok();

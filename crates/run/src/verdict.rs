@@ -10,6 +10,8 @@ pub enum Verdict {
     /// It is complete, but was made by another code version or other detectors: it is consistent, and
     /// cannot be compared with runs of this program.
     OtherCode,
+    /// The system failed to read it, which says nothing about the log.
+    Unreadable,
     /// It ends before its run does; the part that exists is sound.
     Incomplete,
     /// It contains all of a run that the solver stopped: its time step was too long, or a number
@@ -25,9 +27,10 @@ pub enum Verdict {
 
 impl Verdict {
     /// All verdicts, from best to worst.
-    pub const ALL: [Verdict; 7] = [
+    pub const ALL: [Verdict; 8] = [
         Verdict::Whole,
         Verdict::OtherCode,
+        Verdict::Unreadable,
         Verdict::Incomplete,
         Verdict::Stopped,
         Verdict::Salvaged,
@@ -44,8 +47,14 @@ impl Verdict {
             Verdict::Stopped => "stopped",
             Verdict::Salvaged => "salvaged with gaps",
             Verdict::NoRunLog => "not a run log",
+            Verdict::Unreadable => "unreadable",
             Verdict::Damaged => "damaged",
         }
+    }
+
+    /// Whether it tells nothing of a run: there is no log, or the system does not give it.
+    pub fn tells_nothing(self) -> bool {
+        matches!(self, Verdict::NoRunLog | Verdict::Unreadable)
     }
 
     /// Whether the log is complete, whichever program made it.

@@ -238,6 +238,7 @@ impl LogProblem {
             LogProblem::Salvaged => LogProblem::Salvaged,
             LogProblem::Mcap(mcap::McapError::UnexpectedEof) => mcap::McapError::UnexpectedEof.into(),
             LogProblem::NoRunLog(reason) => LogProblem::NoRunLog(reason.clone()),
+            LogProblem::Io(error) => LogProblem::Io(io::Error::new(error.kind(), error.to_string())),
             other => LogProblem::Before(other.to_string()),
         }
     }

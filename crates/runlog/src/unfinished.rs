@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs, LockedFile, create_folder, is_taken, partial_path};
 
-use crate::problem::WriteError;
+use crate::problem::{LogError, LogProblem, WriteError};
 use crate::read::{RunReader, Topics};
 
 /// The temporary path of a resumed run, until its log contains everything of the unfinished one.
@@ -135,10 +135,13 @@ impl Place {
 
     /// Syncs the file to disk and checks that it still has its name: a run whose log is lost should
     /// fail soon.
-    pub(crate) fn sync(&self) -> Result<(), WriteError> {
-        self.file().sync_data().map_err(|error| self.io(error))?;
-        match &self.stand {
-            Stand::Found { locked, .. } => Ok(locked.check()?),
+    pub(crate) fn sync(&mut self) -> Result<(), WriteError> {
+        match &mut self.stand {
+            Stand::Found { locked, .. } => {
+                locked.sync()?;
+                Ok(locked.check()?)
+            }
+            // It is synced when it gets its name.
             Stand::Hidden { .. } => Ok(()),
         }
     }
@@ -157,10 +160,12 @@ impl Place {
     /// Leaves the log for a later run to resume from, unless it contains less than the one it
     /// resumed from.
     pub(crate) fn leave(self) -> Result<(), WriteError> {
-        self.file().sync_all().map_err(|error| self.io(error))?;
         match self.stand {
             Stand::Found { locked, takes_place_of: Some(_) } => Ok(locked.remove()?),
-            Stand::Found { locked, takes_place_of: None } => Ok(locked.check()?),
+            Stand::Found { mut locked, takes_place_of: None } => {
+                locked.sync()?;
+                Ok(locked.check()?)
+            }
             Stand::Hidden { .. } => Ok(()),
         }
     }
@@ -216,6 +221,7 @@ fn must_be_ours(path: &Path) -> Result<(), WriteError> {
         Err(error) if error.problem.is_no_run_log() && !error.problem.is_early_end() => {
             Err(WriteError::Foreign(Box::new(error)))
         }
+        Err(LogError { path, problem: LogProblem::Io(error) }) => Err(WriteError::Io { path, error }),
         _ => Ok(()),
     }
 }

@@ -156,7 +156,7 @@ impl Writer {
     /// If the system refuses.
     pub fn sync(&mut self) -> io::Result<()> {
         self.synced = Instant::now();
-        self.locked.file().sync_data()
+        self.locked.sync().map_err(io::Error::other)
     }
 }
 

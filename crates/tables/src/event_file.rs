@@ -1,7 +1,6 @@
 //! Event tables and tables of matches as Parquet files: read for a diff, and
 //! written by it, a batch of rows at a time.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
@@ -10,6 +9,7 @@ use polars::prelude::{AnyValue, Column, DataFrame, NamedFrom, ParquetWriter, Ser
 use crate::error::TableFileError;
 use crate::guarded::start_threads;
 use crate::parquet_checksum;
+use crate::parquet_out::{Buffered, ParquetOut};
 use crate::parquet_table::ParquetTable;
 
 /// A cell of a table.
@@ -136,9 +136,8 @@ const BATCH: usize = 1 << 16;
 
 /// A Parquet file of matches that is being written.
 pub struct MatchFile {
-    writer: polars::io::parquet::write::BatchedWriter<File>,
-    /// The underlying writer.
-    file: File,
+    writer: polars::io::parquet::write::BatchedWriter<Buffered>,
+    out: ParquetOut,
     path: PathBuf,
     rows: Vec<MatchRow>,
     /// Whether it has columns of rows.
@@ -154,12 +153,13 @@ impl MatchFile {
         let failed = |problem| TableFileError::Write { path: path.display().to_string(), problem };
         start_threads().map_err(failed)?;
         let file = files.create(path)?;
-        let writer = file.try_clone().map_err(|error| failed(error.to_string()))?;
         let metadata = parquet_checksum::metadata(&file).map_err(|error| failed(error.to_string()))?;
-        let writer = ParquetWriter::new(writer)
+        let out = ParquetOut::new(file);
+        let writer = ParquetWriter::new(out.writer().map_err(|error| failed(error.to_string()))?)
             .with_key_value_metadata(metadata)
-            .batched(frame(&[], is_over_area)?.schema())?;
-        Ok(MatchFile { writer, file, path: path.to_owned(), rows: Vec::new(), is_over_area })
+            .batched(frame(&[], is_over_area)?.schema())
+            .map_err(|error| failed(out.reason(&error)))?;
+        Ok(MatchFile { writer, out, path: path.to_owned(), rows: Vec::new(), is_over_area })
     }
 
     /// Adds a row.
@@ -172,7 +172,8 @@ impl MatchFile {
     }
 
     fn write(&mut self) -> Result<(), TableFileError> {
-        self.writer.write_batch(&frame(&self.rows, self.is_over_area)?)?;
+        let written = self.writer.write_batch(&frame(&self.rows, self.is_over_area)?);
+        written.map_err(|error| self.failed(self.out.reason(&error)))?;
         self.rows.clear();
         Ok(())
     }
@@ -183,11 +184,13 @@ impl MatchFile {
     /// If the file cannot be written.
     pub fn finish(mut self) -> Result<(), TableFileError> {
         self.write()?;
-        self.writer.finish()?;
-        parquet_checksum::seal(&mut self.file).map_err(|error| TableFileError::Write {
-            path: self.path.display().to_string(),
-            problem: error.to_string(),
-        })
+        self.writer.finish().map_err(|error| self.failed(self.out.reason(&error)))?;
+        let path = self.path.display().to_string();
+        self.out.seal().map(drop).map_err(|error| TableFileError::Write { path, problem: error.to_string() })
+    }
+
+    fn failed(&self, problem: String) -> TableFileError {
+        TableFileError::Write { path: self.path.display().to_string(), problem }
     }
 }
 

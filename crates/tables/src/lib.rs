@@ -70,6 +70,8 @@ mod parquet_bounds;
 #[cfg(feature = "parquet")]
 pub mod parquet_checksum;
 #[cfg(feature = "parquet")]
+mod parquet_out;
+#[cfg(feature = "parquet")]
 pub mod parquet_table;
 #[cfg(feature = "parquet")]
 pub mod parquet_tables;

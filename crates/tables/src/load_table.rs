@@ -12,6 +12,7 @@ use crate::error::TableFileError;
 use crate::guarded::start_threads;
 use crate::layout::{StepParts, step_columns};
 use crate::parquet_checksum;
+use crate::parquet_out::{Buffered, ParquetOut};
 use crate::parquet_tables;
 use crate::table_file;
 use crate::{CsvRows, Spelling, rows};
@@ -28,9 +29,9 @@ pub struct LoadTable {
     line: Vec<Cell>,
     paths: [PathBuf; 2],
     csv: CsvRows<File>,
-    parquet: BatchedWriter<File>,
+    parquet: BatchedWriter<Buffered>,
     /// The file of the Parquet table.
-    file: File,
+    out: ParquetOut,
     /// Row groups that are written.
     groups: usize,
 }
@@ -55,14 +56,15 @@ impl LoadTable {
         let rows = Batch::new(&columns);
         start_threads().map_err(|error| refused(&paths[1], &error))?;
         let file = files.create(&paths[1])?;
-        let writer = file.try_clone().map_err(|error| refused(&paths[1], &error))?;
         let metadata = parquet_checksum::metadata(&file).map_err(|error| refused(&paths[1], &error))?;
+        let out = ParquetOut::new(file);
+        let writer = out.writer().map_err(|error| refused(&paths[1], &error))?;
         let parquet = parquet_tables::frame(&columns, &rows)
             .and_then(|empty| {
                 ParquetWriter::new(writer).with_key_value_metadata(metadata).batched(empty.schema())
             })
-            .map_err(|error| refused(&paths[1], &error))?;
-        Ok(LoadTable { parts, columns, rows, line: Vec::new(), paths, csv, parquet, file, groups: 0 })
+            .map_err(|error| refused(&paths[1], &out.reason(&error)))?;
+        Ok(LoadTable { parts, columns, rows, line: Vec::new(), paths, csv, parquet, out, groups: 0 })
     }
 
     /// Writes the row of a step record.
@@ -88,8 +90,8 @@ impl LoadTable {
             self.end_group()?;
         }
         self.csv.finish().map_err(|error| refused(&self.paths[0], &error))?;
-        self.parquet.finish().map_err(|error| refused(&self.paths[1], &error))?;
-        parquet_checksum::seal(&mut self.file).map_err(|error| refused(&self.paths[1], &error))
+        self.parquet.finish().map_err(|error| refused(&self.paths[1], &self.out.reason(&error)))?;
+        self.out.seal().map(drop).map_err(|error| refused(&self.paths[1], &error))
     }
 
     /// Discards the table, as if it had never been begun.
@@ -102,7 +104,7 @@ impl LoadTable {
         let written = group.and_then(|group| self.parquet.write_batch(&group));
         self.groups += 1;
         self.rows.clear();
-        written.map_err(|error| refused(&self.paths[1], &error))
+        written.map_err(|error| refused(&self.paths[1], &self.out.reason(&error)))
     }
 }
 

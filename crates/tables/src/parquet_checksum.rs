@@ -105,9 +105,11 @@ fn crc(file: &mut File, digits_at: u64) -> io::Result<u32> {
 fn update(hasher: &mut crc32fast::Hasher, mut bytes: impl Read) -> io::Result<()> {
     let mut buffer = vec![0; BUFFER_BYTES];
     loop {
-        match bytes.read(&mut buffer)? {
-            0 => return Ok(()),
-            read => hasher.update(&buffer[..read]),
+        match bytes.read(&mut buffer) {
+            Ok(0) => return Ok(()),
+            Ok(read) => hasher.update(&buffer[..read]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
         }
     }
 }

@@ -5,7 +5,6 @@
 //! file's key-value metadata under `asperity:`, with a checksum of the whole file.
 
 use std::fs::File;
-use std::io::BufWriter;
 
 use asperity_record::ColumnKind;
 use polars::prelude::{
@@ -18,15 +17,15 @@ use crate::format::{Format, FormatError, TableWriter};
 use crate::guarded::start_threads;
 use crate::layout::Layout;
 use crate::parquet_checksum;
+use crate::parquet_out::{Buffered, ParquetOut};
 
 /// Parquet, compressed with zstd. A file must be open for reading as well, for its checksum.
 #[derive(Debug, Clone, Copy)]
 pub struct Parquet;
 
 struct ParquetTable {
-    /// The file that the writer writes to, kept to return it.
-    file: File,
-    writer: BatchedWriter<BufWriter<File>>,
+    out: ParquetOut,
+    writer: BatchedWriter<Buffered>,
     layout: Layout,
 }
 
@@ -51,33 +50,32 @@ impl Format for Parquet {
                 (column.name.as_ref().into(), kind)
             })
             .collect();
-        let writer =
-            ParquetWriter::new(BufWriter::new(file.try_clone()?)).batched(&schema).map_err(refused)?;
-        Ok(Box::new(ParquetTable { file, writer, layout: layout.clone() }))
+        let out = ParquetOut::new(file);
+        let writer = ParquetWriter::new(out.writer()?).batched(&schema);
+        let writer = writer.map_err(|error| refused(&out, &error))?;
+        Ok(Box::new(ParquetTable { out, writer, layout: layout.clone() }))
     }
 }
 
 impl TableWriter for ParquetTable {
     fn write(&mut self, batch: &Batch) -> Result<(), FormatError> {
-        let frame = frame(&self.layout.columns, batch).map_err(refused)?;
-        self.writer.write_batch(&frame).map_err(refused)
+        let written = frame(&self.layout.columns, batch).and_then(|frame| self.writer.write_batch(&frame));
+        written.map_err(|error| refused(&self.out, &error))
     }
 
     fn finish(self: Box<Self>, about: &[(String, String)]) -> Result<File, FormatError> {
         // The state of the log is known only now, but the writer's own method for ending a file accepts no
         // new metadata.
         let mut about = about.to_vec();
-        about.extend(parquet_checksum::pair(&self.file)?);
+        about.extend(parquet_checksum::pair(&self.out.file)?);
         let metadata = KeyValueMetadata::from_static(about)
             .collect(ParquetMetadataContext { arrow_schema: "" })
-            .map_err(refused)?;
+            .map_err(|error| refused(&self.out, &error))?;
         let mut writer =
             self.writer.get_writer().lock().map_err(|error| FormatError::Library(error.to_string()))?;
-        writer.end(Some(metadata)).map_err(refused)?;
+        writer.end(Some(metadata)).map_err(|error| refused(&self.out, &error))?;
         drop(writer);
-        let mut file = self.file;
-        parquet_checksum::seal(&mut file)?;
-        Ok(file)
+        Ok(self.out.seal()?)
     }
 }
 
@@ -98,8 +96,8 @@ fn series(name: &str, values: &Values) -> Column {
     }
 }
 
-fn refused(error: polars::error::PolarsError) -> FormatError {
-    FormatError::Library(error.to_string())
+fn refused(out: &ParquetOut, error: &polars::error::PolarsError) -> FormatError {
+    FormatError::Library(out.reason(error))
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use polars::prelude::{AnyValue, DataFrame, ParquetWriter};
 use crate::error::TableFileError;
 use crate::guarded::start_threads;
 use crate::parquet_checksum;
+use crate::parquet_out::ParquetOut;
 use crate::parquet_table::ParquetTable;
 use crate::{CsvRows, Spelling};
 
@@ -32,13 +33,14 @@ pub fn write(
     write_parquet(file, table).map_err(|problem| failed(&parquet, problem))
 }
 
-fn write_parquet(mut file: File, table: &mut DataFrame) -> Result<(), String> {
+fn write_parquet(file: File, table: &mut DataFrame) -> Result<(), String> {
     start_threads()?;
     let in_words = |error: io::Error| error.to_string();
     let metadata = parquet_checksum::metadata(&file).map_err(in_words)?;
-    let writer = ParquetWriter::new(&mut file).with_key_value_metadata(metadata);
-    writer.finish(table).map_err(|error| error.to_string())?;
-    parquet_checksum::seal(&mut file).map_err(in_words)
+    let out = ParquetOut::new(file);
+    let writer = ParquetWriter::new(out.writer().map_err(in_words)?).with_key_value_metadata(metadata);
+    writer.finish(table).map_err(|error| out.reason(&error))?;
+    out.seal().map(drop).map_err(in_words)
 }
 
 /// The files of a table.

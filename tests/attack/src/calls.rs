@@ -67,7 +67,7 @@ pub(crate) fn shortened(text: &str, most: usize) -> String {
 
 /// One call of the command, in a folder.
 pub(crate) struct Call<'a> {
-    command: Command,
+    pub(crate) command: Command,
     shown: String,
     outputs: [File; 2],
     started: Instant,

@@ -26,6 +26,8 @@ pub(crate) struct Size {
     /// Rounds over all commands, of pairs and of eights.
     pub(crate) pairs: usize,
     pub(crate) kills: usize,
+    /// Operations that fail.
+    pub(crate) faults: usize,
 }
 
 impl Size {
@@ -39,6 +41,7 @@ impl Size {
         studies: 60,
         pairs: 5,
         kills: 24,
+        faults: 160,
     };
 
     /// For a night.
@@ -51,6 +54,7 @@ impl Size {
         studies: 1000,
         pairs: 200,
         kills: 1000,
+        faults: usize::MAX,
     };
 }
 

@@ -11,7 +11,7 @@ use crate::case::{Case, try_all};
 use crate::file;
 use crate::ground::{Error, Genuine, Ground, RUN, SMALL};
 use crate::verdict::Verdict;
-use crate::writers::{self, Writer, Written, compared, found, prepare};
+use crate::writers::{self, Writer, Written, compared, found};
 
 const SIGNALS: [&str; 4] = ["KILL", "KILL", "TERM", "INT"];
 
@@ -102,30 +102,36 @@ fn stopped_and_resumed(case: &mut Case<'_>, undisturbed: &Genuine, run: &[&str])
 }
 
 fn stopped(case: &mut Case<'_>, writer: &Writer) -> Result<(), Error> {
+    let before = writer.set_up(case)?;
     let folder = case.folder.clone();
-    let name = writer.name;
-    prepare(case.ground, &folder)?;
-    let mut before = Written::new();
-    if writer.over_former {
-        let former = writers::call(case.ground, &folder, writer, 1)?.run()?;
-        case.must_end_well(&former);
-        before = found(&folder)?.written;
-    }
     let call = writers::call(case.ground, &folder, writer, 0)?;
     stopped_call(case, call, writer.takes.mul_f64(1.3))?;
+    aftermath(case, writer, &before, "stopped")
+}
+
+/// What holds after a call of a writer that broke off: files under final names are whole, and of one set if
+/// there is its record; a call as a user would make it then writes all of them.
+pub(crate) fn aftermath(
+    case: &mut Case<'_>,
+    writer: &Writer,
+    before: &Written,
+    what: &str,
+) -> Result<(), Error> {
+    let folder = case.folder.clone();
+    let name = writer.name;
     let now = found(&folder)?;
     let stray = now
         .written
         .iter()
-        .find(|(path, digest)| [&writer.alone[0], &before].iter().all(|set| set.get(*path) != Some(digest)));
+        .find(|(path, digest)| [&writer.alone[0], before].iter().all(|set| set.get(*path) != Some(digest)));
     if let Some((path, _)) = stray {
         let told = format!("{path}\n{}", compared(writer, &now.written));
-        case.broke(format!("{name}, stopped: under a final name stands what it does not write"), told);
+        case.broke(format!("{name}, {what}: under a final name stands what it does not write"), told);
         return Ok(());
     }
-    let complete = now.written == writer.alone[0] || (writer.over_former && now.written == before);
+    let complete = now.written == writer.alone[0] || (writer.over_former && now.written == *before);
     if let Some(record) = writers::record(&now.written) {
-        case.hold(complete, &format!("{name}, stopped: {record} stands beside files of another set"), || {
+        case.hold(complete, &format!("{name}, {what}: {record} stands beside files of another set"), || {
             compared(writer, &now.written)
         });
     }
@@ -135,7 +141,7 @@ fn stopped(case: &mut Case<'_>, writer: &Writer) -> Result<(), Error> {
     // Existing files are only replaced on request, which not all of these commands accept.
     let can_force = name.starts_with("export") || name == "diff";
     let there = if can_force { complete } else { !now.written.is_empty() };
-    let refused = again.code == Some(2) && there && !writer.over_former;
+    let refused = again.code == Some(2) && there && !writer.over_former && !writer.continues;
     // A run that was begun is resumed.
     let to_resume = name == "run" && now.temporary.iter().any(|path| path == "run.mcap.partial");
     let mut arguments = writer.arguments(0).to_vec();
@@ -148,7 +154,7 @@ fn stopped(case: &mut Case<'_>, writer: &Writer) -> Result<(), Error> {
     } else {
         again.code
     };
-    case.hold(ended == Some(0) || refused, &format!("{name}, stopped: the next call does not work"), || {
+    case.hold(ended == Some(0) || refused, &format!("{name}, {what}: the next call does not work"), || {
         format!("{}\n{}", again.said(), compared(writer, &now.written))
     });
     if refused && !complete {
@@ -157,7 +163,7 @@ fn stopped(case: &mut Case<'_>, writer: &Writer) -> Result<(), Error> {
     let after = found(&folder)?;
     case.hold(
         after.written == writer.alone[0],
-        &format!("{name}, stopped: the next call leaves another set"),
+        &format!("{name}, {what}: the next call leaves another set"),
         || format!("{}\n{}", again.said(), compared(writer, &after.written)),
     );
     // Killed after its files had their names, it leaves an empty folder; a call that is refused because
@@ -166,10 +172,8 @@ fn stopped(case: &mut Case<'_>, writer: &Writer) -> Result<(), Error> {
         |name: &str| std::fs::read_dir(folder.join(name)).is_ok_and(|mut files| files.next().is_none());
     let left = after.temporary.iter().filter(|name| !(refused && is_empty(name)));
     let left: Vec<&String> = left.collect();
-    case.hold(
-        left.is_empty(),
-        &format!("{name}, stopped: temporary files are left by the next call"),
-        || format!("{left:?}"),
-    );
+    case.hold(left.is_empty(), &format!("{name}, {what}: temporary files are left by the next call"), || {
+        format!("{left:?}")
+    });
     Ok(())
 }

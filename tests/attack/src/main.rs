@@ -9,6 +9,8 @@
 mod calls;
 mod case;
 mod chunks;
+mod disk;
+mod faults;
 mod file;
 mod flips;
 mod forge;
@@ -18,14 +20,17 @@ mod forgeries;
 mod frames;
 mod ground;
 mod hostile;
+mod kernel;
 mod kills;
 mod limits;
 mod mixes;
+mod operations;
 mod pairs;
 mod parquet;
 #[path = "../../fuzz/src/parts.rs"]
 #[expect(dead_code, unreachable_pub, reason = "the fuzzers share it, and need more of it")]
 mod parts;
+mod power;
 #[path = "../../../crates/testkit/src/random.rs"]
 #[expect(unreachable_pub, reason = "a crate that the tests share has it")]
 mod random;
@@ -47,7 +52,7 @@ use tally::{Tally, say};
 
 /// The attacks, in the order in which they are made.
 type Attack = fn(&Ground) -> Result<(), Error>;
-const ATTACKS: [(&str, Attack); 8] = [
+const ATTACKS: [(&str, Attack); 10] = [
     ("chunks", chunks::attack),
     ("flips", flips::attack),
     ("mixes", mixes::attack),
@@ -56,6 +61,8 @@ const ATTACKS: [(&str, Attack); 8] = [
     ("pairs", pairs::attack),
     ("kills", kills::attack),
     ("limits", limits::attack),
+    ("faults", faults::attack),
+    ("power", power::attack),
 ];
 
 /// What a call takes at most that says neither `--for-s` nor `--full`. An idle machine gets

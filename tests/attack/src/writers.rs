@@ -8,8 +8,10 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use crate::calls::Call;
+use crate::case::Case;
 use crate::file;
 use crate::ground::{AREA, Error, Ground, OTHER, RUN, SMALL, emptied};
+use crate::studies::SWEEP;
 
 /// A command that writes.
 pub(crate) struct Writer {
@@ -17,6 +19,10 @@ pub(crate) struct Writer {
     variants: [Vec<&'static str>; 2],
     /// Whether a complete set of the first variant exists before.
     pub(crate) over_former: bool,
+    /// What exists before: a path of the inputs and its name.
+    given: Option<(&'static str, &'static str)>,
+    /// Whether the same call again continues from what there is, instead of refusing it.
+    pub(crate) continues: bool,
     /// The undisturbed output of each variant, and its duration.
     pub(crate) alone: [Written; 2],
     pub(crate) takes: Duration,
@@ -52,6 +58,28 @@ impl Writer {
         }
     }
 
+    /// Those of studies, which continue from what there is.
+    pub(crate) fn of_studies(ground: &Ground) -> Result<Vec<Writer>, Error> {
+        Writer::all(ground)?;
+        let go = vec!["sweep", "go", "in/s.toml", "--quiet", "--jobs", "1", "--out", "out"];
+        let collect = vec!["sweep", "collect", "out", "--quiet"];
+        let mut writers = vec![
+            Writer { continues: true, ..Writer::new("sweep go", [go.clone(), go], false) },
+            Writer {
+                continues: true,
+                given: Some(("study", "out")),
+                ..Writer::new("sweep collect", [collect.clone(), collect], false)
+            },
+        ];
+        writers.iter_mut().try_for_each(|writer| writer.learn(ground))?;
+        Ok(writers)
+    }
+
+    fn new(name: &'static str, variants: [Vec<&'static str>; 2], over_former: bool) -> Writer {
+        let (alone, takes) = Default::default();
+        Writer { name, variants, over_former, given: None, continues: false, alone, takes }
+    }
+
     fn learned(ground: &Ground) -> Result<Vec<Writer>, Error> {
         make_inputs(ground)?;
         let small = |more: &[&'static str]| [&RUN[..], &["--checkpoint-s", "0.01"], &SMALL, more].concat();
@@ -69,16 +97,14 @@ impl Writer {
         };
         let salvage = |log| vec!["salvage", log, "--out", "salvaged.mcap"];
         let reproduce = |set: &[&'static str]| [&["reproduce", "in/p.toml", "--quiet"], out, set].concat();
-        let writer = |name, variants, over_former| Writer {
-            name,
-            variants,
-            over_former,
-            alone: Default::default(),
-            takes: Duration::ZERO,
-        };
+        let writer = Writer::new;
+        let begun = Some(("begun.mcap", "run.mcap.partial"));
         let mut writers = vec![
             writer("run", [small(&[]), small(&OTHER)], false),
-            writer("run --resume", [small(&["--resume"]), small(&["--resume"])], false),
+            Writer {
+                given: begun,
+                ..writer("run --resume", [small(&["--resume"]), small(&["--resume"])], false)
+            },
             writer("salvage", [salvage("in/damaged-a.mcap"), salvage("in/damaged-b.mcap")], false),
             writer("export csv", export("csv", &[]), false),
             writer("export csv --force", export("csv", &["--force"]), true),
@@ -109,13 +135,33 @@ impl Writer {
         &self.variants[variant % 2]
     }
 
+    /// Puts into a folder what a call of it needs, but for a former set.
+    fn prepare(&self, ground: &Ground, folder: &Path) -> Result<(), Error> {
+        prepare(ground, folder)?;
+        match self.given {
+            Some((from, to)) => copy(&folder.join(INPUTS).join(from), &folder.join(to)),
+            None => Ok(()),
+        }
+    }
+
+    /// Puts into the folder of a case what there is before a call, and returns what is under final names.
+    pub(crate) fn set_up(&self, case: &mut Case<'_>) -> Result<Written, Error> {
+        let folder = case.folder.clone();
+        self.prepare(case.ground, &folder)?;
+        if self.over_former {
+            let former = call(case.ground, &folder, self, 1)?.run()?;
+            case.must_end_well(&former);
+        }
+        Ok(found(&folder)?.written)
+    }
+
     /// Determines its undisturbed output.
     fn learn(&mut self, ground: &Ground) -> Result<(), Error> {
         let folder = ground.work.join("alone");
         for variant in 0..2 {
             let mut twice = Vec::new();
             for _ in 0..2 {
-                prepare(ground, &folder)?;
+                self.prepare(ground, &folder)?;
                 let started = Instant::now();
                 ground.succeed(&folder, self.arguments(variant))?;
                 self.takes = started.elapsed();
@@ -137,6 +183,10 @@ pub(crate) fn prepare(ground: &Ground, folder: &Path) -> Result<(), Error> {
 }
 
 fn copy(from: &Path, to: &Path) -> Result<(), Error> {
+    if from.is_file() {
+        fs::copy(from, to)?;
+        return Ok(());
+    }
     fs::create_dir_all(to)?;
     for entry in fs::read_dir(from)? {
         let entry = entry?;
@@ -167,6 +217,15 @@ fn make_inputs(ground: &Ground) -> Result<(), Error> {
     for (name, log) in [("damaged-a.mcap", &a), ("damaged-b.mcap", &b)] {
         fs::write(inputs.join(name), &log.bytes[..log.bytes.len() * 2 / 3])?;
     }
+    let begun = ground.genuine("small-begun", &[&["--checkpoint-s", "0.01"], &SMALL[..]].concat())?;
+    fs::write(inputs.join("begun.mcap"), &begun.bytes[..begun.bytes.len() * 2 / 3])?;
+    let study = ground.logs.join("small-study");
+    emptied(&study)?;
+    fs::write(study.join("s.toml"), SWEEP)?;
+    fs::write(inputs.join("s.toml"), SWEEP)?;
+    ground.succeed(&study, &["sweep", "plan", "s.toml", "--quiet", "--out", "study"])?;
+    ground.succeed(&study, &["sweep", "run", "study", "--quiet"])?;
+    copy(&study.join("study"), &inputs.join("study"))?;
     let set = "set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]";
     let runs =
         ["one", "two"].map(|name| format!("[[run]]\nname = \"{name}\"\nscenario = \"default\"\n{set}\n"));
@@ -191,7 +250,8 @@ fn look(folder: &Path, before: &str, found: &mut Found) -> Result<(), Error> {
         if is_temporary(&name) {
             found.temporary.push(path);
         } else if kind.is_dir() {
-            if path != INPUTS {
+            // The segments of a study bear the numbers of their processes; its tables show what is in them.
+            if path != INPUTS && name != "segments" {
                 look(&entry.path(), &format!("{path}/"), found)?;
             }
         } else {

@@ -155,6 +155,7 @@ Exit codes, from best to worst; for several logs, that of the worst:
   0  whole: all of its run, by this program with its detectors
   6  by other code or detectors: all of its run, made by another version of the
      program, or with additional or missing detectors
+  1  unreadable: the system failed to read it
   3  incomplete: sound up to where it ends
   7  stopped: all there is of a run that could not continue, with the reason;
      usually its time step was too long

@@ -1,0 +1,323 @@
+//! Every operation on a file fails in turn: the k-th one that a command makes, for every k, with each error
+//! that a system gives. Afterwards the words and the exit code say it, final names have what was there or the
+//! whole of the new, a call as a user would make it writes all, and nothing else has changed.
+//!
+//! Operations are counted in the kernel (`kernel.rs`): one that could change a file and is not counted is a
+//! failure by itself.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use crate::calls::{Call, Outcome};
+use crate::case::{Case, try_all};
+use crate::ground::{Error, Ground};
+use crate::kills::aftermath;
+use crate::operations::{Fate, Kind, Operation, is_possible, supervise};
+use crate::tally::say;
+use crate::writers::{INPUTS, Writer, Written, compared, found, prepare};
+
+/// What happens to an operation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Fault {
+    fate: Fate,
+    /// Whether all operations of its kind fail from then on, as on a full disk.
+    lasts: bool,
+}
+
+/// A fault of one operation of a command.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    /// Of the command in its list.
+    command: usize,
+    /// Of the operation.
+    number: usize,
+    kind: Kind,
+    fault: Fault,
+}
+
+/// Commands that print what they read.
+const READERS: [&[&str]; 7] = [
+    &["catalogue", "in/a/run.mcap"],
+    &["events", "in/a/run.mcap"],
+    &["summary", "in/a/run.mcap"],
+    &["check", "in/a/run.mcap"],
+    &["diff", "in/a/run.mcap", "in/b/run.mcap"],
+    &["sweep", "status", "in/study"],
+    &["scenario", "show", "default"],
+];
+
+/// Names that resemble the command's own, and belong to someone else.
+const FOREIGN: [&str; 4] =
+    ["mine.txt", ".asperity-mine/file", ".asperity-abcdefgh.txt", ".asperity-folders1/inside/file"];
+
+/// Of long series of equal operations, as of reads, no more than this many are tried.
+const MOST_OF_A_KIND: usize = 60;
+
+pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
+    if !is_possible() {
+        let reason = "the kernel does not stop calls for other processes".to_owned();
+        ground.tally.lock().expect("no case panics with it").skip("faults", reason);
+        return Ok(());
+    }
+    let of_studies = Writer::of_studies(ground)?;
+    let writers: Vec<&Writer> = Writer::all(ground)?.iter().chain(&of_studies).collect();
+    let mut points = Vec::new();
+    for (command, writer) in writers.iter().enumerate() {
+        let operations =
+            counted(ground, writer.name, writer.arguments(0), |case| writer.set_up(case).map(drop))?;
+        points.extend(points_of(command, &operations));
+    }
+    let chosen = ground.some_of(points.len(), ground.size.faults);
+    try_all(ground, "faults", "writing commands", chosen.len(), |case| {
+        let point = &points[chosen[case.number]];
+        in_writer(case, writers[point.command], point)
+    })?;
+    let mut points = Vec::new();
+    for (command, arguments) in READERS.iter().enumerate() {
+        let set_up = |case: &mut Case<'_>| prepare(case.ground, &case.folder);
+        points.extend(points_of(command, &counted(ground, arguments[0], arguments, set_up)?));
+    }
+    let chosen = ground.some_of(points.len(), ground.size.faults / 4);
+    try_all(ground, "faults", "printing commands", chosen.len(), |case| {
+        let point = &points[chosen[case.number]];
+        in_reader(case, READERS[point.command], point)
+    })
+}
+
+/// Lists the operations of an undisturbed call; prints how many there are of each kind.
+fn counted(
+    ground: &Ground,
+    name: &str,
+    arguments: &[&str],
+    set_up: impl Fn(&mut Case<'_>) -> Result<(), Error> + Sync,
+) -> Result<Vec<Kind>, Error> {
+    let kinds = std::sync::Mutex::new(Vec::new());
+    try_all(ground, "faults", &format!("operations of {name}"), 1, |case| {
+        set_up(case)?;
+        let call = Call::new(&case.ground.program, &case.folder, arguments)?;
+        let mut list = Vec::new();
+        let supervised = supervise(call, &case.folder, false, |_, operation| {
+            list.push(operation.kind);
+            Fate::Proceeds
+        })?;
+        case.must_end_well(&supervised.outcome);
+        case.hold(supervised.past.is_empty(), "operations go past the counter", || {
+            format!("{name}: {}", supervised.past.join(", "))
+        });
+        case.hold(list.len() == supervised.operations, "operations go past the list", || name.to_owned());
+        *kinds.lock().expect("one case alone") = list;
+        Ok(())
+    })?;
+    let kinds = kinds.into_inner().expect("one case alone");
+    let mut counts = BTreeMap::new();
+    kinds.iter().for_each(|kind| *counts.entry(*kind).or_insert(0) += 1);
+    let counts: Vec<String> = counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+    say(&format!("  faults: {name}: {} operations: {}", kinds.len(), counts.join(", ")));
+    Ok(kinds)
+}
+
+fn points_of(command: usize, kinds: &[Kind]) -> Vec<Point> {
+    let mut points = Vec::new();
+    let mut before = BTreeMap::new();
+    for (number, kind) in kinds.iter().enumerate() {
+        let all = kinds.iter().filter(|other| *other == kind).count();
+        let place = before.entry(*kind).or_insert(0usize);
+        *place += 1;
+        // Evenly over the series.
+        if (*place - 1) * MOST_OF_A_KIND / all.max(MOST_OF_A_KIND)
+            == *place * MOST_OF_A_KIND / all.max(MOST_OF_A_KIND)
+        {
+            continue;
+        }
+        let of = |fault| Point { command, number, kind: *kind, fault };
+        points.extend(faults(*kind).into_iter().map(of));
+    }
+    points
+}
+
+/// What can happen to an operation of a kind.
+fn faults(kind: Kind) -> Vec<Fault> {
+    let errors: &[i32] = match kind {
+        Kind::Create => &[libc::ENOSPC, libc::EIO, libc::EINTR, libc::EMFILE, libc::EACCES],
+        Kind::Open => &[libc::EIO, libc::EINTR, libc::EMFILE, libc::EACCES],
+        Kind::Read => &[libc::EIO, libc::EINTR],
+        Kind::Write => &[libc::ENOSPC, libc::EIO, libc::EINTR],
+        Kind::Print => &[libc::ENOSPC, libc::EIO, libc::EINTR],
+        Kind::Sync => &[libc::EIO, libc::ENOSPC, libc::EINTR],
+        Kind::Rename | Kind::Link => &[libc::ENOSPC, libc::EIO, libc::EACCES],
+        Kind::Remove => &[libc::EIO, libc::EACCES],
+        Kind::Folder => &[libc::ENOSPC, libc::EIO, libc::EACCES],
+        Kind::Lock => &[libc::ENOLCK, libc::EIO, libc::EINTR],
+        Kind::Length => &[libc::EIO, libc::EINTR],
+    };
+    let mut faults: Vec<Fault> =
+        errors.iter().map(|error| Fault { fate: Fate::Fails(*error), lasts: false }).collect();
+    match kind {
+        Kind::Write | Kind::Print => {
+            faults.push(Fault { fate: Fate::Halves, lasts: false });
+            faults.push(Fault { fate: Fate::Fails(libc::ENOSPC), lasts: true });
+        }
+        Kind::Create => faults.push(Fault { fate: Fate::Fails(libc::EMFILE), lasts: true }),
+        _ => {}
+    }
+    faults
+}
+
+impl Fault {
+    fn words(self) -> String {
+        let what = match self.fate {
+            Fate::Proceeds => "succeeds".to_owned(),
+            Fate::Halves => "writes half".to_owned(),
+            Fate::Fails(error) => format!("fails with \"{}\"", words_of(error)),
+        };
+        if self.lasts { format!("{what} from then on") } else { what }
+    }
+
+    /// Whether a program simply makes the call again.
+    fn is_passing(self) -> bool {
+        self.fate == Fate::Halves || self.fate == Fate::Fails(libc::EINTR)
+    }
+}
+
+/// The system's words for an error, without its number.
+fn words_of(error: i32) -> String {
+    let text = std::io::Error::from_raw_os_error(error).to_string();
+    text.split(" (os error").next().unwrap_or_default().to_owned()
+}
+
+/// Calls a command with a fault. Returns how it ended and the operation that the fault hit, if it came to that.
+fn with_fault(
+    case: &mut Case<'_>,
+    arguments: &[&str],
+    point: &Point,
+) -> Result<(Outcome, Option<Operation>), Error> {
+    let call = Call::new(&case.ground.program, &case.folder, arguments)?;
+    let mut hit: Option<Operation> = None;
+    let supervised = supervise(call, &case.folder, false, |number, operation| {
+        // With several threads the order differs from call to call.
+        let begins = hit.is_none() && number >= point.number;
+        if operation.kind != point.kind || !(begins || (hit.is_some() && point.fault.lasts)) {
+            return Fate::Proceeds;
+        }
+        hit.get_or_insert_with(|| operation.clone());
+        point.fault.fate
+    })?;
+    case.must_end_well(&supervised.outcome);
+    case.hold(supervised.past.is_empty(), "operations go past the counter", || supervised.past.join(", "));
+    Ok((supervised.outcome, hit))
+}
+
+fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<(), Error> {
+    let before = writer.set_up(case)?;
+    let folder = case.folder.clone();
+    for name in FOREIGN {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().expect("it is in the folder"))?;
+        fs::write(path, name)?;
+    }
+    let inputs = found(&folder.join(INPUTS))?.written;
+    let (outcome, hit) = with_fault(case, writer.arguments(0), point)?;
+    let fault = point.fault;
+    let Some(hit) = hit else { return Ok(()) };
+    let what = format!("{} {}", point.kind, fault.words());
+    let name = writer.name;
+    let written = found_without_foreign(&folder)?;
+    let told = || {
+        format!(
+            "{hit} {}: {}: {}\n{}",
+            fault.words(),
+            outcome.ending(),
+            outcome.said(),
+            compared(writer, &written)
+        )
+    };
+    match outcome.code {
+        Some(0) => case.hold(
+            written == writer.alone[0],
+            &format!("{name}, {what}: exits with 0 and has not written all"),
+            told,
+        ),
+        Some(1 | 2) => {
+            case.hold(!fault.is_passing(), &format!("{name}, {what}: gives up"), told);
+            says(case, name, &what, point, &outcome, told);
+        }
+        _ => case.broke(format!("{name}, {what}: ends with another code than 0, 1 and 2"), told()),
+    }
+    let foreign_is_whole =
+        |name: &&str| fs::read_to_string(folder.join(name)).is_ok_and(|text| text == **name);
+    let touched = FOREIGN.iter().find(|name| !foreign_is_whole(name));
+    case.hold(touched.is_none(), &format!("{name}, {what}: touches what is another's"), || {
+        format!("{touched:?}\n{}", told())
+    });
+    let inputs_now = found(&folder.join(INPUTS))?.written;
+    case.hold(inputs_now == inputs, &format!("{name}, {what}: changes an input"), told);
+    FOREIGN.iter().try_for_each(|name| remove_foreign(&folder, name))?;
+    aftermath(case, writer, &before, &what)
+}
+
+fn remove_foreign(folder: &Path, name: &str) -> Result<(), Error> {
+    let top = name.split('/').next().unwrap_or_default();
+    let path = folder.join(top);
+    if path.is_dir() {
+        fs::remove_dir_all(path)?;
+    } else {
+        fs::remove_file(path)?;
+    }
+    Ok(())
+}
+
+/// What is under final names beside the files of others.
+fn found_without_foreign(folder: &Path) -> Result<Written, Error> {
+    let mut written = found(folder)?.written;
+    written.retain(|path, _| !FOREIGN.contains(&path.as_str()));
+    Ok(written)
+}
+
+/// A failure names the reason.
+fn says(
+    case: &mut Case<'_>,
+    name: &str,
+    what: &str,
+    point: &Point,
+    outcome: &Outcome,
+    told: impl FnOnce() -> String + Clone,
+) {
+    // The verdict of `check` is what it prints.
+    let is_said = outcome.err.contains("error: ") || outcome.out.contains("unreadable: ");
+    case.hold(is_said, &format!("{name}, {what}: fails without a message"), told.clone());
+    if let Fate::Fails(error) = point.fault.fate {
+        let reason = outcome.out.contains(&words_of(error)) || outcome.err.contains(&words_of(error));
+        case.hold(reason, &format!("{name}, {what}: does not give the reason"), told);
+    }
+}
+
+fn in_reader(case: &mut Case<'_>, arguments: &[&str], point: &Point) -> Result<(), Error> {
+    prepare(case.ground, &case.folder)?;
+    let alone = case.call(arguments)?;
+    let (outcome, hit) = with_fault(case, arguments, point)?;
+    let Some(hit) = hit else { return Ok(()) };
+    let fault = point.fault;
+    let name = arguments.join(" ");
+    let what = format!("{} {}", point.kind, fault.words());
+    let told = || format!("{hit} {}: {}: {}", fault.words(), outcome.ending(), outcome.said());
+    if outcome.code == alone.code {
+        let is_same = outcome.out == alone.out;
+        // A failure that is itself the answer of the undisturbed call has code 1 as well.
+        let failed = outcome.err.contains("error: ");
+        case.hold(
+            is_same || failed,
+            &format!("{name}, {what}: prints something else as if it were all"),
+            told,
+        );
+    } else {
+        case.hold(!fault.is_passing(), &format!("{name}, {what}: gives up"), told);
+        case.hold(
+            matches!(outcome.code, Some(1 | 2)),
+            &format!("{name}, {what}: takes it for a damage"),
+            told,
+        );
+        says(case, &name, &what, point, &outcome, told);
+    }
+    Ok(())
+}

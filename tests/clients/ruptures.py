@@ -272,14 +272,18 @@ class Run:
             "overlapping": overlapping,
             "open": is_open,
         }
-        for name in ENERGIES:
+        energies = dict(ENERGIES)
+        # Of runs with radiation, or with an end that absorbs.
+        if "radiated_j" in self.steps[nucleation[0]]:
+            energies["radiated_j"] = "radiated_j"
+        for name in energies:
             rupture[name] = None
         if self.steps[nucleation[0]].get("drive_work_j"):
             rupture["anchor_change_j"] = self.anchor_change_j(slides)
             if not overlapping and not is_open:
                 before, after = ({name: float(value) for name, value in self.steps[step].items() if name.endswith("_j")}
                                  for step in (nucleation[0], end_step - 1))
-                for name, total in ENERGIES.items():
+                for name, total in energies.items():
                     if name != "anchor_change_j":
                         rupture[name] = after[total] - before[total]
                 # What springs gain in the steps, and what the switches change of them.

@@ -7,8 +7,20 @@ use clap::Args;
 use crate::workspace::{Failure, asperity, cargo, program, root, run, target_folder};
 
 /// The attacks, as `tests/attack` has them.
-const ATTACKS: [&str; 10] =
-    ["chunks", "flips", "mixes", "forgeries", "studies", "pairs", "kills", "limits", "faults", "power"];
+const ATTACKS: [&str; 12] = [
+    "chunks",
+    "flips",
+    "mixes",
+    "forgeries",
+    "studies",
+    "pairs",
+    "kills",
+    "limits",
+    "faults",
+    "power",
+    "memory",
+    "soak",
+];
 
 #[derive(Debug, Default, Args)]
 #[command(after_help = "\
@@ -29,6 +41,8 @@ short of resources, and compares the outcome with the promises of the docs:
   kills      runs killed and resumed, other commands killed and repeated
   limits     full disks, few resources, inputs made to use up memory and time
   faults     each operation on a file fails in turn, with every error
+  memory     each allocation is refused in turn where foreign bytes are read
+  soak       random runs, killed, resumed, replayed, exported, read elsewhere
   power      the power is cut after each operation; the disk has what was synced
 
 Each attack lists the broken promises by kind. The files of the first cases of
@@ -76,6 +90,8 @@ pub(crate) fn command(arguments: &AttackArguments) -> Result<(), Failure> {
         "attack",
         "--bin",
         "asperity-attack",
+        "--example",
+        "refuse-memory",
         "--locked",
     ]))?;
     let name = format!("asperity-attack{}", env::consts::EXE_SUFFIX);

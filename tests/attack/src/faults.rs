@@ -51,6 +51,9 @@ const READERS: [&[&str]; 7] = [
 const FOREIGN: [&str; 4] =
     ["mine.txt", ".asperity-mine/file", ".asperity-abcdefgh.txt", ".asperity-folders1/inside/file"];
 
+/// A folder as the command makes them, of another process.
+const LIVING: &str = ".asperity-aLiving1";
+
 /// Of long series of equal operations, as of reads, no more than this many are tried.
 const MOST_OF_A_KIND: usize = 60;
 
@@ -180,6 +183,14 @@ impl Fault {
     }
 }
 
+impl Point {
+    /// Whether a command that meets the fault has not done all that it promises: what is not synced may be lost.
+    fn must_be_said(&self) -> bool {
+        let is_real = matches!(self.fault.fate, Fate::Fails(libc::EIO | libc::ENOSPC));
+        is_real && matches!(self.kind, Kind::Sync | Kind::Write | Kind::Print)
+    }
+}
+
 /// The system's words for an error, without its number.
 fn words_of(error: i32) -> String {
     let text = std::io::Error::from_raw_os_error(error).to_string();
@@ -216,6 +227,12 @@ fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<(), 
         fs::create_dir_all(path.parent().expect("it is in the folder"))?;
         fs::write(path, name)?;
     }
+    // Another process works in it.
+    let living = folder.join(LIVING);
+    fs::create_dir(&living)?;
+    fs::write(living.join("half"), "half")?;
+    let lock = fs::File::open(&living)?;
+    lock.try_lock().map_err(|_| "a new folder is locked")?;
     let inputs = found(&folder.join(INPUTS))?.written;
     let (outcome, hit) = with_fault(case, writer.arguments(0), point)?;
     let fault = point.fault;
@@ -233,11 +250,11 @@ fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<(), 
         )
     };
     match outcome.code {
-        Some(0) => case.hold(
-            written == writer.alone[0],
-            &format!("{name}, {what}: exits with 0 and has not written all"),
-            told,
-        ),
+        Some(0) => {
+            let all = written == writer.alone[0];
+            case.hold(all, &format!("{name}, {what}: exits with 0 and has not written all"), told);
+            case.hold(!point.must_be_said(), &format!("{name}, {what}: exits with 0"), told);
+        }
         Some(1 | 2) => {
             case.hold(!fault.is_passing(), &format!("{name}, {what}: gives up"), told);
             says(case, name, &what, point, &outcome, told);
@@ -252,6 +269,13 @@ fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<(), 
     });
     let inputs_now = found(&folder.join(INPUTS))?.written;
     case.hold(inputs_now == inputs, &format!("{name}, {what}: changes an input"), told);
+    case.hold(
+        living.join("half").exists(),
+        &format!("{name}, {what}: removes the files of a living process"),
+        told,
+    );
+    drop(lock);
+    fs::remove_dir_all(living).ok();
     FOREIGN.iter().try_for_each(|name| remove_foreign(&folder, name))?;
     aftermath(case, writer, &before, &what)
 }

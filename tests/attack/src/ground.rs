@@ -26,8 +26,12 @@ pub(crate) struct Size {
     /// Rounds over all commands, of pairs and of eights.
     pub(crate) pairs: usize,
     pub(crate) kills: usize,
-    /// Operations that fail.
+    /// Operations that fail, and as many power cuts.
     pub(crate) faults: usize,
+    /// Allocations that are refused, of each reading command.
+    pub(crate) refusals: usize,
+    /// Random scenarios.
+    pub(crate) soak: usize,
 }
 
 impl Size {
@@ -42,6 +46,8 @@ impl Size {
         pairs: 5,
         kills: 24,
         faults: 160,
+        refusals: 12,
+        soak: 60,
     };
 
     /// For a night.
@@ -55,6 +61,8 @@ impl Size {
         pairs: 200,
         kills: 1000,
         faults: usize::MAX,
+        refusals: 300,
+        soak: 1000,
     };
 }
 
@@ -171,6 +179,11 @@ impl Ground {
             self.succeed(&self.logs, &["check", &file])?;
         }
         Genuine::read(&path)
+    }
+
+    /// The library that refuses memory, which cargo builds beside the attack.
+    pub(crate) fn library(&self) -> PathBuf {
+        self.program.with_file_name("examples").join("librefuse_memory.so")
     }
 
     /// The log of the default scenario; of a full attack, those of all runs of a pipeline.

@@ -12,7 +12,7 @@ use crate::hostile;
 use crate::writers::{INPUTS, Writer, Written, compared, found, prepare};
 
 /// Lines of shell before a call, and those after it.
-const LIMITS: [(&str, &str, &str); 16] = [
+const LIMITS: [(&str, &str, &str); 25] = [
     ("standard error full", "", "2>/dev/full"),
     ("standard error closed", "", "2>&-"),
     ("standard output full", "", ">/dev/full"),
@@ -26,9 +26,18 @@ const LIMITS: [(&str, &str, &str); 16] = [
     ("6 open files", "ulimit -n 6", ""),
     ("8 open files", "ulimit -n 8", ""),
     ("12 open files", "ulimit -n 12", ""),
-    ("a little memory", "ulimit -v 130000", ""),
-    ("some memory", "ulimit -v 200000", ""),
-    ("more memory", "ulimit -v 400000", ""),
+    ("memory of 100 MB", "ulimit -v 100000", ""),
+    ("memory of 110 MB", "ulimit -v 110000", ""),
+    ("memory of 120 MB", "ulimit -v 120000", ""),
+    ("memory of 130 MB", "ulimit -v 130000", ""),
+    ("memory of 140 MB", "ulimit -v 140000", ""),
+    ("memory of 150 MB", "ulimit -v 150000", ""),
+    ("memory of 160 MB", "ulimit -v 160000", ""),
+    ("memory of 180 MB", "ulimit -v 180000", ""),
+    ("memory of 200 MB", "ulimit -v 200000", ""),
+    ("memory of 250 MB", "ulimit -v 250000", ""),
+    ("memory of 300 MB", "ulimit -v 300000", ""),
+    ("memory of 400 MB", "ulimit -v 400000", ""),
 ];
 
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
@@ -41,7 +50,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
         &["--help"],
     ];
     let commands = writers.len() + readers.len();
-    let chosen = ground.some_of(LIMITS.len() * commands, 80);
+    let chosen = ground.some_of(LIMITS.len() * commands, 120);
     try_all(ground, "limits", "resources", chosen.len(), |case| {
         let (limit, command) = (LIMITS[chosen[case.number] / commands], chosen[case.number] % commands);
         match writers.get(command) {
@@ -66,11 +75,6 @@ fn limited(
         // If it cannot even be loaded, it cannot print a message.
         let loads = Call::by_shell(program, &folder, before, &["--version"], "")?.run()?;
         if loads.code != Some(0) {
-            case.ground
-                .tally
-                .lock()
-                .expect("no case panics with it")
-                .skip("limits", format!("{limit}: the program does not start"));
             return Ok(());
         }
     }

@@ -23,6 +23,7 @@ mod hostile;
 mod kernel;
 mod kills;
 mod limits;
+mod memory;
 mod mixes;
 mod operations;
 mod pairs;
@@ -34,6 +35,7 @@ mod power;
 #[path = "../../../crates/testkit/src/random.rs"]
 #[expect(unreachable_pub, reason = "a crate that the tests share has it")]
 mod random;
+mod soak;
 mod studies;
 mod tally;
 mod verdict;
@@ -52,7 +54,7 @@ use tally::{Tally, say};
 
 /// The attacks, in the order in which they are made.
 type Attack = fn(&Ground) -> Result<(), Error>;
-const ATTACKS: [(&str, Attack); 10] = [
+const ATTACKS: [(&str, Attack); 12] = [
     ("chunks", chunks::attack),
     ("flips", flips::attack),
     ("mixes", mixes::attack),
@@ -63,6 +65,8 @@ const ATTACKS: [(&str, Attack); 10] = [
     ("limits", limits::attack),
     ("faults", faults::attack),
     ("power", power::attack),
+    ("memory", memory::attack),
+    ("soak", soak::attack),
 ];
 
 /// What a call takes at most that says neither `--for-s` nor `--full`. An idle machine gets

@@ -182,7 +182,8 @@ pub(crate) fn prepare(ground: &Ground, folder: &Path) -> Result<(), Error> {
     copy(&ground.logs.join("inputs"), &folder.join(INPUTS))
 }
 
-fn copy(from: &Path, to: &Path) -> Result<(), Error> {
+/// Copies a file or a folder.
+pub(crate) fn copy(from: &Path, to: &Path) -> Result<(), Error> {
     if from.is_file() {
         fs::copy(from, to)?;
         return Ok(());

@@ -1,0 +1,149 @@
+//! Memory is refused, one allocation after the other, from where a command opens the first of its inputs: logs,
+//! plans and segments of studies, TOML, CSV and Parquet. The command then ends with 1 and a message, or copes and
+//! gives the same; it does not abort, and leaves nothing incomplete under a final name.
+
+use std::fs;
+use std::path::PathBuf;
+
+use crate::calls::{Call, Outcome};
+use crate::case::{Case, try_all};
+use crate::ground::{Error, Ground, emptied};
+use crate::tally::say;
+use crate::writers::{Written, found, prepare};
+
+/// Each kind of input with commands that read it.
+const READERS: [(&str, &[&str]); 15] = [
+    ("logs", &["check", "in/a/run.mcap"]),
+    ("logs", &["events", "in/a/run.mcap"]),
+    ("logs", &["summary", "in/a/run.mcap"]),
+    ("logs", &["export", "in/a/run.mcap", "--to", "parquet", "--quiet", "--out", "out"]),
+    ("logs", &["salvage", "in/damaged-a.mcap", "--out", "salvaged.mcap"]),
+    ("logs", &["diff", "in/a/run.mcap", "in/b/run.mcap"]),
+    ("plans and segments", &["sweep", "status", "in/study"]),
+    ("plans and segments", &["sweep", "collect", "in/study", "--quiet"]),
+    ("TOML", &["scenario", "show", "in/scenario.toml"]),
+    ("TOML", &["sweep", "plan", "in/s.toml", "--quiet", "--out", "out"]),
+    ("CSV", &["diff", "in/events.csv", "in/events.csv"]),
+    ("CSV", &["scenario", "show", "in/csv.toml"]),
+    ("Parquet", &["events", "in/events.parquet"]),
+    ("Parquet", &["diff", "in/events.parquet", "in/events.csv"]),
+    ("inputs of pages", &["report", "in/a/run.mcap", "--quiet", "--out", "page.html"]),
+];
+
+/// A refusal.
+struct Point {
+    reader: usize,
+    /// Number of the allocation.
+    at: u64,
+    /// Whether all later ones are refused as well.
+    lasts: bool,
+}
+
+/// What a call gives if nothing is refused.
+struct Alone {
+    outcome: Outcome,
+    written: Written,
+    allocations: u64,
+}
+
+pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
+    let library = ground.library();
+    if !library.exists() {
+        let reason = format!("there is no {}", library.display());
+        ground.tally.lock().expect("no case panics with it").skip("memory", reason);
+        return Ok(());
+    }
+    crate::writers::Writer::all(ground)?;
+    let inputs = ground.logs.join("memory");
+    make_inputs(ground, &inputs)?;
+    let (mut alone, mut points) = (Vec::new(), Vec::new());
+    let mut random = crate::random::Random::new(ground.seed);
+    for (number, (kind, arguments)) in READERS.iter().enumerate() {
+        let call = undisturbed(ground, &inputs, arguments)?;
+        let allocations = call.allocations;
+        if allocations == 0 {
+            return Err(format!("{}: no allocation was counted", arguments.join(" ")).into());
+        }
+        say(&format!("  memory: {kind}: {}: {allocations} allocations", arguments.join(" ")));
+        alone.push(call);
+        for place in 0..ground.size.refusals {
+            // The first ones all, then more rarely.
+            let at = match place as u64 + 1 {
+                first if 3 * first < ground.size.refusals as u64 => first,
+                _ => random.log_uniform(1.0, allocations as f64 + 1.0) as u64,
+            };
+            points.push(Point { reader: number, at: at.min(allocations), lasts: place % 2 == 1 });
+        }
+    }
+    try_all(ground, "memory", "refusals", points.len(), |case| {
+        let point = &points[case.number];
+        refused(case, &inputs, point, &alone[point.reader])
+    })
+}
+
+fn make_inputs(ground: &Ground, folder: &PathBuf) -> Result<(), Error> {
+    prepare(ground, folder)?;
+    let events = ground.succeed(folder, &["events", "in/a/run.mcap"])?;
+    fs::write(folder.join("in/events.csv"), events.out)?;
+    let show = ground.succeed(folder, &["scenario", "show", "default"])?;
+    fs::write(folder.join("in/scenario.toml"), show.out)?;
+    fs::write(folder.join("in/csv.toml"), "slider.blocks = 2\ndisorder.contacts_csv = 'contacts.csv'\n")?;
+    fs::write(folder.join("in/contacts.csv"), "static_offset,load_offset\n0.1,0\n0,1\n")?;
+    ground.succeed(folder, &["export", "in/a/run.mcap", "--to", "parquet", "--quiet", "--out", "tables"])?;
+    fs::rename(folder.join("tables/run.events.slip.parquet"), folder.join("in/events.parquet"))?;
+    Ok(fs::remove_dir_all(folder.join("tables"))?)
+}
+
+/// Calls a command with the library, which refuses what the variables say.
+fn call(
+    ground: &Ground,
+    folder: &std::path::Path,
+    arguments: &[&str],
+    set: &[(&str, String)],
+) -> Result<Outcome, Error> {
+    let mut call = Call::by_shell(&ground.program, folder, "true", arguments, "")?;
+    call.command.env("LD_PRELOAD", ground.library());
+    call.command.envs(set.iter().map(|(name, value)| (name, value)));
+    Ok(call.run()?)
+}
+
+fn undisturbed(ground: &Ground, inputs: &std::path::Path, arguments: &[&str]) -> Result<Alone, Error> {
+    let folder = ground.work.join("memory-alone");
+    emptied(&folder)?;
+    crate::writers::copy(&inputs.join("in"), &folder.join("in"))?;
+    let count = folder.join("in/count");
+    let outcome = call(ground, &folder, arguments, &[("REFUSE_COUNT", count.display().to_string())])?;
+    let allocations = fs::read_to_string(count)?.parse()?;
+    Ok(Alone { outcome, written: found(&folder)?.written, allocations })
+}
+
+fn refused(case: &mut Case<'_>, inputs: &std::path::Path, point: &Point, alone: &Alone) -> Result<(), Error> {
+    let (kind, arguments) = READERS[point.reader];
+    let folder = case.folder.clone();
+    crate::writers::copy(&inputs.join("in"), &folder.join("in"))?;
+    let mut set = vec![("REFUSE_AT", point.at.to_string())];
+    if point.lasts {
+        set.push(("REFUSE_ON", "1".to_owned()));
+    }
+    let outcome = call(case.ground, &folder, arguments, &set)?;
+    case.must_end_well(&outcome);
+    let name = format!("{} ({kind})", arguments[..2.min(arguments.len())].join(" "));
+    let told = || {
+        format!("allocation {} refused: {}: {}: {}", point.at, outcome.call, outcome.ending(), outcome.said())
+    };
+    let is_same = outcome.code == alone.outcome.code && outcome.out == alone.outcome.out;
+    // A library that copes with a refusal may take it for an input that is too long.
+    let is_refused_input = outcome.code == Some(2) && kind == "Parquet" && outcome.err.contains("too long");
+    case.hold(
+        outcome.code == Some(1) || is_same || is_refused_input,
+        &format!("{name}: ends with another code than 1"),
+        told,
+    );
+    if !is_same {
+        case.hold(outcome.err.len() > 10, &format!("{name}: fails without a message"), told);
+    }
+    let now = found(&folder)?.written;
+    let stray = now.iter().find(|(path, digest)| alone.written.get(*path) != Some(digest));
+    case.hold(stray.is_none(), &format!("{name}: leaves half a file under a final name"), told);
+    Ok(())
+}

@@ -15,6 +15,7 @@ use asperity_run::Notice;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, Word, arrays};
 use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
 use asperity_study::segment::{Kind, Writer};
+use asperity_study::verification::{Sample, Verification};
 use asperity_study::work::{Made, PATIENCE, Ways, clear_done, make_and_store};
 use asperity_study::{Plan, staging};
 
@@ -89,8 +90,8 @@ fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
     let SweepGoArguments { sweep, out, skip_refused, jobs, max_fails, to, no_provenance } = arguments;
     let plan = sweep_plan::begun(sweep, out, *skip_refused, *jobs, board)?;
     let results = Results::read(out, &plan).map_err(|error| unreadable(out, &error))?;
-    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: PATIENCE.as_secs_f64() };
-    make_chosen(&plan, out, results, &|_| true, &wanted, board)?;
+    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, ..Wanted::default() };
+    make_missing(&plan, out, results, &|_| true, &wanted, board)?;
     let (folder, no_provenance) = (out.clone(), *no_provenance);
     collect::tables(&SweepCollectArguments { folder, to: to.clone(), out: None, no_provenance }, board)
 }
@@ -104,12 +105,12 @@ pub(crate) fn make_numbered(
     board: &Board,
 ) -> Result<(), Failure> {
     let results = Results::read(folder, plan).map_err(|error| unreadable(folder, &error))?;
-    let wanted = Wanted { jobs, max_fails: None, patience_s: PATIENCE.as_secs_f64() };
-    make_chosen(plan, folder, results, &|run| *run <= plan.numbered(), &wanted, board).map(drop)
+    let wanted = Wanted { jobs, ..Wanted::default() };
+    make_missing(plan, folder, results, &|run| *run <= plan.numbered(), &wanted, board).map(drop)
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
-    let SweepRunArguments { folder, index, chunk, jobs, max_fails, patience_s, .. } = arguments;
+    let SweepRunArguments { folder, index, chunk, verify, jobs, max_fails, patience_s, .. } = arguments;
     let (plan, results) = read(folder)?;
     plan.check_code(folder).map_err(Failure::bad_input)?;
     let chosen: Option<BTreeSet<u64>> = match index {
@@ -121,11 +122,42 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     };
     let is_chosen = |run: &u64| {
         chosen.as_ref().is_none_or(|chosen| chosen.contains(run))
-            && chunk.is_none_or(|SweepChunk { part, of }| run % of == part % of)
+            && chunk.is_none_or(|SweepChunk { part, of }| {
+                // Tasks of near numbers are often on one node.
+                let shift = if verify.is_some() { of / 2 } else { 0 };
+                run % of == (part + shift) % of
+            })
     };
-    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: *patience_s };
-    let results = make_chosen(&plan, folder, results, &is_chosen, &wanted, board)?;
+    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: *patience_s, verify: *verify };
+    if let Some(sample) = verify {
+        let mut chosen = sample.of(&plan).map_err(|error| Failure::BadInput(format!("--verify {error}")))?;
+        chosen.retain(is_chosen);
+        return verify_chosen(&plan, folder, results, &chosen, &wanted, board);
+    }
+    let results = make_missing(&plan, folder, results, &is_chosen, &wanted, board)?;
     made(&plan, &results, results.counts_of(is_chosen), board)
+}
+
+/// Makes runs a second time if they have a result, and compares both.
+fn verify_chosen(
+    plan: &Plan,
+    folder: &Path,
+    results: Results,
+    chosen: &BTreeSet<u64>,
+    wanted: &Wanted,
+    board: &Board,
+) -> Result<(), Failure> {
+    let due = Verification::of(chosen, &results).due;
+    let results = make(plan, folder, results, &due, wanted, board)?;
+    let verification = Verification::of(chosen, &results);
+    say(&verification)?;
+    faults(&results).try_for_each(say)?;
+    let is_incomplete = verification.is_incomplete();
+    match () {
+        () if !results.faults.is_empty() => Code::Failed.said(),
+        () if is_incomplete => Code::Incomplete.said(),
+        () => Ok(()),
+    }
 }
 
 /// How runs are made.
@@ -133,10 +165,18 @@ struct Wanted {
     jobs: Option<NonZeroUsize>,
     max_fails: Option<u64>,
     patience_s: f64,
+    /// Given if runs are made a second time.
+    verify: Option<Sample>,
+}
+
+impl Default for Wanted {
+    fn default() -> Wanted {
+        Wanted { jobs: None, max_fails: None, patience_s: PATIENCE.as_secs_f64(), verify: None }
+    }
 }
 
 /// Makes the chosen runs that are missing. Returns all results.
-fn make_chosen(
+fn make_missing(
     plan: &Plan,
     folder: &Path,
     results: Results,
@@ -144,15 +184,25 @@ fn make_chosen(
     wanted: &Wanted,
     board: &Board,
 ) -> Result<Results, Failure> {
+    let missing: Vec<u64> = results.missing().filter(is_chosen).collect();
+    make(plan, folder, results, &missing, wanted, board)
+}
+
+/// Makes runs. Returns all results.
+fn make(
+    plan: &Plan,
+    folder: &Path,
+    results: Results,
+    runs: &[u64],
+    wanted: &Wanted,
+    board: &Board,
+) -> Result<Results, Failure> {
     clear_done(folder, &results).map_err(Failure::Failed)?;
-    let queue: VecDeque<(u64, u32)> = results
-        .missing()
-        .filter(is_chosen)
-        .map(|run| match results.state(run) {
-            State::Missing(deaths) => (run, deaths),
-            _ => (run, 0),
-        })
-        .collect();
+    let deaths = |run: &u64| match results.state(*run) {
+        State::Missing(deaths) => deaths,
+        _ => 0,
+    };
+    let queue: VecDeque<(u64, u32)> = runs.iter().map(|run| (*run, deaths(run))).collect();
     if queue.is_empty() {
         return Ok(results);
     }
@@ -162,8 +212,7 @@ fn make_chosen(
     let study = Study {
         plan,
         folder,
-        patience_s: wanted.patience_s,
-        max_fails: wanted.max_fails,
+        wanted,
         shared: Mutex::new(Shared {
             progress: board.study(queue.len() as u64),
             queue,
@@ -219,8 +268,7 @@ const BY_ANOTHER: &str = "by another";
 struct Study<'a> {
     plan: &'a Plan,
     folder: &'a Path,
-    patience_s: f64,
-    max_fails: Option<u64>,
+    wanted: &'a Wanted,
     shared: Mutex<Shared>,
     board: &'a Board,
 }
@@ -258,9 +306,12 @@ struct Reins {
 }
 
 impl Worker {
-    fn start(folder: &Path, patience_s: f64) -> io::Result<Worker> {
+    fn start(folder: &Path, wanted: &Wanted) -> io::Result<Worker> {
+        let Wanted { patience_s, verify, .. } = wanted;
         let mut child = Command::new(std::env::current_exe()?)
-            .args(["--quiet", "sweep", "run", "--worker", "--patience-s", &patience_s.to_string(), "--"])
+            .args(["--quiet", "sweep", "run", "--worker", "--patience-s", &patience_s.to_string()])
+            .args(verify.map(|sample| format!("--verify={sample}")))
+            .arg("--")
             .arg(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -311,7 +362,7 @@ impl Study<'_> {
         let mut worker: Option<Worker> = None;
         while let Some((run, deaths)) = self.next() {
             if worker.is_none() {
-                worker = match Worker::start(self.folder, self.patience_s) {
+                worker = match Worker::start(self.folder, self.wanted) {
                     Ok(started) => {
                         self.shared().workers.push(Arc::clone(&started.reins));
                         Some(started)
@@ -401,7 +452,7 @@ impl Study<'_> {
     fn failed(&self, shared: &mut Shared) {
         shared.failed += 1;
         shared.progress.failed();
-        if self.max_fails.is_some_and(|most| shared.failed > most) {
+        if self.wanted.max_fails.is_some_and(|most| shared.failed > most) {
             let problem = format!("more than {} runs failed (--max-fails)", shared.failed - 1);
             shared.problem.get_or_insert(problem);
         }
@@ -411,7 +462,7 @@ impl Study<'_> {
 /// Makes the runs whose numbers arrive on standard input, one per line, and prints the outcome of
 /// each.
 fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
-    let SweepRunArguments { folder, patience_s, .. } = arguments;
+    let SweepRunArguments { folder, patience_s, verify, .. } = arguments;
     let patience = Duration::try_from_secs_f64(*patience_s).map_err(Failure::bad_input)?;
     // The first signal is for the current run.
     interrupt::install()?;
@@ -423,7 +474,7 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
         .map_err(|error| Failure::Failed(format!("failed to start a thread: {error}")))?;
     let stop = || interrupt::has_come() || is_left_alone.load(Ordering::Relaxed);
     let tell = |notice: Notice<'_>| say(notice).unwrap_or(());
-    let ways = Ways { folder, patience, stop: &stop, tell: &tell };
+    let ways = Ways { folder, patience, stop: &stop, tell: &tell, again: verify.is_some() };
     let mut segment: Option<Writer> = None;
     for line in told {
         let line = line.map_err(Failure::failed)?;

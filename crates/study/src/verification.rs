@@ -1,0 +1,170 @@
+//! Makes some runs of a study a second time, on another node if possible: a node that computes wrongly gives
+//! results that differ from those of another one.
+//!
+//! The plan alone decides which runs these are, so that all workers choose the same ones.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::{self, Write};
+use std::str::FromStr;
+
+use asperity_record::counted;
+
+use crate::plan::{Plan, Row};
+use crate::results::{Fault, Results, State};
+use crate::segment::{node_of, this_node};
+
+/// Most pairs of nodes that are named.
+const MOST_PAIRS: usize = 20;
+
+/// How many runs over axes to verify.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sample {
+    /// This many, at least 1.
+    Count(u64),
+    /// This share in percent, above 0 and up to 100; rounded up to whole runs.
+    Percent(f64),
+}
+
+impl FromStr for Sample {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Sample, String> {
+        let sample = match text.strip_suffix('%') {
+            Some(percent) => percent.parse().ok().filter(|p| 0.0 < *p && *p <= 100.0).map(Sample::Percent),
+            None => text.parse().ok().filter(|count| *count > 0).map(Sample::Count),
+        };
+        sample.ok_or_else(|| {
+            "accepted: a number of runs, from 1; or a share of them, above 0% and up to 100%, as in 5%"
+                .to_owned()
+        })
+    }
+}
+
+impl fmt::Display for Sample {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Sample::Count(count) => write!(f, "{count}"),
+            Sample::Percent(percent) => write!(f, "{percent}%"),
+        }
+    }
+}
+
+impl Sample {
+    /// The runs of a plan that are verified. A larger sample contains all smaller ones.
+    ///
+    /// # Errors
+    /// A message with the accepted numbers, if the plan has fewer runs over axes.
+    pub fn of(self, plan: &Plan) -> Result<BTreeSet<u64>, String> {
+        let numbered = plan.rows[..plan.numbered() as usize].iter();
+        let mut rows: Vec<&Row> = numbered.filter(|row| row.refused.is_none()).collect();
+        let most = rows.len() as u64;
+        let count = match self {
+            Sample::Count(count) => count,
+            Sample::Percent(percent) => (percent * most as f64 / 100.0).ceil() as u64,
+        };
+        if most == 0 {
+            return Err(format!("{self}: no run over axes is made (accepted: a study with such runs)"));
+        }
+        if count > most {
+            return Err(format!("{self} (accepted: 1 to {most}, the runs over axes)"));
+        }
+        // Ids are hashes: the sample does not follow any axis, nor the division into parts.
+        rows.sort_by_key(|row| (&row.id, row.run));
+        Ok(rows[..count as usize].iter().map(|row| row.run).collect())
+    }
+}
+
+/// Numbers of runs by the two nodes that made them.
+type Pairs = BTreeMap<[String; 2], u64>;
+
+/// The progress of verifying some runs.
+#[derive(Debug, Default)]
+pub struct Verification {
+    chosen: u64,
+    verified: Pairs,
+    contradicted: Pairs,
+    /// Runs with a result, to be made a second time on this node, in order.
+    pub due: Vec<u64>,
+    /// Number of runs without a first result, which may still come.
+    missing: u64,
+    quarantined: u64,
+}
+
+impl Verification {
+    /// Compares the results of these runs so far.
+    ///
+    /// A run is verified by two equal results of different processes. If both are of one node, and this is
+    /// another one, it is due here.
+    pub fn of(chosen: &BTreeSet<u64>, results: &Results) -> Verification {
+        let here = this_node();
+        let mut all = Verification { chosen: chosen.len() as u64, ..Verification::default() };
+        let count = |pairs: &mut Pairs, mut nodes: [String; 2]| {
+            nodes.sort();
+            *pairs.entry(nodes).or_default() += 1;
+        };
+        for &run in chosen {
+            match (results.state(run), results.made_on(run)) {
+                (_, (Some(first), Some(second))) => {
+                    if first == second && first != here {
+                        all.due.push(run);
+                    }
+                    count(&mut all.verified, [first, second]);
+                }
+                (_, (Some(_), None)) => all.due.push(run),
+                (State::Missing(_), _) => all.missing += 1,
+                (State::Quarantined, _) => all.quarantined += 1,
+                _ => {}
+            }
+        }
+        for fault in &results.faults {
+            if let Fault::Differ { run, first, second, .. } = fault
+                && chosen.contains(run)
+            {
+                count(&mut all.contradicted, [first, second].map(|spot| node_of(&spot.path)));
+            }
+        }
+        all
+    }
+
+    /// Whether runs still lack a second result.
+    pub fn is_incomplete(&self) -> bool {
+        self.missing > 0 || !self.due.is_empty()
+    }
+}
+
+impl fmt::Display for Verification {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sum = |pairs: &Pairs| pairs.values().sum::<u64>();
+        let verified = sum(&self.verified);
+        write!(f, "{verified} of {} verified{}", counted(self.chosen, "chosen run"), on(&self.verified))?;
+        if !self.contradicted.is_empty() {
+            write!(f, "\n{} contradicted{}", sum(&self.contradicted), on(&self.contradicted))?;
+        }
+        for (count, word) in [
+            (self.due.len() as u64, "to be made a second time"),
+            (self.missing, "without a first result"),
+            (self.quarantined, "quarantined"),
+        ] {
+            if count > 0 {
+                write!(f, "\n{count} {word}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Formats on which nodes runs were made, most frequent pairs first.
+fn on(pairs: &Pairs) -> String {
+    let mut pairs: Vec<(&[String; 2], &u64)> = pairs.iter().collect();
+    pairs.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    let mut text = String::new();
+    for (n, ([first, second], count)) in pairs.iter().take(MOST_PAIRS).enumerate() {
+        let link = if n == 0 { ": " } else { ", " };
+        let nodes = if first == second { format!("{first} alone") } else { format!("{first} and {second}") };
+        write!(text, "{link}{count} on {nodes}").expect("texts can be written to");
+    }
+    match pairs.len().saturating_sub(MOST_PAIRS) {
+        0 => text,
+        more => text + &format!(", and others on {}", counted(more as u64, "more pair")),
+    }
+}

@@ -14,8 +14,8 @@ use std::time::Duration;
 use asperity_run::Notice;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, Word, arrays};
 use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
-use asperity_study::segment::{Kind, Writer};
-use asperity_study::verification::{Sample, Verification};
+use asperity_study::segment::{Kind, Writer, this_node};
+use asperity_study::verification::{Sample, Verification, number_in_parts};
 use asperity_study::work::{Made, PATIENCE, Ways, clear_done, make_and_store};
 use asperity_study::{Plan, staging};
 
@@ -48,11 +48,21 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
 }
 
 fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
-    let SweepStatusArguments { folder, tasks, array_size } = arguments;
+    let SweepStatusArguments { folder, tasks, array_size, verify } = arguments;
     let (plan, results) = read(folder)?;
     let counts = results.counts();
-    if let Some(tasks) = tasks {
-        for Array { offset, tasks } in arrays(results.missing(), *tasks, *array_size) {
+    let verification = match verify {
+        Some(sample) => Some(Verification::of(&sampled(*sample, &plan)?, &results, None)),
+        None => None,
+    };
+    if let Some(tasks) = *tasks {
+        let lacking: Vec<u64> = match &verification {
+            Some(Verification { due, missing, .. }) => {
+                due.iter().chain(missing).map(|run| number_in_parts(*run, tasks)).collect()
+            }
+            None => results.missing().collect(),
+        };
+        for Array { offset, tasks } in arrays(lacking.into_iter(), tasks, *array_size) {
             say(format_args!("{offset} {tasks}"))?;
         }
         faults(&results).for_each(|fault| terminal::note(&fault));
@@ -81,8 +91,13 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     for path in &results.foreign {
         say(format_args!("{}: not a segment of this plan, left alone", path.display()))?;
     }
+    verification.iter().flat_map(Verification::lines).try_for_each(say)?;
     faults(&results).try_for_each(say)?;
-    outcome_of(&results, counts)
+    outcome_of(&results, counts)?;
+    if verification.is_some_and(|verification| verification.is_incomplete()) {
+        return Code::Incomplete.said();
+    }
+    Ok(())
 }
 
 /// Plans a study, makes its missing runs, and its tables and figures.
@@ -123,14 +138,13 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     let is_chosen = |run: &u64| {
         chosen.as_ref().is_none_or(|chosen| chosen.contains(run))
             && chunk.is_none_or(|SweepChunk { part, of }| {
-                // Tasks of near numbers are often on one node.
-                let shift = if verify.is_some() { of / 2 } else { 0 };
-                run % of == (part + shift) % of
+                let number = if verify.is_some() { number_in_parts(*run, of) } else { *run };
+                number % of == part % of
             })
     };
     let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: *patience_s, verify: *verify };
     if let Some(sample) = verify {
-        let mut chosen = sample.of(&plan).map_err(|error| Failure::BadInput(format!("--verify {error}")))?;
+        let mut chosen = sampled(*sample, &plan)?;
         chosen.retain(is_chosen);
         return verify_chosen(&plan, folder, results, &chosen, &wanted, board);
     }
@@ -147,17 +161,22 @@ fn verify_chosen(
     wanted: &Wanted,
     board: &Board,
 ) -> Result<(), Failure> {
-    let due = Verification::of(chosen, &results).due;
+    let here = this_node();
+    let due = Verification::of(chosen, &results, Some(&here)).due;
     let results = make(plan, folder, results, &due, wanted, board)?;
-    let verification = Verification::of(chosen, &results);
-    say(&verification)?;
+    let verification = Verification::of(chosen, &results, Some(&here));
+    verification.lines().iter().try_for_each(say)?;
     faults(&results).try_for_each(say)?;
-    let is_incomplete = verification.is_incomplete();
     match () {
         () if !results.faults.is_empty() => Code::Failed.said(),
-        () if is_incomplete => Code::Incomplete.said(),
+        () if verification.is_incomplete() => Code::Incomplete.said(),
         () => Ok(()),
     }
+}
+
+/// The runs that are verified.
+fn sampled(sample: Sample, plan: &Plan) -> Result<BTreeSet<u64>, Failure> {
+    sample.of(plan).map_err(|error| Failure::BadInput(format!("--verify {error}")))
 }
 
 /// How runs are made.
@@ -514,12 +533,18 @@ fn listen(is_over: Arc<AtomicBool>) -> io::Result<mpsc::Receiver<io::Result<Stri
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
-    let SweepEmitArguments { engine, folder, tasks, cores, time } = arguments;
+    let SweepEmitArguments { engine, folder, tasks, cores, time, verify } = arguments;
     let plan = read_plan(folder)?;
     let most = plan.rows.len() as u64;
     let tasks = tasks.unwrap_or(most.min(USUAL_TASKS));
     if !(1..=most).contains(&tasks) {
         return Err(Failure::BadInput(format!("--tasks {tasks} (accepted: 1 to {most})")));
+    }
+    if let Some(sample) = verify {
+        sampled(*sample, &plan)?;
+        if *engine != SweepEngine::Slurm {
+            return Err(Failure::BadInput(format!("--verify {sample} (accepted: with slurm)")));
+        }
     }
     let program = std::env::current_exe().map_err(Failure::failed)?;
     let folder = std::path::absolute(folder).map_err(Failure::failed)?;
@@ -530,6 +555,7 @@ fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
         tasks,
         cores: cores.get() as u64,
         time: word("--time", time.as_ref())?,
+        verify: *verify,
     };
     let text = match engine {
         SweepEngine::Slurm => job.slurm().map_err(Failure::BadInput)?,

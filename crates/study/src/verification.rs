@@ -11,7 +11,7 @@ use asperity_record::counted;
 
 use crate::plan::{Plan, Row};
 use crate::results::{Fault, Results, State};
-use crate::segment::{node_of, this_node};
+use crate::segment::node_of;
 
 /// Most pairs of nodes that are named.
 const MOST_PAIRS: usize = 20;
@@ -74,6 +74,12 @@ impl Sample {
     }
 }
 
+/// The number in whose part a run is verified if all runs are divided into this many parts: half of them
+/// away from its own, since tasks of near numbers are often on one node.
+pub fn number_in_parts(run: u64, parts: u64) -> u64 {
+    run + parts - parts / 2
+}
+
 /// Numbers of runs by the two nodes that made them.
 type Pairs = BTreeMap<[String; 2], u64>;
 
@@ -82,21 +88,22 @@ type Pairs = BTreeMap<[String; 2], u64>;
 pub struct Verification {
     chosen: u64,
     verified: Pairs,
-    contradicted: Pairs,
-    /// Runs with a result, to be made a second time on this node, in order.
+    contradicted: u64,
+    /// By the two nodes, as far as faults are [listed](Results::faults).
+    differ: Pairs,
+    /// Runs with a result, to be made a second time, in order.
     pub due: Vec<u64>,
-    /// Number of runs without a first result, which may still come.
-    missing: u64,
+    /// Runs without a first result, which may still come, in order.
+    pub missing: Vec<u64>,
     quarantined: u64,
 }
 
 impl Verification {
     /// Compares the results of these runs so far.
     ///
-    /// A run is verified by two equal results of different processes. If both are of one node, and this is
-    /// another one, it is due here.
-    pub fn of(chosen: &BTreeSet<u64>, results: &Results) -> Verification {
-        let here = this_node();
+    /// A run is verified by two equal results of different processes. If both are of one node, it is due once
+    /// more on any other node: `here`, if this process is to make it.
+    pub fn of(chosen: &BTreeSet<u64>, results: &Results, here: Option<&str>) -> Verification {
         let mut all = Verification { chosen: chosen.len() as u64, ..Verification::default() };
         let count = |pairs: &mut Pairs, mut nodes: [String; 2]| {
             nodes.sort();
@@ -105,22 +112,24 @@ impl Verification {
         for &run in chosen {
             match (results.state(run), results.made_on(run)) {
                 (_, (Some(first), Some(second))) => {
-                    if first == second && first != here {
+                    if first == second && here.is_some_and(|here| first != here) {
                         all.due.push(run);
                     }
                     count(&mut all.verified, [first, second]);
                 }
                 (_, (Some(_), None)) => all.due.push(run),
-                (State::Missing(_), _) => all.missing += 1,
+                (State::Missing(_), _) => all.missing.push(run),
+                (State::Contradicted, _) => all.contradicted += 1,
                 (State::Quarantined, _) => all.quarantined += 1,
-                _ => {}
+                // Not chosen, or made without a segment.
+                (State::Done(_) | State::Failed(_) | State::Logged | State::Refused, _) => {}
             }
         }
         for fault in &results.faults {
             if let Fault::Differ { run, first, second, .. } = fault
                 && chosen.contains(run)
             {
-                count(&mut all.contradicted, [first, second].map(|spot| node_of(&spot.path)));
+                count(&mut all.differ, [first, second].map(|spot| node_of(&spot.path)));
             }
         }
         all
@@ -128,28 +137,23 @@ impl Verification {
 
     /// Whether runs still lack a second result.
     pub fn is_incomplete(&self) -> bool {
-        self.missing > 0 || !self.due.is_empty()
+        !self.missing.is_empty() || !self.due.is_empty()
     }
-}
 
-impl fmt::Display for Verification {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sum = |pairs: &Pairs| pairs.values().sum::<u64>();
-        let verified = sum(&self.verified);
-        write!(f, "{verified} of {} verified{}", counted(self.chosen, "chosen run"), on(&self.verified))?;
-        if !self.contradicted.is_empty() {
-            write!(f, "\n{} contradicted{}", sum(&self.contradicted), on(&self.contradicted))?;
-        }
-        for (count, word) in [
-            (self.due.len() as u64, "to be made a second time"),
-            (self.missing, "without a first result"),
-            (self.quarantined, "quarantined"),
-        ] {
-            if count > 0 {
-                write!(f, "\n{count} {word}")?;
-            }
-        }
-        Ok(())
+    /// Says on which nodes how many runs were verified, and how many were not: a line for each case.
+    pub fn lines(&self) -> Vec<String> {
+        let verified: u64 = self.verified.values().sum();
+        let of = counted(self.chosen, "chosen run");
+        let mut lines = vec![format!("{verified} of {of} verified{}", on(&self.verified))];
+        let others = [
+            (self.contradicted, format!("contradicted{}", on(&self.differ))),
+            (self.due.len() as u64, "to be made a second time".to_owned()),
+            (self.missing.len() as u64, "without a first result".to_owned()),
+            (self.quarantined, "quarantined".to_owned()),
+        ];
+        let others = others.into_iter().filter(|(count, _)| *count > 0);
+        lines.extend(others.map(|(count, what)| format!("{count} {what}")));
+        lines
     }
 }
 

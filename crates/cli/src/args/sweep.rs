@@ -115,7 +115,7 @@ Exit codes:
   0  all runs are done
   1  failure; or runs failed, or results contradict the plan or each other
   2  bad input; the plan was edited
-  3  runs are missing")]
+  3  runs are missing; or, with --verify, not verified")]
     Status(SweepStatusArguments),
     /// Make the tables of a study (runs, slip events, ruptures) and its figures.
     #[command(after_help = "\
@@ -157,6 +157,7 @@ Exit codes:
     #[command(after_help = "\
 Examples:
   asperity sweep emit slurm out/tilts --tasks 16 --cores 4 > out/sweep.slurm
+  asperity sweep emit slurm out/tilts --tasks 16 --verify 5% > out/sweep.slurm
   asperity sweep emit list out/tilts --tasks 16 > out/commands.txt
   asperity sweep emit row out/tilts > out/workflow.toml
 
@@ -273,6 +274,10 @@ pub(crate) struct SweepStatusArguments {
     #[arg(long, value_name = "N", default_value_t = USUAL_TASKS + 1, requires = "tasks",
           value_parser = clap::value_parser!(u64).range(2..))]
     pub(crate) array_size: u64,
+    /// Print how many runs of `sweep run --verify N` are verified, and on which
+    /// nodes; with --tasks, which parts have others.
+    #[arg(long, value_name = "N")]
+    pub(crate) verify: Option<Sample>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -348,6 +353,10 @@ pub(crate) struct SweepEmitArguments {
     /// Time limit of a task, in the notation of Slurm.
     #[arg(long, value_name = "TIME", default_value = "01:00:00")]
     pub(crate) time: String,
+    /// Verify N of the runs, or a share such as 5%, before the tables are made; for
+    /// slurm.
+    #[arg(long, value_name = "N")]
+    pub(crate) verify: Option<Sample>,
 }
 
 /// One of several parts, `K/N`.

@@ -4,7 +4,7 @@
 //! different results of a run, or a result under the number of another run, indicate a node that computes
 //! or stores wrongly: these are [`Fault`]s, and prevent tables.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
@@ -295,6 +295,11 @@ impl Results {
 
     fn node(&self, segment: u32) -> String {
         segment::node_of(&self.segments[segment as usize])
+    }
+
+    /// The nodes that made results.
+    pub fn nodes(&self) -> BTreeSet<String> {
+        self.segments.iter().map(|path| segment::node_of(path)).collect()
     }
 
     /// The node that made the first result of a run, and the one that made an equal second result: another

@@ -93,17 +93,22 @@ pub struct Verification {
     differ: Pairs,
     /// Runs with a result, to be made a second time, in order.
     pub due: Vec<u64>,
+    /// Number of runs whose result is of this node, and which another one must make.
+    elsewhere: u64,
     /// Runs without a first result, which may still come, in order.
     pub missing: Vec<u64>,
     quarantined: u64,
 }
 
 impl Verification {
-    /// Compares the results of these runs so far.
+    /// Compares the results of these runs so far. `here` is the name of this node, if it may make some.
     ///
-    /// A run is verified by two equal results of different processes. If both are of one node, it is due once
-    /// more on any other node: `here`, if this process is to make it.
+    /// A run is verified by two equal results: of two nodes if several took part in the study, or else of two
+    /// processes.
     pub fn of(chosen: &BTreeSet<u64>, results: &Results, here: Option<&str>) -> Verification {
+        let mut nodes = results.nodes();
+        nodes.extend(here.map(str::to_owned));
+        let are_several = nodes.len() > 1;
         let mut all = Verification { chosen: chosen.len() as u64, ..Verification::default() };
         let count = |pairs: &mut Pairs, mut nodes: [String; 2]| {
             nodes.sort();
@@ -111,13 +116,11 @@ impl Verification {
         };
         for &run in chosen {
             match (results.state(run), results.made_on(run)) {
-                (_, (Some(first), Some(second))) => {
-                    if first == second && here.is_some_and(|here| first != here) {
-                        all.due.push(run);
-                    }
+                (_, (Some(first), Some(second))) if first != second || !are_several => {
                     count(&mut all.verified, [first, second]);
                 }
-                (_, (Some(_), None)) => all.due.push(run),
+                (_, (Some(first), _)) if are_several && here == Some(&first) => all.elsewhere += 1,
+                (_, (Some(_), _)) => all.due.push(run),
                 (State::Missing(_), _) => all.missing.push(run),
                 (State::Contradicted, _) => all.contradicted += 1,
                 (State::Quarantined, _) => all.quarantined += 1,
@@ -137,7 +140,7 @@ impl Verification {
 
     /// Whether runs still lack a second result.
     pub fn is_incomplete(&self) -> bool {
-        !self.missing.is_empty() || !self.due.is_empty()
+        !self.missing.is_empty() || !self.due.is_empty() || self.elsewhere > 0
     }
 
     /// Says on which nodes how many runs were verified, and how many were not: a line for each case.
@@ -148,6 +151,7 @@ impl Verification {
         let others = [
             (self.contradicted, format!("contradicted{}", on(&self.differ))),
             (self.due.len() as u64, "to be made a second time".to_owned()),
+            (self.elsewhere, "to be made a second time on another node than this one".to_owned()),
             (self.missing.len() as u64, "without a first result".to_owned()),
             (self.quarantined, "quarantined".to_owned()),
         ];

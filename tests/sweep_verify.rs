@@ -4,6 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+#[cfg(target_os = "linux")]
+use std::{
+    thread,
+    time::{Duration, Instant},
+};
 
 use asperity_study::Plan;
 use asperity_study::segment::{node_of, this_node};
@@ -11,6 +16,8 @@ use asperity_study::segment::{node_of, this_node};
 use crate::laws::frames::Segment;
 use crate::support::binary::{succeed, text};
 use crate::sweep::{SHORT, Study, results, sweep, tables};
+#[cfg(target_os = "linux")]
+use crate::sweep::{children, kill, start};
 
 /// A thousand short runs.
 fn thousand(stiffness_n_per_m: f64) -> String {
@@ -130,7 +137,7 @@ fn a_lying_node_is_found_by_a_twentieth_of_a_thousand_runs() {
     succeed(&["sweep", "run", text(&out)]);
     let before = results(&out);
     let (code, told) = verify(&out, &["--verify", "5%"]);
-    let left = format!("\n{lies} to be made a second time on another node than this one\n");
+    let left = format!("\n{lies} to be made a second time on another node than {here}\n");
     assert!(code == 3 && told.ends_with(&left) && before == results(&out), "{code} {told}");
     give_to_node(&out, "node-8");
     let (code, told) = verify(&out, &["--verify", "5%"]);
@@ -138,7 +145,7 @@ fn a_lying_node_is_found_by_a_twentieth_of_a_thousand_runs() {
     assert!(tables(&out) == tables(&whole), "other tables");
 }
 
-/// The same runs are chosen by every call, and a larger sample contains the smaller one.
+/// Every call chooses the same runs, and a larger sample contains the smaller one.
 #[test]
 fn verified_runs_change_no_table_and_are_not_made_a_third_time() {
     let study = Study::of(&format!("keep = ['events', 'ruptures', 'log']\n{SHORT}"));
@@ -189,6 +196,31 @@ fn verified_runs_change_no_table_and_are_not_made_a_third_time() {
     assert_eq!(verify(&out, &["--verify", "3"]), (0, expected.clone()));
     assert_eq!(verify(&out, &["--verify", "3"]), (0, expected));
     assert_eq!(results(&out).values().sum::<usize>(), 15);
+    assert!(tables(&out) == made, "other tables");
+}
+
+/// A verification that is killed is continued by the next one. How far it had come depends on the clock; the
+/// assertions do not.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_killed_verification_is_continued() {
+    let study = Study::of(SHORT);
+    let out = study.plan("study");
+    succeed(&["sweep", "run", text(&out)]);
+    let made = tables(&out);
+    let all = ["--verify", "100%", "--jobs", "2"];
+    let mut child = start(&[&["run", text(&out)], &all[..]].concat());
+    let begun = Instant::now();
+    while results(&out).values().all(|count| *count == 1) && begun.elapsed() < Duration::from_secs(60) {
+        thread::sleep(Duration::from_millis(1));
+    }
+    // The process that would replace a worker dies first.
+    let workers = children(child.id());
+    [child.id()].into_iter().chain(workers).for_each(kill);
+    child.wait().expect("it is ours");
+    let expected = format!("6 of 6 chosen runs verified: 6 on {} alone\n", this_node());
+    assert_eq!(verify(&out, &all), (0, expected));
+    assert_eq!(twice(&out), (1..=6).collect());
     assert!(tables(&out) == made, "other tables");
 }
 

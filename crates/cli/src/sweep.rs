@@ -94,10 +94,7 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     verification.iter().flat_map(Verification::lines).try_for_each(say)?;
     faults(&results).try_for_each(say)?;
     outcome_of(&results, counts)?;
-    if verification.is_some_and(|verification| verification.is_incomplete()) {
-        return Code::Incomplete.said();
-    }
-    Ok(())
+    verification.as_ref().map_or(Ok(()), outcome_of_verification)
 }
 
 /// Plans a study, makes its missing runs, and its tables and figures.
@@ -106,7 +103,8 @@ fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
     let plan = sweep_plan::begun(sweep, out, *skip_refused, *jobs, board)?;
     let results = Results::read(out, &plan).map_err(|error| unreadable(out, &error))?;
     let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, ..Wanted::default() };
-    make_missing(&plan, out, results, &|_| true, &wanted, board)?;
+    let missing: Vec<u64> = results.missing().collect();
+    make(&plan, out, results, &missing, &wanted, board)?;
     let (folder, no_provenance) = (out.clone(), *no_provenance);
     collect::tables(&SweepCollectArguments { folder, to: to.clone(), out: None, no_provenance }, board)
 }
@@ -121,7 +119,8 @@ pub(crate) fn make_numbered(
 ) -> Result<(), Failure> {
     let results = Results::read(folder, plan).map_err(|error| unreadable(folder, &error))?;
     let wanted = Wanted { jobs, ..Wanted::default() };
-    make_missing(plan, folder, results, &|run| *run <= plan.numbered(), &wanted, board).map(drop)
+    let missing: Vec<u64> = results.missing().filter(|run| *run <= plan.numbered()).collect();
+    make(plan, folder, results, &missing, &wanted, board).map(drop)
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
@@ -148,7 +147,8 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         chosen.retain(is_chosen);
         return verify_chosen(&plan, folder, results, &chosen, &wanted, board);
     }
-    let results = make_missing(&plan, folder, results, &is_chosen, &wanted, board)?;
+    let missing: Vec<u64> = results.missing().filter(is_chosen).collect();
+    let results = make(&plan, folder, results, &missing, &wanted, board)?;
     made(&plan, &results, results.counts_of(is_chosen), board)
 }
 
@@ -167,11 +167,13 @@ fn verify_chosen(
     let verification = Verification::of(chosen, &results, Some(&here));
     verification.lines().iter().try_for_each(say)?;
     faults(&results).try_for_each(say)?;
-    match () {
-        () if !results.faults.is_empty() => Code::Failed.said(),
-        () if verification.is_incomplete() => Code::Incomplete.said(),
-        () => Ok(()),
-    }
+    outcome_of(&results, Counts::default())?;
+    outcome_of_verification(&verification)
+}
+
+/// The exit code of a verification that has found no fault.
+fn outcome_of_verification(verification: &Verification) -> Result<(), Failure> {
+    if verification.is_incomplete() { Code::Incomplete.said() } else { Ok(()) }
 }
 
 /// The runs that are verified.
@@ -194,20 +196,7 @@ impl Default for Wanted {
     }
 }
 
-/// Makes the chosen runs that are missing. Returns all results.
-fn make_missing(
-    plan: &Plan,
-    folder: &Path,
-    results: Results,
-    is_chosen: &dyn Fn(&u64) -> bool,
-    wanted: &Wanted,
-    board: &Board,
-) -> Result<Results, Failure> {
-    let missing: Vec<u64> = results.missing().filter(is_chosen).collect();
-    make(plan, folder, results, &missing, wanted, board)
-}
-
-/// Makes runs. Returns all results.
+/// Makes runs that are missing, or are verified. Returns all results.
 fn make(
     plan: &Plan,
     folder: &Path,

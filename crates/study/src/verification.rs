@@ -4,7 +4,7 @@
 //! The plan alone decides which runs these are, so that all workers choose the same ones.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::{self, Write};
+use std::fmt;
 use std::str::FromStr;
 
 use asperity_record::counted;
@@ -93,8 +93,8 @@ pub struct Verification {
     differ: Pairs,
     /// Runs with a result, to be made a second time, in order.
     pub due: Vec<u64>,
-    /// Number of runs whose result is of this node, and which another one must make.
-    elsewhere: u64,
+    /// Runs whose only result is of this node, and which another one must make: the node, and their number.
+    elsewhere: Option<(String, u64)>,
     /// Runs without a first result, which may still come, in order.
     pub missing: Vec<u64>,
     quarantined: u64,
@@ -119,7 +119,9 @@ impl Verification {
                 (_, (Some(first), Some(second))) if first != second || !are_several => {
                     count(&mut all.verified, [first, second]);
                 }
-                (_, (Some(first), _)) if are_several && here == Some(&first) => all.elsewhere += 1,
+                (_, (Some(first), _)) if are_several && here == Some(&first) => {
+                    all.elsewhere.get_or_insert((first, 0)).1 += 1;
+                }
                 (_, (Some(_), _)) => all.due.push(run),
                 (State::Missing(_), _) => all.missing.push(run),
                 (State::Contradicted, _) => all.contradicted += 1,
@@ -140,7 +142,7 @@ impl Verification {
 
     /// Whether runs still lack a second result.
     pub fn is_incomplete(&self) -> bool {
-        !self.missing.is_empty() || !self.due.is_empty() || self.elsewhere > 0
+        !self.missing.is_empty() || !self.due.is_empty() || self.elsewhere.is_some()
     }
 
     /// Says on which nodes how many runs were verified, and how many were not: a line for each case.
@@ -148,10 +150,11 @@ impl Verification {
         let verified: u64 = self.verified.values().sum();
         let of = counted(self.chosen, "chosen run");
         let mut lines = vec![format!("{verified} of {of} verified{}", on(&self.verified))];
+        let (node, elsewhere) = self.elsewhere.clone().unwrap_or_default();
         let others = [
             (self.contradicted, format!("contradicted{}", on(&self.differ))),
             (self.due.len() as u64, "to be made a second time".to_owned()),
-            (self.elsewhere, "to be made a second time on another node than this one".to_owned()),
+            (elsewhere, format!("to be made a second time on another node than {node}")),
             (self.missing.len() as u64, "without a first result".to_owned()),
             (self.quarantined, "quarantined".to_owned()),
         ];
@@ -165,14 +168,12 @@ impl Verification {
 fn on(pairs: &Pairs) -> String {
     let mut pairs: Vec<(&[String; 2], &u64)> = pairs.iter().collect();
     pairs.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
-    let mut text = String::new();
-    for (n, ([first, second], count)) in pairs.iter().take(MOST_PAIRS).enumerate() {
-        let link = if n == 0 { ": " } else { ", " };
-        let nodes = if first == second { format!("{first} alone") } else { format!("{first} and {second}") };
-        write!(text, "{link}{count} on {nodes}").expect("texts can be written to");
-    }
-    match pairs.len().saturating_sub(MOST_PAIRS) {
-        0 => text,
-        more => text + &format!(", and others on {}", counted(more as u64, "more pair")),
-    }
+    let named = pairs.iter().take(MOST_PAIRS).map(|([first, second], count)| match first == second {
+        true => format!("{count} on {first} alone"),
+        false => format!("{count} on {first} and {second}"),
+    });
+    let others = pairs.len().saturating_sub(MOST_PAIRS) as u64;
+    let others = (others > 0).then(|| format!("others on {}", counted(others, "more pair")));
+    let words = named.chain(others).collect::<Vec<_>>().join(", ");
+    if words.is_empty() { words } else { format!(": {words}") }
 }

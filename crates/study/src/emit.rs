@@ -74,7 +74,7 @@ pub struct Array {
     pub tasks: String,
 }
 
-/// The arrays that make the missing runs, by their numbers, if all runs are divided into this many parts and every
+/// The arrays that make the missing runs, if all runs are divided into this many parts and every
 /// index must be below `size`.
 pub fn arrays(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<Array> {
     // Run number `parts` is in the last part, as in `Job`.

@@ -93,6 +93,7 @@ mod summary;
 mod sweep;
 mod sweep_emit;
 mod sweep_go;
+mod sweep_verify;
 #[cfg(feature = "analysis")]
 mod tables;
 mod terminal;

@@ -17,11 +17,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use asperity_study::results::parse_ranges;
+use asperity_study::segment::this_node;
 
 use crate::support::binary::{succeed, text};
 #[cfg(feature = "analysis")]
 use crate::sweep::{RUNS, files_below};
-use crate::sweep::{Study, kill, sweep, tables};
+use crate::sweep::{SHORT, Study, kill, sweep, tables};
 
 /// The programs of Slurm that are used here.
 const PROGRAMS: [&str; 7] = ["munged", "slurmctld", "slurmd", "sbatch", "scancel", "scontrol", "squeue"];
@@ -298,6 +299,33 @@ values = [12, 10, 1, 1.1, 1.2, 1.3, 1.4]
     assert_eq!(cluster.submit(&script), [""; 0]);
     cluster.wait_until_idle();
     assert!(out.join("tables").exists(), "{}", cluster.said("squeue", &[]));
+}
+
+/// Verification follows the runs, and the tables follow both; called again, the script has nothing to submit.
+#[test]
+fn runs_of_job_arrays_are_verified_before_the_tables_are_made() {
+    let Some(cluster) = Cluster::start() else { return };
+    let study = Study::of(SHORT);
+    let [whole, out] = ["whole", "study"].map(|name| study.plan(name));
+    let script = script(&study, &out, &["--tasks", "3", "--verify", "50%"]);
+    let parts = |more: &[&str]| -> Vec<String> {
+        let arrays = [&["status", text(&out), "--tasks", "3", "--array-size", "4"], more].concat();
+        let arrays = succeed_or_incomplete(&arrays);
+        arrays.lines().filter_map(|line| line.split_once(' ')).map(|array| array.1.to_owned()).collect()
+    };
+    let verified = parts(&["--verify", "50%"]);
+    assert!(!verified.is_empty());
+    assert_eq!(cluster.submit(&script), [parts(&[]), verified].concat());
+    cluster.wait_until_idle();
+    let expected = format!("6 of 6 runs done\n3 of 3 chosen runs verified: 3 on {} alone\n", this_node());
+    let status = sweep(&["status", text(&out), "--verify", "50%"]);
+    assert_eq!(status, (0, expected, String::new()));
+    let told = fs::read_to_string(out.join("slurm.txt")).expect("tasks have printed");
+    assert!(told.contains(" verified: "), "{told}");
+    assert_eq!(cluster.submit(&script), [""; 0]);
+    cluster.wait_until_idle();
+    succeed(&["sweep", "run", text(&whole)]);
+    assert!(out.join("report.html").exists() && tables(&out) == tables(&whole), "other tables");
 }
 
 /// A pipeline on Slurm ends in the files of `reproduce`.

@@ -188,7 +188,7 @@ fn counts(frames: &[(u8, u64)], kind: u8) -> BTreeMap<u64, usize> {
 }
 
 /// How many whole results there are of each run that is done.
-fn results(study: &Path) -> BTreeMap<u64, usize> {
+pub(crate) fn results(study: &Path) -> BTreeMap<u64, usize> {
     counts(&frames(study), 1)
 }
 

@@ -14,7 +14,8 @@ use std::time::Duration;
 use asperity_run::Notice;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, Word, arrays};
 use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
-use asperity_study::segment::{Kind, Writer};
+use asperity_study::segment::{Kind, Writer, this_node};
+use asperity_study::verification::{Sample, Verification, number_in_parts};
 use asperity_study::work::{Made, PATIENCE, Ways, clear_done, make_and_store};
 use asperity_study::{Plan, staging};
 
@@ -47,11 +48,21 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
 }
 
 fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
-    let SweepStatusArguments { folder, tasks, array_size } = arguments;
+    let SweepStatusArguments { folder, tasks, array_size, verify } = arguments;
     let (plan, results) = read(folder)?;
     let counts = results.counts();
-    if let Some(tasks) = tasks {
-        for Array { offset, tasks } in arrays(results.missing(), *tasks, *array_size) {
+    let verification = match verify {
+        Some(sample) => Some(Verification::of(&sampled(*sample, &plan)?, &results, None)),
+        None => None,
+    };
+    if let Some(tasks) = *tasks {
+        let lacking: Vec<u64> = match &verification {
+            Some(Verification { due, missing, .. }) => {
+                due.iter().chain(missing).map(|run| number_in_parts(*run, tasks)).collect()
+            }
+            None => results.missing().collect(),
+        };
+        for Array { offset, tasks } in arrays(lacking.into_iter(), tasks, *array_size) {
             say(format_args!("{offset} {tasks}"))?;
         }
         faults(&results).for_each(|fault| terminal::note(&fault));
@@ -80,8 +91,10 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     for path in &results.foreign {
         say(format_args!("{}: not a segment of this plan, left alone", path.display()))?;
     }
+    verification.iter().flat_map(Verification::lines).try_for_each(say)?;
     faults(&results).try_for_each(say)?;
-    outcome_of(&results, counts)
+    outcome_of(&results, counts)?;
+    verification.as_ref().map_or(Ok(()), outcome_of_verification)
 }
 
 /// Plans a study, makes its missing runs, and its tables and figures.
@@ -89,8 +102,9 @@ fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
     let SweepGoArguments { sweep, out, skip_refused, jobs, max_fails, to, no_provenance } = arguments;
     let plan = sweep_plan::begun(sweep, out, *skip_refused, *jobs, board)?;
     let results = Results::read(out, &plan).map_err(|error| unreadable(out, &error))?;
-    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: PATIENCE.as_secs_f64() };
-    make_chosen(&plan, out, results, &|_| true, &wanted, board)?;
+    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, ..Wanted::default() };
+    let missing: Vec<u64> = results.missing().collect();
+    make(&plan, out, results, &missing, &wanted, board)?;
     let (folder, no_provenance) = (out.clone(), *no_provenance);
     collect::tables(&SweepCollectArguments { folder, to: to.clone(), out: None, no_provenance }, board)
 }
@@ -104,12 +118,13 @@ pub(crate) fn make_numbered(
     board: &Board,
 ) -> Result<(), Failure> {
     let results = Results::read(folder, plan).map_err(|error| unreadable(folder, &error))?;
-    let wanted = Wanted { jobs, max_fails: None, patience_s: PATIENCE.as_secs_f64() };
-    make_chosen(plan, folder, results, &|run| *run <= plan.numbered(), &wanted, board).map(drop)
+    let wanted = Wanted { jobs, ..Wanted::default() };
+    let missing: Vec<u64> = results.missing().filter(|run| *run <= plan.numbered()).collect();
+    make(plan, folder, results, &missing, &wanted, board).map(drop)
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
-    let SweepRunArguments { folder, index, chunk, jobs, max_fails, patience_s, .. } = arguments;
+    let SweepRunArguments { folder, index, chunk, verify, jobs, max_fails, patience_s, .. } = arguments;
     let (plan, results) = read(folder)?;
     plan.check_code(folder).map_err(Failure::bad_input)?;
     let chosen: Option<BTreeSet<u64>> = match index {
@@ -121,11 +136,49 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     };
     let is_chosen = |run: &u64| {
         chosen.as_ref().is_none_or(|chosen| chosen.contains(run))
-            && chunk.is_none_or(|SweepChunk { part, of }| run % of == part % of)
+            && chunk.is_none_or(|SweepChunk { part, of }| {
+                let number = if verify.is_some() { number_in_parts(*run, of) } else { *run };
+                number % of == part % of
+            })
     };
-    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: *patience_s };
-    let results = make_chosen(&plan, folder, results, &is_chosen, &wanted, board)?;
+    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: *patience_s, verify: *verify };
+    if let Some(sample) = verify {
+        let mut chosen = sampled(*sample, &plan)?;
+        chosen.retain(is_chosen);
+        return verify_chosen(&plan, folder, results, &chosen, &wanted, board);
+    }
+    let missing: Vec<u64> = results.missing().filter(is_chosen).collect();
+    let results = make(&plan, folder, results, &missing, &wanted, board)?;
     made(&plan, &results, results.counts_of(is_chosen), board)
+}
+
+/// Makes runs a second time if they have a result, and compares both.
+fn verify_chosen(
+    plan: &Plan,
+    folder: &Path,
+    results: Results,
+    chosen: &BTreeSet<u64>,
+    wanted: &Wanted,
+    board: &Board,
+) -> Result<(), Failure> {
+    let here = this_node();
+    let due = Verification::of(chosen, &results, Some(&here)).due;
+    let results = make(plan, folder, results, &due, wanted, board)?;
+    let verification = Verification::of(chosen, &results, Some(&here));
+    verification.lines().iter().try_for_each(say)?;
+    faults(&results).try_for_each(say)?;
+    outcome_of(&results, Counts::default())?;
+    outcome_of_verification(&verification)
+}
+
+/// The exit code of a verification that has found no fault.
+fn outcome_of_verification(verification: &Verification) -> Result<(), Failure> {
+    if verification.is_incomplete() { Code::Incomplete.said() } else { Ok(()) }
+}
+
+/// The runs that are verified.
+fn sampled(sample: Sample, plan: &Plan) -> Result<BTreeSet<u64>, Failure> {
+    sample.of(plan).map_err(|error| Failure::BadInput(format!("--verify {error}")))
 }
 
 /// How runs are made.
@@ -133,26 +186,31 @@ struct Wanted {
     jobs: Option<NonZeroUsize>,
     max_fails: Option<u64>,
     patience_s: f64,
+    /// Given if runs are made a second time.
+    verify: Option<Sample>,
 }
 
-/// Makes the chosen runs that are missing. Returns all results.
-fn make_chosen(
+impl Default for Wanted {
+    fn default() -> Wanted {
+        Wanted { jobs: None, max_fails: None, patience_s: PATIENCE.as_secs_f64(), verify: None }
+    }
+}
+
+/// Makes runs that are missing, or are verified. Returns all results.
+fn make(
     plan: &Plan,
     folder: &Path,
     results: Results,
-    is_chosen: &dyn Fn(&u64) -> bool,
+    runs: &[u64],
     wanted: &Wanted,
     board: &Board,
 ) -> Result<Results, Failure> {
     clear_done(folder, &results).map_err(Failure::Failed)?;
-    let queue: VecDeque<(u64, u32)> = results
-        .missing()
-        .filter(is_chosen)
-        .map(|run| match results.state(run) {
-            State::Missing(deaths) => (run, deaths),
-            _ => (run, 0),
-        })
-        .collect();
+    let deaths = |run: &u64| match results.state(*run) {
+        State::Missing(deaths) => deaths,
+        _ => 0,
+    };
+    let queue: VecDeque<(u64, u32)> = runs.iter().map(|run| (*run, deaths(run))).collect();
     if queue.is_empty() {
         return Ok(results);
     }
@@ -162,8 +220,7 @@ fn make_chosen(
     let study = Study {
         plan,
         folder,
-        patience_s: wanted.patience_s,
-        max_fails: wanted.max_fails,
+        wanted,
         shared: Mutex::new(Shared {
             progress: board.study(queue.len() as u64),
             queue,
@@ -219,8 +276,7 @@ const BY_ANOTHER: &str = "by another";
 struct Study<'a> {
     plan: &'a Plan,
     folder: &'a Path,
-    patience_s: f64,
-    max_fails: Option<u64>,
+    wanted: &'a Wanted,
     shared: Mutex<Shared>,
     board: &'a Board,
 }
@@ -258,9 +314,12 @@ struct Reins {
 }
 
 impl Worker {
-    fn start(folder: &Path, patience_s: f64) -> io::Result<Worker> {
+    fn start(folder: &Path, wanted: &Wanted) -> io::Result<Worker> {
+        let Wanted { patience_s, verify, .. } = wanted;
         let mut child = Command::new(std::env::current_exe()?)
-            .args(["--quiet", "sweep", "run", "--worker", "--patience-s", &patience_s.to_string(), "--"])
+            .args(["--quiet", "sweep", "run", "--worker", "--patience-s", &patience_s.to_string()])
+            .args(verify.map(|sample| format!("--verify={sample}")))
+            .arg("--")
             .arg(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -311,7 +370,7 @@ impl Study<'_> {
         let mut worker: Option<Worker> = None;
         while let Some((run, deaths)) = self.next() {
             if worker.is_none() {
-                worker = match Worker::start(self.folder, self.patience_s) {
+                worker = match Worker::start(self.folder, self.wanted) {
                     Ok(started) => {
                         self.shared().workers.push(Arc::clone(&started.reins));
                         Some(started)
@@ -401,7 +460,7 @@ impl Study<'_> {
     fn failed(&self, shared: &mut Shared) {
         shared.failed += 1;
         shared.progress.failed();
-        if self.max_fails.is_some_and(|most| shared.failed > most) {
+        if self.wanted.max_fails.is_some_and(|most| shared.failed > most) {
             let problem = format!("more than {} runs failed (--max-fails)", shared.failed - 1);
             shared.problem.get_or_insert(problem);
         }
@@ -411,7 +470,7 @@ impl Study<'_> {
 /// Makes the runs whose numbers arrive on standard input, one per line, and prints the outcome of
 /// each.
 fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
-    let SweepRunArguments { folder, patience_s, .. } = arguments;
+    let SweepRunArguments { folder, patience_s, verify, .. } = arguments;
     let patience = Duration::try_from_secs_f64(*patience_s).map_err(Failure::bad_input)?;
     // The first signal is for the current run.
     interrupt::install()?;
@@ -423,7 +482,7 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
         .map_err(|error| Failure::Failed(format!("failed to start a thread: {error}")))?;
     let stop = || interrupt::has_come() || is_left_alone.load(Ordering::Relaxed);
     let tell = |notice: Notice<'_>| say(notice).unwrap_or(());
-    let ways = Ways { folder, patience, stop: &stop, tell: &tell };
+    let ways = Ways { folder, patience, stop: &stop, tell: &tell, again: verify.is_some() };
     let mut segment: Option<Writer> = None;
     for line in told {
         let line = line.map_err(Failure::failed)?;
@@ -463,12 +522,18 @@ fn listen(is_over: Arc<AtomicBool>) -> io::Result<mpsc::Receiver<io::Result<Stri
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
-    let SweepEmitArguments { engine, folder, tasks, cores, time } = arguments;
+    let SweepEmitArguments { engine, folder, tasks, cores, time, verify } = arguments;
     let plan = read_plan(folder)?;
     let most = plan.rows.len() as u64;
     let tasks = tasks.unwrap_or(most.min(USUAL_TASKS));
     if !(1..=most).contains(&tasks) {
         return Err(Failure::BadInput(format!("--tasks {tasks} (accepted: 1 to {most})")));
+    }
+    if let Some(sample) = verify {
+        sampled(*sample, &plan)?;
+        if *engine != SweepEngine::Slurm {
+            return Err(Failure::BadInput(format!("--verify {sample} (accepted: with slurm)")));
+        }
     }
     let program = std::env::current_exe().map_err(Failure::failed)?;
     let folder = std::path::absolute(folder).map_err(Failure::failed)?;
@@ -479,6 +544,7 @@ fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
         tasks,
         cores: cores.get() as u64,
         time: word("--time", time.as_ref())?,
+        verify: *verify,
     };
     let text = match engine {
         SweepEngine::Slurm => job.slurm().map_err(Failure::BadInput)?,

@@ -8,6 +8,7 @@ use std::ffi::OsStr;
 use std::fmt::{self, Write};
 
 use crate::results::ranges;
+use crate::verification::Sample;
 
 /// A literal word for sh and bash: a single-line text in single quotes. Only the single quote
 /// itself is special there, and is written outside of them.
@@ -102,6 +103,8 @@ pub struct Job {
     pub cores: u64,
     /// Time limit of a task, in Slurm's format.
     pub time: Word,
+    /// The runs that a Slurm script verifies before it makes the tables.
+    pub verify: Option<Sample>,
 }
 
 impl Job {
@@ -111,12 +114,13 @@ impl Job {
     /// # Errors
     /// If Slurm would replace characters in the folder's name.
     pub fn slurm(&self) -> Result<String, String> {
-        let Job { program, folder, tasks, cores, time } = self;
+        let Job { program, folder, tasks, cores, time, verify } = self;
         // In file names Slurm replaces what follows a percent sign, and two of them by one, except
         // in names with a backslash.
         folder.without("the folder", "Slurm", &['\\'])?;
         // Read by two shells: this one, and that of the script which `sbatch` generates.
         let collect = Word(format!("exec {program} sweep collect {folder}"));
+        let verify = verify.map_or(String::new(), |sample| format!("submit --verify {sample}\n"));
         Ok(format!(
             "#!/bin/bash\n\
              # Runs a sweep in {tasks} parts as a job array, or several where MaxArraySize asks for it, and\n\
@@ -130,21 +134,26 @@ impl Job {
              time={time}\n\
              if [[ -n ${{SLURM_ARRAY_TASK_ID:-}} ]]; then\n    \
                  part=$((${{1:-0}} + SLURM_ARRAY_TASK_ID))\n    \
-                 exec \"$program\" --quiet sweep run \"$folder\" --chunk \"$part/{tasks}\" --jobs {cores}\n\
+                 exec \"$program\" --quiet sweep run \"$folder\" --chunk \"$part/{tasks}\" --jobs {cores} \"${{@:2}}\"\n\
              fi\n\
              size=$(scontrol show config | awk '$1 == \"MaxArraySize\" {{ print $3 }}')\n\
-             arrays=$(\"$program\" sweep status \"$folder\" --tasks {tasks} --array-size \"${{size:-1001}}\") ||\n    \
-                 (($? == 1 || $? == 3)) || exit\n\
              output=${{folder//%/%%}}\n\
              behind=\n\
-             while read -r offset tasks; do\n    \
-                 if [[ -z $tasks ]]; then continue; fi\n    \
-                 id=$(sbatch --parsable --array=\"$tasks\" --cpus-per-task={cores} --time=\"$time\" \\\n        \
-                     --signal=B:TERM@60 --job-name=asperity-sweep \\\n        \
-                     --output=\"$output/slurm.txt\" --open-mode=append \"$0\" \"$offset\")\n    \
-                 echo \"${{id%%;*}}: parts $tasks\"\n    \
-                 behind+=:${{id%%;*}}\n\
-             done <<< \"$arrays\"\n\
+             submit() {{\n    \
+                 after=${{behind:+--dependency=afterany$behind}}\n    \
+                 arrays=$(\"$program\" sweep status \"$folder\" --tasks {tasks} --array-size \"${{size:-1001}}\" \"$@\") ||\n        \
+                     (($? == 1 || $? == 3)) || exit\n    \
+                 while read -r offset tasks; do\n        \
+                     if [[ -z $tasks ]]; then continue; fi\n        \
+                     id=$(sbatch --parsable $after --array=\"$tasks\" --cpus-per-task={cores} --time=\"$time\" \\\n            \
+                         --signal=B:TERM@60 --job-name=asperity-sweep \\\n            \
+                         --output=\"$output/slurm.txt\" --open-mode=append \"$0\" \"$offset\" \"$@\")\n        \
+                     echo \"${{id%%;*}}: parts $tasks\"\n        \
+                     behind+=:${{id%%;*}}\n    \
+                 done <<< \"$arrays\"\n\
+             }}\n\
+             submit\n\
+             {verify}\
              sbatch ${{behind:+--dependency=afterany$behind}} --cpus-per-task=1 --time=\"$time\" \\\n    \
                  --job-name=asperity-collect --output=\"$output/collect.txt\" \\\n    \
                  --wrap {collect}\n"

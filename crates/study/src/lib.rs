@@ -37,6 +37,7 @@
 //! - [`work`]: makes one run; [`staging`]: unfinished logs of long runs.
 //! - [`stored`]: the packed result of a run; [`segment`]: the file of a worker's results;
 //!   [`Results`]: all results, run logs included, and contradictions among them or with the plan.
+//! - [`verification`]: the runs that are made a second time, to find nodes that compute wrongly.
 //! - [`collect()`]: the tables of runs over axes.
 //! - [`emit`]: scripts for clusters.
 //! - [`given`]: recognises the kind of a path: a run log, a scenario, a sweep, a folder of these.
@@ -70,6 +71,7 @@ pub mod segment;
 pub mod staging;
 pub mod stored;
 mod study;
+pub mod verification;
 pub mod work;
 
 pub use collect::{CollectError, Observer, RUNS, collect};

@@ -4,6 +4,7 @@
 //! different results of a run, or a result under the number of another run, indicate a node that computes
 //! or stores wrongly: these are [`Fault`]s, and prevent tables.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
@@ -135,6 +136,8 @@ pub struct Counts {
 pub struct Results {
     states: Vec<State>,
     segments: Vec<PathBuf>,
+    /// The segment of a second result of a run, equal to the first; of another node, if there is one.
+    again: BTreeMap<u64, u32>,
     /// Segments that end in an incomplete frame, and its bytes.
     pub torn: Vec<(PathBuf, u64)>,
     /// Files that are not segments of this plan.
@@ -152,7 +155,8 @@ impl Results {
         let state = |refused: bool| if refused { State::Refused } else { State::Missing(0) };
         let states = plan.rows.iter().map(|row| state(row.refused.is_some())).collect();
         let (torn, foreign, faults) = (Vec::new(), Vec::new(), Vec::new());
-        let mut results = Results { states, segments: Vec::new(), torn, foreign, faults };
+        let mut results =
+            Results { states, segments: Vec::new(), again: BTreeMap::new(), torn, foreign, faults };
         let mut doubtful = Vec::new();
         for path in segment::all(folder)? {
             let named = |error: io::Error| {
@@ -242,6 +246,7 @@ impl Results {
             return Ok(());
         };
         if known.0 == new.0 && self.are_same_bytes(known.1, new.1)? {
+            self.confirm(run, known.1, new.1);
             return Ok(());
         }
         let difference = match (known.0, new.0) {
@@ -260,7 +265,7 @@ impl Results {
             _ => Ok(Some("it is done, and it failed".to_owned())),
         };
         match difference {
-            Ok(None) => {}
+            Ok(None) => self.confirm(run, known.1, new.1),
             Ok(Some(difference)) => {
                 let [first, second] = [known, new].map(|(_, place)| self.spot(place));
                 self.states[run as usize - 1] = State::Contradicted;
@@ -275,6 +280,36 @@ impl Results {
             }
         }
         Ok(())
+    }
+
+    /// Records that two results of a run are equal. In one segment they are of one process.
+    fn confirm(&mut self, run: u64, known: Place, new: Place) {
+        if known.segment != new.segment {
+            let is_of_other_node = self.node(known.segment) != self.node(new.segment);
+            let second = self.again.entry(run).or_insert(new.segment);
+            if is_of_other_node {
+                *second = new.segment;
+            }
+        }
+    }
+
+    fn node(&self, segment: u32) -> String {
+        segment::node_of(&self.segments[segment as usize])
+    }
+
+    /// The nodes that made results.
+    pub fn nodes(&self) -> BTreeSet<String> {
+        self.segments.iter().map(|path| segment::node_of(path)).collect()
+    }
+
+    /// The node that made the first result of a run, and the one that made an equal second result: another
+    /// node, if there is such a result.
+    pub fn made_on(&self, run: u64) -> (Option<String>, Option<String>) {
+        let first = match self.state(run) {
+            State::Done(place) | State::Failed(place) => Some(self.node(place.segment)),
+            _ => None,
+        };
+        (first, self.again.get(&run).map(|segment| self.node(*segment)))
     }
 
     fn add(&mut self, fault: Fault) {

@@ -89,6 +89,18 @@ impl Owner {
     }
 }
 
+/// The name of this machine in the names of segments.
+pub fn this_node() -> String {
+    let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    host.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect()
+}
+
+/// The node whose process wrote a segment, by the name of the file: `NODE-PROCESS-NUMBER.seg`.
+pub fn node_of(path: &Path) -> String {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    name.rsplitn(3, '-').last().unwrap_or_default().to_owned()
+}
+
 /// A segment in progress.
 #[derive(Debug)]
 pub struct Writer {
@@ -104,12 +116,10 @@ impl Writer {
     pub fn create(folder: &Path, plan: &str) -> Result<Writer, FileError> {
         let folder = folder.join(FOLDER);
         create_folder(&folder)?;
-        let process = std::process::id();
         // Process ids repeat on other machines.
-        let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
-        let host: String = host.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
+        let (node, process) = (this_node(), std::process::id());
         for number in 1.. {
-            let path = folder.join(format!("{host}-{process}-{number}.seg"));
+            let path = folder.join(format!("{node}-{process}-{number}.seg"));
             if path.exists() {
                 continue;
             }

@@ -59,6 +59,9 @@ pub struct Ways<'a> {
     pub stop: &'a (dyn Fn() -> bool + Sync),
     /// Called when a run resumes instead of starting from its beginning.
     pub tell: &'a dyn Fn(Notice<'_>),
+    /// Makes runs over axes a second time: from their beginning and without a log, so that nothing of the
+    /// first time is used or replaced.
+    pub again: bool,
 }
 
 /// Makes a run, or resumes it. Once the result is on disk, [clear](staging::clear) its log in
@@ -171,7 +174,7 @@ pub fn make_missing(
     let worker = |_: &usize| {
         let mut segment = None;
         while let Some(run) = missing.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !stop()) {
-            let ways = Ways { folder, patience: PATIENCE, stop, tell: &|_| () };
+            let ways = Ways { folder, patience: PATIENCE, stop, tell: &|_| (), again: false };
             match make_and_store(plan, &plan.rows[*run as usize - 1], ways, &mut segment)? {
                 Made::Stopped => break,
                 made => watch(*run, &made),
@@ -243,7 +246,8 @@ fn make_from<'a>(
         ..LogTo::new(path)
     };
     // The other cores have runs of their own.
-    let task = Task::new(scenario).on_one_thread().log_to(log);
+    let task = Task::new(scenario).on_one_thread();
+    let task = if ways.again { task } else { task.log_to(log) };
     let summarizer = Summarizer::new(&row.run.to_string(), header, Slider::of(scenario));
     let (events, ruptures) = (keeps(Keep::Events), keeps(Keep::Ruptures));
     let mut kept = Kept { events, ruptures, summarizer, lines: String::new(), tell: ways.tell };

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use asperity_study::emit::USUAL_TASKS;
+use asperity_study::verification::Sample;
 use asperity_study::work::PATIENCE;
 use clap::{Args, Subcommand, ValueEnum};
 
@@ -82,18 +83,25 @@ Examples:
   asperity sweep run out/tilts
   asperity sweep run out/tilts --index 3,7-9
   asperity sweep run out/tilts --chunk 2/8 --jobs 4
+  asperity sweep run out/tilts --verify 5%
 
 Finished runs are kept: killed at any time and called again, the command makes
 the missing runs, and resumes those that had taken more than a minute. A run
 that fails is recorded with its reason and does not stop the others. A run whose
 process died three times is not tried again.
 
+With --verify, some of the runs that are done are made a second time, to find a
+node that computes wrongly: the same ones whenever and wherever the command is
+called. Missing runs are not made. Both results are kept. If they differ, their
+files are named, which begin with the names of the nodes.
+
 Exit codes:
-  0    all requested runs are done
+  0    all requested runs are done; with --verify, their results are equal
   1    failure; or some of them failed, or results contradict the plan or each
        other
   2    bad input; the plan is by other code, or was edited
-  3    some were left to another process, which is making them
+  3    some were left to another process, which is making them; with --verify,
+       some have no second result
   130  interrupted by SIGINT; what was done is kept
   143  interrupted by SIGTERM, likewise")]
     Run(SweepRunArguments),
@@ -107,7 +115,7 @@ Exit codes:
   0  all runs are done
   1  failure; or runs failed, or results contradict the plan or each other
   2  bad input; the plan was edited
-  3  runs are missing")]
+  3  runs are missing; or, with --verify, not verified")]
     Status(SweepStatusArguments),
     /// Make the tables of a study (runs, slip events, ruptures) and its figures.
     #[command(after_help = "\
@@ -149,6 +157,7 @@ Exit codes:
     #[command(after_help = "\
 Examples:
   asperity sweep emit slurm out/tilts --tasks 16 --cores 4 > out/sweep.slurm
+  asperity sweep emit slurm out/tilts --tasks 16 --verify 5% > out/sweep.slurm
   asperity sweep emit list out/tilts --tasks 16 > out/commands.txt
   asperity sweep emit row out/tilts > out/workflow.toml
 
@@ -232,8 +241,12 @@ pub(crate) struct SweepRunArguments {
     /// Only the K-th of N parts.
     #[arg(long, value_name = "K/N")]
     pub(crate) chunk: Option<SweepChunk>,
+    /// Make N of the runs that are done a second time, or a share such as 5%, and
+    /// compare the results.
+    #[arg(long, value_name = "N")]
+    pub(crate) verify: Option<Sample>,
     /// All missing runs, which is the default; for scripts.
-    #[arg(long, conflicts_with_all = ["index", "chunk"])]
+    #[arg(long, conflicts_with_all = ["index", "chunk", "verify"])]
     pub(crate) missing: bool,
     /// How many runs to make at once [default: one per core].
     #[arg(long, value_name = "N")]
@@ -261,6 +274,10 @@ pub(crate) struct SweepStatusArguments {
     #[arg(long, value_name = "N", default_value_t = USUAL_TASKS + 1, requires = "tasks",
           value_parser = clap::value_parser!(u64).range(2..))]
     pub(crate) array_size: u64,
+    /// Print how many runs of `sweep run --verify N` are verified, and on which
+    /// nodes; with --tasks, which parts have others.
+    #[arg(long, value_name = "N")]
+    pub(crate) verify: Option<Sample>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -336,6 +353,10 @@ pub(crate) struct SweepEmitArguments {
     /// Time limit of a task, in the notation of Slurm.
     #[arg(long, value_name = "TIME", default_value = "01:00:00")]
     pub(crate) time: String,
+    /// Verify N of the runs, or a share such as 5%, before the tables are made; for
+    /// slurm.
+    #[arg(long, value_name = "N")]
+    pub(crate) verify: Option<Sample>,
 }
 
 /// One of several parts, `K/N`.

@@ -165,9 +165,17 @@ impl Disk {
         self.changes.push((number, change));
     }
 
-    /// Numbers of the operations that change the disk or sync it.
+    /// Numbers of the operations that change the disk or sync it. Of writes to one file in succession, the first
+    /// and the last: between them the disk has a part of the last state.
     pub(crate) fn points(&self) -> Vec<usize> {
-        let changes = self.changes.iter().map(|(number, _)| *number);
+        let is_between = |at: usize| {
+            let node = |at: usize| match self.changes.get(at) {
+                Some((_, Change::Write { node, .. })) => Some(*node),
+                _ => None,
+            };
+            at > 0 && node(at).is_some() && node(at - 1) == node(at) && node(at) == node(at + 1)
+        };
+        let changes = (0..self.changes.len()).filter(|at| !is_between(*at)).map(|at| self.changes[at].0);
         let mut points: Vec<usize> = changes.chain(self.syncs.iter().map(|(number, _)| *number)).collect();
         points.sort_unstable();
         points.dedup();

@@ -126,6 +126,18 @@ fn tables_and_figures_on_a_full_disk_are_whole_or_not_there() {
     assert_eq!(errors.matches("No space left on device").count(), commands.len(), "{errors}");
 }
 
+/// The library of Parquet has a sentence of its own for each failure; users need the system's.
+#[cfg(all(target_os = "linux", feature = "analysis"))]
+#[test]
+fn a_parquet_table_that_cannot_be_written_is_named_with_the_reason() {
+    let folder = asperity_testkit::folder();
+    let [log, matches] = [folder.path().join("small.mcap"), "/dev/full".into()];
+    crate::support::small::run(&log);
+    let output = asperity(&["diff", text(&log), text(&log), "--matches", text(&matches)]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(said, "error: /dev/full: No space left on device (os error 28)\n");
+}
+
 #[test]
 fn folders_that_cannot_be_written_are_named() {
     let folder = asperity_testkit::folder();

@@ -15,6 +15,7 @@ mod golden;
 #[path = "../../tests/support/golden.rs"]
 mod golden_tables;
 mod interrupt;
+mod notices;
 mod python;
 mod reproduce;
 mod revision;
@@ -50,6 +51,7 @@ Examples:
   cargo xtask bench --against HEAD~1
   cargo xtask fuzz --for-s 600
   cargo xtask attack --for-s 600
+  cargo xtask notices
   cargo xtask ci"
 )]
 struct Arguments {
@@ -113,6 +115,8 @@ enum Command {
     Fuzz(fuzz::FuzzArguments),
     /// Try to break, from outside, the promises of the command about files.
     Attack(attack::AttackArguments),
+    /// Write the notices of other people's software that `asperity --notices` prints.
+    Notices(notices::NoticesArguments),
     /// Run all checks that a change must pass.
     Ci(ci::CiArguments),
 }
@@ -144,6 +148,7 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Fuzz(arguments) => fuzz::command(&arguments),
         Command::Attack(arguments) => attack::command(&arguments),
+        Command::Notices(arguments) => notices::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };
     match outcome {

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
+use crate::advisories::{self, AdvisoriesArguments};
 use crate::attack::{self, AttackArguments};
 use crate::notices;
 use crate::python::{self, PythonArguments};
@@ -70,9 +71,10 @@ fn format() -> Result<(), Failure> {
     run(&mut cargo(&["fmt", "--all", "--check"]))
 }
 
-/// Licences of the packages of others.
+/// Licences and known vulnerabilities of the packages of others.
 fn licences() -> Result<(), Failure> {
-    notices::check()
+    notices::check()?;
+    advisories::command(&AdvisoriesArguments {})
 }
 
 /// Warnings are denied here and not by RUSTFLAGS, which would rebuild every

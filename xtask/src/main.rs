@@ -2,6 +2,7 @@
 //! command. It drives cargo and the built `asperity` binary and links neither.
 //! Standard output belongs to the commands that are run; xtask speaks on stderr.
 
+mod advisories;
 mod against;
 mod attack;
 mod bench;
@@ -117,6 +118,8 @@ enum Command {
     Attack(attack::AttackArguments),
     /// Write the notices of other people's software that `asperity --notices` prints.
     Notices(notices::NoticesArguments),
+    /// Compare the packages of Cargo.lock with a database of known vulnerabilities.
+    Advisories(advisories::AdvisoriesArguments),
     /// Run all checks that a change must pass.
     Ci(ci::CiArguments),
 }
@@ -149,6 +152,7 @@ fn main() -> ExitCode {
         Command::Fuzz(arguments) => fuzz::command(&arguments),
         Command::Attack(arguments) => attack::command(&arguments),
         Command::Notices(arguments) => notices::command(&arguments),
+        Command::Advisories(arguments) => advisories::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };
     match outcome {

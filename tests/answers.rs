@@ -275,8 +275,10 @@ fn no_page_overflows_a_phone_and_none_has_raw_markup() {
     }
     // Violations of the rules are detected.
     let mut tab = Tab::open(&browser, &two.join("report.html"), PHONE, "light");
-    let broken = "(() => { document.querySelector('main').insertAdjacentHTML('beforeend', '<p>|mu_{s}| of 10^-8</p><div \
-                  style=\"width: 500px\">w</div><p style=\"width: 20px\"><code class=\"name\" style=\"overflow-wrap: anywhere\">precursors</code></p>'); })()";
+    let broken = "(() => { const main = document.querySelector('main'); main.insertAdjacentHTML('beforeend', '<p>|mu_{s}| of 10^-8</p>\
+                  <div>w</div><p><code class=\"name\">precursors</code></p>'); \
+                  const [wide, narrow] = [...main.children].slice(-2); wide.style.width = '500px'; \
+                  narrow.style.width = '20px'; narrow.firstChild.style.overflowWrap = 'anywhere'; })()";
     tab.eval(broken);
     assert!(tab.says(OVERFLOW).contains("500px") && tab.says(BROKEN) == "precursors");
     assert_eq!(tab.says(RAW), "|mu_{s}| | 10^-8");

@@ -128,7 +128,7 @@ fn the_page_of_a_run_has_a_map_over_the_area_without_scripts_and_with_them() {
     let (_, map) = html.split_once("<g class=\"cells\">").expect("the page has a map");
     let (cells, _) = map.split_once("</g>").expect("the map ends");
     assert_eq!(cells.matches("<path").count(), 33);
-    let slid = cells.matches("--v:").count();
+    let slid = cells.matches("class=\"b").count();
     assert!(slid >= 6 && cells.matches("class=\"n\"").count() == 33 - slid, "{slid}");
     assert!(html.contains("a lattice all of whose nodes rub, 11 × 3 nodes"));
     let chain = folder.path().join("chain.mcap");
@@ -143,7 +143,8 @@ fn the_page_of_a_run_has_a_map_over_the_area_without_scripts_and_with_them() {
     let widest = tab.says(SHOWN);
     assert!(widest.ends_with(&format!(" arrival {slid}")), "{widest}");
     // The copy has the colours of the map that the page has.
-    let colours = "[...document.querySelectorAll('WHERE .cells path')].map((one) => one.style.getPropertyValue('--v')).join()";
+    let colours =
+        "[...document.querySelectorAll('WHERE .cells path')].map((one) => one.className.baseVal).join()";
     let of = |place: &str| colours.replace("WHERE", place);
     assert_eq!(tab.says(&of("#over-area")), tab.says(&of("#run-sheet")));
     let marks = "document.querySelectorAll('WHERE .first circle').length";

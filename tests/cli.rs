@@ -72,6 +72,16 @@ fn every_command_has_help() {
     assert!(succeed(&["--version"]).starts_with("asperity "));
 }
 
+/// The notices need no command. `cargo xtask notices --check` compares them with the packages.
+#[test]
+fn notices_name_what_the_command_contains() {
+    let notices = succeed(&["--notices"]);
+    for line in ["polars 0.", "zstd-sys 2.", "DejaVu Sans 2.37: Bitstream-Vera, ", "uPlot 1.6.32: MIT, "] {
+        assert!(notices.contains(&format!("\n{line}")), "{line}");
+    }
+    assert_eq!(succeed(&["--notices", "scenario", "list"]), notices);
+}
+
 /// The text below the options has manual line breaks. A line that is too long would be broken again, with a
 /// few words alone on the next.
 #[test]

@@ -6,43 +6,19 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use crate::support::binary::{asperity, run, succeed, text};
-use crate::support::browser::{QUIET, browser};
+use crate::support::browser::{Tab, browser};
 
-/// The attributes that the page's script leaves on the root element, after the
-/// page has been loaded and `script` has run behind its own.
+/// The attributes `data-*` that the page's script leaves on the root element, after the page has been loaded and
+/// `script` has run.
 fn loaded(browser: &Path, page: &Path, script: &str) -> BTreeMap<String, String> {
-    let folder = asperity_testkit::folder();
-    let html = fs::read_to_string(page).expect("the page can be read");
-    let tried = folder.path().join("tried.html");
-    // The browser may draw pictures later than it returns the page; before printing they are drawn at once.
-    let behind =
-        format!("<script>{script}; window.dispatchEvent(new Event(\"beforeprint\"))</script></body>");
-    fs::write(&tried, html.replace("</body>", &behind)).expect("the folder can be written");
-    let output = Command::new(browser)
-        .args(QUIET)
-        .arg("--virtual-time-budget=10000")
-        .arg(format!("--user-data-dir={}", text(folder.path())))
-        .args(["--window-size=1280,1000", "--dump-dom"])
-        .arg(format!("file://{}", text(&tried)))
-        .output()
-        .expect("the browser starts");
-    let dom = String::from_utf8_lossy(&output.stdout);
-    let said = String::from_utf8_lossy(&output.stderr);
-    let (_, tag) = dom.split_once("<html").unwrap_or_else(|| panic!("no page came back: {said}"));
-    let (tag, _) = tag.split_once('>').expect("a tag ends");
-    let attributes: BTreeMap<String, String> = tag
-        .split("data-")
-        .skip(1)
-        .filter_map(|attribute| {
-            let (name, value) = attribute.split_once("=\"")?;
-            Some((name.to_owned(), value.split('"').next().unwrap_or_default().to_owned()))
-        })
-        .collect();
-    assert!(!attributes.contains_key("failure"), "the script failed: {attributes:?}");
-    attributes
+    let mut tab = Tab::open(browser, page, [1280, 1000], "light");
+    // Pictures may be drawn later than a script ends; before printing they are drawn at once.
+    tab.eval(&format!("{{ {script}; window.dispatchEvent(new Event(\"beforeprint\")) }}"));
+    tab.assert_quiet();
+    serde_json::from_value(tab.eval("({ ...document.documentElement.dataset })"))
+        .expect("its values are texts")
 }
 
 fn number(attributes: &BTreeMap<String, String>, name: &str) -> usize {
@@ -184,4 +160,36 @@ fn ruptures_are_drawn_first_and_the_slip_events_of_a_finding_are_one_click_away(
     assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (both("ruptures"), both("ruptures")));
     let seen = loaded(&browser, &page, "document.querySelector('tr[data-finding]').click()");
     assert_eq!(number(&seen, "events"), both("events"), "a finding is one of slip events");
+}
+
+/// The policy of a page names its own scripts and styles by their hashes.
+#[test]
+fn only_scripts_and_styles_of_the_page_itself_are_applied() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let page = page(folder.path(), &golden("default"), &golden("load-on-far-end"));
+    let html = fs::read_to_string(&page).expect("the page can be read");
+    const SCRIPT: &str = "<script>document.title = 'changed'</script>";
+    const HANDLER: &str = "<img alt=\"\" src=\"data:,\" onerror=\"document.title = 'changed'\">";
+    // What is put in instead of what, whether the page is drawn, and what the browser says that it refused.
+    let cases = [
+        ("</script>\n</body>", " </script>\n</body>", false, "script"),
+        ("</body>", &format!("{SCRIPT}</body>"), true, "script"),
+        ("</main>", &format!("{HANDLER}</main>"), true, "event handler"),
+        ("</style>", "main { display: none }</style>", true, "style"),
+        ("<main>", "<main style=\"display: none\">", true, "style"),
+    ];
+    for (place, changed, is_drawn, refused) in cases {
+        assert!(html.contains(place), "{place}");
+        let tried = folder.path().join("tried.html");
+        fs::write(&tried, html.replacen(place, changed, 1)).expect("the folder can be written");
+        let mut tab = Tab::open(&browser, &tried, [1280, 1000], "light");
+        let said = tab.refused();
+        assert!(said.len() == 1 && said[0].contains(refused), "{changed}: {said:?}");
+        assert_eq!(tab.eval("'drawn' in document.documentElement.dataset"), is_drawn, "{changed}");
+        assert_eq!(
+            tab.eval("document.title === 'changed' || !document.querySelector('main').offsetWidth"),
+            false
+        );
+    }
 }

@@ -404,6 +404,7 @@ fn nothing_points_out_of_the_repository() {
         "ARCHITECTURE.md",
         "Cargo.toml",
         "README.md",
+        "SECURITY.md",
         "crates",
         "fixtures",
         "pipelines",

@@ -1,4 +1,4 @@
-//! The README, ARCHITECTURE.md and the pages of `docs/` tell the truth: their links
+//! The README, ARCHITECTURE.md, SECURITY.md and the pages of `docs/` tell the truth: their links
 //! lead somewhere, their commands run and print what the page says, and they use one notation.
 //!
 //! How a page of `docs/` and the README is run: its blocks in order, in one temporary folder that
@@ -190,7 +190,13 @@ fn docs() -> Vec<String> {
 
 /// All pages that speak to users and developers.
 fn pages() -> Vec<String> {
-    let others = ["README.md", "ARCHITECTURE.md", "fixtures/clients/README.md", "fixtures/golden/CHANGES.md"];
+    let others = [
+        "README.md",
+        "ARCHITECTURE.md",
+        "SECURITY.md",
+        "fixtures/clients/README.md",
+        "fixtures/golden/CHANGES.md",
+    ];
     others.map(str::to_owned).into_iter().chain(docs()).collect()
 }
 

@@ -15,7 +15,7 @@ use crate::support::binary::text;
 
 /// The name of the browser, and options that keep it from calling home.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-pub(crate) const QUIET: [&str; 9] = [
+const QUIET: [&str; 9] = [
     "--headless",
     "--no-sandbox",
     "--disable-gpu",
@@ -222,6 +222,15 @@ impl Tab {
     pub(crate) fn pdf(&mut self) -> Vec<u8> {
         let printed = self.call("Page.printToPDF", json!({ "printBackground": true }));
         from_base64(printed["data"].as_str().unwrap_or_default())
+    }
+
+    /// What the policy of the page refused, in the words of the browser.
+    pub(crate) fn refused(&mut self) -> Vec<String> {
+        // All pending messages have arrived.
+        self.painted();
+        let entries = self.told.iter().filter(|message| message["method"] == "Log.entryAdded");
+        let entries = entries.map(|message| &message["params"]["entry"]);
+        entries.filter(|entry| entry["source"] == "security").map(|entry| entry["text"].to_string()).collect()
     }
 
     /// Checks that the page reported no error, and requested no file but itself.

@@ -16,7 +16,7 @@ use crate::git::Repository;
 use crate::interrupt;
 use crate::revision;
 use crate::say::say;
-use crate::workspace::{Failure, asperity, not_started, program, root, target_folder};
+use crate::workspace::{self, Failure, asperity, not_started, program, root, target_folder};
 
 /// The parts to measure.
 pub(crate) struct Task<'a> {
@@ -100,14 +100,14 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
     let folder = tempfile::Builder::new()
         .prefix("bench-against-")
         .tempdir_in(target_folder())
-        .map_err(|error| io_failure("write into", &target_folder(), error))?;
+        .map_err(|error| workspace::io("write into", &target_folder(), error))?;
     let titles = [old.title.clone(), checkout(&repository)?];
     let mut sides = Vec::new();
     for ((binary, title), name) in binaries.into_iter().zip(titles).zip(["old", "new"]) {
         say!("==> {name}: {title}");
         // A copy, which builds in the meantime do not change.
         let copy = folder.path().join(format!("asperity-{name}{}", std::env::consts::EXE_SUFFIX));
-        fs::copy(&binary, &copy).map_err(|error| io_failure("copy", &binary, error))?;
+        fs::copy(&binary, &copy).map_err(|error| workspace::io("copy", &binary, error))?;
         sides.push(Side { title, binary: copy, log: folder.path().join(format!("{name}.mcap")) });
     }
     for side in &sides {
@@ -159,7 +159,7 @@ fn run_once(side: &Side, part: Part, out: &Path) -> Result<Times, Failure> {
     } else {
         Ok(())
     };
-    removed.map_err(|error| io_failure("remove", out, error))?;
+    removed.map_err(|error| workspace::io("remove", out, error))?;
     Ok(times)
 }
 
@@ -307,10 +307,6 @@ fn report(results: &[(Part, Compared)], task: &Task<'_>) -> io::Result<bool> {
         writeln!(out, "All medians of CPU time (user and system) are within {percent} %.")?;
     }
     Ok(all_within)
-}
-
-fn io_failure(what: &str, path: &Path, error: io::Error) -> Failure {
-    Failure::Io { what: format!("{what} {}", path.display()), error }
 }
 
 #[cfg(test)]

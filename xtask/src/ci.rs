@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
+use crate::advisories::{self, AdvisoriesArguments};
 use crate::attack::{self, AttackArguments};
+use crate::notices;
 use crate::python::{self, PythonArguments};
 use crate::say::say;
 use crate::test::{self, TestArguments};
@@ -23,8 +25,9 @@ pub(crate) struct CiArguments {}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
-const STAGES: [Stage; 8] = [
+const STAGES: [Stage; 9] = [
     ("format", format),
+    ("licences", licences),
     ("lint", lint),
     ("without analysis", without_analysis),
     ("test", test),
@@ -66,6 +69,12 @@ fn took(time: Duration) -> String {
 
 fn format() -> Result<(), Failure> {
     run(&mut cargo(&["fmt", "--all", "--check"]))
+}
+
+/// Licences and known vulnerabilities of the packages of others.
+fn licences() -> Result<(), Failure> {
+    notices::check()?;
+    advisories::command(&AdvisoriesArguments {})
 }
 
 /// Warnings are denied here and not by RUSTFLAGS, which would rebuild every

@@ -4,7 +4,7 @@
 //! Accepting requires a reason, which the repository records beside the change.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use clap::Args;
@@ -12,7 +12,7 @@ use clap::Args;
 use crate::golden_tables::{CHANGES, ENTRY, TABLES, newest, signature, tables};
 use crate::reproduce::{CHAPTER5, pipeline};
 use crate::say::{print, say};
-use crate::workspace::{Failure, asperity, output, program, root, run};
+use crate::workspace::{Failure, asperity, io, output, program, root, run};
 
 /// The head of the record; entries follow.
 const HEADING: &str = "\
@@ -180,10 +180,6 @@ fn with_entry(changes: &str, entry: &str) -> String {
         Some(first) => format!("{}\n{entry}\n{}", &changes[..first], &changes[first + 1..]),
         None => format!("{}\n\n{entry}", changes.trim_end()),
     }
-}
-
-fn io(what: &str, path: &Path, error: std::io::Error) -> Failure {
-    Failure::Io { what: format!("{what} {}", path.display()), error }
 }
 
 #[cfg(test)]

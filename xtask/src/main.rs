@@ -2,6 +2,7 @@
 //! command. It drives cargo and the built `asperity` binary and links neither.
 //! Standard output belongs to the commands that are run; xtask speaks on stderr.
 
+mod advisories;
 mod against;
 mod attack;
 mod bench;
@@ -15,6 +16,7 @@ mod golden;
 #[path = "../../tests/support/golden.rs"]
 mod golden_tables;
 mod interrupt;
+mod notices;
 mod python;
 mod reproduce;
 mod revision;
@@ -50,6 +52,7 @@ Examples:
   cargo xtask bench --against HEAD~1
   cargo xtask fuzz --for-s 600
   cargo xtask attack --for-s 600
+  cargo xtask notices
   cargo xtask ci"
 )]
 struct Arguments {
@@ -113,6 +116,10 @@ enum Command {
     Fuzz(fuzz::FuzzArguments),
     /// Try to break, from outside, the promises of the command about files.
     Attack(attack::AttackArguments),
+    /// Write the notices of other people's software that `asperity --notices` prints.
+    Notices(notices::NoticesArguments),
+    /// Compare the packages of Cargo.lock with a database of known vulnerabilities.
+    Advisories(advisories::AdvisoriesArguments),
     /// Run all checks that a change must pass.
     Ci(ci::CiArguments),
 }
@@ -144,6 +151,8 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Fuzz(arguments) => fuzz::command(&arguments),
         Command::Attack(arguments) => attack::command(&arguments),
+        Command::Notices(arguments) => notices::command(&arguments),
+        Command::Advisories(arguments) => advisories::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };
     match outcome {

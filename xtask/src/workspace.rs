@@ -102,6 +102,17 @@ pub(crate) fn output(command: &mut Command) -> Result<String, Failure> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
+/// The text of a file; what is not UTF-8 in it is replaced.
+pub(crate) fn read(path: &Path) -> Result<String, Failure> {
+    let bytes = std::fs::read(path).map_err(|error| io("read", path, error))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The failure to do something with a file.
+pub(crate) fn io(what: &str, path: &Path, error: io::Error) -> Failure {
+    Failure::Io { what: format!("{what} {}", path.display()), error }
+}
+
 pub(crate) fn not_started(command: &Command, error: io::Error) -> Failure {
     Failure::Io { what: format!("run {}", command.get_program().display()), error }
 }

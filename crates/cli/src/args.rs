@@ -66,6 +66,9 @@ pub(crate) struct Arguments {
     /// Print no progress and no notes on stderr; errors are still printed.
     #[arg(short, long, global = true, display_order = 900)]
     pub(crate) quiet: bool,
+    /// Print the licences of the software that this command contains, and exit.
+    #[arg(long)]
+    pub(crate) notices: bool,
     #[command(subcommand)]
     pub(crate) command: Command,
 }

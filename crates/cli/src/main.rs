@@ -19,6 +19,7 @@ mod interrupt;
 mod man;
 #[cfg(feature = "analysis")]
 mod named_runs;
+mod notices;
 mod outputs;
 mod preview;
 mod progress;
@@ -48,6 +49,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use asperity_record::printable;
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 
 use args::{Arguments, Command, SweepCommand};
@@ -68,16 +70,21 @@ fn main() -> ExitCode {
     }
 }
 
-/// Parses the arguments; None if help or version was requested and printed.
+/// Parses the arguments; None if help, version or notices were requested and printed.
 ///
 /// # Errors
 /// If they are invalid, which has been printed, or the help cannot be printed.
 fn arguments() -> Result<Option<Arguments>, Failure> {
     let given: Vec<OsString> = std::env::args_os().collect();
     let error = match Arguments::try_parse_from(&given) {
-        Ok(arguments) => return Ok(Some(arguments)),
+        Ok(arguments) if !arguments.notices => return Ok(Some(arguments)),
+        Ok(_) => return notices::print().map(|()| None),
         Err(error) => error,
     };
+    // No command is needed to print them.
+    if error.kind() == ErrorKind::MissingSubcommand && given.iter().any(|word| word == "--notices") {
+        return notices::print().map(|()| None);
+    }
     if !error.use_stderr() {
         return error.print().map(|()| None).map_err(Failure::Output);
     }

@@ -12,7 +12,6 @@ asperity.overArea = (hover) => {
     const original = run.area && document.getElementById(`run-${run.name}`)?.querySelector(".over-area");
     box.hidden = !original;
     if (!original) return;
-    box.style.maxWidth = original.style.maxWidth;
     place.replaceChildren(...[...original.children].slice(0, 2).map((one) => one.cloneNode(true)));
     caption.innerHTML = original.querySelector("figcaption").innerHTML;
     const about = caption.querySelector(".about"), cells = [...place.querySelectorAll(".cells path")];
@@ -22,17 +21,14 @@ asperity.overArea = (hover) => {
     const of = k >= 0 ? k : run.ruptures.reduce((best, _, n) => (has(n) && (best < 0 || slipped[n] > slipped[best]) ? n : best), -1);
     const [steps, arrivals, slips] = has(of) ?? [[], [], []], isSlip = shows.value === "slip";
     const values = isSlip ? slips : arrivals.map((t) => t * run.dt * 1e6), most = values.reduce((a, b) => Math.max(a, b ?? 0), 0);
-    for (const cell of cells) { cell.setAttribute("class", "n"); cell.removeAttribute("style"); }
+    for (const cell of cells) { cell.setAttribute("class", "n"); }
     place.querySelector(".first").replaceChildren();
     told = [];
     let at = 0;
     for (const [n, step] of steps.entries()) {
       at += step;
       const [x, y] = cells[at].getAttribute("d").slice(1).split("h")[0].split(" ").map(Number);
-      if (values[n] !== null) {
-        cells[at].removeAttribute("class");
-        cells[at].style.setProperty("--v", `${Math.round(Math.min(Math.floor(values[n] / (most || 1) * BANDS), BANDS - 1) * 100 / (BANDS - 1))}%`);
-      }
+      if (values[n] !== null) cells[at].setAttribute("class", `b${Math.min(Math.floor(values[n] / (most || 1) * BANDS), BANDS - 1)}`);
       if (arrivals[n] === 0) {
         const mark = document.createElementNS("http://www.w3.org/2000/svg", "circle");
         for (const [name, value] of [["cx", x + .5], ["cy", y + .5], ["r", .22]]) mark.setAttribute(name, value);

@@ -99,10 +99,9 @@ pub(crate) fn figure(run: &Run) -> String {
     let (mut paths, mut marks) = (String::new(), String::new());
     for place in 0..columns * rows {
         let (column, up) = (place % columns, rows - 1 - place / columns);
-        let band = by_place.get(&place).map(|cell| since(cell) as f64 / last.max(1) as f64);
-        let style =
-            band.map_or(" class=\"n\"".to_owned(), |share| format!(" style=\"--v:{}%\"", percent(share)));
-        paths += &format!("<path d=\"M{column} {up}h1v1h-1z\"{style}/>");
+        let share = by_place.get(&place).map(|cell| since(cell) as f64 / last.max(1) as f64);
+        let class = share.map_or("n".to_owned(), band);
+        paths += &format!("<path d=\"M{column} {up}h1v1h-1z\" class=\"{class}\"/>");
         if by_place.get(&place).is_some_and(|cell| since(cell) == 0) {
             marks += &format!("<circle cx=\"{column}.5\" cy=\"{up}.5\" r=\".22\"/>");
         }
@@ -125,11 +124,10 @@ pub(crate) fn figure(run: &Run) -> String {
     );
     let to = rounded(last as f64 * run.header.time_step_s * 1e6, 4);
     let size = |count: u32| spelled(f64::from(count - 1) * plan.spacing_m, "m");
-    let bands: String = (0..BANDS as u32)
-        .map(|n| format!("<i style=\"--v:{}%\"></i>", percent(f64::from(n) / BANDS)))
-        .collect();
+    let bands: String =
+        (0..BANDS as u32).map(|n| format!("<i class=\"{}\"></i>", band(f64::from(n) / BANDS))).collect();
     format!(
-        "<figure class=\"over-area\" style=\"max-width:{:.0}px\"><svg viewBox=\"-{MARGIN} -.1 {wide:.1} {tall:.1}\" \
+        "<figure class=\"over-area\"><svg width=\"{:.0}\" viewBox=\"-{MARGIN} -.1 {wide:.1} {tall:.1}\" \
          role=\"img\" aria-label=\"{}\"><g class=\"cells\">{paths}</g>{}<g class=\"first\">{marks}</g></svg>\n\
          <div class=\"bar\"><span>0</span>{bands}<span class=\"to\">{to} µs</span></div>\n\
          <figcaption><span class=\"about\">Rupture {}, the widest: when its front came to each contact, after its \
@@ -145,7 +143,7 @@ pub(crate) fn figure(run: &Run) -> String {
     )
 }
 
-/// The lower end of a band as a share of all colours.
-fn percent(share: f64) -> f64 {
-    ((share * BANDS).floor().min(BANDS - 1.0) * 100.0 / (BANDS - 1.0)).round()
+/// The class of the band that has this share of the largest value.
+fn band(share: f64) -> String {
+    format!("b{}", (share * BANDS).floor().min(BANDS - 1.0))
 }

@@ -1,5 +1,9 @@
 //! A page as a file: its head, its words, its data, its scripts.
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use sha2::{Digest as _, Sha256};
+
 use crate::html::markup::text;
 
 const LOOK: &str = include_str!("look.css");
@@ -42,7 +46,8 @@ pub struct Document<'a> {
 }
 
 impl Document<'_> {
-    /// The file. A policy in its head keeps the browser from fetching anything.
+    /// The file. A policy in its head keeps the browser from fetching anything, and from running other scripts than
+    /// those of the page.
     pub fn html(&self) -> String {
         self.with_pictures_from("data:")
     }
@@ -53,18 +58,18 @@ impl Document<'_> {
     }
 
     fn with_pictures_from(&self, sources: &str) -> String {
-        let styles = self.parts.iter().map(|part| part.style).filter(|style| !style.is_empty());
-        let scripts = self.parts.iter().map(|part| part.script).filter(|script| !script.is_empty());
+        let styles = Inline::of(std::iter::once(LOOK).chain(self.parts.iter().map(|part| part.style)));
+        let scripts = Inline::of(std::iter::once(BASE).chain(self.parts.iter().map(|part| part.script)));
         let mut out = format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
-             script-src 'unsafe-inline'; img-src {sources}\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src{}; \
+             script-src{}; img-src {sources}; base-uri 'none'; form-action 'none'\">\n\
              <meta name=\"viewport\" content=\"width=device-width\">\n<title>{}</title>\n",
+            styles.sources,
+            scripts.sources,
             text(&self.title)
         );
-        for style in std::iter::once(LOOK).chain(styles) {
-            out += &format!("<style>\n{style}</style>\n");
-        }
+        styles.contents.iter().for_each(|style| out += &format!("<style>{style}</style>\n"));
         out += "</head>\n<body>\n\
                 <button id=\"theme\" class=\"needs-script\" type=\"button\">dark</button>\n<main>\n";
         out += &self.main;
@@ -72,11 +77,26 @@ impl Document<'_> {
         for (attributes, json) in &self.data {
             out += &format!("<script type=\"application/json\"{attributes}>{json}</script>\n");
         }
-        for script in std::iter::once(BASE).chain(scripts) {
-            out += &format!("<script>\n{script}</script>\n");
-        }
+        scripts.contents.iter().for_each(|script| out += &format!("<script>{script}</script>\n"));
         out += "</body>\n</html>\n";
         out
+    }
+}
+
+/// The contents of the style or script elements of a page, and their hashes for its policy. A browser applies nothing
+/// else: no style or script from the words or the data of a page, and no attribute such as `style` or `onclick`.
+struct Inline {
+    contents: Vec<String>,
+    sources: String,
+}
+
+impl Inline {
+    fn of(contents: impl Iterator<Item = &'static str>) -> Inline {
+        let contents: Vec<String> =
+            contents.filter(|content| !content.is_empty()).map(|content| format!("\n{content}")).collect();
+        let sources =
+            contents.iter().map(|content| format!(" 'sha256-{}'", BASE64.encode(Sha256::digest(content))));
+        Inline { sources: sources.collect(), contents }
     }
 }
 

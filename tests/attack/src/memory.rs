@@ -3,7 +3,7 @@
 //! gives the same; it does not abort, and leaves nothing incomplete under a final name.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::Path;
 
 use crate::calls::{Call, Outcome};
 use crate::case::{Case, try_all};
@@ -81,7 +81,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     })
 }
 
-fn make_inputs(ground: &Ground, folder: &PathBuf) -> Result<(), Error> {
+fn make_inputs(ground: &Ground, folder: &Path) -> Result<(), Error> {
     prepare(ground, folder)?;
     let events = ground.succeed(folder, &["events", "in/a/run.mcap"])?;
     fs::write(folder.join("in/events.csv"), events.out)?;
@@ -97,7 +97,7 @@ fn make_inputs(ground: &Ground, folder: &PathBuf) -> Result<(), Error> {
 /// Calls a command with the library, which refuses what the variables say.
 fn call(
     ground: &Ground,
-    folder: &std::path::Path,
+    folder: &Path,
     arguments: &[&str],
     set: &[(&str, String)],
 ) -> Result<Outcome, Error> {
@@ -107,7 +107,7 @@ fn call(
     Ok(call.run()?)
 }
 
-fn undisturbed(ground: &Ground, inputs: &std::path::Path, arguments: &[&str]) -> Result<Alone, Error> {
+fn undisturbed(ground: &Ground, inputs: &Path, arguments: &[&str]) -> Result<Alone, Error> {
     let folder = ground.work.join("memory-alone");
     emptied(&folder)?;
     crate::writers::copy(&inputs.join("in"), &folder.join("in"))?;
@@ -117,7 +117,7 @@ fn undisturbed(ground: &Ground, inputs: &std::path::Path, arguments: &[&str]) ->
     Ok(Alone { outcome, written: found(&folder)?.written, allocations })
 }
 
-fn refused(case: &mut Case<'_>, inputs: &std::path::Path, point: &Point, alone: &Alone) -> Result<(), Error> {
+fn refused(case: &mut Case<'_>, inputs: &Path, point: &Point, alone: &Alone) -> Result<(), Error> {
     let (kind, arguments) = READERS[point.reader];
     let folder = case.folder.clone();
     crate::writers::copy(&inputs.join("in"), &folder.join("in"))?;

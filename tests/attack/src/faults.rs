@@ -71,6 +71,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
             counted(ground, writer.name, writer.arguments(0), |case| writer.set_up(case).map(drop))?;
         points.extend(points_of(command, &operations));
     }
+    say(&format!("  faults: {} faults of {} writing commands", points.len(), writers.len()));
     let chosen = ground.some_of(points.len(), ground.size.faults);
     try_all(ground, "faults", "writing commands", chosen.len(), |case| {
         let point = &points[chosen[case.number]];
@@ -81,6 +82,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
         let set_up = |case: &mut Case<'_>| prepare(case.ground, &case.folder);
         points.extend(points_of(command, &counted(ground, arguments[0], arguments, set_up)?));
     }
+    say(&format!("  faults: {} faults of {} printing commands", points.len(), READERS.len()));
     let chosen = ground.some_of(points.len(), ground.size.faults / 4);
     try_all(ground, "faults", "printing commands", chosen.len(), |case| {
         let point = &points[chosen[case.number]];

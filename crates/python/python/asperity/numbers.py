@@ -60,7 +60,8 @@ class Verdict(NamedTuple):
     """The judgement of a check of a log."""
 
     word: str
-    """`whole`, `by other code or detectors`, `incomplete`, `stopped`, `salvaged with gaps`, `damaged`."""
+    """As `asperity check` prints it: `whole`, `by other code or detectors`, `unreadable`, `incomplete`,
+    `stopped`, `salvaged with gaps`, `not a run log`, `damaged`."""
     is_complete: bool
     """Whether the log is complete, whichever program made it."""
     message: str

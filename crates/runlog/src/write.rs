@@ -27,6 +27,7 @@ use crate::metadata;
 use crate::problem::WriteError;
 use crate::seal::{Sealer, Tee};
 use crate::unfinished::{Place, Unfinished};
+use crate::until_refused::UntilRefused;
 
 /// Work that a crash of the machine may lose.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
@@ -35,7 +36,7 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 /// under the temporary name, recognisable as unfinished.
 pub struct RunWriter {
     place: Place,
-    writer: Writer<Tee<BufWriter<File>>>,
+    writer: Writer<Tee<BufWriter<UntilRefused<File>>>>,
     sealer: Sealer,
     /// Uncompressed bytes in the current chunk.
     chunk_bytes: u64,
@@ -106,7 +107,7 @@ impl RunWriter {
         scenario_toml: &str,
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
-        let file = Tee::new(BufWriter::new(place.writer()?));
+        let file = Tee::new(BufWriter::new(UntilRefused::new(place.writer()?)));
         let mut sealer = Sealer::new(&file, &header.run_id);
         let at = |error| WriteError::of_mcap(place.path(), error);
         let mut writer = WriteOptions::new()

@@ -40,6 +40,16 @@ pub(crate) fn try_all(
     try_by(ground, module, part, cases, workers, attempt)
 }
 
+/// Makes one case that others need, whichever number was asked for.
+pub(crate) fn once(
+    ground: &Ground,
+    module: &'static str,
+    part: &str,
+    attempt: impl FnOnce(&mut Case<'_>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    Case::run(ground, module, part, 0, attempt)
+}
+
 /// Tries cases, `workers` of them in parallel: one, where a case itself starts several processes.
 pub(crate) fn try_by(
     ground: &Ground,
@@ -103,7 +113,7 @@ impl<'a> Case<'a> {
         module: &'static str,
         part: &str,
         number: usize,
-        attempt: impl Fn(&mut Case<'_>) -> Result<(), Error>,
+        attempt: impl FnOnce(&mut Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let name = format!("{module}-{}-{number}", part.replace(|c: char| !c.is_ascii_alphanumeric(), "-"));
         let folder = ground.work.join(&name);

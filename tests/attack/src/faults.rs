@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::calls::{Call, Outcome};
-use crate::case::{Case, try_all};
+use crate::case::{Case, once, try_all};
 use crate::ground::{Error, Ground};
 use crate::kills::aftermath;
 use crate::operations::{Fate, Kind, Operation, is_possible, supervise};
@@ -95,26 +95,22 @@ fn counted(
     ground: &Ground,
     name: &str,
     arguments: &[&str],
-    set_up: impl Fn(&mut Case<'_>) -> Result<(), Error> + Sync,
+    set_up: impl Fn(&mut Case<'_>) -> Result<(), Error>,
 ) -> Result<Vec<Kind>, Error> {
-    let kinds = std::sync::Mutex::new(Vec::new());
-    try_all(ground, "faults", &format!("operations of {name}"), 1, |case| {
+    let mut kinds = Vec::new();
+    once(ground, "faults", &format!("operations of {name}"), |case| {
         set_up(case)?;
         let call = Call::new(&case.ground.program, &case.folder, arguments)?;
-        let mut list = Vec::new();
         let supervised = supervise(call, &case.folder, false, |_, operation| {
-            list.push(operation.kind);
+            kinds.push(operation.kind);
             Fate::Proceeds
         })?;
         case.must_end_well(&supervised.outcome);
         case.hold(supervised.past.is_empty(), "operations go past the counter", || {
             format!("{name}: {}", supervised.past.join(", "))
         });
-        case.hold(list.len() == supervised.operations, "operations go past the list", || name.to_owned());
-        *kinds.lock().expect("one case alone") = list;
         Ok(())
     })?;
-    let kinds = kinds.into_inner().expect("one case alone");
     let mut counts = BTreeMap::new();
     kinds.iter().for_each(|kind| *counts.entry(*kind).or_insert(0) += 1);
     let counts: Vec<String> = counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();

@@ -161,8 +161,6 @@ const PAST: &[(i64, &str)] = &[
 /// How a supervised command ended.
 pub(crate) struct Supervised {
     pub(crate) outcome: Outcome,
-    /// Operations in the order of their calls.
-    pub(crate) operations: usize,
     /// Calls that changed files past the counter.
     pub(crate) past: Vec<String>,
 }
@@ -199,8 +197,8 @@ pub(crate) fn supervise(
         // The command is dropped with its end of the socket.
         supervisor.join().expect("the supervisor does not panic").and(outcome)
     })?;
-    let State { operations, past, .. } = state.into_inner().expect("the supervisor does not panic");
-    Ok(Supervised { outcome, operations, past })
+    let State { past, .. } = state.into_inner().expect("the supervisor does not panic");
+    Ok(Supervised { outcome, past })
 }
 
 struct State<'a, Decide> {

@@ -2,10 +2,8 @@
 //! then (`disk.rs`). Afterwards final names have what was there or the whole of the new, and a call as a user
 //! would make it writes all. A command that had ended with 0 has left everything on disk.
 
-use std::sync::Mutex;
-
 use crate::calls::Call;
-use crate::case::{Case, try_all};
+use crate::case::{Case, once, try_all};
 use crate::disk::{Disk, Kept};
 use crate::ground::{Error, Ground, emptied};
 use crate::kills::aftermath;
@@ -63,8 +61,8 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
 
 /// Records an undisturbed call.
 fn record<'a>(ground: &Ground, writer: &'a Writer) -> Result<Recorded<'a>, Error> {
-    let made = Mutex::new(None);
-    try_all(ground, "power", &format!("operations of {}", writer.name), 1, |case| {
+    let mut made = None;
+    once(ground, "power", &format!("operations of {}", writer.name), |case| {
         let before = writer.set_up(case)?;
         let mut disk = Disk::of(&case.folder)?;
         let call = Call::new(&case.ground.program, &case.folder, writer.arguments(0))?;
@@ -83,10 +81,10 @@ fn record<'a>(ground: &Ground, writer: &'a Writer) -> Result<Recorded<'a>, Error
             format!("{}\n{}", writer.name, compared(writer, &modelled))
         });
         let points = disk.points();
-        *made.lock().expect("one case alone") = Some(Recorded { writer, disk, before, points });
+        made = Some(Recorded { writer, disk, before, points });
         Ok(())
     })?;
-    let made = made.into_inner().expect("one case alone").ok_or("no call was recorded")?;
+    let made = made.ok_or("no call was recorded")?;
     say(&format!("  power: {}: {} states", writer.name, made.points.len() * KEPT.len()));
     Ok(made)
 }

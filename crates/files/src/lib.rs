@@ -34,7 +34,8 @@
 //! - [`Inputs`]: files that are never overwritten.
 //! - `lock`, `rename`: exclude other processes, and rename atomically.
 //! - [`FileSet`], in a `stage`: files that appear together or not at all.
-//! - [`open()`]: opens the inputs of commands, which must be files; [`ShortLines`] bounds their lines.
+//! - [`open()`]: opens the inputs of commands, which must be files; [`ShortLines`] bounds their lines; [`fill`] reads on
+//!   after a signal.
 //! - [`LockedFile`]: a file with a name known to others while it is written, such as an unfinished
 //!   run log; [`FolderLock`]: a folder that one process at a time writes into.
 
@@ -52,7 +53,7 @@ mod stage;
 
 pub use error::FileError;
 pub use inputs::{Inputs, partial_path};
-pub use lines::ShortLines;
+pub use lines::{ShortLines, fill};
 pub use locked_file::{FolderLock, LockedFile};
 pub use open::{NoFile, open, open_text, read};
 pub use place::is_taken;

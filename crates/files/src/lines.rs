@@ -1,10 +1,23 @@
 //! Bounds the length of lines in text files from outside.
 
-use std::io::{self, Read};
+use std::io::{self, BufRead, Read};
 
 /// Most bytes of a line. Rows of event tables have some hundred. Readers of CSV load a row whole
 /// before they look at it, and another kind of file may contain no line break at all.
 const LONGEST_BYTES: usize = 1 << 16;
+
+/// Fills the buffer of a source, again if a signal interrupts it; `fill_buf` then returns what is there.
+///
+/// # Errors
+/// If the source cannot be read.
+pub fn fill(source: &mut impl BufRead) -> io::Result<()> {
+    loop {
+        match source.fill_buf() {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            other => return other.map(drop),
+        }
+    }
+}
 
 /// Passes a source on, and fails at the first line that is too long.
 pub struct ShortLines<R> {

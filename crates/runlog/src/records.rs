@@ -100,18 +100,13 @@ impl Records {
                 return Ok(Some(record));
             }
             let record = match self.reader.next_event() {
-                None if self.source.read(&mut [0])? > 0 => {
+                None if read_some(&mut self.source, &mut [0])? > 0 => {
                     return Err(LogProblem::Misplaced("there is something after the end of the MCAP file"));
                 }
                 None => return Ok(None),
                 Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
                     let buffer = self.reader.insert(wanted.min(LONGEST_READ_BYTES));
-                    let read = loop {
-                        match self.source.read(buffer) {
-                            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                            other => break other?,
-                        }
-                    };
+                    let read = read_some(&mut self.source, buffer)?;
                     self.reader.notify_read(read);
                     continue;
                 }
@@ -194,5 +189,15 @@ impl Records {
         let mut start = Vec::new();
         self.source.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start)?;
         Ok(start)
+    }
+}
+
+/// Reads some bytes, again if a signal interrupts it.
+fn read_some(source: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match source.read(buffer) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            other => return other,
+        }
     }
 }

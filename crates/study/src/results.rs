@@ -9,6 +9,7 @@ use std::fmt;
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 
+use asperity_files::fill;
 use asperity_runlog::{RunReader, Topics};
 
 use crate::plan::{Plan, Row};
@@ -324,6 +325,8 @@ impl Results {
         }
         let [mut a, mut b] = [self.content(a)?, self.content(b)?];
         loop {
+            fill(&mut a)?;
+            fill(&mut b)?;
             let (x, y) = (a.fill_buf()?, b.fill_buf()?);
             let count = x.len().min(y.len());
             if count == 0 || x[..count] != y[..count] {

@@ -19,7 +19,7 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use asperity_files::{FileError, LockedFile, create_folder};
+use asperity_files::{FileError, LockedFile, create_folder, fill};
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Row;
@@ -232,6 +232,7 @@ impl Reader {
         }
         let mut read = first.len() as u64;
         loop {
+            fill(&mut content)?;
             let piece = content.fill_buf()?;
             if piece.is_empty() {
                 break;

@@ -261,7 +261,8 @@ impl<'a, R: BufRead> Stored<'a, R> {
             }
         }
         // Neither the decoder nor its source may have further bytes.
-        match self.lines.source().get_mut().get_mut().fill_buf() {
+        let source = self.lines.source().get_mut().get_mut();
+        match asperity_files::fill(source).and_then(|()| source.fill_buf()) {
             Ok([]) => Ok(()),
             Ok(_) => Err("more follows (accepted: one zstd frame)".to_owned()),
             Err(error) => Err(error.to_string()),

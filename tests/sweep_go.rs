@@ -47,7 +47,7 @@ fn a_folder_of_another_study_is_left_alone() {
     fs::create_dir(&full).expect("the folder can be written");
     fs::write(full.join("a.txt"), "mine").expect("the folder can be written");
     let (code, _, err) = sweep(&["go", text(&file), "-o", text(&full)]);
-    assert!(code == 2 && err.contains("is not empty"), "{code}: {err}");
+    assert!(code == 2 && err.contains("not an empty folder"), "{code}: {err}");
     assert_eq!(fs::read_dir(&full).expect("it is there").count(), 1);
 }
 

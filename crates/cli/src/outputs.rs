@@ -1,8 +1,9 @@
 //! Names of output files, and failures of writing them.
 
+use std::io;
 use std::path::Path;
 
-use asperity_files::{FileError, create_folder as create};
+use asperity_files::{FileError, create_folder as create, is_new_folder};
 
 use crate::exit::Failure;
 
@@ -52,6 +53,20 @@ pub(crate) fn refused(option: &str, error: &FileError, can_force: bool) -> Failu
         Failure::BadInput(format!("{option}{error} (accepted: {accepted})"))
     } else {
         Failure::failed(error)
+    }
+}
+
+/// Refuses a folder of `--out` that contains something.
+pub(crate) fn must_be_new(folder: &Path) -> Result<(), Failure> {
+    match is_new_folder(folder) {
+        Ok(true) => Ok(()),
+        Err(error) if error.kind() != io::ErrorKind::NotADirectory => {
+            Err(Failure::Failed(format!("--out {}: {error}", folder.display())))
+        }
+        _ => Err(Failure::BadInput(format!(
+            "--out {} exists already and is not an empty folder (accepted: a new or empty folder)",
+            folder.display()
+        ))),
     }
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
+use asperity_files::{Existing, FileSet, Inputs};
 use asperity_record::{Event, counted};
 use asperity_run::detectors::Settings;
 use asperity_run::{CODE_VERSION, Checked, Comparison, Observer, ReplayError, Replayed, check};
@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::args::ReplayArguments;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::{A_FOLDER, create_folder, fits, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, must_be_new, refused};
 use crate::progress::{Board, RunProgress};
 use crate::terminal::{self, Data};
 use crate::verdict_exit;
@@ -81,13 +81,7 @@ fn none_is_taken(runs: &[PathBuf], out: &Path) -> Result<(), Failure> {
         }
         names.push(name);
     }
-    if !is_new_folder(out).unwrap_or(false) {
-        return Err(Failure::BadInput(format!(
-            "--out {} exists already and is not an empty folder (accepted: a new or empty folder)",
-            out.display()
-        )));
-    }
-    Ok(())
+    must_be_new(out)
 }
 
 /// The record of a replay.

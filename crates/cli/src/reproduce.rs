@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use asperity_figures::draw as figures;
-use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
+use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
@@ -20,7 +20,7 @@ use asperity_tables::{TableFileError, summaries, table_file, tables};
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::named_runs::{Missing, Source, inputs, not_written};
-use crate::outputs::{A_FOLDER, fits, refused};
+use crate::outputs::{A_FOLDER, fits, must_be_new, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal::say;
@@ -35,12 +35,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let rules = PrecursorRules { min_blocks: arguments.min_blocks, merge_gap_s: arguments.merge_gap_s };
     rules.check().map_err(|error| Failure::BadInput(format!("--merge-gap-s: {error}")))?;
     fits("--out", out, "", A_FOLDER)?;
-    if !is_new_folder(out).unwrap_or(false) {
-        return Err(Failure::BadInput(format!(
-            "--out {} exists already and is not empty (accepted: a new or empty folder)",
-            out.display()
-        )));
-    }
+    must_be_new(out)?;
     let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
     let run = &arguments.run;
     let files = FileSet::new(Existing::Refuse, Inputs::of([run]));

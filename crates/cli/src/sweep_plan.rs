@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use asperity_files::{Inputs, is_new_folder};
+use asperity_files::Inputs;
 use asperity_model::Preview;
 use asperity_study::plan::FILE;
 use asperity_study::{Plan, PlanError, Study};
@@ -11,7 +11,7 @@ use asperity_study::{Plan, PlanError, Study};
 use crate::args::SweepPlanArguments;
 use crate::exit::Failure;
 use crate::given::{self, Taken};
-use crate::outputs::{A_FOLDER, create_folder, fits, refused};
+use crate::outputs::{A_FOLDER, create_folder, fits, must_be_new, refused};
 use crate::preview;
 use crate::progress::Board;
 use crate::study::runs;
@@ -85,13 +85,7 @@ pub(crate) fn planned(
 
 fn is_new(folder: &Path) -> Result<(), Failure> {
     fits("--out", folder, "", A_FOLDER)?;
-    if is_new_folder(folder).unwrap_or(false) {
-        return Ok(());
-    }
-    Err(Failure::BadInput(format!(
-        "--out {} exists already and is not empty (accepted: a new or empty folder)",
-        folder.display()
-    )))
+    must_be_new(folder)
 }
 
 fn resolved(

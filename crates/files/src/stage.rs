@@ -92,6 +92,8 @@ fn remove_leftovers(folder: &Path) {
 pub fn is_new_folder(path: &Path) -> io::Result<bool> {
     match fs::read_dir(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
+        // A signal came.
+        Err(error) if error.kind() == io::ErrorKind::Interrupted => is_new_folder(path),
         Err(error) => Err(error),
         Ok(entries) => {
             for entry in entries {

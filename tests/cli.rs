@@ -505,7 +505,7 @@ fn reduce_does_not_write_into_a_folder_in_use() {
     let log = folder.path().join("run.mcap");
     fs::write(&log, "").expect("the folder can be written");
     let stderr = fail(&["reduce", text(&log), "--out", text(folder.path())], 2);
-    assert!(stderr.contains("not empty"), "{stderr}");
+    assert!(stderr.contains("not an empty folder"), "{stderr}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::thread;
 
 use crate::calls::{Call, Outcome};
-use crate::ground::Error;
+use crate::ground::{Error, Ground};
 use crate::kernel::{Answer, Listener, Stopped, stop_at};
 
 /// The kinds of operations.
@@ -165,10 +165,15 @@ pub(crate) struct Supervised {
     pub(crate) past: Vec<String>,
 }
 
-/// Whether the kernel stops calls for us.
-pub(crate) fn is_possible() -> bool {
-    fs::read_to_string("/proc/sys/kernel/seccomp/actions_avail")
-        .is_ok_and(|actions| actions.split_whitespace().any(|action| action == "user_notif"))
+/// Whether the kernel stops calls for us; otherwise the attack is listed as not tried.
+pub(crate) fn is_possible(ground: &Ground, module: &'static str) -> bool {
+    let is_possible = fs::read_to_string("/proc/sys/kernel/seccomp/actions_avail")
+        .is_ok_and(|actions| actions.split_whitespace().any(|action| action == "user_notif"));
+    if !is_possible {
+        let reason = "the kernel does not stop calls for other processes".to_owned();
+        ground.tally.lock().expect("no case panics with it").skip(module, reason);
+    }
+    is_possible
 }
 
 /// Runs a command to its end; `decide` has the number of each operation, from 0. With `with_bytes`, it has what

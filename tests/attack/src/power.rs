@@ -22,9 +22,7 @@ struct Recorded<'a> {
 }
 
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
-    if !is_possible() {
-        let reason = "the kernel does not stop calls for other processes".to_owned();
-        ground.tally.lock().expect("no case panics with it").skip("power", reason);
+    if !is_possible(ground, "power") {
         return Ok(());
     }
     let of_studies = Writer::of_studies(ground)?;

@@ -36,6 +36,7 @@
 //! - [`FileSet`], in a `stage`: files that appear together or not at all.
 //! - [`open()`]: opens the inputs of commands, which must be files; [`ShortLines`] bounds their lines; [`fill`] reads on
 //!   after a signal.
+//! - [`UntilRefused`]: a writer that stops at the first refused write.
 //! - [`LockedFile`]: a file with a name known to others while it is written, such as an unfinished
 //!   run log; [`FolderLock`]: a folder that one process at a time writes into.
 
@@ -50,6 +51,7 @@ mod place;
 mod rename;
 mod set;
 mod stage;
+mod until_refused;
 
 pub use error::FileError;
 pub use inputs::{Inputs, partial_path};
@@ -60,6 +62,7 @@ pub use place::is_taken;
 pub use rename::Existing;
 pub use set::FileSet;
 pub use stage::is_new_folder;
+pub use until_refused::{Refusal, UntilRefused};
 
 use std::fs;
 use std::io;

@@ -127,7 +127,7 @@
 //! - `problem`: errors of reading and writing.
 //! - `messages`, `announced`, `metadata`, `digest`: the contents of the file as types.
 //! - `seal`: the records `chunk`: written through a tee, and verified while reading.
-//! - `write`: writes a log; `until_refused`: ends it where a write is refused; `unfinished`: the temporary name of a log until it is whole, and its
+//! - `write`: writes a log; `unfinished`: the temporary name of a log until it is whole, and its
 //!   lock.
 //! - `size`: upper bounds on the length of a log.
 //! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, with lengths checked
@@ -157,7 +157,6 @@ mod salvage;
 mod seal;
 mod size;
 mod unfinished;
-mod until_refused;
 mod versions;
 mod walk;
 mod write;

@@ -7,7 +7,7 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use asperity_files::Existing;
+use asperity_files::{Existing, UntilRefused};
 use asperity_record::{
     Checkpoint, Energy, Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, StepRecord,
 };
@@ -27,7 +27,6 @@ use crate::metadata;
 use crate::problem::WriteError;
 use crate::seal::{Sealer, Tee};
 use crate::unfinished::{Place, Unfinished};
-use crate::until_refused::UntilRefused;
 
 /// Work that a crash of the machine may lose.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);

@@ -154,8 +154,8 @@ impl MatchFile {
         start_threads().map_err(failed)?;
         let file = files.create(path)?;
         let metadata = parquet_checksum::metadata(&file).map_err(|error| failed(error.to_string()))?;
-        let out = ParquetOut::new(file);
-        let writer = ParquetWriter::new(out.writer().map_err(|error| failed(error.to_string()))?)
+        let (out, writer) = ParquetOut::begin(file).map_err(|error| failed(error.to_string()))?;
+        let writer = ParquetWriter::new(writer)
             .with_key_value_metadata(metadata)
             .batched(frame(&[], is_over_area)?.schema())
             .map_err(|error| failed(out.reason(&error)))?;

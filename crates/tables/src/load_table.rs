@@ -57,8 +57,7 @@ impl LoadTable {
         start_threads().map_err(|error| refused(&paths[1], &error))?;
         let file = files.create(&paths[1])?;
         let metadata = parquet_checksum::metadata(&file).map_err(|error| refused(&paths[1], &error))?;
-        let out = ParquetOut::new(file);
-        let writer = out.writer().map_err(|error| refused(&paths[1], &error))?;
+        let (out, writer) = ParquetOut::begin(file).map_err(|error| refused(&paths[1], &error))?;
         let parquet = parquet_tables::frame(&columns, &rows)
             .and_then(|empty| {
                 ParquetWriter::new(writer).with_key_value_metadata(metadata).batched(empty.schema())

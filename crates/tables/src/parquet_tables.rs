@@ -50,8 +50,8 @@ impl Format for Parquet {
                 (column.name.as_ref().into(), kind)
             })
             .collect();
-        let out = ParquetOut::new(file);
-        let writer = ParquetWriter::new(out.writer()?).batched(&schema);
+        let (out, writer) = ParquetOut::begin(file)?;
+        let writer = ParquetWriter::new(writer).batched(&schema);
         let writer = writer.map_err(|error| refused(&out, &error))?;
         Ok(Box::new(ParquetTable { out, writer, layout: layout.clone() }))
     }

@@ -37,8 +37,8 @@ fn write_parquet(file: File, table: &mut DataFrame) -> Result<(), String> {
     start_threads()?;
     let in_words = |error: io::Error| error.to_string();
     let metadata = parquet_checksum::metadata(&file).map_err(in_words)?;
-    let out = ParquetOut::new(file);
-    let writer = ParquetWriter::new(out.writer().map_err(in_words)?).with_key_value_metadata(metadata);
+    let (out, writer) = ParquetOut::begin(file).map_err(in_words)?;
+    let writer = ParquetWriter::new(writer).with_key_value_metadata(metadata);
     writer.finish(table).map_err(|error| out.reason(&error))?;
     out.seal().map(drop).map_err(in_words)
 }

@@ -1,22 +1,41 @@
 //! A writer that writes nothing more once a write was refused.
 
 use std::io::{self, Seek, SeekFrom, Write};
+use std::sync::{Arc, OnceLock};
 
-/// Passes writes on until one fails. Without it, what the MCAP library and the buffer still write when they are
-/// dropped would follow the gap of the failed write, if there is room again by then: a log with a hole, from
-/// which no run can resume. So the log ends where the failed write began, or within it.
-pub(crate) struct UntilRefused<W> {
+/// Passes writes on until one fails, and keeps the reason.
+///
+/// Without it, what a library and its buffer still write when they are dropped would follow the gap of the failed
+/// write, if there is room again by then: a log with a hole, from which no run can resume.
+pub struct UntilRefused<W> {
     file: W,
-    refused: Option<(io::ErrorKind, String)>,
+    refusal: Refusal,
+}
+
+/// The reason of the first refused write, also for whom the library tells another.
+#[derive(Debug, Clone, Default)]
+pub struct Refusal(Arc<OnceLock<(io::ErrorKind, String)>>);
+
+impl Refusal {
+    /// The reason, if a write was refused.
+    pub fn reason(&self) -> Option<&str> {
+        self.0.get().map(|(_, why)| why.as_str())
+    }
 }
 
 impl<W> UntilRefused<W> {
-    pub(crate) fn new(file: W) -> UntilRefused<W> {
-        UntilRefused { file, refused: None }
+    /// Wraps a file.
+    pub fn new(file: W) -> UntilRefused<W> {
+        UntilRefused { file, refusal: Refusal::default() }
+    }
+
+    /// Where the reason will be.
+    pub fn refusal(&self) -> Refusal {
+        self.refusal.clone()
     }
 
     fn check(&self) -> io::Result<()> {
-        match &self.refused {
+        match self.refusal.0.get() {
             Some((kind, why)) => Err(io::Error::new(*kind, why.clone())),
             None => Ok(()),
         }
@@ -28,7 +47,7 @@ impl<W: Write> Write for UntilRefused<W> {
         self.check()?;
         self.file.write(bytes).inspect_err(|error| {
             if error.kind() != io::ErrorKind::Interrupted {
-                self.refused = Some((error.kind(), error.to_string()));
+                self.refusal.0.get_or_init(|| (error.kind(), error.to_string()));
             }
         })
     }
@@ -82,6 +101,7 @@ mod tests {
             assert_eq!(writer.write_all(b"c").unwrap_err().kind(), io::ErrorKind::StorageFull);
         }
         writer.flush().unwrap_err();
+        assert!(writer.refusal().reason().is_some());
         assert_eq!(writer.file.bytes, b"ab");
     }
 }

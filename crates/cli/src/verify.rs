@@ -1,6 +1,6 @@
 //! `asperity verify-solver`: compares the solvers of each run's law, or the adaptive one at two tolerances.
 
-use std::fs;
+use std::fs::DirEntry;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -99,11 +99,8 @@ fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
             path.display()
         ))
     };
-    let entries = fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
-    let mut paths: Vec<PathBuf> = entries
-        .map(|entry| entry.map(|entry| entry.path()))
-        .collect::<Result<_, _>>()
-        .map_err(|error| unreadable(folder, &error))?;
+    let entries = asperity_files::entries(folder).map_err(|error| unreadable(folder, &error))?;
+    let mut paths: Vec<PathBuf> = entries.iter().map(DirEntry::path).collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "json"));
     paths.sort();
     paths

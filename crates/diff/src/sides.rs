@@ -1,6 +1,7 @@
 //! Finds the runs of each side, and pairs them.
 
 use std::collections::BTreeMap;
+use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -200,9 +201,8 @@ impl Files {
 /// The files of a folder, by name.
 fn files_in(folder: &Path) -> Result<Vec<PathBuf>, SideError> {
     let failed = |error: std::io::Error| SideError::Io { path: folder.to_owned(), error };
-    let mut files = std::fs::read_dir(folder)
-        .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<PathBuf>, _>>())
-        .map_err(failed)?;
+    let entries = asperity_files::entries(folder).map_err(failed)?;
+    let mut files: Vec<PathBuf> = entries.iter().map(DirEntry::path).collect();
     files.retain(|file| file.is_file());
     files.sort();
     Ok(files)

@@ -5,7 +5,7 @@
 //! since another process may have replaced the file; the open in between does not block.
 
 use std::fmt;
-use std::fs::{self, File, FileType};
+use std::fs::{self, DirEntry, File, FileType};
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -85,6 +85,19 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+/// The entries of a folder, read again if a signal interrupts it.
+///
+/// # Errors
+/// If it is no folder, or the system refuses.
+pub fn entries(folder: &Path) -> io::Result<Vec<DirEntry>> {
+    loop {
+        match fs::read_dir(folder).and_then(Iterator::collect) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            entries => return entries,
+        }
+    }
 }
 
 /// Opens a text that is read once, front to back: a file, or a stream that was already open when

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::identity::Identity;
 use crate::lock::{Lock, open_folder, try_lock};
+use crate::open::entries;
 
 /// The prefix of such a folder's name; random letters and digits follow.
 const PREFIX: &str = ".asperity-";
@@ -90,19 +91,9 @@ fn remove_leftovers(folder: &Path) {
 /// # Errors
 /// If something other than a folder is there, or the system refuses.
 pub fn is_new_folder(path: &Path) -> io::Result<bool> {
-    match fs::read_dir(path) {
+    match entries(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
-        // A signal came.
-        Err(error) if error.kind() == io::ErrorKind::Interrupted => is_new_folder(path),
-        Err(error) => Err(error),
-        Ok(entries) => {
-            for entry in entries {
-                if !is_name(&entry?.file_name()) {
-                    return Ok(false);
-                }
-            }
-            Ok(true)
-        }
+        entries => Ok(entries?.iter().all(|entry| is_name(&entry.file_name()))),
     }
 }
 

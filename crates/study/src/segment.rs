@@ -300,10 +300,9 @@ pub fn all(folder: &Path) -> io::Result<Vec<PathBuf>> {
 
 /// The entries of a folder; none if it does not exist.
 pub(crate) fn entries(folder: &Path) -> io::Result<Vec<DirEntry>> {
-    match fs::read_dir(folder) {
-        Ok(entries) => entries.collect(),
+    match asperity_files::entries(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
-        Err(error) => Err(error),
+        entries => entries,
     }
 }
 

@@ -5,9 +5,11 @@
 //! Operations are counted in the kernel (`kernel.rs`): one that could change a file and is not counted is a
 //! failure by itself.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::calls::{Call, Outcome};
 use crate::case::{Case, once, try_all};
@@ -18,7 +20,7 @@ use crate::tally::say;
 use crate::writers::{INPUTS, Writer, Written, compared, found, prepare};
 
 /// What happens to an operation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Fault {
     fate: Fate,
     /// Whether all operations of its kind fail from then on, as on a full disk.
@@ -26,7 +28,7 @@ struct Fault {
 }
 
 /// A fault of one operation of a command.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 struct Point {
     /// Of the command in its list.
     command: usize,
@@ -34,6 +36,8 @@ struct Point {
     number: usize,
     kind: Kind,
     fault: Fault,
+    /// Of the name of the file.
+    ending: OsString,
 }
 
 /// Commands that print what they read.
@@ -54,9 +58,6 @@ const FOREIGN: [&str; 4] =
 /// A folder as the command makes them, of another process.
 const LIVING: &str = ".asperity-aLiving1";
 
-/// Of long series of equal operations, as of reads, no more than this many are tried.
-const MOST_OF_A_KIND: usize = 60;
-
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     if !is_possible(ground, "faults") {
         return Ok(());
@@ -69,10 +70,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
             counted(ground, writer.name, writer.arguments(0), |case| writer.set_up(case).map(drop))?;
         points.extend(points_of(command, &operations));
     }
-    say(&format!("  faults: {} faults of {} writing commands", points.len(), writers.len()));
-    let chosen = ground.some_of(points.len(), ground.size.faults);
-    try_all(ground, "faults", "writing commands", chosen.len(), |case| {
-        let point = &points[chosen[case.number]];
+    try_some(ground, "writing commands", &points, ground.size.faults, |case, point| {
         in_writer(case, writers[point.command], point)
     })?;
     let mut points = Vec::new();
@@ -80,12 +78,38 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
         let set_up = |case: &mut Case<'_>| prepare(case.ground, &case.folder);
         points.extend(points_of(command, &counted(ground, arguments[0], arguments, set_up)?));
     }
-    say(&format!("  faults: {} faults of {} printing commands", points.len(), READERS.len()));
-    let chosen = ground.some_of(points.len(), ground.size.faults / 4);
-    try_all(ground, "faults", "printing commands", chosen.len(), |case| {
-        let point = &points[chosen[case.number]];
+    try_some(ground, "printing commands", &points, ground.size.faults / 4, |case, point| {
         in_reader(case, READERS[point.command], point)
     })
+}
+
+/// Tries some of the faults, of every kind on every kind of file. `attempt` returns whether the call came to the
+/// operation: a log is written by several threads, and has some writes more or fewer from call to call.
+fn try_some(
+    ground: &Ground,
+    part: &str,
+    points: &[Point],
+    some: usize,
+    attempt: impl Fn(&mut Case<'_>, &Point) -> Result<bool, Error> + Sync,
+) -> Result<(), Error> {
+    let kinds: Vec<_> = points.iter().map(|point| (point.kind, point.fault, &point.ending)).collect();
+    let chosen = ground.some_of_each(&kinds, some);
+    let different = kinds.iter().collect::<BTreeSet<_>>().len();
+    let all = points.len();
+    say(&format!("  faults: {part}: {all} faults of {different} kinds; {} are tried", chosen.len()));
+    let missed = AtomicUsize::new(0);
+    try_all(ground, "faults", part, chosen.len(), |case| {
+        if !attempt(case, &points[chosen[case.number]])? {
+            missed.fetch_add(1, Ordering::Relaxed);
+        }
+        Ok(())
+    })?;
+    let missed = missed.into_inner();
+    say(&format!("  faults: {part}: {missed} calls ended before they came to the operation"));
+    if missed > chosen.len() / 10 {
+        return Err("more than a tenth of the calls did not come to the fault".into());
+    }
+    Ok(())
 }
 
 /// Lists the operations of an undisturbed call; prints how many there are of each kind.
@@ -94,13 +118,13 @@ fn counted(
     name: &str,
     arguments: &[&str],
     set_up: impl Fn(&mut Case<'_>) -> Result<(), Error>,
-) -> Result<Vec<Kind>, Error> {
-    let mut kinds = Vec::new();
+) -> Result<Vec<Operation>, Error> {
+    let mut operations = Vec::new();
     once(ground, "faults", &format!("operations of {name}"), |case| {
         set_up(case)?;
         let call = Call::new(&case.ground.program, &case.folder, arguments)?;
         let supervised = supervise(call, &case.folder, false, |_, operation| {
-            kinds.push(operation.kind);
+            operations.push(operation.clone());
             Fate::Proceeds
         })?;
         case.must_end_well(&supervised.outcome);
@@ -110,29 +134,25 @@ fn counted(
         Ok(())
     })?;
     let mut counts = BTreeMap::new();
-    kinds.iter().for_each(|kind| *counts.entry(*kind).or_insert(0) += 1);
+    operations.iter().for_each(|operation| *counts.entry(operation.kind).or_insert(0) += 1);
     let counts: Vec<String> = counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
-    say(&format!("  faults: {name}: {} operations: {}", kinds.len(), counts.join(", ")));
-    Ok(kinds)
+    say(&format!("  faults: {name}: {} operations: {}", operations.len(), counts.join(", ")));
+    Ok(operations)
 }
 
-fn points_of(command: usize, kinds: &[Kind]) -> Vec<Point> {
-    let mut points = Vec::new();
-    let mut before = BTreeMap::new();
-    for (number, kind) in kinds.iter().enumerate() {
-        let all = kinds.iter().filter(|other| *other == kind).count();
-        let place = before.entry(*kind).or_insert(0usize);
-        *place += 1;
-        // Evenly over the series.
-        if (*place - 1) * MOST_OF_A_KIND / all.max(MOST_OF_A_KIND)
-            == *place * MOST_OF_A_KIND / all.max(MOST_OF_A_KIND)
-        {
-            continue;
-        }
-        let of = |fault| Point { command, number, kind: *kind, fault };
-        points.extend(faults(*kind).into_iter().map(of));
-    }
-    points
+fn points_of(command: usize, operations: &[Operation]) -> Vec<Point> {
+    let of = |(number, operation): (usize, &Operation)| {
+        let ending = operation.path.extension().unwrap_or_default().to_owned();
+        let kind = operation.kind;
+        faults(kind).into_iter().map(move |fault| Point {
+            command,
+            number,
+            kind,
+            fault,
+            ending: ending.clone(),
+        })
+    };
+    operations.iter().enumerate().flat_map(of).collect()
 }
 
 /// What can happen to an operation of a kind.
@@ -215,7 +235,7 @@ fn with_fault(
     Ok((supervised.outcome, hit))
 }
 
-fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<(), Error> {
+fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<bool, Error> {
     let before = writer.set_up(case)?;
     let folder = case.folder.clone();
     for name in FOREIGN {
@@ -232,7 +252,7 @@ fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<(), 
     let inputs = found(&folder.join(INPUTS))?.written;
     let (outcome, hit) = with_fault(case, writer.arguments(0), point)?;
     let fault = point.fault;
-    let Some(hit) = hit else { return Ok(()) };
+    let Some(hit) = hit else { return Ok(false) };
     let what = format!("{} {}", point.kind, fault.words());
     let name = writer.name;
     let written = found_without_foreign(&folder)?;
@@ -273,7 +293,8 @@ fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<(), 
     drop(lock);
     fs::remove_dir_all(living).ok();
     FOREIGN.iter().try_for_each(|name| remove_foreign(&folder, name))?;
-    aftermath(case, writer, &before, &what)
+    aftermath(case, writer, &before, &what)?;
+    Ok(true)
 }
 
 fn remove_foreign(folder: &Path, name: &str) -> Result<(), Error> {
@@ -312,11 +333,11 @@ fn says(
     }
 }
 
-fn in_reader(case: &mut Case<'_>, arguments: &[&str], point: &Point) -> Result<(), Error> {
+fn in_reader(case: &mut Case<'_>, arguments: &[&str], point: &Point) -> Result<bool, Error> {
     prepare(case.ground, &case.folder)?;
     let alone = case.call(arguments)?;
     let (outcome, hit) = with_fault(case, arguments, point)?;
-    let Some(hit) = hit else { return Ok(()) };
+    let Some(hit) = hit else { return Ok(false) };
     let fault = point.fault;
     let name = arguments.join(" ");
     let what = format!("{} {}", point.kind, fault.words());
@@ -339,5 +360,5 @@ fn in_reader(case: &mut Case<'_>, arguments: &[&str], point: &Point) -> Result<(
         );
         says(case, &name, &what, point, &outcome, told);
     }
-    Ok(())
+    Ok(true)
 }

@@ -1,6 +1,7 @@
 //! The basis of all attacks: the built command, a working folder, genuine logs, and the seed of all random
 //! choices.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -198,14 +199,31 @@ impl Ground {
         logs_in(&self.logs.join("chapter5/runs"))
     }
 
-    /// A random choice of `some` cases; all of them in a full attack.
+    /// Some of the cases, by chance; all of them in a full round.
     pub(crate) fn some_of(&self, cases: usize, some: usize) -> Vec<usize> {
-        let mut left: Vec<usize> = (0..cases).collect();
-        let mut random = Random::new(self.seed);
-        while !self.size.full && left.len() > some {
-            left.swap_remove(random.below(left.len() as u64) as usize);
+        self.some_of_each(&vec![(); cases], some)
+    }
+
+    /// Some of the cases, given the kind of each: by chance, and one of every kind before a second of any. In a
+    /// full round, all of them.
+    pub(crate) fn some_of_each<Kind: Ord>(&self, kinds: &[Kind], some: usize) -> Vec<usize> {
+        let mut cases: Vec<usize> = (0..kinds.len()).collect();
+        if self.size.full {
+            return cases;
         }
-        left
+        let mut random = Random::new(self.seed);
+        for last in (1..cases.len()).rev() {
+            cases.swap(last, random.below(last as u64 + 1) as usize);
+        }
+        let mut before = BTreeMap::new();
+        let mut ranked: Vec<(usize, usize)> = Vec::new();
+        for case in cases {
+            let rank = before.entry(&kinds[case]).or_insert(0);
+            ranked.push((*rank, case));
+            *rank += 1;
+        }
+        ranked.sort_by_key(|(rank, _)| *rank);
+        ranked.into_iter().take(some).map(|(_, case)| case).collect()
     }
 
     /// When an attack of several parts leaves the rest of its time to the next part.

@@ -78,7 +78,7 @@ impl fmt::Display for Operation {
 }
 
 /// What becomes of an operation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Fate {
     Proceeds,
     /// It is not made, and fails with this error of the system.

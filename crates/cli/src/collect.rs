@@ -75,7 +75,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
         made.paths.iter().try_for_each(|path| say(path.display()))?;
         #[cfg(feature = "analysis")]
         {
-            beside = self::beside(&plan, folder, made.claimed);
+            beside = self::beside(&plan, folder, made.claimed)?;
         }
     }
     let counts = results.counts();
@@ -110,21 +110,22 @@ pub(crate) fn of_grid(
     let study = Study { plan, inputs: Inputs::of([folder.join(FILE)]), board };
     let tables = folder.join(TABLES);
     let made = study.tables_and_figures(&results, &tables, &[&Csv, &Parquet], folder, provenance)?;
-    Ok(beside(plan, folder, made.claimed))
+    beside(plan, folder, made.claimed)
 }
 
 /// The tables and figures of runs over axes, which accompany the outputs of named runs.
 #[cfg(feature = "analysis")]
-fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Beside {
+fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Result<Beside, Failure> {
     let of_grid = [RUNS, EventKind::of::<SlipEvent>().table, EventKind::of::<Rupture>().table];
     let is_of_grid =
         |path: &PathBuf| path.file_stem().is_some_and(|stem| of_grid.iter().any(|name| stem == *name));
-    let mut files = study_page::tables_in(folder);
+    let mut files = study_page::tables_in(folder)?;
     files.retain(is_of_grid);
     files.sort();
     let figures = &plan.common.figures;
     files.extend(figures.iter().flat_map(|figure| files_of(&folder.join(FIGURES).join(&figure.file))));
-    Beside { figures: figures.iter().map(|figure| study_page::shown(plan, figure)).collect(), files, claimed }
+    let figures = figures.iter().map(|figure| study_page::shown(plan, figure)).collect();
+    Ok(Beside { figures, files, claimed })
 }
 
 #[cfg(feature = "analysis")]
@@ -312,12 +313,12 @@ fn write_page(
         written.iter().filter(|path| !path.starts_with(&figures.folder)).cloned().collect();
     if tables.is_empty() {
         // Only figures are redrawn; the page links to the existing tables.
-        tables = study_page::tables_in(page.parent().unwrap_or(Path::new("")));
+        tables = study_page::tables_in(page.parent().unwrap_or(Path::new("")))?;
     }
     let read = |file: &str| {
-        let path = figures.folder.join(file.strip_prefix("figures/")?);
+        let path = figures.folder.join(file.strip_prefix("figures/").unwrap_or(file));
         // The existing file, if it is not redrawn.
-        asperity_files::read(&files.begun(&path).unwrap_or(path)).ok()
+        asperity_files::read_if_there(&files.begun(&path).unwrap_or(path))
     };
     let shown = Shown {
         figures: figures.all,
@@ -326,8 +327,8 @@ fn write_page(
         way: "",
         provenance: figures.provenance,
     };
-    let html = study_page::page(plan, counts, rows, shown, &read).html();
-    files.write(page, html).map_err(Failure::failed)
+    let shown = study_page::page(plan, counts, rows, shown, &read).map_err(Failure::failed)?;
+    files.write(page, shown.html()).map_err(Failure::failed)
 }
 
 /// The origin of the tables: the first run represents all, except for the axes.

@@ -220,8 +220,9 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     })?;
     let claims =
         if recorded.files.iter().any(|file| file == CLAIMS) { claims_in(folder)? } else { Vec::new() };
-    let read = |file: &str| asperity_files::read(&folder.join(file)).ok();
-    Ok(Study::of(&contents, &recorded.files, runs, claims, &read, !arguments.no_provenance))
+    let read = |file: &str| asperity_files::read_if_there(&folder.join(file));
+    Study::of(&contents, &recorded.files, runs, claims, &read, !arguments.no_provenance)
+        .map_err(Failure::failed)
 }
 
 /// A study among several.

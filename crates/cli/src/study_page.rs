@@ -1,15 +1,15 @@
 //! The page of a parameter study.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
+use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
 use asperity_figures::Place;
-use asperity_files::{FileSet, ShortLines};
+use asperity_files::{FileError, FileSet, ShortLines};
 use asperity_numbers::claim::{self, Claim};
 use asperity_record::{Cell, Column};
 use asperity_report::{
-    Entry, Figure, Link, Shown as FigureShown, Sweep, UNNAMED, encoded, files_of_picture, picture,
+    Entry, Figure, Link, ReadFile, Shown as FigureShown, Sweep, UNNAMED, encoded, files_of_picture, picture,
 };
 use asperity_study::results::Counts;
 use asperity_study::{Keep, Observer, Plan, RUNS, collect, segment};
@@ -100,14 +100,14 @@ pub(crate) struct Shown<'a> {
     pub(crate) provenance: bool,
 }
 
-/// Formats the page of a study; `read` returns the contents of a figure's file.
+/// The page of a study; `read` reads figures.
 pub(crate) fn page(
     plan: &Plan,
     counts: Counts,
     rows: Rows,
     shown: Shown<'_>,
-    read: &dyn Fn(&str) -> Option<Vec<u8>>,
-) -> Sweep {
+    read: &ReadFile<'_, FileError>,
+) -> Result<Sweep, FileError> {
     let varied = plan.common.keys.iter().enumerate().map(|(n, key)| {
         let mut values: Vec<String> = Vec::new();
         let mut known = BTreeSet::new();
@@ -126,10 +126,12 @@ pub(crate) fn page(
     });
     let figures = shown.figures.iter().map(|figure| {
         let FigureShown { file, title, caption, runs } = self::shown(plan, figure);
-        Figure { picture: picture(&file, read), path: format!("{}{file}", shown.way), title, caption, runs }
+        let picture = picture(&file, read)?;
+        Ok(Figure { picture, path: format!("{}{file}", shown.way), title, caption, runs })
     });
+    let figures = figures.collect::<Result<_, FileError>>()?;
     let accepted = plan.rows.iter().find(|row| row.refused.is_none());
-    Sweep {
+    Ok(Sweep {
         title: plan.common.title.clone(),
         scenario: accepted.and_then(|row| plan.resolve(row).ok()),
         varied: varied.collect(),
@@ -137,7 +139,7 @@ pub(crate) fn page(
         columns: rows.columns,
         rows: rows.rows,
         row_count: rows.count,
-        figures: figures.collect(),
+        figures,
         maps: maps(shown.figures).collect(),
         folder: match shown.way.trim_end_matches('/') {
             "" => ".".to_owned(),
@@ -149,7 +151,7 @@ pub(crate) fn page(
         claims: shown.claims,
         links: shown.links,
         code_version: shown.provenance.then(|| plan.common.code_version.clone()),
-    }
+    })
 }
 
 /// A figure of the tables of runs over axes, as a page shows it.
@@ -212,12 +214,12 @@ pub(crate) fn of_folder(
     board: &Board,
 ) -> Result<String, Failure> {
     let (plan, results) = study::read_for_tables(folder)?;
-    let tables = tables_in(folder);
+    let tables = tables_in(folder)?;
     files.add_inputs(inputs(folder, &plan)?).map_err(|error| refused("--out", &error, true))?;
     let mut rows = Rows::of(&plan);
     let (counts, _) = collect(&plan, &results, files, folder, &[], &mut rows).map_err(Failure::failed)?;
     board.line(&study::in_words(&plan, counts));
-    let read = |file: &str| asperity_files::read(&folder.join(file)).ok();
+    let read = |file: &str| asperity_files::read_if_there(&folder.join(file));
     let shown = Shown {
         figures: &plan.common.figures,
         claims: claims_in(folder)?,
@@ -225,14 +227,14 @@ pub(crate) fn of_folder(
         way: &relative_link(&arguments.out, folder),
         provenance: !arguments.no_provenance,
     };
-    Ok(page(&plan, counts, rows, shown, &read).html())
+    Ok(page(&plan, counts, rows, shown, &read).map_err(Failure::failed)?.html())
 }
 
 /// The files of a study that a page uses or links to: plan, results, tables and pictures.
 fn inputs(folder: &Path, plan: &Plan) -> Result<Vec<PathBuf>, Failure> {
     let mut inputs = segment::all(folder).map_err(|error| study::unreadable(folder, &error))?;
     inputs.push(folder.join(asperity_study::plan::FILE));
-    inputs.extend(tables_in(folder));
+    inputs.extend(tables_in(folder)?);
     let pictures = plan.common.figures.iter().flat_map(|figure| files_of_picture(&figure.file));
     inputs.extend(pictures.map(|file| folder.join("figures").join(file)));
     Ok(inputs)
@@ -279,8 +281,12 @@ pub(crate) fn claims_in(folder: &Path) -> Result<Vec<Claim>, Failure> {
 }
 
 /// The tables in the folder of a study.
-pub(crate) fn tables_in(folder: &Path) -> Vec<PathBuf> {
-    let has_one = |path: &PathBuf| path.extension().is_some_and(|end| end == "csv" || end == "parquet");
-    let entries = fs::read_dir(folder.join("tables")).into_iter().flatten().filter_map(Result::ok);
-    entries.map(|entry| entry.path()).filter(has_one).collect()
+pub(crate) fn tables_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let tables = folder.join("tables");
+    if !tables.is_dir() {
+        return Ok(Vec::new());
+    }
+    let entries = asperity_files::entries(&tables).map_err(|error| study::unreadable(&tables, &error))?;
+    let is_one = |path: &PathBuf| path.extension().is_some_and(|end| end == "csv" || end == "parquet");
+    Ok(entries.iter().map(DirEntry::path).filter(is_one).collect())
 }

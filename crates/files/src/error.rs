@@ -47,6 +47,14 @@ pub enum FileError {
         /// The reason.
         error: io::Error,
     },
+    /// A file that belongs to an output could not be read.
+    #[error("failed to read {}: {error}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        error: io::Error,
+    },
     /// The system call failed.
     #[error("failed to write {}: {error}", path.display())]
     Io {

@@ -57,7 +57,7 @@ pub use error::FileError;
 pub use inputs::{Inputs, partial_path};
 pub use lines::{ShortLines, fill};
 pub use locked_file::{FolderLock, LockedFile};
-pub use open::{NoFile, entries, open, open_text, read};
+pub use open::{NoFile, entries, open, open_text, read, read_if_there};
 pub use place::is_taken;
 pub use rename::Existing;
 pub use set::FileSet;

@@ -9,6 +9,8 @@ use std::fs::{self, DirEntry, File, FileType};
 use std::io::{self, Read};
 use std::path::Path;
 
+use crate::error::FileError;
+
 /// The target of a path that is no file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoFile {
@@ -85,6 +87,22 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+/// Reads all bytes of a file if there is one: None if nothing has the name, or something else than a file.
+///
+/// # Errors
+/// If the system refuses.
+pub fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>, FileError> {
+    let is_none = |error: &io::Error| {
+        let nothing = [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory];
+        nothing.contains(&error.kind()) || NoFile::of(error).is_some()
+    };
+    match read(path) {
+        Err(error) if is_none(&error) => Ok(None),
+        Err(error) => Err(FileError::Read { path: path.to_owned(), error }),
+        Ok(bytes) => Ok(Some(bytes)),
+    }
 }
 
 /// The entries of a folder, read again if a signal interrupts it.

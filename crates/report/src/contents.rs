@@ -106,10 +106,15 @@ pub fn files_of_picture(png: &str) -> [String; 2] {
     [format!("{stem}.svg"), png.to_owned()]
 }
 
+/// Returns the contents of a file of a folder, given its path there; None if there is no such file.
+pub type ReadFile<'a, E> = dyn Fn(&str) -> Result<Option<Vec<u8>>, E> + 'a;
+
 /// The picture of a figure: SVG if there is one beside the PNG and it has no more than 600 kB, else PNG.
-/// `read` returns the contents of a file, if it exists. Files that are no pictures are not shown, since the
-/// name may be a link to anything.
-pub fn picture(file: &str, read: &dyn Fn(&str) -> Option<Vec<u8>>) -> Picture {
+/// Files that are no pictures are not shown, since the name may be a link to anything.
+///
+/// # Errors
+/// That of `read`.
+pub fn picture<E>(file: &str, read: &ReadFile<'_, E>) -> Result<Picture, E> {
     let [svg, png] = files_of_picture(file);
     let is_svg = |bytes: &Vec<u8>| {
         let text = std::str::from_utf8(bytes).unwrap_or_default();
@@ -118,22 +123,25 @@ pub fn picture(file: &str, read: &dyn Fn(&str) -> Option<Vec<u8>>) -> Picture {
         bytes.len() <= SVG_MOST && root.trim_start().starts_with("<svg ")
     };
     let is_png = |bytes: &Vec<u8>| bytes.starts_with(b"\x89PNG\r\n\x1a\n");
-    match read(&svg).filter(is_svg) {
+    Ok(match read(&svg)?.filter(is_svg) {
         Some(svg) => Picture::Svg(svg),
-        None => read(&png).filter(is_png).map_or(Picture::None, Picture::Png),
-    }
+        None => read(&png)?.filter(is_png).map_or(Picture::None, Picture::Png),
+    })
 }
 
 impl Study {
     /// The page of a folder: `runs` without links, `files` of its record, and `read` for their contents.
-    pub fn of(
+    ///
+    /// # Errors
+    /// That of `read`.
+    pub fn of<E>(
         contents: &Contents,
         files: &[String],
         mut runs: Vec<Run>,
         claims: Vec<Claim>,
-        read: &dyn Fn(&str) -> Option<Vec<u8>>,
+        read: &ReadFile<'_, E>,
         provenance: bool,
-    ) -> Study {
+    ) -> Result<Study, E> {
         let name = |file: &str| file.rsplit('/').next().unwrap_or_default().to_owned();
         let tables: Vec<&String> = files.iter().filter(|file| file.starts_with("tables/")).collect();
         let is_of = |file: &str, run: &Run| {
@@ -153,14 +161,17 @@ impl Study {
         let mut links: Vec<Link> =
             of_several.map(|file| Link { path: encoded(file.as_bytes()), words: name(file) }).collect();
         links.sort();
-        let figures = contents.figures.iter().map(|shown| Figure {
-            path: encoded(shown.file.as_bytes()),
-            title: shown.title.clone(),
-            caption: shown.caption.clone(),
-            runs: shown.runs.clone(),
-            picture: picture(&shown.file, read),
+        let figures = contents.figures.iter().map(|shown| {
+            Ok(Figure {
+                path: encoded(shown.file.as_bytes()),
+                title: shown.title.clone(),
+                caption: shown.caption.clone(),
+                runs: shown.runs.clone(),
+                picture: picture(&shown.file, read)?,
+            })
         });
-        Study { title: contents.title.clone(), figures: figures.collect(), runs, claims, links, provenance }
+        let figures = figures.collect::<Result<_, E>>()?;
+        Ok(Study { title: contents.title.clone(), figures, runs, claims, links, provenance })
     }
 
     /// Puts the way from the page's folder to the study's before all links.
@@ -183,24 +194,26 @@ pub fn encoded(path: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Recorded, SVG_MOST, encoded, picture};
+    use super::{ReadFile, Recorded, SVG_MOST, encoded, picture};
     use crate::figures::Picture;
 
     const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 
     #[test]
     fn a_figure_is_shown_as_svg_where_that_is_small() {
+        let shown = |read: &ReadFile<'_, &'static str>| picture("figures/a.png", read);
         let both = |svg: usize| {
             let head = b"<?xml version=\"1.0\"?>\n<svg ";
             let svg = [head.to_vec(), vec![b' '; svg - head.len()]].concat();
-            move |file: &str| Some(if file.ends_with(".svg") { svg.clone() } else { PNG.to_vec() })
+            move |file: &str| Ok(Some(if file.ends_with(".svg") { svg.clone() } else { PNG.to_vec() }))
         };
-        assert!(matches!(picture("figures/a.png", &both(99)), Picture::Svg(_)));
-        assert!(matches!(picture("figures/a.png", &both(SVG_MOST)), Picture::Svg(_)));
-        assert_eq!(picture("figures/a.png", &both(SVG_MOST + 1)), Picture::Png(PNG.to_vec()));
-        assert_eq!(picture("figures/a.png", &|_| None), Picture::None);
+        assert!(matches!(shown(&both(99)), Ok(Picture::Svg(_))));
+        assert!(matches!(shown(&both(SVG_MOST)), Ok(Picture::Svg(_))));
+        assert_eq!(shown(&both(SVG_MOST + 1)), Ok(Picture::Png(PNG.to_vec())));
+        assert_eq!(shown(&|_| Ok(None)), Ok(Picture::None));
+        assert_eq!(shown(&|_| Err("unreadable")), Err("unreadable"));
         // Any other file with such a name.
-        assert_eq!(picture("figures/a.png", &|_| Some(b"PRETTY_NAME=\"x\"".to_vec())), Picture::None);
+        assert_eq!(shown(&|_| Ok(Some(b"PRETTY_NAME=\"x\"".to_vec()))), Ok(Picture::None));
     }
 
     #[test]

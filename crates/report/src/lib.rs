@@ -54,7 +54,7 @@ mod symbols;
 mod verdict;
 
 pub use claims::Score;
-pub use contents::{Contents, Recorded, RecordedRun, Shown, encoded, files_of_picture, picture};
+pub use contents::{Contents, ReadFile, Recorded, RecordedRun, Shown, encoded, files_of_picture, picture};
 pub use figures::{Figure, Picture, data_url};
 pub use index::{Entry, index};
 pub use page_collector::{Collected, Limits, PageCollector};

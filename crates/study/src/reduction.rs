@@ -331,9 +331,9 @@ impl<'a> Reduction<'a> {
         let written: Vec<String> = written().map(from_folder).collect();
         let read = |file: &str| {
             let path = out.join(file);
-            asperity_files::read(&files.begun(&path).unwrap_or(path)).ok()
+            asperity_files::read_if_there(&files.begun(&path).unwrap_or(path))
         };
-        let page = Page::of(&contents, &written, shown.collect(), judged, &read, provenance);
+        let page = Page::of(&contents, &written, shown.collect(), judged, &read, provenance)?;
         files.write(&out.join(REPORT), page.html())?;
         one_more(1);
         files.publish()?;

@@ -37,6 +37,14 @@ pub(crate) fn record(written: &Written) -> Option<&String> {
     written.keys().find(|path| path.ends_with(".json") && !path.ends_with("summary.json"))
 }
 
+/// A figure of the study.
+const FIGURE: &str = "[[figure.family]]
+file = 'load.png'
+x = 'normal_load.tilt'
+y = 'largest_ft_fn'
+colour = 'friction.static_coefficient'
+";
+
 /// Where the inputs are, in every folder that a command is called in.
 pub(crate) const INPUTS: &str = "in";
 
@@ -97,6 +105,7 @@ impl Writer {
         };
         let salvage = |log| vec!["salvage", log, "--out", "salvaged.mcap"];
         let reproduce = |set: &[&'static str]| [&["reproduce", "in/p.toml", "--quiet"], out, set].concat();
+        let drawn = |command: &[&'static str]| [command.to_vec(), [command, &["--no-provenance"]].concat()];
         let writer = Writer::new;
         let begun = Some(("begun.mcap", "run.mcap.partial"));
         let mut writers = vec![
@@ -116,6 +125,8 @@ impl Writer {
             writer("reduce", on(&["reduce"], out), false),
             writer("report", on(&["report"], &["--out", "page.html"]), false),
             writer("report --force", on(&["report"], &["--out", "page.html", "--force"]), true),
+            writer("report of a study", drawn(&["report", "in/drawn", "--out", "page.html"]), false),
+            writer("sweep draw", drawn(&["sweep", "draw", "in/drawn", "--quiet", "--out", "out"]), true),
             writer("replay", on(&["replay"], &[out, &["--quiet"]].concat()), false),
             writer(
                 "diff",
@@ -227,6 +238,9 @@ fn make_inputs(ground: &Ground) -> Result<(), Error> {
     ground.succeed(&study, &["sweep", "plan", "s.toml", "--quiet", "--out", "study"])?;
     ground.succeed(&study, &["sweep", "run", "study", "--quiet"])?;
     copy(&study.join("study"), &inputs.join("study"))?;
+    fs::write(study.join("drawn.toml"), format!("{SWEEP}{FIGURE}"))?;
+    ground.succeed(&study, &["sweep", "go", "drawn.toml", "--quiet", "--out", "drawn"])?;
+    copy(&study.join("drawn"), &inputs.join("drawn"))?;
     let set = "set = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]";
     let runs =
         ["one", "two"].map(|name| format!("[[run]]\nname = \"{name}\"\nscenario = \"default\"\n{set}\n"));

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::calls::{Call, Outcome};
@@ -17,7 +17,7 @@ use crate::ground::{Error, Ground};
 use crate::kills::aftermath;
 use crate::operations::{Fate, Kind, Operation, is_possible, supervise};
 use crate::tally::say;
-use crate::writers::{INPUTS, Writer, Written, compared, found, prepare};
+use crate::writers::{Writer, Written, compared, found, has_its_inputs, is_temporary, prepare};
 
 /// What happens to an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -112,7 +112,8 @@ fn try_some(
     Ok(())
 }
 
-/// Lists the operations of an undisturbed call; prints how many there are of each kind.
+/// Lists the operations of an undisturbed call; prints how many there are of each kind. While it writes, no other
+/// process could lock what it writes to.
 fn counted(
     ground: &Ground,
     name: &str,
@@ -120,13 +121,17 @@ fn counted(
     set_up: impl Fn(&mut Case<'_>) -> Result<(), Error>,
 ) -> Result<Vec<Operation>, Error> {
     let mut operations = Vec::new();
+    let mut unlocked = BTreeSet::new();
     once(ground, "faults", &format!("operations of {name}"), |case| {
         set_up(case)?;
-        let call = Call::new(&case.ground.program, &case.folder, arguments)?;
-        let supervised = supervise(call, &case.folder, false, |_, operation| {
+        let folder = case.folder.clone();
+        let call = Call::new(&case.ground.program, &folder, arguments)?;
+        let supervised = supervise(call, &folder, false, |_, operation| {
             operations.push(operation.clone());
+            unlocked.extend(unlocked_place(&folder, operation));
             Fate::Proceeds
         })?;
+        case.hold(unlocked.is_empty(), &format!("{name}: writes without a lock"), || format!("{unlocked:?}"));
         case.must_end_well(&supervised.outcome);
         case.hold(supervised.past.is_empty(), "operations go past the counter", || {
             format!("{name}: {}", supervised.past.join(", "))
@@ -138,6 +143,17 @@ fn counted(
     let counts: Vec<String> = counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
     say(&format!("  faults: {name}: {} operations: {}", operations.len(), counts.join(", ")));
     Ok(operations)
+}
+
+/// The temporary file or folder that an operation writes to or syncs, if nobody has locked it.
+fn unlocked_place(folder: &Path, operation: &Operation) -> Option<PathBuf> {
+    if !matches!(operation.kind, Kind::Write | Kind::Sync) {
+        return None;
+    }
+    let is_temporary = |path: &&Path| is_temporary(&path.file_name().unwrap_or_default().to_string_lossy());
+    let place = operation.path.ancestors().filter(is_temporary).last()?;
+    let is_free = fs::File::open(folder.join(place)).is_ok_and(|open| open.try_lock().is_ok());
+    is_free.then(|| place.to_owned())
 }
 
 fn points_of(command: usize, operations: &[Operation]) -> Vec<Point> {
@@ -249,7 +265,6 @@ fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<bool
     fs::write(living.join("half"), "half")?;
     let lock = fs::File::open(&living)?;
     lock.try_lock().map_err(|_| "a new folder is locked")?;
-    let inputs = found(&folder.join(INPUTS))?.written;
     let (outcome, hit) = with_fault(case, writer.arguments(0), point)?;
     let fault = point.fault;
     let Some(hit) = hit else { return Ok(false) };
@@ -283,8 +298,7 @@ fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<bool
     case.hold(touched.is_none(), &format!("{name}, {what}: touches what is another's"), || {
         format!("{touched:?}\n{}", told())
     });
-    let inputs_now = found(&folder.join(INPUTS))?.written;
-    case.hold(inputs_now == inputs, &format!("{name}, {what}: changes an input"), told);
+    case.hold(has_its_inputs(case)?, &format!("{name}, {what}: changes an input"), told);
     case.hold(
         living.join("half").exists(),
         &format!("{name}, {what}: removes the files of a living process"),
@@ -300,12 +314,12 @@ fn in_writer(case: &mut Case<'_>, writer: &Writer, point: &Point) -> Result<bool
 fn remove_foreign(folder: &Path, name: &str) -> Result<(), Error> {
     let top = name.split('/').next().unwrap_or_default();
     let path = folder.join(top);
-    if path.is_dir() {
-        fs::remove_dir_all(path)?;
-    } else {
-        fs::remove_file(path)?;
+    // A command that removed it has been found out above.
+    match path.is_dir() {
+        true => Ok(fs::remove_dir_all(path)?),
+        false if path.exists() => Ok(fs::remove_file(path)?),
+        false => Ok(()),
     }
-    Ok(())
 }
 
 /// What is under final names beside the files of others.

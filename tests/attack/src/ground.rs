@@ -182,6 +182,11 @@ impl Ground {
         Genuine::read(&path)
     }
 
+    /// What writing commands are given.
+    pub(crate) fn inputs(&self) -> PathBuf {
+        self.logs.join("inputs")
+    }
+
     /// The library that refuses memory, which cargo builds beside the attack.
     pub(crate) fn library(&self) -> PathBuf {
         self.program.with_file_name("examples").join("librefuse_memory.so")

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use crate::calls::Outcome;
 use crate::case::{Case, try_by};
 use crate::ground::{Error, Ground};
-use crate::writers::{self, INPUTS, Writer, Written, compared, found, prepare};
+use crate::writers::{self, Writer, Written, compared, found, has_its_inputs, prepare};
 
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     let writers = Writer::all(ground)?;
@@ -30,7 +30,6 @@ fn at_once(case: &mut Case<'_>, writers: &[Writer]) -> Result<(), Error> {
     let name = writer.name;
     let folder = case.folder.clone();
     prepare(case.ground, &folder)?;
-    let inputs = found(&folder.join(INPUTS))?.written;
     let mut before = Written::new();
     if writer.over_former {
         let former = writers::call(case.ground, &folder, writer, 0)?.run()?;
@@ -55,8 +54,7 @@ fn at_once(case: &mut Case<'_>, writers: &[Writer]) -> Result<(), Error> {
             .collect();
         format!("{}\n{}", ends.join("\n"), compared(writer, &now.written))
     };
-    let inputs_now = found(&folder.join(INPUTS))?.written;
-    case.hold(inputs_now == inputs, &format!("{name}, {count} at once: an input is changed"), told);
+    case.hold(has_its_inputs(case)?, &format!("{name}, {count} at once: an input is changed"), told);
 
     // File by file: the output of one process, or the previous file.
     let stray = now.written.iter().find(|(path, digest)| {

@@ -1,7 +1,8 @@
 //! The commands that write files, each in two variants with the same names, and the files under these names
 //! afterwards.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -190,7 +191,7 @@ impl Writer {
 /// Puts only the inputs into a folder.
 pub(crate) fn prepare(ground: &Ground, folder: &Path) -> Result<(), Error> {
     emptied(folder)?;
-    copy(&ground.logs.join("inputs"), &folder.join(INPUTS))
+    copy(&ground.inputs(), &folder.join(INPUTS))
 }
 
 /// Copies a file or a folder.
@@ -212,8 +213,29 @@ pub(crate) fn copy(from: &Path, to: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// Whether a case still has exactly the inputs that it was given.
+pub(crate) fn has_its_inputs(case: &Case<'_>) -> Result<bool, Error> {
+    is_copy(&case.ground.inputs(), &case.folder.join(INPUTS))
+}
+
+/// Whether a folder has exactly the files of another, with the same bytes.
+fn is_copy(from: &Path, to: &Path) -> Result<bool, Error> {
+    if from.is_file() {
+        return Ok(to.is_file() && fs::read(from)? == fs::read(to)?);
+    }
+    let names = |folder: &Path| -> Result<BTreeSet<OsString>, Error> {
+        fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name())).collect()
+    };
+    let of = names(from)?;
+    let mut is_same = to.is_dir() && of == names(to)?;
+    for name in of {
+        is_same = is_same && is_copy(&from.join(&name), &to.join(&name))?;
+    }
+    Ok(is_same)
+}
+
 fn make_inputs(ground: &Ground) -> Result<(), Error> {
-    let inputs = ground.logs.join("inputs");
+    let inputs = ground.inputs();
     emptied(&inputs)?;
     let a = ground.genuine("small", &SMALL)?;
     let b = ground.genuine("small-tilted", &[&SMALL[..], &OTHER].concat())?;
@@ -277,7 +299,7 @@ fn look(folder: &Path, before: &str, found: &mut Found) -> Result<(), Error> {
 }
 
 /// Names of files that must not be used yet.
-fn is_temporary(name: &str) -> bool {
+pub(crate) fn is_temporary(name: &str) -> bool {
     name.ends_with(".partial")
         || name.contains(".partial.")
         || name.ends_with(".resumed")

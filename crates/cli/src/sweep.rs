@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use std::io::{self, BufRead, BufReader, Write};
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread;
@@ -342,13 +342,18 @@ impl Worker {
         let read = self.hear.read_line(&mut line).ok()?;
         (read > 0 && line.ends_with('\n')).then(|| line.trim_end().to_owned())
     }
+
+    /// Ends the worker, which syncs its results first.
+    fn end(&self) -> io::Result<ExitStatus> {
+        let mut reins = lock(&self.reins);
+        reins.tell = None;
+        reins.child.wait()
+    }
 }
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        let mut reins = lock(&self.reins);
-        reins.tell = None;
-        reins.child.wait().ok();
+        self.end().ok();
     }
 }
 
@@ -367,10 +372,25 @@ impl Study<'_> {
 
     /// Makes runs in a worker until there are none left, and replaces it if it dies.
     fn supervise(&self) {
-        let mut worker: Option<Worker> = None;
+        let mut worker = None;
+        self.supervise_runs(&mut worker);
+        // All its runs are done; at its end it syncs them to disk.
+        match worker.map(|worker| worker.end()) {
+            Some(Ok(status)) if status.success() || Code::of_signal(status.code()).is_some() => {}
+            Some(Ok(status)) => {
+                self.give_up(format!(
+                    "a worker failed after its last run ({status}); its results may be lost"
+                ));
+            }
+            Some(Err(error)) => self.give_up(format!("a worker is lost: {error}")),
+            None => {}
+        }
+    }
+
+    fn supervise_runs(&self, worker: &mut Option<Worker>) {
         while let Some((run, deaths)) = self.next() {
             if worker.is_none() {
-                worker = match Worker::start(self.folder, self.wanted) {
+                *worker = match Worker::start(self.folder, self.wanted) {
                     Ok(started) => {
                         self.shared().workers.push(Arc::clone(&started.reins));
                         Some(started)
@@ -378,7 +398,7 @@ impl Study<'_> {
                     Err(error) => return self.give_up(format!("failed to start a worker: {error}")),
                 };
             }
-            let Some(current) = &mut worker else { return };
+            let Some(current) = worker else { return };
             current.begin(run);
             let said = loop {
                 match current.hear() {
@@ -390,7 +410,7 @@ impl Study<'_> {
                 Some(said) => self.heard(run, &said),
                 None => {
                     let status = lock(&current.reins).child.wait();
-                    worker = None;
+                    *worker = None;
                     // It was stopped, or reported why it cannot continue.
                     if interrupt::has_come() {
                         return;

@@ -110,7 +110,10 @@ pub(crate) const RUN_ID: Part = ("run", |header| &header.run_id);
 pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), LogTargetError> {
     for path in [&partial_path(log), log] {
         match RunReader::open(path, Topics::NONE) {
-            Err(LogError { problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty), .. }) => {}
+            Err(LogError {
+                problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty | NoRunLog::Torn),
+                ..
+            }) => {}
             Err(error) if error.problem.is_no_run_log() || matches!(error.problem, LogProblem::Io(_)) => {
                 return Err(LogTargetError::Foreign(error));
             }

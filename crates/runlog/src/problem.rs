@@ -257,13 +257,13 @@ impl LogProblem {
     }
 
     /// Whether the file only ends too early and is sound before. Both this and
-    /// [`LogProblem::is_no_run_log`] are true of an empty file, which a run stopped at its
-    /// beginning may leave; the message only mentions that it is empty.
+    /// [`LogProblem::is_no_run_log`] are true of an empty file and of one that begins with zeros, which a run
+    /// stopped at its beginning may leave; the message only mentions that.
     pub fn is_early_end(&self) -> bool {
         matches!(
             self,
             LogProblem::NoEnd
-                | LogProblem::NoRunLog(NoRunLog::Empty)
+                | LogProblem::NoRunLog(NoRunLog::Empty | NoRunLog::Torn)
                 | LogProblem::Interrupted(_)
                 | LogProblem::Stopped(_)
                 | LogProblem::Salvaged
@@ -294,6 +294,9 @@ pub enum NoRunLog {
     /// An empty file, which may be a log that was just begun.
     #[error("the file is empty")]
     Empty,
+    /// The beginning of a run log was never written, as after a power cut.
+    #[error("the file begins with zeros, as after a power cut")]
+    Torn,
     /// A file of another kind.
     #[error("not a run log: it does not begin with the eight bytes that begin every MCAP file")]
     NotMcap,

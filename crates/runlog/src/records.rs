@@ -3,10 +3,11 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
 
 use mcap::McapError;
-use mcap::records::Record;
+use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::chunk::Chunk;
@@ -31,6 +32,8 @@ pub(crate) struct Records {
     verifier: Verifier,
     /// The library that wrote the file, if the MCAP header has another profile.
     other_library: Option<String>,
+    /// Whether the file begins with zeros.
+    is_torn: bool,
 }
 
 impl Records {
@@ -44,8 +47,11 @@ impl Records {
             .with_validate_data_section_crc(true)
             .with_validate_summary_section_crc(true)
             .with_record_length_limit(LONGEST_RECORD_BYTES);
+        let mut source = BufReader::with_capacity(1 << 16, asperity_files::open(path)?);
+        asperity_files::fill(&mut source)?;
         Ok(Records {
-            source: BufReader::with_capacity(1 << 16, asperity_files::open(path)?),
+            is_torn: is_torn(source.buffer()),
+            source,
             reader: LinearReader::new_with_options(options),
             next_at: MAGIC.len() as u64,
             at: 0,
@@ -69,9 +75,14 @@ impl Records {
     /// The error for a missing header: the file is damaged, or of another program.
     pub(crate) fn no_header(&self) -> LogProblem {
         match &self.other_library {
+            Some(_) if self.is_torn => NoRunLog::Torn.into(),
             Some(library) => NoRunLog::OtherProgram { library: library.clone() }.into(),
             None => LogProblem::NoHeader,
         }
+    }
+
+    fn not_mcap(&self) -> LogProblem {
+        if self.is_torn { NoRunLog::Torn } else { NoRunLog::NotMcap }.into()
     }
 
     /// Returns the next record; None after the last one.
@@ -121,7 +132,7 @@ impl Records {
                 }
                 Some(Err(McapError::UnexpectedEof)) => return Err(self.early_end()),
                 Some(Err(McapError::BadMagic)) if !self.layout.has_begun() => {
-                    return Err(NoRunLog::NotMcap.into());
+                    return Err(self.not_mcap());
                 }
                 Some(Err(error)) => return Err(LogProblem::from(error).at(self.next_at)),
             };
@@ -145,7 +156,7 @@ impl Records {
             && let Ok(start) = self.start()
             && (start.is_empty() || !MAGIC.starts_with(&start))
         {
-            return if start.is_empty() { NoRunLog::Empty } else { NoRunLog::NotMcap }.into();
+            return if start.is_empty() { NoRunLog::Empty.into() } else { self.not_mcap() };
         }
         let mut last = [0; MAGIC.len()];
         let back = SeekFrom::End(-(last.len() as i64));
@@ -190,6 +201,18 @@ impl Records {
         self.source.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start)?;
         Ok(start)
     }
+}
+
+/// Whether a file begins as a run log, and has zeros from somewhere before the profile ends. The length of the MCAP
+/// header depends on the version.
+fn is_torn(start: &[u8]) -> bool {
+    const LENGTH: Range<usize> = MAGIC.len() + 1..MAGIC.len() + 9;
+    let profile_bytes = (PROFILE.len() as u32).to_le_bytes();
+    let expected = [&MAGIC[..], &[op::HEADER], &[0; 8], &profile_bytes, PROFILE.as_bytes()].concat();
+    let mut pairs = start.iter().zip(&expected).enumerate();
+    let differs = pairs.position(|(at, (byte, expected))| byte != expected && !LENGTH.contains(&at));
+    let end = start.len().min(expected.len());
+    differs.is_some_and(|at| start[at..end].iter().all(|byte| *byte == 0))
 }
 
 /// Reads some bytes, again if a signal interrupts it.

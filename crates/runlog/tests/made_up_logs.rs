@@ -76,6 +76,27 @@ fn log(folder: &Path, steps: u64, status: RunStatus) -> PathBuf {
     if status == RunStatus::Interrupted { partial_path(&path) } else { path }
 }
 
+/// A power cut may leave zeros where the first bytes of an unfinished log were not written yet.
+#[test]
+fn a_log_that_begins_with_zeros_is_no_file_of_another_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = log(folder.path(), STEPS, RunStatus::Complete);
+    let sound = fs::read(&path).unwrap();
+    let is_foreign = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        let error = RunReader::open(&path, Topics::NONE).err().unwrap();
+        error.problem.is_no_run_log() && !error.problem.is_early_end()
+    };
+    for from in 0..100 {
+        let mut torn = sound.clone();
+        torn[from..200].fill(0);
+        assert!(!is_foreign(&torn), "zeros from byte {from} on");
+        assert!(!is_foreign(&torn[..200]), "zeros from byte {from} on, and no more");
+    }
+    let text = [&[0; 8][..], b"text that begins with zeros, and is another's"].concat();
+    assert!(is_foreign(&text));
+}
+
 #[test]
 fn who_asks_on_after_an_error_gets_it_again() {
     let folder = tempfile::tempdir().unwrap();

@@ -39,6 +39,9 @@ const SCENARIOS: [(&str, f64); 19] = [
     ("rate-and-state", 2.0),
 ];
 
+/// The plain stepper takes a minute or more for each of their seconds.
+const SLOW: [&str; 2] = ["velocity-weakening", "carlson-langer"];
+
 /// What is changed by chance: keys with values.
 const CHANGES: [(&str, &[&str]); 14] = [
     ("slider.left_end", &["clamped", "absorbing", "free"]),
@@ -104,6 +107,9 @@ fn once(case: &mut Case<'_>) -> Result<bool, Error> {
     let mut scenario = scenario(&mut case.random);
     if case.random.below(3) == 0 {
         scenario.extend(["--solver", "plain"].map(str::to_owned));
+        if SLOW.contains(&scenario[0].as_str()) {
+            "time.duration_s=0.1".clone_into(&mut scenario[2]);
+        }
     }
     let words: Vec<&str> = scenario.iter().map(String::as_str).collect();
     let run = |out: &'static str| [&["run"][..], &words, &["--quiet", "--out", out]].concat();

@@ -10,9 +10,10 @@ use signal_hook::{flag, low_level};
 
 use crate::exit::{Code, Failure, report};
 
-/// The panic messages of libraries without memory or threads: zstd contexts, rayon's threads, and
-/// the standard library's.
-const REQUIRED_DATA: [&str; 3] = [
+/// The panic messages of libraries without memory or threads: short texts of polars, zstd contexts, rayon's threads,
+/// and the standard library's.
+const REQUIRED_DATA: [&str; 4] = [
+    "Cannot allocate memory",
     "zstd returned null pointer when creating new context",
     "could not spawn threads",
     "failed to spawn thread",

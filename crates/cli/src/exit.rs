@@ -109,6 +109,9 @@ pub(crate) enum Failure {
     Output(#[from] io::Error),
 }
 
+/// The standard library's words for it. Readers of inputs give the reasons of the system as text.
+const OUT_OF_MEMORY: &str = "out of memory";
+
 impl Failure {
     pub(crate) fn bad_input(error: impl std::fmt::Display) -> Failure {
         Failure::BadInput(error.to_string())
@@ -120,6 +123,8 @@ impl Failure {
 
     pub(crate) fn code(&self) -> Code {
         match self {
+            // An input is not bad because the system refuses memory for it.
+            Failure::BadInput(text) if text.contains(OUT_OF_MEMORY) => Code::Failed,
             Failure::BadInput(_) => Code::BadInput,
             Failure::Log(verdict, _) => Code::from(*verdict),
             Failure::Failed(_) | Failure::Output(_) => Code::Failed,

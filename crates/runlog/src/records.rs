@@ -208,7 +208,7 @@ impl Records {
 fn is_torn(start: &[u8]) -> bool {
     const LENGTH: Range<usize> = MAGIC.len() + 1..MAGIC.len() + 9;
     let profile_bytes = (PROFILE.len() as u32).to_le_bytes();
-    let expected = [&MAGIC[..], &[op::HEADER], &[0; 8], &profile_bytes, PROFILE.as_bytes()].concat();
+    let expected = [MAGIC, &[op::HEADER], &[0; 8], &profile_bytes, PROFILE.as_bytes()].concat();
     let mut pairs = start.iter().zip(&expected).enumerate();
     let differs = pairs.position(|(at, (byte, expected))| byte != expected && !LENGTH.contains(&at));
     let end = start.len().min(expected.len());

@@ -342,7 +342,7 @@ fn what_is_no_run_log_is_told_from_what_is_damaged() {
         (folder.path().to_owned(), "it is a folder"),
         (file("short.csv", b"a,b"), magic),
         (file("table.csv", b"onset_s,end_s\n"), magic),
-        (file("zeros.mcap", &[0; 1000]), magic),
+        (file("zeros.csv", b"\0\0\0\0\0\0\0\0a,b\n"), magic),
         (other, camera),
         (cut, camera),
     ] {
@@ -351,11 +351,15 @@ fn what_is_no_run_log_is_told_from_what_is_damaged() {
         assert!(error.problem.is_no_run_log());
         assert!(!error.problem.is_early_end());
     }
-    // A run that is stopped as it begins may leave this one.
-    let empty = file("empty.mcap", b"");
-    let error = read(&empty).expect_err("it is none");
-    assert_eq!(error.to_string(), format!("{}: the file is empty", empty.display()));
-    assert!(error.problem.is_no_run_log() && error.problem.is_early_end());
+    // A run that is stopped as it begins, or a power cut, may leave these.
+    for (path, says) in [
+        (file("empty.mcap", b""), "the file is empty"),
+        (file("zeros.mcap", &[0; 1000]), "the file begins with zeros, as after a power cut"),
+    ] {
+        let error = read(&path).expect_err("it is none");
+        assert_eq!(error.to_string(), format!("{}: {says}", path.display()));
+        assert!(error.problem.is_no_run_log() && error.problem.is_early_end());
+    }
     let log = Log::make();
     for length in [4, 8, 20, 60, log.bytes.len() / 2, log.bytes.len() - 1] {
         let path = file("begun.mcap", &log.bytes[..length]);

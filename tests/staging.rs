@@ -234,9 +234,9 @@ fn what_is_missing_is_named_as_arrays_of_a_batch_system() {
     let out = study.plan("study");
     let of = |more: &[&str]| sweep(&[&["status", text(&out), "--tasks"], more].concat());
     assert_eq!(of(&["7"]), (3, "0 1-7\n".to_owned(), String::new()));
-    assert_eq!(of(&["7", "--array-size", "4"]).1, "0 1-3\n3 1-3\n6 1\n");
+    assert_eq!(of(&["7", "--array-size", "4"]).1, "0 1-3 1-3\n3 1-3 4-6\n6 1 7\n");
     succeed(&["sweep", "run", text(&out), "--index", "2,4-5"]);
-    assert_eq!(of(&["7", "--array-size", "4"]).1, "0 1,3\n3 3\n6 1\n");
+    assert_eq!(of(&["7", "--array-size", "4"]).1, "0 1,3 1,3\n3 3 6\n6 1 7\n");
     assert_eq!(of(&["3"]).1, "0 1,3\n");
     succeed(&["sweep", "run", text(&out)]);
     assert_eq!(of(&["7"]), (0, String::new(), String::new()));

@@ -4,10 +4,11 @@
 use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::binary::{succeed, text};
+use crate::support::binary::{asperity, succeed, text};
 use crate::sweep::Study;
 
 const ONE_RUN: &str = "
@@ -58,11 +59,11 @@ fn emit(folder: &Path, name: &OsStr, engine: &str) -> (Option<i32>, String, Stri
     (output.status.code(), words(output.stdout), words(output.stderr))
 }
 
-/// The command that `--wrap` of the last line of a script is given, as bash reads it.
+/// The command that `--wrap` of a script is given, as bash reads it.
 fn wrapped(folder: &Path, script: &str) -> String {
-    let end = script.split("--wrap").nth(1).expect("it has one");
+    let collect = script.lines().find(|line| line.starts_with("collect=")).expect("it has one");
     let printed = Command::new("bash")
-        .args(["-c", &format!("printf %s {}", end.trim())])
+        .args(["-c", &format!("{collect}; printf %s \"$collect\"")])
         .current_dir(folder)
         .output()
         .expect("there is bash");
@@ -170,4 +171,92 @@ fn runs_are_made_in_a_folder_whose_name_begins_with_a_dash() {
         .output()
         .expect("the binary starts");
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+}
+
+/// Takes tasks up to a limit in all, as a cluster with MaxSubmitJobs does.
+const SBATCH: &str = r#"#!/bin/bash
+cd "$(dirname "$0")" || exit
+n=1
+for word; do
+    if [[ $word == --array=* ]]; then
+        n=0; word=${word#--array=}
+        IFS=,; for range in ${word%%%*}; do n=$((n + ${range#*-} - ${range%-*} + 1)); done; unset IFS
+    fi
+done
+sum=$(($(cat sum) + n))
+if ((sum > $(cat limit))); then echo "sbatch: error: QOSMaxSubmitJobPerUserLimit" >&2; exit 1; fi
+echo $sum > sum
+echo "$*" >> calls
+echo $((100 + $(wc -l < calls)))
+"#;
+
+/// What a cluster accepted is kept, named by its true parts, and not submitted again while it is under way; of what it
+/// refused, the script ended without tables and without a word.
+#[test]
+fn a_script_keeps_what_is_accepted_and_says_what_is_left() {
+    let study = Study::of(&ONE_RUN.replace("values = [0.5]", "from = 0\nto = 0.5\ncount = 25"));
+    let plan = study.plan("plan");
+    let bin = study.path("bin");
+    fs::create_dir(&bin).expect("the folder can be written");
+    let write = |name: &str, text: &str| {
+        fs::write(bin.join(name), text).expect("the folder can be written");
+        fs::set_permissions(bin.join(name), fs::Permissions::from_mode(0o755)).expect("it is ours");
+    };
+    let file = |name: &str| fs::read_to_string(bin.join(name)).unwrap_or_default();
+    write("sbatch", SBATCH);
+    let script = study.path("sweep.slurm");
+    let path = format!("{}:{}", text(&bin), std::env::var("PATH").expect("it is set"));
+    // What it exits with, the parts that it says are submitted, what else it says, and which jobs it submits.
+    let submit = |more: &[&str], limit: &str, scontrol: &str, squeue: &str| {
+        write("limit", limit);
+        write("sum", "0");
+        write("scontrol", &format!("#!/bin/sh\n{scontrol}\n"));
+        write("squeue", &format!("#!/bin/sh\n{squeue}\n"));
+        fs::write(&script, succeed(&[&["sweep", "emit", "slurm", text(&plan)], more].concat()))
+            .expect("the folder can be written");
+        let before = file("calls").lines().count();
+        let output = Command::new("bash").arg(&script).env("PATH", &path).output().expect("there is bash");
+        let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("text"));
+        let parts = out.lines().filter_map(|line| Some(line.split_once(": parts ")?.1.to_owned())).collect();
+        let calls: Vec<String> = file("calls").lines().skip(before).map(ToOwned::to_owned).collect();
+        (output.status.code(), parts, err, calls)
+    };
+    let forget = || fs::remove_file(plan.join("slurm.jobs")).unwrap_or(());
+    let (ten, unknown) = ("echo 'MaxArraySize            = 11'", "exit 1");
+    let none = Vec::<String>::new();
+
+    let (code, parts, err, calls) = submit(&[], "15", ten, unknown);
+    assert_eq!((code, parts), (Some(1), vec!["1-10".to_owned()]), "{err}");
+    assert!(err.contains("QOSMaxSubmit") && err.contains("parts 11-20,21-25 of 25 are left"), "{err}");
+    assert!(
+        err.contains("--tasks") && calls.len() == 2 && calls[1].contains("afterany:101 "),
+        "{err}{calls:?}"
+    );
+    // Later, if nothing tells which jobs are over, and however many parts the runs have now.
+    let (code, parts, err, calls) = submit(&[], "50", ten, unknown);
+    assert_eq!((code, parts), (Some(0), vec!["11-20".to_owned(), "21-25".to_owned()]), "{err}");
+    assert!(calls[2].contains("--dependency=afterany:101:103:104 "), "{calls:?}");
+    let (code, parts, err, calls) = submit(&["--tasks", "5"], "50", ten, unknown);
+    assert_eq!((code, parts, calls.len()), (Some(0), none.clone(), 1), "{err}");
+    // Two tasks are not over, the others have left runs.
+    let queue = "printf '101 3\\n103 5\\n999 7\\n'";
+    let (code, parts, err, calls) = submit(&["--at-once", "4"], "50", ten, queue);
+    let left = ["1-2,4-10", "11-14,16-20", "21-25"].map(ToOwned::to_owned).to_vec();
+    assert_eq!((code, parts, err.as_str()), (Some(0), left, ""));
+    assert!(calls[0].contains("--array=1-2,4-10%4 ") && calls[3].contains("afterany:101:103:"), "{calls:?}");
+
+    for scontrol in ["exit 1", "exit 127", "echo 'MaxArraySize = (null)'", "true"] {
+        forget();
+        let (code, parts, err, _) = submit(&[], "50", scontrol, "true");
+        assert_eq!((code, parts), (Some(0), vec!["1-25".to_owned()]), "{err}");
+        assert!(err.contains("taken as 1001"), "{err}");
+    }
+    forget();
+    let (code, parts, err, calls) = submit(&[], "5", ten, "true");
+    assert_eq!((code, parts, calls), (Some(1), none.clone(), none), "{err}");
+    forget();
+    let (code, _, err, _) = submit(&[], "25", ten, "true");
+    assert!(code == Some(1) && err.contains("the tables are left"), "{err}");
+    let refused = asperity(&["sweep", "emit", "list", text(&plan), "--at-once", "2"]);
+    assert_eq!(refused.status.code(), Some(2));
 }

@@ -11,8 +11,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread;
 use std::time::Duration;
 
+use asperity_model::text;
 use asperity_run::Notice;
-use asperity_study::emit::{Array, Job, USUAL_TASKS, Word, arrays};
+use asperity_study::emit::{Array, Job, USUAL_TASKS, UnderWay, Word, arrays};
 use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
 use asperity_study::segment::{Kind, Writer, this_node};
 use asperity_study::verification::{Sample, Verification, number_in_parts};
@@ -48,7 +49,7 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
 }
 
 fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
-    let SweepStatusArguments { folder, tasks, array_size, verify } = arguments;
+    let SweepStatusArguments { folder, tasks, array_size, under_way, verify } = arguments;
     let (plan, results) = read(folder)?;
     let counts = results.counts();
     let verification = match verify {
@@ -56,14 +57,23 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
         None => None,
     };
     if let Some(tasks) = *tasks {
-        let lacking: Vec<u64> = match &verification {
+        let (lacking, number): (Vec<u64>, fn(u64, u64) -> u64) = match &verification {
             Some(Verification { due, missing, .. }) => {
-                due.iter().chain(missing).map(|run| number_in_parts(*run, tasks)).collect()
+                (due.iter().chain(missing).copied().collect(), number_in_parts)
             }
-            None => results.missing().collect(),
+            None => (results.missing().collect(), |run, _| run),
         };
-        for Array { offset, tasks } in arrays(lacking.into_iter(), tasks, *array_size) {
-            say(format_args!("{offset} {tasks}"))?;
+        let under_way = match under_way {
+            Some(path) => text::read(path)
+                .map_err(|error| error.to_string())
+                .and_then(|text| UnderWay::read(&text, plan.rows.len() as u64))
+                .map_err(|error| Failure::BadInput(format!("--under-way {}: {error}", path.display())))?,
+            None => UnderWay::default(),
+        };
+        let lacking = lacking.into_iter().filter(|run| !under_way.has(|parts| number(*run, parts)));
+        let numbers = lacking.map(|run| number(run, tasks));
+        for Array { offset, tasks, parts } in arrays(numbers, tasks, *array_size) {
+            say(format_args!("{offset} {tasks} {parts}"))?;
         }
         faults(&results).for_each(|fault| terminal::note(&fault));
         return outcome_of(&results, counts);
@@ -542,7 +552,7 @@ fn listen(is_over: Arc<AtomicBool>) -> io::Result<mpsc::Receiver<io::Result<Stri
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
-    let SweepEmitArguments { engine, folder, tasks, cores, time, verify } = arguments;
+    let SweepEmitArguments { engine, folder, tasks, cores, time, at_once, verify } = arguments;
     let plan = read_plan(folder)?;
     let most = plan.rows.len() as u64;
     let tasks = tasks.unwrap_or(most.min(USUAL_TASKS));
@@ -555,6 +565,9 @@ fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
             return Err(Failure::BadInput(format!("--verify {sample} (accepted: with slurm)")));
         }
     }
+    if let (Some(most), SweepEngine::List | SweepEngine::Row) = (at_once, engine) {
+        return Err(Failure::BadInput(format!("--at-once {most} (accepted: with slurm)")));
+    }
     let program = std::env::current_exe().map_err(Failure::failed)?;
     let folder = std::path::absolute(folder).map_err(Failure::failed)?;
     let word = |what: &str, text: &OsStr| Word::of(what, text).map_err(Failure::BadInput);
@@ -564,6 +577,7 @@ fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
         tasks,
         cores: cores.get() as u64,
         time: word("--time", time.as_ref())?,
+        at_once: at_once.map(|most| most.get() as u64),
         verify: *verify,
     };
     let text = match engine {

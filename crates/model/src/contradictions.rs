@@ -1,6 +1,6 @@
 //! Rules between keys, each with its own error.
 
-use asperity_record::{TimeGrid, counted, rounded, short};
+use asperity_record::{MOST_STEPS, TimeGrid, counted, rounded, short};
 
 use crate::choices::{Distribution, DriveKind, Start};
 use crate::derive::longest_stable_step_s;
@@ -487,7 +487,7 @@ fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
 const FEW_DIGITS: usize = 12;
 
 /// A time on the grid by as few digits as lead to its step: 0.0010000200000000001 is 0.00100002.
-fn in_few_digits(grid: &TimeGrid, time_s: f64) -> f64 {
+pub(crate) fn in_few_digits(grid: &TimeGrid, time_s: f64) -> f64 {
     let shorter = (FEW_DIGITS..17).map(|digits| rounded(time_s, digits));
     shorter.into_iter().find(|short_s| grid.whole_steps(*short_s).is_some()).unwrap_or(time_s)
 }
@@ -496,24 +496,34 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
     let grid = TimeGrid::new(scenario.time.step_s);
     let wrong = |value_s: f64, zero_allowed: bool| {
         let steps = grid.whole_steps(value_s);
-        (steps.is_none() || (steps == Some(0) && !zero_allowed)).then(|| {
-            let nearest_s = in_few_digits(&grid, grid.time_s(grid.nearest_step(value_s).max(1)));
-            (
-                format!("{value_s} is not a whole number of steps of {:e} s", scenario.time.step_s),
+        let (step_s, nearest) = (grid.step_s(), grid.nearest_step(value_s).max(1));
+        if steps.is_some_and(|steps| steps > 0 || zero_allowed) {
+            None
+        } else if nearest > MOST_STEPS {
+            Some((
+                format!("{value_s} is {} steps of {step_s:e} s", short(value_s / step_s)),
+                format!("at most 2^53 steps, {}", grid.time_s(MOST_STEPS)),
+            ))
+        } else {
+            let nearest_s = in_few_digits(&grid, grid.time_s(nearest));
+            Some((
+                format!("{value_s} is not a whole number of steps of {step_s:e} s"),
                 format!("a multiple of time.step_s; the nearest is {nearest_s}"),
-            )
-        })
+            ))
+        }
     };
     let of_courses = schedules::times_s(scenario).map(|(key, time_s)| (key, time_s, true));
-    let times =
-        [("drive.hold_from_s", scenario.drive.hold_from_s, true)].into_iter().chain(of_courses).chain([
-            ("initial.at_s", scenario.initial.at_s, true),
-            ("time.duration_s", scenario.time.duration_s, false),
-            ("recording.sample_s", scenario.recording.sample_s, true),
-            ("recording.fields_s", scenario.recording.fields_s, true),
-            ("recording.rupture_fields_s", scenario.recording.rupture_fields_s, true),
-        ]);
-    for (key, value_s, zero_allowed) in times {
+    // Where 0 stands for never, or for the end, less than a step does not.
+    let times = [
+        ("drive.hold_from_s", scenario.drive.hold_from_s),
+        ("initial.at_s", scenario.initial.at_s),
+        ("recording.sample_s", scenario.recording.sample_s),
+        ("recording.fields_s", scenario.recording.fields_s),
+        ("recording.rupture_fields_s", scenario.recording.rupture_fields_s),
+    ];
+    let times = times.map(|(key, time_s)| (key, time_s, time_s == 0.0));
+    let times = times.into_iter().chain([("time.duration_s", scenario.time.duration_s, false)]);
+    for (key, value_s, zero_allowed) in of_courses.chain(times) {
         if let Some((problem, accepted)) = wrong(value_s, zero_allowed) {
             refusals.refuse(key, problem, accepted);
         }

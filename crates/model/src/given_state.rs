@@ -4,12 +4,13 @@
 use std::fmt::{self, Write};
 use std::path::Path;
 
-use asperity_record::counted;
+use asperity_record::{MOST_STEPS, counted};
 
 use crate::initial::given;
 use crate::initial_state::{Carried, CarriedJunctions, CarriedSolver, CarriedStep, InitialState};
 use crate::lattice_keys::Refusal;
 use crate::plan::{Plan, RecordingPlan};
+use crate::rows::Rows;
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError, StateReader};
 use crate::text;
@@ -24,9 +25,6 @@ const LISTS: [&str; 4] = [
     "initial.stick_position_m",
     "initial.sliding_blocks",
 ];
-
-/// No run has more steps.
-const MOST_STEP: u64 = 1 << 53;
 
 impl Scenario {
     /// The keys that a run shares with the one in whose state it begins, and their values as written.
@@ -235,27 +233,21 @@ pub(crate) fn read(
 
 /// Parses the columns of a table; the error is the line number and a description.
 fn rows(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, String)> {
-    let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
-    let header = lines.next().map_or("", |(_, line)| line);
-    if header != HEADER {
-        return Err((1, format!("the header is {header:?}")));
-    }
+    let rows = Rows::with_heading(text, HEADER)?;
+    let lines = rows.lines();
     let mut columns: [Vec<f64>; 4] = Default::default();
-    for (index, line) in lines {
-        let cells =
-            line.split(',').map(|cell| cell.trim().parse::<f64>().ok().filter(|value| value.is_finite()));
-        let row: Option<Vec<f64>> = cells.collect();
-        let row =
-            row.and_then(|row| <[f64; 4]>::try_from(row).ok()).filter(|row| [0.0, 1.0].contains(&row[3]));
-        let row = row.ok_or_else(|| (index + 1, format!("{line:?} is not three numbers and 0 or 1")))?;
-        columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+    for row in rows {
+        let numbers = row.numbers().and_then(|numbers| <[f64; 4]>::try_from(numbers).ok());
+        let numbers = numbers
+            .filter(|numbers| [0.0, 1.0].contains(&numbers[3]))
+            .ok_or_else(|| (row.line, format!("{:?} is not three numbers and 0 or 1", row.to_string())))?;
+        columns.iter_mut().zip(numbers).for_each(|(column, value)| column.push(value));
     }
     match columns[0].len() {
         found if found == blocks => Ok(columns),
-        found => Err((
-            text.lines().count(),
-            format!("{} for {}", counted(found as u64, "row"), counted(blocks as u64, "block")),
-        )),
+        found => {
+            Err((lines, format!("{} for {}", counted(found as u64, "row"), counted(blocks as u64, "block"))))
+        }
     }
 }
 
@@ -345,7 +337,7 @@ fn fits(given: &InitialState, plan: &Plan) -> Result<(), String> {
         && none_or(carried.stuck_since_step.len(), blocks)
         && up_to_now(&carried.stuck_since_step)
         && carried.memory.len().is_multiple_of(blocks)
-        && (carried.hold_step == u64::MAX || carried.hold_step <= MOST_STEP)
+        && (carried.hold_step == u64::MAX || carried.hold_step <= MOST_STEPS)
         && carried.drive.iter().all(|drive| [drive.point_m, drive.offset_m].iter().all(|x| x.is_finite()))
         && carried.solver.iter().all(|solver| solver_fits(given, plan, carried, solver));
     if !fits {
@@ -392,7 +384,7 @@ fn junctions_fit(junctions: &CarriedJunctions, count: usize, step: u64) -> bool 
 
 fn step_fits(open: &CarriedStep, plan: &Plan, step: u64) -> bool {
     let ([total_s, rest_s], [step_s, next_s]) = (open.time_s, open.lengths_s);
-    let ahead = |(at, block): (&u64, &u64)| *at > step && *at <= MOST_STEP && *block < plan.blocks as u64;
+    let ahead = |(at, block): (&u64, &u64)| *at > step && *at <= MOST_STEPS && *block < plan.blocks as u64;
     let crossings = || open.crossing_steps.iter().zip(&open.crossing_blocks);
     total_s >= 0.0
         && rest_s.abs() <= 1e-6 * total_s

@@ -29,6 +29,7 @@
 //! - `window_keys`: the keys of a dense window.
 //! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reads texts and names places in them.
+//! - [`rows`]: reads the rows of CSV files.
 //! - [`typed`]: reads texts that are no scenarios into types.
 //! - `choices`: enumerations of the words that keys accept.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
@@ -109,6 +110,7 @@ mod random_offsets;
 pub mod rate_and_state;
 mod rate_and_state_keys;
 mod resolve;
+pub mod rows;
 pub mod scenario;
 mod schedules;
 mod show;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::elastic::gaps;
 use crate::keys::MOST_MAGNITUDE;
+use crate::rows::Rows;
 use crate::text;
 
 /// The format of such a file, as stated in errors.
@@ -60,42 +61,36 @@ pub(crate) fn read_course(path: &Path, value: &str, blocks: usize) -> Result<(Ve
 const MOST_COURSE_VALUES: usize = 200_000;
 
 fn parse_course(text: &str, value: &str, blocks: usize) -> Result<(Vec<f64>, Vec<f64>), (usize, String)> {
-    let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
-    let header = lines.next().map_or("", |(_, line)| line);
-    if header != format!("time_s,x_over_l,{value}") {
-        return Err((1, format!("the header is {header:?}")));
-    }
-    // The rows of each time, without it, with the number of the first.
-    let mut profiles: Vec<(f64, usize, String)> = Vec::new();
-    for (index, line) in lines {
-        let (time, rest) = line.split_once(',').unwrap_or((line, ""));
-        let time_s = time.trim().parse::<f64>().ok().filter(|time_s| time_s.is_finite());
-        let time_s = time_s.ok_or_else(|| (index + 1, format!("{time:?} is not a time")))?;
-        match profiles.last_mut() {
-            Some((last_s, _, rows)) if *last_s == time_s => {
-                rows.push('\n');
-                rows.push_str(rest);
+    let rows = Rows::with_heading(text, &format!("time_s,x_over_l,{value}"))?;
+    let (mut times, mut values) = (Vec::new(), Vec::new());
+    // The line of the last row, and the rows of its time.
+    let (mut line, mut pairs) = (1, Vec::new());
+    for row in rows {
+        let numbers = row.numbers().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+        let [time_s, pair @ ..] =
+            numbers.ok_or_else(|| (row.line, format!("{:?} is not three numbers", row.to_string())))?;
+        match times.last() {
+            Some(last_s) if *last_s == time_s => {}
+            Some(last_s) if time_s < *last_s => {
+                return Err((row.line, format!("time {time_s} is below the one before")));
             }
-            Some((last_s, ..)) if time_s < *last_s => {
-                return Err((index + 1, format!("time {time_s} is below the one before")));
+            last_s => {
+                if last_s.is_some() {
+                    values.extend(interpolated(&whole(std::mem::take(&mut pairs), line)?, blocks));
+                }
+                if values.len() + blocks > MOST_COURSE_VALUES {
+                    let problem =
+                        format!("more than {MOST_COURSE_VALUES} values of {blocks} blocks at all times");
+                    return Err((row.line, problem));
+                }
+                times.push(time_s);
             }
-            _ => profiles.push((time_s, index, rest.to_owned())),
         }
+        line = row.line;
+        push(&mut pairs, pair, line)?;
     }
-    if profiles.is_empty() {
-        return Err((1, "there are no rows".to_owned()));
-    }
-    let mut values = Vec::new();
-    for (_, first, rows) in &profiles {
-        if values.len() + blocks > MOST_COURSE_VALUES {
-            let problem = format!("more than {MOST_COURSE_VALUES} values of {blocks} blocks at all times");
-            return Err((first + 1, problem));
-        }
-        let text = format!("{HEADER}\n{rows}");
-        let rows = parse(&text).map_err(|(line, problem)| (first + line.max(2) - 1, problem))?;
-        values.extend(interpolated(&rows, blocks));
-    }
-    Ok((profiles.into_iter().map(|(time_s, ..)| time_s).collect(), values))
+    values.extend(interpolated(&whole(pairs, line)?, blocks));
+    Ok((times, values))
 }
 
 /// The columns that a file of blocks may have.
@@ -117,67 +112,66 @@ pub(crate) fn accepted_blocks(blocks: usize) -> String {
 }
 
 fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, String)> {
-    let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
-    let header = lines.next().map_or("", |(_, line)| line);
+    let mut rows = Rows::of(text);
+    let heading = rows.next().unwrap_or_default();
     let mut places = Vec::new();
-    for name in header.split(',').map(str::trim) {
+    for name in &heading.cells {
         let place = BLOCK_COLUMNS.iter().position(|column| *column == name);
-        match place.filter(|place| !places.contains(place)) {
-            Some(place) => places.push(place),
-            None => return Err((1, format!("the header is {header:?}"))),
-        }
+        places.extend(place.filter(|place| !places.contains(place)));
     }
+    if places.is_empty() || places.len() < heading.cells.len() {
+        return Err((heading.line, format!("the header is {:?}", heading.to_string())));
+    }
+    let lines = rows.lines();
     let mut columns: [Vec<f64>; 4] = Default::default();
-    for (index, line) in lines {
-        let cells = line
-            .split(',')
-            .map(|cell| cell.trim().parse::<f64>().ok().filter(|value| value.abs() <= MOST_MAGNITUDE));
-        let row: Option<Vec<f64>> = cells.collect();
-        let row = row.filter(|row| row.len() == places.len());
-        let row =
-            row.ok_or_else(|| (index + 1, format!("{line:?} is not a row of {} numbers", places.len())))?;
-        for (place, value) in places.iter().zip(row) {
+    for row in rows {
+        let fits = |numbers: &Vec<f64>| {
+            numbers.len() == places.len() && numbers.iter().all(|value| value.abs() <= MOST_MAGNITUDE)
+        };
+        let numbers = row.numbers().filter(fits).ok_or_else(|| {
+            (row.line, format!("{:?} is not a row of {} numbers", row.to_string(), places.len()))
+        })?;
+        for (place, value) in places.iter().zip(numbers) {
             columns[*place].push(value);
         }
         if columns[places[0]].len() > blocks {
-            return Err((index + 1, format!("a row beyond the last of {blocks} blocks")));
+            return Err((row.line, format!("a row beyond the last of {blocks} blocks")));
         }
     }
     match columns[places[0]].len() {
         rows if rows == blocks => Ok(columns),
-        rows => Err((text.lines().count(), format!("{rows} rows for {blocks} blocks"))),
+        rows => Err((lines, format!("{rows} rows for {blocks} blocks"))),
     }
 }
 
 /// Parses pairs of place and value; the error is the line number and a description.
 fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
-    let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
-    let header = lines.next().map_or("", |(_, line)| line);
-    if header != HEADER {
-        return Err((1, format!("the header is {header:?}")));
+    let (mut line, mut pairs) = (1, Vec::new());
+    for row in Rows::with_heading(text, HEADER)? {
+        let numbers = row.numbers().and_then(|numbers| <[f64; 2]>::try_from(numbers).ok());
+        let pair =
+            numbers.ok_or_else(|| (row.line, format!("{:?} is not a pair of numbers", row.to_string())))?;
+        line = row.line;
+        push(&mut pairs, pair, line)?;
     }
-    let mut rows: Vec<(f64, f64)> = Vec::new();
-    for (index, line) in lines {
-        let number = index + 1;
-        let values: Vec<f64> = line
-            .split(',')
-            .map(|cell| cell.trim().parse::<f64>().ok().filter(|value| value.is_finite()))
-            .collect::<Option<_>>()
-            .ok_or_else(|| (number, format!("{line:?} is not a pair of numbers")))?;
-        let &[x, tau] = values.as_slice() else {
-            return Err((number, format!("{line:?} is not a pair of numbers")));
-        };
-        if rows.is_empty() && x != 0.0 {
-            return Err((number, format!("the first row is at {x}")));
-        }
-        if rows.last().is_some_and(|(before, _)| x <= *before) {
-            return Err((number, format!("{x} is not above the row before")));
-        }
-        rows.push((x, tau));
+    whole(pairs, line)
+}
+
+/// Adds a pair of place and value, in a line, to those before.
+fn push(pairs: &mut Vec<(f64, f64)>, [x, value]: [f64; 2], line: usize) -> Result<(), (usize, String)> {
+    match pairs.last() {
+        None if x != 0.0 => return Err((line, format!("the first row is at {x}"))),
+        Some((before, _)) if x <= *before => return Err((line, format!("{x} is not above the row before"))),
+        _ => pairs.push((x, value)),
     }
-    match rows.last() {
-        Some((1.0, _)) if rows.len() > 1 => Ok(rows),
-        Some((x, _)) => Err((text.lines().count(), format!("the last row is at {x}"))),
+    Ok(())
+}
+
+/// The pairs, the last of them in a line, if they reach the other end.
+fn whole(pairs: Vec<(f64, f64)>, line: usize) -> Result<Vec<(f64, f64)>, (usize, String)> {
+    match pairs.last() {
+        Some((1.0, _)) => Ok(pairs),
+        Some((x, _)) => Err((line, format!("the last row is at {x}"))),
         None => Err((1, "there are no rows".to_owned())),
     }
 }
@@ -206,8 +200,8 @@ mod tests {
             ("0,0,1\n0,0.5,1\n", 3, "the last row is at 0.5"),
             ("0,0,1\n0,1,1\n1,0.1,1\n1,1,1", 4, "the first row is at 0.1"),
             ("1,0,1\n1,1,1\n0,0,1", 4, "time 0 is below the one before"),
-            ("x,0,1", 2, "\"x\" is not a time"),
-            ("0,0,y", 2, "\"0,y\" is not a pair of numbers"),
+            ("x,0,1", 2, "\"x,0,1\" is not three numbers"),
+            ("0,0,y", 2, "\"0,0,y\" is not three numbers"),
         ] {
             assert_eq!(read(&format!("{head}{rows}")).unwrap_err(), (line, problem.to_owned()), "{rows:?}");
         }

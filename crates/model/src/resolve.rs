@@ -3,6 +3,9 @@
 use std::io;
 use std::path::Path;
 
+use asperity_record::{MOST_STEPS, TimeGrid};
+
+use crate::contradictions::in_few_digits;
 use crate::disorder::Quantity;
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError, ScenarioErrors, ScenarioSource};
@@ -113,6 +116,7 @@ impl Scenario {
         let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
+        scenario.round_default_times(&entries);
         scenario.read_blocks(&entries, &mut errors);
         scenario.read_courses(&entries, &mut errors);
         contradictions::check(&scenario, &entries, &mut errors);
@@ -129,6 +133,24 @@ impl Scenario {
             contradictions::check_start(&scenario, &entries, &mut errors);
         }
         if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
+    }
+
+    /// Rounds times that nobody wrote to whole steps, at least one, so that only what is written is refused.
+    fn round_default_times(&mut self, entries: &Entries) {
+        let grid = TimeGrid::new(self.time.step_s);
+        let duration = "time.duration_s";
+        for (key, time_s) in [
+            (duration, &mut self.time.duration_s),
+            ("recording.sample_s", &mut self.recording.sample_s),
+            ("recording.fields_s", &mut self.recording.fields_s),
+        ] {
+            let steps = grid.nearest_step(*time_s).max(1);
+            let is_whole = grid.whole_steps(*time_s).is_some_and(|steps| steps > 0);
+            // A run of too many steps remains one; a cadence that long is as good as none.
+            if !is_whole && !entries.values.contains_key(key) && (key != duration || steps <= MOST_STEPS) {
+                *time_s = in_few_digits(&grid, grid.time_s(steps.min(MOST_STEPS / 2)));
+            }
+        }
     }
 
     /// Reads the named courses of all contacts from their files, unless they have been read.
@@ -221,6 +243,8 @@ impl Scenario {
 
 #[cfg(test)]
 mod tests {
+    use asperity_record::MOST_STEPS;
+
     use crate::choices::{ParameterSet, Reattach};
     use crate::scenario::{Scenario, Slider};
     use crate::source::{ScenarioErrors, ScenarioSource};
@@ -242,6 +266,29 @@ mod tests {
             ..stated
         };
         assert_eq!(levelled, coded);
+    }
+
+    /// Whatever the step, defaults fit it, and what is shown gives the same; cadences were refused that nobody wrote.
+    #[test]
+    fn only_times_that_are_written_are_refused() {
+        for digit in [1, 3, 7] {
+            for power in -30..=30 {
+                let text = format!("time.step_s = {digit}e{power}");
+                let refused = resolve(&text).err().map(|errors| errors.to_string()).unwrap_or_default();
+                let step_s: f64 = format!("{digit}e{power}").parse().unwrap();
+                let has_too_many = 5.0 / step_s > MOST_STEPS as f64;
+                assert_eq!(refused.contains("time.duration_s: 5 is "), has_too_many, "{text}: {refused}");
+                assert!(!refused.contains("recording."), "{text}: {refused}");
+            }
+        }
+        let odd = resolve("parameter_set = 'as-coded'\ntime.step_s = 7e-7").unwrap();
+        let times = [odd.time.duration_s, odd.recording.sample_s, odd.recording.fields_s];
+        assert_eq!(times, [4.9999999, 0.0010003, 0.0199997]);
+        assert_eq!(resolve(&odd.to_commented_toml()).unwrap(), odd);
+        let textbook = "slider.mass_kg = 25\nslider.youngs_modulus_pa = 250\nslider.width_m = 1\nslider.height_m = 1\n\
+                        slider.length_m = 24\nslider.blocks = 25\ntime.step_s = 0.003\ntime.duration_s = 300";
+        let recording = resolve(textbook).unwrap().recording;
+        assert_eq!([recording.sample_s, recording.fields_s], [0.003, 0.021]);
     }
 
     /// Older programs used `as-coded` for texts that name no set; their stored texts keep that meaning.
@@ -334,6 +381,18 @@ mod tests {
                 "time.duration_s = 2.4e-8",
                 "test.toml:1:19: time.duration_s: 0.000000024 is not a whole number of steps of 1e-8 s \
                  (accepted: a multiple of time.step_s; the nearest is 0.00000002)",
+            ),
+            (
+                "recording.sample_s = 1e-30\ndrive.hold_from_s = 4e-15",
+                "test.toml:2:21: drive.hold_from_s: 0.000000000000004 is not a whole number of steps of 1e-8 s \
+                 (accepted: a multiple of time.step_s; the nearest is 0.00000001)\n\
+                 test.toml:1:22: recording.sample_s: 0.000000000000000000000000000001 is not a whole number of steps of \
+                 1e-8 s (accepted: a multiple of time.step_s; the nearest is 0.00000001)",
+            ),
+            (
+                "time.step_s = 1e-10\ntime.duration_s = 1e6",
+                "test.toml:2:19: time.duration_s: 1000000 is 1e16 steps of 1e-10 s \
+                 (accepted: at most 2^53 steps, 900719.9254740992)",
             ),
             (
                 "friction.reattach = \"sometimes\"",

@@ -76,7 +76,7 @@ pub use rupture::{Arrival, Rupture, RupturesFrom};
 pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, JunctionTotals, StepRecord, Switch, SwitchAcross};
-pub use time::TimeGrid;
+pub use time::{MOST_STEPS, TimeGrid};
 pub use wording::{counted, rounded, short, short_time};
 
 /// The most blocks that a scenario, and so a run log, may have.

@@ -11,6 +11,9 @@ pub struct TimeGrid {
     rate_hz: Option<f64>,
 }
 
+/// Most steps of a run: doubles count them.
+pub const MOST_STEPS: u64 = 1 << 53;
+
 /// Largest distance of `1 / dt` from a whole number to be rounded to it: a few rounding errors of the
 /// division.
 const RATE_TOLERANCE: f64 = 1e-14;
@@ -26,7 +29,8 @@ impl TimeGrid {
         assert!(step_s.is_finite() && step_s > 0.0, "a time step of {step_s} s");
         let rate = 1.0 / step_s;
         let whole = rate.round();
-        let is_whole = whole >= 1.0 && whole <= 2f64.powi(53) && (rate / whole - 1.0).abs() < RATE_TOLERANCE;
+        let is_whole =
+            whole >= 1.0 && whole <= MOST_STEPS as f64 && (rate / whole - 1.0).abs() < RATE_TOLERANCE;
         TimeGrid { step_s, rate_hz: is_whole.then_some(whole) }
     }
 
@@ -50,7 +54,7 @@ impl TimeGrid {
         let steps = duration_s / self.step_s;
         let whole = steps.round();
         let is_whole = (steps - whole).abs() <= STEP_COUNT_TOLERANCE.max(steps.abs() * 4.0 * f64::EPSILON);
-        (is_whole && (0.0..=2f64.powi(53)).contains(&whole)).then_some(whole as u64)
+        (is_whole && (0.0..=MOST_STEPS as f64).contains(&whole)).then_some(whole as u64)
     }
 
     /// The nearest step to `time_s`.
@@ -61,7 +65,7 @@ impl TimeGrid {
     /// The first step that does not end before `time_s`; `u64::MAX` if it is beyond all that a run can have.
     pub fn first_step_from(&self, time_s: f64) -> u64 {
         let steps = (time_s / self.step_s).ceil();
-        if steps > 2f64.powi(53) {
+        if steps > MOST_STEPS as f64 {
             return u64::MAX;
         }
         let mut step = steps as u64;

@@ -7,9 +7,10 @@ use std::path::Path;
 
 use asperity_figures::{self as study_figures, Place};
 use asperity_model::keys::{KEYS, Key, Kind};
+use asperity_model::rows::{Row, Rows};
 use asperity_model::typed::whole;
 use asperity_model::{key_suggestion, mixed, suggestion, text};
-use asperity_record::{Column, ColumnKind, rounded};
+use asperity_record::{Column, ColumnKind, counted, rounded};
 use serde::{Deserialize, Serialize};
 
 /// Most runs of a sweep.
@@ -404,19 +405,21 @@ impl Range {
 /// Reads a table of values with the keys as its heading.
 fn table(path: &Path) -> Result<Axis, String> {
     let name = path.display();
-    let bytes = text::read(path).map_err(|error| format!("csv {name}: {error} (accepted: a CSV file)"))?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_bytes());
-    let refused = |error: csv::Error| format!("csv {name}: {error}");
-    let heading = reader.headers().map_err(refused)?.clone();
+    let text = text::read(path).map_err(|error| format!("csv {name}: {error} (accepted: a CSV file)"))?;
+    let mut table = Rows::of(&text);
+    let heading = table.next().unwrap_or_default();
     let keys = heading
+        .cells
         .iter()
         .map(|key| key_of(key).map_err(|error| format!("csv {name}: {error}")))
         .collect::<Result<Vec<_>, _>>()?;
     let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(refused)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let row = keys.iter().zip(&record).map(|(key, cell)| {
+    for Row { line, cells } in table {
+        if cells.len() != keys.len() {
+            let (found, keys) = (counted(cells.len() as u64, "cell"), counted(keys.len() as u64, "key"));
+            return Err(format!("csv {name}:{line}: {found} for {keys} (accepted: a value for each key)"));
+        }
+        let row = keys.iter().zip(&cells).map(|(key, cell)| {
             let mut value = read_cell(key, cell);
             value.settle(key);
             check_value(key, &value).map(|()| value).map_err(|error| format!("csv {name}:{line}: {error}"))

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fmt::{self, Write};
 
-use crate::results::ranges;
+use crate::results::{parse_ranges, ranges};
 use crate::verification::Sample;
 
 /// A literal word for sh and bash: a single-line text in single quotes. Only the single quote
@@ -72,13 +72,14 @@ pub struct Array {
     pub offset: u64,
     /// Its indices, as in `3,7-9`.
     pub tasks: String,
+    /// The numbers of its parts, likewise.
+    pub parts: String,
 }
 
 /// The arrays that make the missing runs, if all runs are divided into this many parts and every
 /// index must be below `size`.
 pub fn arrays(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<Array> {
-    // Run number `parts` is in the last part, as in `Job`.
-    let parts: BTreeSet<u64> = missing.map(|run| (run - 1) % parts + 1).collect();
+    let parts: BTreeSet<u64> = missing.map(|run| part(run, parts)).collect();
     let mut arrays: Vec<(u64, Vec<u64>)> = Vec::new();
     for part in parts {
         let offset = (part - 1) / (size - 1) * (size - 1);
@@ -87,7 +88,43 @@ pub fn arrays(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<
             _ => arrays.push((offset, vec![part - offset])),
         }
     }
-    arrays.into_iter().map(|(offset, tasks)| Array { offset, tasks: ranges(tasks) }).collect()
+    let array = |(offset, tasks): (u64, Vec<u64>)| {
+        let parts = ranges(tasks.iter().map(|task| offset + task));
+        Array { offset, tasks: ranges(tasks), parts }
+    };
+    arrays.into_iter().map(array).collect()
+}
+
+/// Parts that jobs of an earlier call of a script make: which, and of how many.
+#[derive(Debug, Clone, Default)]
+pub struct UnderWay(Vec<(Vec<u64>, u64)>);
+
+impl UnderWay {
+    /// Reads lines of parts of a number of parts, as in `3,7-9/12`, which is at most that of the runs.
+    ///
+    /// # Errors
+    /// A message with the line.
+    pub fn read(text: &str, runs: u64) -> Result<UnderWay, String> {
+        let line = |(index, line): (usize, &str)| {
+            let (parts, of) = line.split_once('/').unwrap_or((line, ""));
+            let accepted =
+                format!("line {}: {line} (accepted: parts of 1 to {runs}, as in 3,7-9/12)", index + 1);
+            let of = of.parse().ok().filter(|of| (1..=runs).contains(of)).ok_or(accepted)?;
+            Ok((parse_ranges(parts, of)?, of))
+        };
+        let lines = text.lines().enumerate().filter(|(_, line)| !line.is_empty());
+        Ok(UnderWay(lines.map(line).collect::<Result<_, String>>()?))
+    }
+
+    /// Whether a run is in one of them; `number` is what divides runs into a number of parts.
+    pub fn has(&self, number: impl Fn(u64) -> u64) -> bool {
+        self.0.iter().any(|(parts, of)| parts.binary_search(&part(number(*of), *of)).is_ok())
+    }
+}
+
+/// The part of a run: run number `parts` is in the last, as in [`Job`].
+fn part(run: u64, parts: u64) -> u64 {
+    (run - 1) % parts + 1
 }
 
 /// The parameters of scripts.
@@ -103,6 +140,8 @@ pub struct Job {
     pub cores: u64,
     /// Time limit of a task, in Slurm's format.
     pub time: Word,
+    /// Most tasks of a Slurm array that run at once, if there is a limit.
+    pub at_once: Option<u64>,
     /// The runs that a Slurm script verifies before it makes the tables.
     pub verify: Option<Sample>,
 }
@@ -114,49 +153,87 @@ impl Job {
     /// # Errors
     /// If Slurm would replace characters in the folder's name.
     pub fn slurm(&self) -> Result<String, String> {
-        let Job { program, folder, tasks, cores, time, verify } = self;
+        let Job { program, folder, tasks, cores, time, at_once, verify } = self;
         // In file names Slurm replaces what follows a percent sign, and two of them by one, except
         // in names with a backslash.
         folder.without("the folder", "Slurm", &['\\'])?;
         // Read by two shells: this one, and that of the script which `sbatch` generates.
         let collect = Word(format!("exec {program} sweep collect {folder}"));
-        let verify = verify.map_or(String::new(), |sample| format!("submit --verify {sample}\n"));
+        let verify = verify.map_or(String::new(), |sample| {
+            format!("if [[ -z $left ]]; then submit --verify --verify {sample}; fi\n")
+        });
+        let at_once = at_once.map_or(String::new(), |most| format!("%{most}"));
         Ok(format!(
-            "#!/bin/bash\n\
-             # Runs a sweep in {tasks} parts as a job array, or several where MaxArraySize asks for it, and\n\
-             # makes its tables when they are over:\n\
-             #     bash sweep.slurm\n\
-             # Called again, it submits the parts in which runs are missing. A minute before its time limit\n\
-             # a task receives SIGTERM; finished work is kept, and a long run is resumed.\n\
-             set -euo pipefail\n\
-             program={program}\n\
-             folder={folder}\n\
-             time={time}\n\
-             if [[ -n ${{SLURM_ARRAY_TASK_ID:-}} ]]; then\n    \
-                 part=$((${{1:-0}} + SLURM_ARRAY_TASK_ID))\n    \
-                 exec \"$program\" --quiet sweep run \"$folder\" --chunk \"$part/{tasks}\" --jobs {cores} \"${{@:2}}\"\n\
-             fi\n\
-             size=$(scontrol show config | awk '$1 == \"MaxArraySize\" {{ print $3 }}')\n\
-             output=${{folder//%/%%}}\n\
-             behind=\n\
-             submit() {{\n    \
-                 after=${{behind:+--dependency=afterany$behind}}\n    \
-                 arrays=$(\"$program\" sweep status \"$folder\" --tasks {tasks} --array-size \"${{size:-1001}}\" \"$@\") ||\n        \
-                     (($? == 1 || $? == 3)) || exit\n    \
-                 while read -r offset tasks; do\n        \
-                     if [[ -z $tasks ]]; then continue; fi\n        \
-                     id=$(sbatch --parsable $after --array=\"$tasks\" --cpus-per-task={cores} --time=\"$time\" \\\n            \
-                         --signal=B:TERM@60 --job-name=asperity-sweep \\\n            \
-                         --output=\"$output/slurm.txt\" --open-mode=append \"$0\" \"$offset\" \"$@\")\n        \
-                     echo \"${{id%%;*}}: parts $tasks\"\n        \
-                     behind+=:${{id%%;*}}\n    \
-                 done <<< \"$arrays\"\n\
-             }}\n\
-             submit\n\
-             {verify}\
-             sbatch ${{behind:+--dependency=afterany$behind}} --cpus-per-task=1 --time=\"$time\" \\\n    \
-                 --job-name=asperity-collect --output=\"$output/collect.txt\" \\\n    \
-                 --wrap {collect}\n"
+            r#"#!/bin/bash
+# Runs a sweep in {tasks} parts as a job array, or several where MaxArraySize asks for it, and
+# makes its tables when they are over:
+#     bash sweep.slurm
+# Called again, it submits the parts in which runs are missing, without those that wait or run. A
+# minute before its time limit a task receives SIGTERM; finished work is kept, and a long run is resumed.
+set -euo pipefail
+program={program}
+folder={folder}
+time={time}
+collect={collect}
+if [[ -n ${{SLURM_ARRAY_TASK_ID:-}} ]]; then
+    part=$((${{1:-0}} + SLURM_ARRAY_TASK_ID))
+    exec "$program" --quiet sweep run "$folder" --chunk "$part/{tasks}" --jobs {cores} "${{@:2}}"
+fi
+size=$(scontrol show config | awk '$1 == "MaxArraySize" {{ print $3 }}') || size=
+if [[ ! $size =~ ^[1-9][0-9]*$ ]]; then
+    size=1001
+    echo "scontrol does not tell MaxArraySize; it is taken as $size" >&2
+fi
+output=${{folder//%/%%}}
+behind=
+left=
+# Job, and parts, of each accepted array or task that is not over; lines of $accepted are JOB OFFSET PARTS TASKS.
+under_way() {{
+    if [[ ! -s $accepted ]]; then return; fi
+    if queue=$(squeue -h -r -u "$(id -un)" -n asperity-sweep -t PENDING,RUNNING,SUSPENDED -o '%F %K'); then
+        awk 'NR == FNR {{ offset[$1] = $2; of[$1] = $4; next }}
+            $1 in offset {{ print $1, offset[$1] + $2 "/" of[$1] }}' "$accepted" - <<< "$queue"
+    else
+        echo "squeue does not tell which jobs are over; as if none were, until $accepted is removed" >&2
+        awk '{{ print $1, $3 "/" $4 }}' "$accepted"
+    fi
+}}
+submit() {{
+    accepted=$folder/slurm${{1#-}}.jobs
+    after=$behind
+    known=$(under_way)
+    while read -r id _; do
+        if [[ -n $id && $behind: != *":$id:"* ]]; then behind+=:$id; fi
+    done <<< "$known"
+    arrays=$("$program" sweep status "$folder" --tasks {tasks} --array-size "$size" \
+        --under-way <(cut -d ' ' -f 2 <<< "$known") "${{@:2}}") || (($? == 1 || $? == 3)) || exit
+    while read -r offset tasks parts; do
+        if [[ -z $tasks ]]; then continue; fi
+        if [[ -z $left ]] && id=$(sbatch --parsable ${{after:+"--dependency=afterany$after"}} \
+            --array="$tasks{at_once}" --cpus-per-task={cores} --time="$time" --signal=B:TERM@60 \
+            --job-name=asperity-sweep --output="$output/slurm.txt" --open-mode=append "$0" "$offset" "${{@:2}}"); then
+            id=${{id%%;*}}
+            echo "$id: parts $parts"
+            echo "$id $offset $parts {tasks}" >> "$accepted"
+            behind+=:$id
+        else
+            left+=,$parts
+        fi
+    done <<< "$arrays"
+}}
+submit -
+{verify}if [[ -n $left ]]; then
+    echo "parts ${{left:1}} of {tasks} are left, since sbatch refused them; call this script again when others are" \
+        "over, or one of \`asperity sweep emit slurm\` with a smaller --tasks" >&2
+    if [[ -z $behind ]]; then exit 1; fi
+fi
+if ! sbatch ${{behind:+"--dependency=afterany$behind"}} --cpus-per-task=1 --time="$time" \
+    --job-name=asperity-collect --output="$output/collect.txt" --wrap "$collect"; then
+    echo "the tables are left, since sbatch refused their job; call this script again when the parts are over" >&2
+    exit 1
+fi
+if [[ -n $left ]]; then exit 1; fi
+"#
         ))
     }
 
@@ -204,11 +281,20 @@ impl Job {
 
 #[cfg(test)]
 mod tests {
-    use super::{Array, arrays};
+    use super::{Array, UnderWay, arrays};
+    use crate::results::parse_ranges;
 
     fn of(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<(u64, String)> {
         let arrays = arrays(missing, parts, size).into_iter();
-        arrays.map(|Array { offset, tasks }| (offset, tasks)).collect()
+        let parts = |offset, tasks: &str| {
+            parse_ranges(tasks, size - 1).unwrap().into_iter().map(|task| task + offset).collect::<Vec<u64>>()
+        };
+        arrays
+            .map(|Array { offset, tasks, parts: named }| {
+                assert_eq!(parse_ranges(&named, u64::MAX).unwrap(), parts(offset, &tasks));
+                (offset, tasks)
+            })
+            .collect()
     }
 
     #[test]
@@ -224,13 +310,23 @@ mod tests {
     }
 
     #[test]
+    fn runs_of_parts_under_way_are_known_whatever_the_number_of_parts() {
+        let under_way = UnderWay::read("1,3/4\n\n2-3/5\n", 12).unwrap();
+        let runs: Vec<u64> = (1..=12).filter(|run| under_way.has(|_| *run)).collect();
+        assert_eq!(runs, [1, 2, 3, 5, 7, 8, 9, 11, 12]);
+        for text in ["1", "1/13", "1/0", "5/4", "x/4"] {
+            assert!(UnderWay::read(text, 12).unwrap_err().contains("(accepted: "), "{text}");
+        }
+    }
+
+    #[test]
     fn every_missing_run_is_of_one_task() {
         for (parts, size) in [(1, 2), (7, 4), (100, 31), (100, 1001)] {
             let missing = || (1..=100_u64).filter(|run| run % 3 == 0);
             let made: Vec<u64> = arrays(missing(), parts, size)
                 .iter()
-                .flat_map(|Array { offset, tasks }| {
-                    let tasks = crate::results::parse_ranges(tasks, size - 1).unwrap();
+                .flat_map(|Array { offset, tasks, .. }| {
+                    let tasks = parse_ranges(tasks, size - 1).unwrap();
                     tasks.into_iter().map(move |task| offset + task)
                 })
                 .collect();

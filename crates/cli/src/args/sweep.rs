@@ -267,13 +267,18 @@ pub(crate) struct SweepStatusArguments {
     /// Folder of the study.
     pub(crate) folder: PathBuf,
     /// Print which of N parts have missing runs, as arrays for a batch system: a
-    /// line per array, with an offset to add to all indices, and the indices.
+    /// line per array, with an offset to add to all indices, the indices, and the
+    /// numbers of its parts.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) tasks: Option<u64>,
     /// All indices are below this, as with MaxArraySize of Slurm.
     #[arg(long, value_name = "N", default_value_t = USUAL_TASKS + 1, requires = "tasks",
           value_parser = clap::value_parser!(u64).range(2..))]
     pub(crate) array_size: u64,
+    /// Leave out the runs of the parts in this file, which are under way: lines such
+    /// as 3,7-9/12 are parts of twelve.
+    #[arg(long, value_name = "FILE", requires = "tasks")]
+    pub(crate) under_way: Option<PathBuf>,
     /// Print how many runs of `sweep run --verify N` are verified, and on which
     /// nodes; with --tasks, which parts have others.
     #[arg(long, value_name = "N")]
@@ -353,6 +358,9 @@ pub(crate) struct SweepEmitArguments {
     /// Time limit of a task, in the notation of Slurm.
     #[arg(long, value_name = "TIME", default_value = "01:00:00")]
     pub(crate) time: String,
+    /// Most tasks of an array that run at once; for slurm.
+    #[arg(long, value_name = "N")]
+    pub(crate) at_once: Option<NonZeroUsize>,
     /// Verify N of the runs, or a share such as 5%, before the tables are made; for
     /// slurm.
     #[arg(long, value_name = "N")]

@@ -35,6 +35,8 @@ mod files;
 #[cfg(feature = "analysis")]
 mod first_day;
 mod flips;
+#[cfg(feature = "analysis")]
+mod foreign;
 mod foxglove;
 #[cfg(feature = "analysis")]
 mod given;

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use asperity_runlog::partial_path;
 use asperity_testkit::folder;
 
 use crate::support::binary::{asperity, run, succeed, text};
@@ -41,6 +42,26 @@ fn a_branch_is_made_resumed_repeated_and_shown() {
     assert!(!differ.is_empty());
     let rows = |log: &str| succeed(&["events", text(&path(log))]);
     assert_eq!(rows("branch.mcap"), rows("again.mcap"));
+    // The begun log holds the state, even if it is cut in its first chunk; a state of another log it lacks.
+    let bytes = fs::read(&branch).expect("it is whole");
+    let zstd = bytes.windows(4).position(|there| there == 0xFD2F_B528_u32.to_le_bytes());
+    for length in [zstd.expect("chunks are compressed") + 10, bytes.len() / 2] {
+        let resumed = path("resumed.mcap");
+        fs::write(partial_path(&resumed), &bytes[..length]).expect("the folder can be written");
+        let resume = [&["run"], &SHORT[..], &sets, &["--resume", "--out", text(&resumed)]].concat();
+        let other = from.replace("parent", "other");
+        let refused = asperity(&[&resume[..], &["--set", &other]].concat());
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(refused.status.code() == Some(2) && said.contains("other.mcap: there is no"), "{said}");
+        let shown = succeed(&["scenario", "show", text(&partial_path(&resumed))]);
+        assert_eq!(shown, succeed(&["scenario", "show", text(&branch)]));
+        // Once more: a whole log is left as it is.
+        for _ in 0..2 {
+            succeed(&resume);
+            assert_eq!(rows("resumed.mcap"), rows("branch.mcap"));
+        }
+        fs::remove_file(&resumed).expect("it is there");
+    }
     // Another state is read where one is asked for.
     let refused = asperity(&["run", text(&branch), "-o", text(&path("never.mcap")), "--set", &from]);
     assert_eq!(refused.status.code(), Some(2));

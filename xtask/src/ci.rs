@@ -136,6 +136,7 @@ const LONG_TESTS: &[&str] = &[
     "root new_detector::the_guide_gives_a_detector_and_a_law_that_runs_and_logs_have",
     "root resume::killed_two_hundred_times_a_run_ends_as_if_never_killed",
     "root first_day::every_command_on_every_log",
+    "root foreign::all_are_left_alone_by_all_commands",
     "root verify::chapter_5_begins_alike_as_coded",
     "root verify::chapter_5_begins_alike_as_stated",
     "root words::own_program_builds",

@@ -4,12 +4,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_files::is_taken;
-use asperity_model::Scenario;
+use asperity_model::{Scenario, ScenarioSource};
 use asperity_numbers::{RupturesFrom, Slider, Summarizer};
 use asperity_run::{Begin, CHECKPOINT_INTERVAL, LeftError, LogTo, RunError, SolverKind, Task};
-use asperity_runlog::{Unfinished, WriteError};
+use asperity_runlog::{LogError, RunReader, Unfinished, WriteError, partial_path};
 
-use crate::args::RunArguments;
+use crate::args::{RunArguments, ScenarioChoice};
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::outputs::{fits, refused};
@@ -44,8 +44,11 @@ impl<'a> Making<'a> {
 }
 
 pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
-    let scenario = arguments.choice.resolve_and_tell(board)?;
     let out = arguments.out.as_path();
+    let scenario = match arguments.choice.resolve_and_tell(board) {
+        Err(refused) if arguments.resume => in_logged_state(&arguments.choice, out, board).ok_or(refused)?,
+        resolved => resolved?,
+    };
     let checkpoint_interval = Duration::try_from_secs_f64(arguments.checkpoint_s).map_err(|_| {
         Failure::BadInput(format!(
             "--checkpoint-s {} (accepted: a number of seconds from 0)",
@@ -66,13 +69,40 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     )
 }
 
+/// The scenario of a run to be continued, in the initial state that its log holds: the log that it was read from may
+/// be gone. None if that log or its time is another one, or there is another error.
+fn in_logged_state(choice: &ScenarioChoice, out: &Path, board: &Board) -> Option<Scenario> {
+    let logs = [partial_path(out), out.to_owned()];
+    let (log, toml) = logs.iter().find_map(|log| Some((log, RunReader::scenario_of(log).ok()?)))?;
+    let logged = ScenarioSource::logged("scenario.toml", toml).resolve::<&str>("", &[]).ok()?.initial;
+    let state = format!("initial.state={}", logged.state);
+    let set = choice.set.iter().cloned().chain([state]).collect();
+    let choice = ScenarioChoice { scenario: choice.scenario.clone(), set };
+    let scenario = choice.resolve_and_tell(board).ok()?;
+    let is_same = scenario.initial.from == logged.from && scenario.initial.at_s == logged.at_s;
+    if logged.from.is_empty() || !is_same {
+        return None;
+    }
+    board.line(&format!(
+        "{}: {} cannot be read; its state is in {}",
+        scenario.name,
+        logged.from,
+        log.display()
+    ));
+    Some(scenario)
+}
+
 /// Makes a run and logs it.
 pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
     let &Making { scenario, out, solver, checkpoint_interval, resume, stats } = making;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
     let task = Task::new(scenario).solved_by(solver).log_to(log);
     if is_taken(out) {
-        if !(resume && task.is_whole(out).map_err(Failure::failed)?) {
+        let refuse = |error: LogError| match error.problem.is_no_run_log() {
+            true => Failure::BadInput(format!("--out: {error} (accepted: another file)")),
+            false => Failure::failed(error),
+        };
+        if !(resume && task.is_whole(out).map_err(refuse)?) {
             return Err(taken(out));
         }
         board.line(&format!("{}: {} is whole already", scenario.name, out.display()));

@@ -6,14 +6,15 @@ use std::path::Path;
 
 use asperity_model::keys::{AS_CODED, AS_STATED};
 use asperity_model::{Scenario, ScenarioSource, builtin};
-use asperity_run::with_logged_states;
-use asperity_runlog::{RunReader, Topics};
+use asperity_run::{check, with_logged_states};
+use asperity_runlog::RunReader;
+use asperity_study::given::Given;
 
 use crate::args::{ScenarioChoice, ScenarioCommand};
 use crate::exit::Failure;
 use crate::given::{self, Taken};
 use crate::progress::Board;
-use crate::{terminal, validate};
+use crate::{terminal, validate, verdict_exit};
 
 pub(crate) fn command(command: ScenarioCommand, board: &Board) -> Result<(), Failure> {
     match command {
@@ -77,11 +78,13 @@ fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
     if path.to_str().and_then(builtin::find).is_none() {
         given::check(path, Taken::Scenario)?;
     }
-    if path.is_file()
-        && let Ok(log) = RunReader::open(path, Topics::NONE)
-    {
+    if Given::of(path) == Given::Log {
+        // What follows the scenario may be cut off or damaged.
+        let Ok(toml) = RunReader::scenario_of(path) else {
+            return Err(verdict_exit::failure(path, &check(path)));
+        };
         let origin = format!("{}: scenario.toml", path.display());
-        return Ok((with_logged_states(ScenarioSource::logged(origin, log.scenario_toml())), true));
+        return Ok((with_logged_states(ScenarioSource::logged(origin, toml)), true));
     }
     Ok((with_logged_states(asperity_model::source(path).map_err(Failure::bad_input)?), false))
 }

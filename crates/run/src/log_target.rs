@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_record::RunHeader;
-use asperity_runlog::{LogError, LogProblem, NoRunLog, RunReader, Topics, partial_path};
+use asperity_runlog::{LogError, LogProblem, NoRunLog, RunReader, Topics, must_be_ours, partial_path};
 
 /// The target contains something that must not be replaced.
 #[derive(Debug, thiserror::Error)]
@@ -118,7 +118,7 @@ pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), L
                 return Err(LogTargetError::Foreign(error));
             }
             // Damaged before its header.
-            Err(_) => {}
+            Err(_) => must_be_ours(path).map_err(LogTargetError::Foreign)?,
             Ok(reader) if !fresh => {
                 OtherRun::unless_same(path, reader.header(), wanted, &[SCENARIO, SOLVER])?;
             }

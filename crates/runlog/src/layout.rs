@@ -17,6 +17,7 @@ pub(crate) struct Layout {
     section: Section,
     /// Whether there was a record.
     begun: bool,
+    has_run: bool,
     has_scenario: bool,
     channels: BTreeMap<u16, Channel>,
     schemas: BTreeSet<u16>,
@@ -72,7 +73,7 @@ impl Layout {
             (_, Closed) => misplaced("there is something after the footer"),
             (Record::Metadata(metadata), section) if metadata.name == RUN => match section {
                 Start => {
-                    self.section = Run;
+                    (self.section, self.has_run) = (Run, true);
                     Ok(())
                 }
                 _ => misplaced("there are two metadata `run`"),
@@ -142,7 +143,7 @@ impl Layout {
 
     /// Whether there was metadata `run`.
     pub(crate) fn has_run(&self) -> bool {
-        self.section != Section::Start
+        self.has_run
     }
 
     /// Whether a channel has been announced.

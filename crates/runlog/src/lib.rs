@@ -168,5 +168,5 @@ pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};
 pub use salvage::{SalvageError, Settle, salvage};
 pub use size::MostBytes;
-pub use unfinished::Unfinished;
+pub use unfinished::{Unfinished, must_be_ours};
 pub use write::RunWriter;

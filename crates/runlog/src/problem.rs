@@ -301,11 +301,18 @@ pub enum NoRunLog {
     #[error("not a run log: it does not begin with the eight bytes that begin every MCAP file")]
     NotMcap,
     /// An MCAP file, but of another program.
-    #[error("not a run log: it is an MCAP file of another program ({library:?}), without metadata `{RUN}`")]
+    #[error(
+        "not a run log: it is an MCAP file of another program{}, without metadata `{RUN}`",
+        in_brackets(library)
+    )]
     OtherProgram {
-        /// The library stated in the file.
+        /// The library stated in the file; empty if there is none.
         library: String,
     },
+}
+
+fn in_brackets(library: &str) -> String {
+    if library.is_empty() { String::new() } else { format!(" ({library:?})") }
 }
 
 /// A metadata record with invalid contents.
@@ -385,6 +392,15 @@ impl From<FileError> for WriteError {
             FileError::Busy(path) => WriteError::Busy(path),
             FileError::Io { path, error } => WriteError::Io { path, error },
             error => WriteError::File(error),
+        }
+    }
+}
+
+impl From<LogError> for WriteError {
+    fn from(error: LogError) -> WriteError {
+        match error {
+            LogError { path, problem: LogProblem::Io(error) } => WriteError::Io { path, error },
+            foreign => WriteError::Foreign(Box::new(foreign)),
         }
     }
 }

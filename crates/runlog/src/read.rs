@@ -116,8 +116,30 @@ impl RunReader {
     /// # Errors
     /// If the file cannot be read or is not a run log of a supported version.
     pub fn open(path: &Path, topics: Topics) -> Result<RunReader, LogError> {
-        let at = |problem: LogProblem| LogError { path: path.to_owned(), problem };
-        let records = Records::open(path).map_err(|error| at(error.into()))?;
+        let (reader, read) = RunReader::begin(path, topics)?;
+        read.and_then(|()| reader.header.as_ref().map(|_| ()).ok_or_else(|| reader.records.no_header()))
+            .map_err(|problem| LogError { path: path.to_owned(), problem })?;
+        Ok(reader)
+    }
+
+    /// The resolved scenario of a log, as TOML, of which nothing more may be left; empty if it is lost.
+    ///
+    /// # Errors
+    /// If neither it nor what follows it can be read.
+    pub fn scenario_of(path: &Path) -> Result<String, LogError> {
+        let (reader, read) = RunReader::begin(path, Topics::NONE)?;
+        match read {
+            Err(problem) if reader.scenario_toml.is_empty() => {
+                Err(LogError { path: path.to_owned(), problem })
+            }
+            _ => Ok(reader.scenario_toml),
+        }
+    }
+
+    /// Opens a log and reads up to its first channel, or an error.
+    fn begin(path: &Path, topics: Topics) -> Result<(RunReader, Result<(), LogProblem>), LogError> {
+        let records =
+            Records::open(path).map_err(|error| LogError { path: path.to_owned(), problem: error.into() })?;
         let mut reader = RunReader {
             path: path.to_owned(),
             records,
@@ -146,13 +168,14 @@ impl RunReader {
             progress: Progress::Reading,
         };
         // Header and scenario precede the first channel.
-        while !reader.records.layout().has_channels() && matches!(reader.progress, Progress::Reading) {
-            reader.advance().map_err(at)?;
+        let mut read = Ok(());
+        while read.is_ok()
+            && !reader.records.layout().has_channels()
+            && matches!(reader.progress, Progress::Reading)
+        {
+            read = reader.advance();
         }
-        match &reader.header {
-            Some(_) => Ok(reader),
-            None => Err(at(reader.records.no_header())),
-        }
+        Ok((reader, read))
     }
 
     /// The header of the run.

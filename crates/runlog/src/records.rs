@@ -3,7 +3,6 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::ops::Range;
 use std::path::Path;
 
 use mcap::McapError;
@@ -30,10 +29,9 @@ pub(crate) struct Records {
     chunk: Chunk,
     layout: Layout,
     verifier: Verifier,
-    /// The library that wrote the file, if the MCAP header has another profile.
-    other_library: Option<String>,
-    /// Whether the file begins with zeros.
-    is_torn: bool,
+    /// Why the file is no run log, by its first bytes.
+    foreign: Option<NoRunLog>,
+    has_other_profile: bool,
 }
 
 impl Records {
@@ -50,7 +48,7 @@ impl Records {
         let mut source = BufReader::with_capacity(1 << 16, asperity_files::open(path)?);
         asperity_files::fill(&mut source)?;
         Ok(Records {
-            is_torn: is_torn(source.buffer()),
+            foreign: foreign(source.buffer()),
             source,
             reader: LinearReader::new_with_options(options),
             next_at: MAGIC.len() as u64,
@@ -58,7 +56,7 @@ impl Records {
             chunk: Chunk::default(),
             layout: Layout::default(),
             verifier: Verifier::default(),
-            other_library: None,
+            has_other_profile: false,
         })
     }
 
@@ -69,20 +67,26 @@ impl Records {
 
     /// Whether the MCAP header has the profile of another program.
     pub(crate) fn has_other_profile(&self) -> bool {
-        self.other_library.is_some()
+        self.has_other_profile
+    }
+
+    /// Why the file does not begin as run logs do, if so: it is empty, torn, or of another program. The MCAP header
+    /// is read for its library.
+    pub(crate) fn foreign(&mut self) -> Result<Option<NoRunLog>, LogProblem> {
+        match self.foreign {
+            Some(NoRunLog::OtherProgram { .. }) => match self.read() {
+                Err(problem @ LogProblem::Io(_)) => Err(problem),
+                // Other errors in it do not matter.
+                _ => Ok(self.foreign.clone()),
+            },
+            _ => Ok(self.foreign.clone()),
+        }
     }
 
     /// The error for a missing header: the file is damaged, or of another program.
     pub(crate) fn no_header(&self) -> LogProblem {
-        match &self.other_library {
-            Some(_) if self.is_torn => NoRunLog::Torn.into(),
-            Some(library) => NoRunLog::OtherProgram { library: library.clone() }.into(),
-            None => LogProblem::NoHeader,
-        }
-    }
-
-    fn not_mcap(&self) -> LogProblem {
-        if self.is_torn { NoRunLog::Torn } else { NoRunLog::NotMcap }.into()
+        let foreign = self.foreign.clone().filter(|_| self.has_other_profile);
+        foreign.map_or(LogProblem::NoHeader, LogProblem::from)
     }
 
     /// Returns the next record; None after the last one.
@@ -90,12 +94,12 @@ impl Records {
     /// # Errors
     /// If it cannot be read, or is not allowed there.
     pub(crate) fn next(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
-        self.read().map_err(|problem| match problem {
-            LogProblem::Io(_) => problem,
-            // A file of another program is not a run log, whatever its errors.
-            _ if self.other_library.is_some() && !self.layout.has_run() => self.no_header(),
-            _ => problem,
-        })
+        match self.read() {
+            Err(problem @ LogProblem::Io(_)) => Err(problem),
+            // A file of another program is not a run log, whatever its errors, nor if it has none.
+            Err(_) | Ok(None) if self.has_other_profile && !self.layout.has_run() => Err(self.no_header()),
+            read => read,
+        }
     }
 
     fn read(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
@@ -132,7 +136,7 @@ impl Records {
                 }
                 Some(Err(McapError::UnexpectedEof)) => return Err(self.early_end()),
                 Some(Err(McapError::BadMagic)) if !self.layout.has_begun() => {
-                    return Err(self.not_mcap());
+                    return Err(self.foreign.clone().unwrap_or(NoRunLog::NotMcap).into());
                 }
                 Some(Err(error)) => return Err(LogProblem::from(error).at(self.next_at)),
             };
@@ -141,7 +145,10 @@ impl Records {
                     self.chunk = Chunk::open(&header, &data).map_err(|problem| problem.at(self.at))?;
                 }
                 Record::Header(header) => {
-                    self.other_library = (header.profile != PROFILE).then(|| header.library.clone());
+                    self.has_other_profile = header.profile != PROFILE;
+                    if let Some(NoRunLog::OtherProgram { library }) = &mut self.foreign {
+                        library.clone_from(&header.library);
+                    }
                     return Ok(Some(Record::Header(header)));
                 }
                 record => return Ok(Some(record)),
@@ -152,12 +159,6 @@ impl Records {
     /// The error for a file that ends inside a record: it was truncated, or the record's length is
     /// wrong. A truncated file has no proper ending.
     fn early_end(&mut self) -> LogProblem {
-        if !self.layout.has_begun()
-            && let Ok(start) = self.start()
-            && (start.is_empty() || !MAGIC.starts_with(&start))
-        {
-            return if start.is_empty() { NoRunLog::Empty.into() } else { self.not_mcap() };
-        }
         let mut last = [0; MAGIC.len()];
         let back = SeekFrom::End(-(last.len() as i64));
         let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
@@ -165,7 +166,10 @@ impl Records {
             Ok(at) if at > self.next_at && last == *MAGIC => LogProblem::Overlong(self.next_at),
             _ => match self.goes_on() {
                 Ok(true) => LogProblem::Overlong(self.next_at),
-                Ok(false) => McapError::UnexpectedEof.into(),
+                Ok(false) => match self.foreign.clone().filter(|_| !self.layout.has_begun()) {
+                    Some(foreign) => foreign.into(),
+                    None => McapError::UnexpectedEof.into(),
+                },
                 Err(error) => error.into(),
             },
         }
@@ -193,26 +197,36 @@ impl Records {
             bytes.drain(..bytes.len().saturating_sub(LONGEST_SEAL_BYTES));
         }
     }
-
-    /// Reads the first bytes of the file, as many as any MCAP file has.
-    fn start(&mut self) -> io::Result<Vec<u8>> {
-        self.source.seek(SeekFrom::Start(0))?;
-        let mut start = Vec::new();
-        self.source.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start)?;
-        Ok(start)
-    }
 }
 
-/// Whether a file begins as a run log, and has zeros from somewhere before the profile ends. The length of the MCAP
-/// header depends on the version.
-fn is_torn(start: &[u8]) -> bool {
-    const LENGTH: Range<usize> = MAGIC.len() + 1..MAGIC.len() + 9;
+/// Why a file with these first bytes is no run log; None if it begins as one, however short it is.
+fn foreign(start: &[u8]) -> Option<NoRunLog> {
+    /// Where the length of the MCAP header stands, which depends on its library, and where the profile ends.
+    const LENGTH_AT: usize = MAGIC.len() + 1;
+    const PROFILE_AT: usize = LENGTH_AT + 8 + 4;
+    // That length fits in its first byte, and includes profile and library with their lengths.
+    const SHORTEST: u8 = 4 + PROFILE.len() as u8 + 4;
     let profile_bytes = (PROFILE.len() as u32).to_le_bytes();
-    let expected = [MAGIC, &[op::HEADER], &[0; 8], &profile_bytes, PROFILE.as_bytes()].concat();
-    let mut pairs = start.iter().zip(&expected).enumerate();
-    let differs = pairs.position(|(at, (byte, expected))| byte != expected && !LENGTH.contains(&at));
-    let end = start.len().min(expected.len());
-    differs.is_some_and(|at| start[at..end].iter().all(|byte| *byte == 0))
+    let ours = [MAGIC, &[op::HEADER], &[0; 8], &profile_bytes, PROFILE.as_bytes()].concat();
+    let is_ours = |(at, byte): (usize, &u8)| match at {
+        LENGTH_AT => *byte >= SHORTEST,
+        _ => *byte == ours[at],
+    };
+    let start = &start[..start.len().min(ours.len())];
+    let differs = match start.iter().enumerate().position(|at| !is_ours(at)) {
+        None if start.is_empty() => return Some(NoRunLog::Empty),
+        None => return None,
+        Some(differs) => differs,
+    };
+    // The header of another program may have an empty profile, and end there.
+    let may_be_another = differs > LENGTH_AT && start.len() <= PROFILE_AT;
+    Some(if start[differs..].iter().all(|byte| *byte == 0) && !may_be_another {
+        NoRunLog::Torn
+    } else if start.starts_with(MAGIC) {
+        NoRunLog::OtherProgram { library: String::new() }
+    } else {
+        NoRunLog::NotMcap
+    })
 }
 
 /// Reads some bytes, again if a signal interrupts it.

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs, LockedFile, create_folder, is_taken, partial_path};
 
-use crate::problem::{LogError, LogProblem, WriteError};
-use crate::read::{RunReader, Topics};
+use crate::problem::{LogError, LogProblem, NoRunLog, WriteError};
+use crate::records::Records;
 
 /// The temporary path of a resumed run, until its log contains everything of the unfinished one.
 fn resumed_path(path: &Path) -> PathBuf {
@@ -215,13 +215,17 @@ fn emptied(path: &Path) -> Result<LockedFile, WriteError> {
     Ok(locked)
 }
 
-/// Checks that a file is a run log or the beginning of one; an empty file counts.
-fn must_be_ours(path: &Path) -> Result<(), WriteError> {
-    match RunReader::open(path, Topics::NONE) {
-        Err(error) if error.problem.is_no_run_log() && !error.problem.is_early_end() => {
-            Err(WriteError::Foreign(Box::new(error)))
-        }
-        Err(LogError { path, problem: LogProblem::Io(error) }) => Err(WriteError::Io { path, error }),
-        _ => Ok(()),
-    }
+/// Checks by its first bytes that a file is a run log or the beginning of one, which may be replaced. An empty file
+/// counts, and one whose first bytes a power cut left as zeros.
+///
+/// # Errors
+/// If it is of another program, or cannot be read.
+pub fn must_be_ours(path: &Path) -> Result<(), LogError> {
+    let foreign = Records::open(path).map_err(LogProblem::from).and_then(|mut records| records.foreign());
+    let problem = match foreign {
+        Ok(None | Some(NoRunLog::Empty | NoRunLog::Torn)) => return Ok(()),
+        Ok(Some(foreign)) => foreign.into(),
+        Err(problem) => problem,
+    };
+    Err(LogError { path: path.to_owned(), problem })
 }

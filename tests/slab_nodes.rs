@@ -140,6 +140,15 @@ fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
         let left = fs::read_dir(&out).map_or(0, Iterator::count);
         assert_eq!(left, 0, "{arguments:?} leaves files");
     }
+    // A collection that named such files was no XML, or named others.
+    for name in ["a\u{1b}b.mcap", "a\nb.mcap"] {
+        fs::copy(&short, path(name)).expect("it can be written");
+        let vtk = ["--to", "vtk", "--nodes-at-s", "0.0005", "--out", text(&out)];
+        let output = asperity(&[&["export", text(&path(name))], &vtk[..]].concat());
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && words.contains("(accepted: a name in UTF-8"), "{words}");
+        assert!(!out.exists(), "{name:?} leaves files");
+    }
 }
 
 /// The part before a cut or a damage is as sound as that of a complete log; it used to be refused, since

@@ -10,12 +10,14 @@ use crate::say::say;
 use crate::workspace::{Failure, cargo, output, root, run, target_folder};
 
 /// The fuzzers, in `tests/fuzz/targets`, and how long an input each is given at most.
-const TARGETS: [(&str, u32); 7] = [
+const TARGETS: [(&str, u32); 9] = [
     ("log_bytes", 60_000),
     ("log_edits", 600),
     ("metadata", 1000),
     ("scenario", 3000),
     ("profile", 2000),
+    ("plan", 4000),
+    ("results", 4000),
     ("pipeline", 4000),
     ("tables", 600),
 ];
@@ -96,4 +98,34 @@ fn fuzz(target: &str, longest: u32, arguments: &FuzzArguments) -> Result<(), Fai
     }
     say!("==> {target}, for {} s", arguments.for_s);
     run(&mut command)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workspace::read;
+
+    /// Two of them were built and never ran.
+    #[test]
+    fn every_target_runs() {
+        let mut known = TARGETS.map(|(name, _)| name.to_owned());
+        known.sort();
+        let files = fs::read_dir(root().join("tests/fuzz/targets")).expect("the folder is there");
+        let mut found: Vec<String> = files
+            .map(|entry| entry.expect("it can be read").path())
+            .map(|path| path.file_stem().expect("it has a name").to_string_lossy().into_owned())
+            .collect();
+        found.sort();
+        assert_eq!(found, known);
+        let manifest = read(&root().join("tests/fuzz/Cargo.toml")).expect("it can be read");
+        let manifest: toml::Table = manifest.parse().expect("it is TOML");
+        let mut built: Vec<&str> = manifest["bin"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .filter_map(|program| program["name"].as_str())
+            .collect();
+        built.sort_unstable();
+        assert_eq!(built, known);
+    }
 }

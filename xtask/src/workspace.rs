@@ -16,6 +16,8 @@ pub(crate) enum Failure {
     Exit { program: String, code: u8 },
     /// Something is not as it must be.
     Check(String),
+    /// What a check needs is not here, so nothing is known.
+    NotChecked(String),
     /// Two things cannot be compared; a comparison that found differences exits with 1.
     CannotCompare(String),
     /// A signal ended it; with the code to exit with.
@@ -26,7 +28,7 @@ impl Failure {
     /// The exit code for the shell.
     pub(crate) fn code(&self) -> u8 {
         match self {
-            Failure::Io { .. } | Failure::Check(_) => 1,
+            Failure::Io { .. } | Failure::Check(_) | Failure::NotChecked(_) => 1,
             Failure::CannotCompare(_) => 2,
             Failure::Exit { code, .. } | Failure::Interrupted(code) => *code,
         }
@@ -47,6 +49,7 @@ impl fmt::Display for Failure {
             Failure::Io { what, error } => write!(f, "failed to {what}: {error}"),
             Failure::Exit { program, code } => write!(f, "{program} exited with code {code}"),
             Failure::Check(problem) | Failure::CannotCompare(problem) => f.write_str(problem),
+            Failure::NotChecked(reason) => write!(f, "not checked: {reason}"),
             Failure::Interrupted(_) => f.write_str("interrupted"),
         }
     }

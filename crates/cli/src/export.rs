@@ -194,6 +194,13 @@ fn vtk(
     arguments: &ExportArguments,
     board: &Board,
 ) -> Result<(), Failure> {
+    // A collection, which is XML, names the files.
+    if run.to_str().is_none() || request.name.contains(char::is_control) {
+        return Err(Failure::BadInput(format!(
+            "--to vtk: {:?} (accepted: a name in UTF-8 without control characters)",
+            run.file_name().unwrap_or_default()
+        )));
+    }
     let header = log.header();
     let mut progress = board.steps(&request.name, header.steps, header.time_grid().time_s(header.steps));
     let checked = log.check(&mut progress);

@@ -285,9 +285,9 @@ mod tests {
         let times = [odd.time.duration_s, odd.recording.sample_s, odd.recording.fields_s];
         assert_eq!(times, [4.9999999, 0.0010003, 0.0199997]);
         assert_eq!(resolve(&odd.to_commented_toml()).unwrap(), odd);
-        let textbook = "slider.mass_kg = 25\nslider.youngs_modulus_pa = 250\nslider.width_m = 1\nslider.height_m = 1\n\
+        let coarse = "slider.mass_kg = 2500\nslider.youngs_modulus_pa = 250\nslider.width_m = 1\nslider.height_m = 1\n\
                         slider.length_m = 24\nslider.blocks = 25\ntime.step_s = 0.003\ntime.duration_s = 300";
-        let recording = resolve(textbook).unwrap().recording;
+        let recording = resolve(coarse).unwrap().recording;
         assert_eq!([recording.sample_s, recording.fields_s], [0.003, 0.021]);
     }
 

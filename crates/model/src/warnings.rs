@@ -11,6 +11,7 @@ use crate::preview::Preview;
 use crate::scenario::Scenario;
 use crate::slab;
 use crate::stability::{FEWEST_NUCLEATION_BLOCKS, Stability};
+use crate::text;
 
 /// Smallest driving force at the start, over the normal load, that exceeds rounding.
 const LEAST_LOAD_RATIO: f64 = 1e-9;
@@ -32,7 +33,7 @@ pub struct Warning {
 type Check = fn(&Scenario, &Plan) -> Option<String>;
 
 /// All checks, each with the kind of its warnings.
-const CHECKS: [(&str, Check); 15] = [
+const CHECKS: [(&str, Check); 16] = [
     ("time-step", step),
     ("without-effect", without_effect),
     ("front-speed", fronts),
@@ -46,6 +47,7 @@ const CHECKS: [(&str, Check); 15] = [
     ("broken-at-start", broken_at_start),
     ("healing-times", healing_times),
     ("nucleation-length", nucleation_length),
+    ("many-rows", many_rows),
     ("no-solid", |scenario, _| implausible::no_solid(scenario)),
     ("no-slip", |scenario, plan| implausible::no_slip(scenario, &Preview::of(scenario, plan))),
 ];
@@ -76,6 +78,31 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
              {ADVISED_SHARE} of it every switch feeds energy into the slider, and the number of events \
              depends on the step",
             scenario.time.step_s
+        )
+    })
+}
+
+/// Most rows of blocks that a log may be asked for without a warning: of 24 bytes each, some 240 GB.
+const MANY_ROWS: f64 = 1e10;
+
+/// Warns of scheduled records that hardly any disk holds.
+fn many_rows(_scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let recording = &plan.recording;
+    let on_cadence = |every: u64| (plan.steps - plan.initial.step).checked_div(every).unwrap_or(0) as f64;
+    let of_windows = recording.windows.iter().map(|window| {
+        ((window.to_step - window.from_step) / window.every_steps + 1) as f64 * window.blocks.len() as f64
+    });
+    let rows = [
+        ("recording.sample_s", on_cadence(recording.sample_every_steps)),
+        ("recording.fields_s", on_cadence(recording.fields_every_steps) * plan.blocks as f64),
+        ("recording.window", of_windows.sum()),
+    ];
+    let (key, rows) = rows.into_iter().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    (rows > MANY_ROWS).then(|| {
+        let gigabytes = text::short(rows * 24.0 / 1e9);
+        format!(
+            "{key}: {} rows are to be recorded, some {gigabytes} GB before compression",
+            text::short(rows)
         )
     })
 }
@@ -377,6 +404,20 @@ mod tests {
             Scenario::resolve(&ScenarioSource::new(name, builtin::find(name).unwrap())).unwrap().warnings()
         };
         assert!(builtin::all().filter(|(name, _)| of(name).is_empty()).count() > 25);
+    }
+
+    #[test]
+    fn rows_that_no_disk_holds_are_warned_of() {
+        let window = "[[recording.window]]\nfrom_s = 0\nto_s = 100\nfirst_block = 1\nlast_block = 100";
+        let of = |every_s: &str, set: &str| {
+            let text = format!("time.duration_s = 100\n{window}\nevery_s = {every_s}");
+            let source = ScenarioSource::new("test", text).with_override(set);
+            Scenario::resolve(&source).unwrap().warnings().into_iter().map(|w| w.text).collect::<Vec<_>>()
+        };
+        let expected = "recording.window: 1e12 rows are to be recorded, some 24000 GB before compression";
+        assert_eq!(of("1e-8", "recording.fields_s=0.1"), [expected]);
+        assert_eq!(of("2e-6", "recording.fields_s=0.1"), Vec::<String>::new());
+        assert!(of("2e-6", "recording.fields_s=1e-8")[0].starts_with("recording.fields_s: 1e12 rows"));
     }
 
     #[test]

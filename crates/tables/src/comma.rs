@@ -1,6 +1,7 @@
 //! Tables as CSV: a header line, nothing for empty cells, and doubles with as many digits as they need to
 //! be read back exactly. Every table that is CSV is written by [`CsvRows`].
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -67,12 +68,19 @@ impl<W: Write> CsvRows<W> {
         self.writer.write_record(None::<&[u8]>).map_err(as_io)
     }
 
-    /// Writes a row of texts.
+    /// Writes a row of texts; those that spreadsheets would compute, such as the name `=1+1`, behind an apostrophe.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn push_texts<T: AsRef<[u8]>>(&mut self, row: impl IntoIterator<Item = T>) -> io::Result<()> {
-        self.writer.write_record(row).map_err(as_io)
+    pub fn push_texts<T: AsRef<str>>(&mut self, row: impl IntoIterator<Item = T>) -> io::Result<()> {
+        for cell in row {
+            let cell = cell.as_ref();
+            let is_formula =
+                cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && cell.parse::<f64>().is_err();
+            let written = if is_formula { Cow::Owned(format!("'{cell}")) } else { Cow::Borrowed(cell) };
+            self.writer.write_field(&*written).map_err(as_io)?;
+        }
+        self.writer.write_record(None::<&[u8]>).map_err(as_io)
     }
 
     /// Flushes, and returns the underlying writer.
@@ -148,5 +156,14 @@ mod tests {
         let last = "4,0.30000000000000004,,false\n";
         assert_eq!(written(Spelling::Plain), format!("{head}3,0.0000001,5,true\n{last}"));
         assert_eq!(written(Spelling::Scientific), format!("{head}3,1e-7,5.0,true\n{last}"));
+    }
+    #[test]
+    fn names_are_no_formulas_and_numbers_stay_numbers() {
+        let mut rows = CsvRows::headed(Vec::new(), ["a", "b", "c"].into_iter(), Spelling::Plain).unwrap();
+        for row in [["=1+1", "-0.5", "-1e-7"], ["@sum", "-a", "a=b"], ["+cmd", "\tx", ""]] {
+            rows.push_texts(row).unwrap();
+        }
+        let written = String::from_utf8(rows.finish().unwrap()).unwrap();
+        assert_eq!(written, "a,b,c\n'=1+1,-0.5,-1e-7\n'@sum,'-a,a=b\n'+cmd,'\tx,\n");
     }
 }

@@ -1,6 +1,7 @@
 """Runs of the package are those of the command, to the bit; and whatever ends them leaves a log to resume."""
 
 import multiprocessing
+import multiprocessing.pool
 import os
 import signal
 import subprocess
@@ -130,6 +131,91 @@ def test_ctrl_c_raises_keyboard_interrupt_and_the_log_resumes(unbroken: asperity
     assert resumed.digest == unbroken.digest
 
 
+@pytest.mark.parametrize("call", ["run('default', detectors=Endless())", "open('a.mcap').detect(Endless())"])
+def test_ctrl_c_ends_a_detector_that_does_not(call: str, tmp_path: Path) -> None:
+    asperity.run(asperity.Scenario("default", SMALL), log=tmp_path / "a.mcap")
+    code = f"""
+import asperity
+class Endless:
+    def observe(self, record):
+        open('begun', 'w')
+        while True:
+            pass
+asperity.{call}
+"""
+    process = run_in(tmp_path, code)
+    while not (tmp_path / "begun").exists():
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert said.rstrip().endswith(b"KeyboardInterrupt")
+
+
+@pytest.mark.parametrize("bytes_left", [0, 8, 300, 20_000, 40_000])
+def test_a_log_that_was_cut_in_its_beginning_is_begun_again(bytes_left: int, tmp_path: Path) -> None:
+    log = tmp_path / "a.mcap"
+    scenario = asperity.Scenario("ten-blocks", {"time.step_s": 1e-6, "time.duration_s": 0.5})
+    whole = asperity.run(scenario, log=log, solver="plain")
+    partial = tmp_path / "a.mcap.partial"
+    log.rename(partial)
+    assert partial.read_bytes().index(b"scenario.toml") + len(scenario.toml) in range(20_000, 40_000)
+    os.truncate(partial, bytes_left)
+    if bytes_left > 20_000:
+        with pytest.raises(asperity.Refused, match="unfinished run .accepted: asperity.resume"):
+            asperity.run(scenario, log=log)
+        assert asperity.resume(log).digest == whole.digest
+    else:
+        with pytest.raises(asperity.Refused, match="ends before its scenario .accepted: asperity.run.SCENARIO, log="):
+            asperity.resume(log)
+        assert asperity.run(scenario, log=log, solver="plain").digest == whole.digest
+
+
+@pytest.mark.parametrize("late", ["observe", "finish", "progress"])
+def test_an_exception_leaves_a_log_that_resumes(late: str, tmp_path: Path) -> None:
+    class Late:
+        def observe(self, record: asperity.StepRecord) -> None:
+            assert late != "observe"
+
+        def finish(self) -> None:
+            assert late != "finish"
+
+    def progress(done: int, total: int) -> None:
+        assert late != "progress" or done < total
+
+    log = tmp_path / "a.mcap"
+    with pytest.raises(AssertionError):
+        asperity.run(asperity.Scenario("default", SMALL), log=log, detectors=Late(), progress=progress)
+    assert asperity.resume(log).digest == asperity.run(asperity.Scenario("default", SMALL), log=tmp_path / "b.mcap").digest
+
+
+def test_a_forked_process_does_not_keep_a_log(tmp_path: Path) -> None:
+    log, begun, over = tmp_path / "a.mcap", threading.Event(), threading.Event()
+
+    class Begun:
+        def observe(self, record: asperity.StepRecord) -> None:
+            begun.set()
+
+    def make() -> None:
+        with pytest.raises(asperity.Interrupted):
+            asperity.run(asperity.Scenario("default", LONG), log=log, detectors=Begun(), stop=over.is_set)
+
+    thread = threading.Thread(target=make)
+    thread.start()
+    begun.wait()
+    child = os.fork()
+    if child == 0:
+        time.sleep(600)
+        os._exit(0)
+    over.set()
+    thread.join()
+    try:
+        with pytest.raises(asperity.Interrupted):
+            asperity.resume(log, stop=lambda: True)
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+
+
 def test_stop_ends_a_run_and_resume_continues_it(unbroken: asperity.Run, tmp_path: Path) -> None:
     log = tmp_path / "long.mcap"
     begun = time.monotonic()
@@ -167,15 +253,53 @@ def test_two_threads_run_at_once_and_others_go_on(default_run: asperity.Run) -> 
     assert len(found) == 2 and all(pl.DataFrame(run.events).equals(expected) for run in found)
 
 
-def small_events(_: int) -> int:
-    return len(asperity.run(asperity.Scenario("default", SMALL)).events)
+@pytest.mark.parametrize("call", ["initial", "plan", "html"])
+def test_others_go_on_while_a_scenario_is_resolved(call: str, unbroken: asperity.Run) -> None:
+    sheet = asperity.Scenario("sheet", slider={"blocks": 300, "across": 300, "width_m": 0.1}, time={"step_s": 1e-8})
+    beats, over = [time.monotonic()], threading.Event()
+
+    def beat() -> None:
+        while not over.wait(0.005):
+            beats.append(time.monotonic())
+
+    thread = threading.Thread(target=beat)
+    thread.start()
+    match call:
+        case "initial":
+            asperity.Scenario("default", {"initial.from": str(unbroken.log), "time.duration_s": 61.0})
+        case "plan":
+            assert sheet.plan
+        case _:
+            assert sheet.replace({"name": "other"})._repr_html_()
+    beats.append(time.monotonic())
+    over.set()
+    thread.join()
+    pauses = [later - earlier for earlier, later in zip(beats, beats[1:])]
+    assert max(pauses) < sum(pauses) / 2, "the interpreter stood still"
 
 
-@pytest.mark.parametrize("method", ["fork", "spawn"])
+def small_events(_: int) -> asperity.Table:
+    return asperity.run(asperity.Scenario("default", SMALL)).events
+
+
+def small_run(_: int) -> asperity.Run:
+    return asperity.run(asperity.Scenario("default", SMALL))
+
+
+def no_log(_: int) -> asperity.Run:
+    return asperity.open(__file__)
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn", "forkserver"])
 def test_worker_processes_run(method: str) -> None:
-    expected = small_events(0)
+    expected = pl.DataFrame(small_events(0))
     with multiprocessing.get_context(method).Pool(2) as pool:
-        assert pool.map(small_events, range(4)) == [expected] * 4
+        assert all(pl.DataFrame(events).equals(expected) for events in pool.map(small_events, range(4)))
+        with pytest.raises(multiprocessing.pool.MaybeEncodingError, match="a run is not pickled .accepted: its tables"):
+            pool.map(small_run, [0])
+        with pytest.raises(asperity.LogError) as raised:
+            pool.map_async(no_log, [0]).get(timeout=60)
+        assert raised.value.verdict == "not a run log"
 
 
 def test_two_runs_on_one_log(tmp_path: Path) -> None:
@@ -336,11 +460,43 @@ def test_misuse_is_refused_with_what_is_accepted(default_run: asperity.Run, tmp_
         default_run.nodes(0.0)
     with pytest.raises(asperity.Refused, match="no kind of figure; did you mean lengths"):
         default_run.draw("lenghts")
+    with pytest.raises(TypeError, match="name = None .accepted: a number, a text"):
+        asperity.Scenario("default", {"name": None})
+    for rules, says in [({"min_blocks": 2**62}, "from 1 to 4294967295"), ({"link_time_ratio": float("nan")}, "above 0")]:
+        with pytest.raises(asperity.Refused, match=f"{next(iter(rules))} = .*{says}"):
+            default_run.detect(**rules)  # type: ignore[arg-type]
+    for name in ("x.h5", "x.mcap.partial", "x.mcap.resumed"):
+        with pytest.raises(asperity.Refused, match=f"{name}: the output is a run log .accepted: .*/x.mcap"):
+            asperity.run("default", log=tmp_path / name)
     taken = tmp_path / "taken.mcap"
     taken.write_text("mine")
     with pytest.raises(asperity.Refused, match="exists already"):
         asperity.run("default", log=taken)
     assert taken.read_text() == "mine"
+
+
+def test_names_are_any_text_and_paths_any_bytes(tmp_path: Path) -> None:
+    name = "<img src=x onerror=alert(1)>\x7f"
+    scenario = asperity.Scenario("default", {**SMALL, "name": name})
+    assert scenario.name == name
+
+    class Tag:
+        def observe(self, record: asperity.StepRecord) -> dict[str, object]:
+            return {"<img>": "<img>"}
+
+    log = Path(os.fsdecode(os.fsencode(tmp_path) + b"/<img>\xff.mcap"))
+    with pytest.raises(asperity.Interrupted) as raised:
+        asperity.run(scenario.replace(LONG), log=log, stop=lambda: True)
+    assert raised.value.log is not None and raised.value.log.exists()
+    raised.value.log.unlink()
+    run = asperity.run(scenario, log=log, detectors=Tag())
+    log.rename(f"{log}.partial")
+    assert asperity.resume(f"{log}.partial").log == log
+    for shown in (run, asperity.open(log), run.found["Tag"], scenario, run.summary):
+        assert "<img" not in shown._repr_html_()
+    assert "<img" not in run.draw("load", title=name).svg
+    with pytest.raises(asperity.Refused, match="accepted: a path in UTF-8"):
+        asperity.sweep(os.fsdecode(b"\xfe.toml"), {"friction.spread_seed": [1]})
 
 
 def test_nothing_prints(tmp_path: Path) -> None:

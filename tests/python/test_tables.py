@@ -1,5 +1,7 @@
 """Tables are read by every library of data frames, without a copy; fields are arrays on the same memory."""
 
+import copy
+import pickle
 from pathlib import Path
 
 import asperity
@@ -54,6 +56,30 @@ def test_nothing_is_copied(default_run: asperity.Run) -> None:
             assert polars.buffers()[1].address == address
             assert pa.RecordBatchReader.from_stream(default_run.events).read_all()[name].chunk(0).buffers()[1].address == address
     assert not default_run.events["onset_s"].flags.writeable
+
+
+def test_data_can_be_copied_and_pickled(default_run: asperity.Run) -> None:
+    class Mixed:
+        def observe(self, record: asperity.StepRecord) -> list[dict[str, object]]:
+            return [{"time_s": record.time_s, "step": record.step, "slides": record.sliding > 0}, {"text": "\u00b5"}]
+
+    events = default_run.detect(Mixed())
+    mixed = events.found["Mixed"]
+    assert pa.table(mixed).schema.field("text").type == pa.large_string(), "2 GiB are not the most"
+    field = default_run.field("velocity", t=(0.7, 0.71), every=1e-3)
+    nodes = asperity.run("slab", {"time.duration_s": 1e-4}).nodes(1e-4)
+    for copied in (copy.copy, copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value, 2))):
+        for table in [*tables(default_run), mixed]:
+            other = copied(table)
+            assert pa.table(other).equals(pa.table(table), check_metadata=True) and repr(other) == repr(table)
+        assert repr(copied(events)) == repr(events)
+        assert repr(copied(field)) == repr(field) and (copied(field).values == field.values).all()
+        assert (copied(field).steps == field.steps).all() and (copied(field).x == field.x).all()
+        assert repr(copied(nodes)) == repr(nodes) and (copied(nodes).velocity == nodes.velocity).all()
+        summary = copied(default_run.summary)
+        assert summary == default_run.summary and summary.unit("front_speed_m_per_s") == "m/s"
+    with pytest.raises(TypeError, match="a run is not pickled .accepted: .*run.ruptures and run.summary, or run.log"):
+        pickle.dumps(default_run)
 
 
 def test_a_column_outlives_its_run() -> None:

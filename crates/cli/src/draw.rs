@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::FigureError;
 use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target, USUAL, USUAL_OVER_AREA};
-use asperity_files::{Existing, FileSet, Inputs};
+use asperity_files::{Existing, FileSet, Inputs, format_of};
 use asperity_model::among;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
@@ -13,7 +13,7 @@ use asperity_run::{Checked, Nodes};
 
 use crate::args::DrawArguments;
 use crate::exit::Failure;
-use crate::outputs::{format_of, refused};
+use crate::outputs::refused;
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal::say;

@@ -3,33 +3,14 @@
 use std::io;
 use std::path::Path;
 
-use asperity_files::{FileError, create_folder as create, is_new_folder};
+use asperity_files::{FileError, better_name, create_folder as create, is_new_folder};
 
 use crate::exit::Failure;
-
-/// Endings of names that denote the type of a file.
-const ENDINGS: [&str; 32] = [
-    "arrow", "csv", "db", "eps", "gif", "gz", "h5", "hdf5", "htm", "html", "jpeg", "jpg", "json", "log",
-    "mat", "mcap", "md", "nc", "ndjson", "npy", "npz", "parquet", "pdf", "png", "svg", "tif", "tiff", "toml",
-    "tsv", "txt", "webp", "zip",
-];
-
-/// The ending of a name that denotes the format of a file, in small letters.
-pub(crate) fn format_of(path: &Path) -> Option<String> {
-    let ending = path.extension()?.to_str()?.to_lowercase();
-    ENDINGS.contains(&ending.as_str()).then_some(ending)
-}
 
 /// Refuses an output name whose ending denotes another format than that of `what`. Names of `what` end in
 /// `ending`; it is a folder if `ending` is empty. Existing files are left to the checks for replacement.
 pub(crate) fn fits(option: &str, path: &Path, ending: &str, what: &str) -> Result<(), Failure> {
-    if path.exists() {
-        return Ok(());
-    }
-    if format_of(path).is_none_or(|written| written == ending) {
-        return Ok(());
-    }
-    let better = path.with_extension(ending);
+    let Some(better) = better_name(path, ending).filter(|_| !path.exists()) else { return Ok(()) };
     let folder = if ending.is_empty() { "a folder, as " } else { "" };
     Err(Failure::BadInput(format!(
         "{option} {}: the output is {what} (accepted: {folder}{})",
@@ -84,11 +65,14 @@ mod tests {
     #[test]
     fn names_that_say_another_format_are_refused_and_others_are_not() {
         let of = |name: &str, ending: &str| fits("--out", Path::new(name), ending, "a run log");
-        for name in ["x.mcap", "x.MCAP", "x", "tilt-0.5", "mine.v2", "x.mcap.partial", ".csv"] {
+        for name in ["x.mcap", "x.MCAP", "x", "tilt-0.5", "mine.v2", ".csv"] {
             assert!(of(name, "mcap").is_ok(), "{name}");
         }
         let refused = of("out/x.h5", "mcap").unwrap_err().to_string();
         assert_eq!(refused, "--out out/x.h5: the output is a run log (accepted: out/x.mcap)");
+        for name in ["x.mcap.partial", "x.mcap.resumed"] {
+            assert!(of(name, "mcap").unwrap_err().to_string().ends_with("(accepted: x.mcap)"), "{name}");
+        }
         let refused = of("out/x.csv", "").unwrap_err().to_string();
         assert!(refused.ends_with("(accepted: a folder, as out/x)"), "{refused}");
     }

@@ -34,6 +34,7 @@
 //! - [`Inputs`]: files that are never overwritten.
 //! - `lock`, `rename`: exclude other processes, and rename atomically.
 //! - [`FileSet`], in a `stage`: files that appear together or not at all.
+//! - [`better_name`]: refuses outputs whose names denote another format.
 //! - [`open()`]: opens the inputs of commands, which must be files; [`ShortLines`] bounds their lines; [`fill`] reads on
 //!   after a signal.
 //! - [`UntilRefused`]: a writer that stops at the first refused write.
@@ -46,6 +47,7 @@ mod inputs;
 mod lines;
 mod lock;
 mod locked_file;
+mod names;
 mod open;
 mod place;
 mod rename;
@@ -57,6 +59,7 @@ pub use error::FileError;
 pub use inputs::{Inputs, partial_path};
 pub use lines::{ShortLines, fill};
 pub use locked_file::{FolderLock, LockedFile};
+pub use names::{better_name, format_of};
 pub use open::{NoFile, entries, open, open_text, read, read_if_there};
 pub use place::is_taken;
 pub use rename::Existing;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::FileError;
 use crate::identity::Identity;
-use crate::lock::{Lock, try_lock};
+use crate::lock::{Held, Lock, try_lock};
 use crate::place::is_taken;
 use crate::rename::{Existing, rename, sync_folder_of};
 
@@ -15,7 +15,7 @@ use crate::rename::{Existing, rename, sync_folder_of};
 #[derive(Debug)]
 pub struct LockedFile {
     path: PathBuf,
-    file: File,
+    file: Held,
     identity: Identity,
     /// Whether its name is known to survive a power cut.
     is_name_synced: bool,
@@ -61,7 +61,7 @@ impl LockedFile {
 
     fn lock(path: &Path, file: File) -> Result<LockedFile, FileError> {
         let identity = Identity::of_file(&file).map_err(FileError::io(path))?;
-        let locked = LockedFile { path: path.to_owned(), file, identity, is_name_synced: false };
+        let locked = LockedFile { path: path.to_owned(), file: Held(file), identity, is_name_synced: false };
         if try_lock(&locked.file) == Lock::Busy {
             return Err(FileError::Busy(locked.path));
         }
@@ -185,6 +185,8 @@ mod tests {
         assert!(matches!(LockedFile::create(&path), Err(FileError::Busy(busy)) if busy == path));
         locked.rename(&name, Existing::Refuse).unwrap();
         assert!(matches!(LockedFile::open(&name), Err(FileError::Busy(_))));
+        // As a forked process has it.
+        let _open_still = locked.file().try_clone().unwrap();
         drop(locked);
         assert!(LockedFile::open(&name).unwrap().is_some());
     }

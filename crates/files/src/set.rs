@@ -9,7 +9,7 @@ use crate::create_folder;
 use crate::error::FileError;
 use crate::identity::Identity;
 use crate::inputs::Inputs;
-use crate::lock::wait_for_folder;
+use crate::lock::{Held, wait_for_folder};
 use crate::place::{Place, There, folder_of, is_taken};
 use crate::rename::{Existing, rename, sync_folder_of};
 use crate::stage::Stage;
@@ -195,7 +195,7 @@ impl FileSet {
         // In a fixed order, so that processes cannot wait for each other in a circle.
         folders.sort_unstable();
         let lock = |folder| wait_for_folder(folder).map_err(FileError::io(folder));
-        let _locks = folders.into_iter().map(lock).collect::<Result<Vec<Option<File>>, FileError>>()?;
+        let _locks = folders.into_iter().map(lock).collect::<Result<Vec<Option<Held>>, FileError>>()?;
         for output in &outputs {
             output.check(&stages)?;
             inputs.check(&output.path)?;

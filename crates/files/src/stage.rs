@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::identity::Identity;
-use crate::lock::{Lock, open_folder, try_lock};
+use crate::lock::{Held, Lock, open_folder, try_lock};
 use crate::open::entries;
 
 /// The prefix of such a folder's name; random letters and digits follow.
@@ -22,7 +22,7 @@ pub(crate) struct Stage {
     path: PathBuf,
     identity: Identity,
     /// Open to keep the lock; None where folders cannot be opened.
-    _lock: Option<File>,
+    _lock: Option<Held>,
 }
 
 impl Stage {
@@ -74,7 +74,7 @@ fn remove_leftovers(folder: &Path) {
             continue;
         }
         let path = entry.path();
-        let Ok(open) = File::open(&path) else { continue };
+        let Ok(open) = File::open(&path).map(Held) else { continue };
         if try_lock(&open) != Lock::Taken {
             continue;
         }

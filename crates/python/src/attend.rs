@@ -2,12 +2,14 @@
 //! progress and asks whether to stop, all on the thread of the caller.
 
 use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::ffi::{PyThread_get_thread_ident, PyThreadState_SetAsyncExc};
 use pyo3::prelude::*;
 
 use crate::errors::failed;
@@ -20,6 +22,9 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(50);
 pub(crate) struct Watch {
     is_stopped: AtomicBool,
     done: AtomicU64,
+    /// The thread of the work while it runs Python code, by Python's number; 0 otherwise. Only changes under the
+    /// interpreter's lock.
+    in_python: AtomicUsize,
     /// Why Python code, called by the work, stopped it.
     raised: Mutex<Option<PyErr>>,
 }
@@ -45,6 +50,28 @@ impl Watch {
         let mut raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
         raised.get_or_insert(error);
         self.is_stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// Calls Python code from the work, in which Ctrl-C raises `KeyboardInterrupt`.
+    #[expect(unsafe_code, reason = "pyo3 has no other name for the number of a thread")]
+    pub(crate) fn call<T>(&self, code: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
+        // SAFETY: it only asks which thread this is.
+        let thread = unsafe { PyThread_get_thread_ident() };
+        self.in_python.store(thread as usize, Ordering::Relaxed);
+        let called = code();
+        self.in_python.store(0, Ordering::Relaxed);
+        called
+    }
+
+    /// Raises `KeyboardInterrupt` in Python code that the work runs, which may never end by itself.
+    #[expect(unsafe_code, reason = "pyo3 has no other name for an exception in another thread")]
+    fn interrupt(&self, py: Python<'_>) {
+        let thread = self.in_python.load(Ordering::Relaxed);
+        if thread != 0 {
+            let exception = py.get_type::<PyKeyboardInterrupt>();
+            // SAFETY: the interpreter's lock is held, and the exception is a class.
+            unsafe { PyThreadState_SetAsyncExc(thread as _, exception.as_ptr()) };
+        }
     }
 }
 
@@ -87,10 +114,10 @@ pub(crate) fn attend<T: Send>(
                 || worker.is_finished()
         };
         while !py.detach(wait) {
-            if !watch.is_stopped()
-                && let Err(error) = look(py, callbacks, &watch)
-            {
+            let looked = if watch.is_stopped() { py.check_signals() } else { look(py, callbacks, &watch) };
+            if let Err(error) = looked {
                 watch.raise(error);
+                watch.interrupt(py);
             }
         }
         Ok::<_, PyErr>(py.detach(|| worker.join()).unwrap_or_else(|panic| resume_unwind(panic)))

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, StringArray};
+use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, LargeStringArray};
 use asperity_record::{Direction, Observer, Record, StepRecord as Recorded};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -68,7 +68,9 @@ impl Detectors {
                 let found = finish.bind(py).call0()?;
                 detector.add(&found)?;
             }
-            Ok((detector.name.clone(), detector.table()?))
+            let Detector { name, rows, .. } = detector;
+            let table = py.detach(|| table(&name, &rows))?;
+            Ok((name, table))
         };
         self.detectors.into_iter().map(finish).collect()
     }
@@ -81,7 +83,8 @@ impl Observer for Detectors {
             return;
         }
         Python::attach(|py| {
-            let observed = Bound::new(py, StepRecord(step.clone())).and_then(|step| {
+            let observed = self.watch.call(|| {
+                let step = Bound::new(py, StepRecord(step.clone()))?;
                 self.detectors.iter_mut().try_for_each(|detector| {
                     detector.observe.bind(py).call1((&step,)).and_then(|found| detector.add(&found))
                 })
@@ -155,40 +158,40 @@ impl Detector {
         self.rows.push(cells);
         Ok(())
     }
+}
 
-    /// The columns in the order in which they first occur; whole numbers stay what they are if the whole
-    /// column is.
-    fn table(self) -> PyResult<Table> {
-        let mut columns: Vec<(&str, Vec<Cell>)> = Vec::new();
-        for (index, row) in self.rows.iter().enumerate() {
-            for (name, cell) in row {
-                let place = columns.iter().position(|(column, _)| column == name).unwrap_or_else(|| {
-                    columns.push((name, Vec::new()));
-                    columns.len() - 1
-                });
-                columns[place].1.resize(index, Cell::Missing);
-                columns[place].1.push(cell.clone());
-            }
+/// The rows of a detector as a table: columns in the order in which they first occur; whole numbers stay what
+/// they are if the whole column is.
+fn table(detector: &str, rows: &[Vec<(String, Cell)>]) -> PyResult<Table> {
+    let mut columns: Vec<(&str, Vec<&Cell>)> = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        for (name, cell) in row {
+            let place = columns.iter().position(|(column, _)| column == name).unwrap_or_else(|| {
+                columns.push((name, Vec::new()));
+                columns.len() - 1
+            });
+            columns[place].1.resize(index, &Cell::Missing);
+            columns[place].1.push(cell);
         }
-        let column = |(name, mut cells): (&str, Vec<Cell>)| {
-            cells.resize(self.rows.len(), Cell::Missing);
-            let values = column_of(&cells).ok_or_else(|| {
-                PyTypeError::new_err(format!(
-                    "{}: the column {name} has values of several kinds (accepted: numbers, texts or truth values)",
-                    self.name
-                ))
-            })?;
-            Ok((name.to_owned(), asperity_record::unit_of(name), String::new(), values))
-        };
-        let columns = columns.into_iter().map(column).collect::<PyResult<_>>()?;
-        Ok(Table::new(&self.name, columns))
     }
+    let column = |(name, mut cells): (&str, Vec<&Cell>)| {
+        cells.resize(rows.len(), &Cell::Missing);
+        let values = column_of(&cells).ok_or_else(|| {
+            PyTypeError::new_err(format!(
+                "{detector}: the column {name} has values of several kinds (accepted: numbers, texts or truth \
+                 values)"
+            ))
+        })?;
+        Ok((name.to_owned(), asperity_record::unit_of(name), String::new(), values))
+    };
+    let columns = columns.into_iter().map(column).collect::<PyResult<_>>()?;
+    Ok(Table::new(detector, columns))
 }
 
 /// The cells as one kind of values, if they are.
-fn column_of(cells: &[Cell]) -> Option<ArrayRef> {
-    fn all<T>(cells: &[Cell], of: impl Fn(&Cell) -> Option<T>) -> Option<Vec<Option<T>>> {
-        let value = |cell: &Cell| match cell {
+fn column_of(cells: &[&Cell]) -> Option<ArrayRef> {
+    fn all<'a, T>(cells: &[&'a Cell], of: impl Fn(&'a Cell) -> Option<T>) -> Option<Vec<Option<T>>> {
+        let value = |cell: &&'a Cell| match cell {
             Cell::Missing => Some(None),
             cell => of(cell).map(Some),
         };
@@ -201,7 +204,10 @@ fn column_of(cells: &[Cell]) -> Option<ArrayRef> {
         Cell::Number(value) => Some(*value),
         _ => None,
     };
-    let word = |cell: &Cell| if let Cell::Word(word) = cell { Some(word.clone()) } else { None };
+    // Offsets of 64 bits: the texts of a column may take more than 2 GiB.
+    fn word(cell: &Cell) -> Option<&str> {
+        if let Cell::Word(word) = cell { Some(word) } else { None }
+    }
     if let Some(values) = all(cells, flag) {
         return Some(Arc::new(BooleanArray::from(values)));
     }
@@ -211,7 +217,7 @@ fn column_of(cells: &[Cell]) -> Option<ArrayRef> {
     if let Some(values) = all(cells, number) {
         return Some(Arc::new(Float64Array::from(values)));
     }
-    all(cells, word).map(|values| -> ArrayRef { Arc::new(StringArray::from(values)) })
+    all(cells, word).map(|values| -> ArrayRef { Arc::new(LargeStringArray::from(values)) })
 }
 
 /// What is known of a slider at a step: at every step with a switch, first and last steps of slip, samples.

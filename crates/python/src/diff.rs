@@ -43,7 +43,9 @@ pub(crate) fn diff(
     let parsed = match &policy {
         None => Policy::default(),
         Some(path) => {
-            let text = text::read(path).map_err(|error| refused(format!("{}: {error}", path.display())))?;
+            let text = py
+                .detach(|| text::read(path))
+                .map_err(|error| refused(format!("{}: {error}", path.display())))?;
             Policy::parse(&path.display().to_string(), &text).map_err(refused)?
         }
     };
@@ -75,7 +77,7 @@ pub(crate) fn diff(
 /// A path, or the log of a run.
 fn side(side: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
     match side.cast::<Run>() {
-        Ok(run) => run.get().unchanged_log().map(Path::to_owned),
+        Ok(run) => run.get().unchanged_log(side.py()).map(Path::to_owned),
         Err(_) => side.extract(),
     }
 }
@@ -119,8 +121,8 @@ impl Diff {
 
     /// The page that `asperity diff --page` writes.
     #[getter]
-    fn page(&self) -> String {
-        page::page(&self.0)
+    fn page(&self, py: Python<'_>) -> String {
+        py.detach(|| page::page(&self.0))
     }
 
     fn __bool__(&self) -> bool {

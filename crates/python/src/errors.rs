@@ -5,6 +5,7 @@ use std::path::Path;
 
 use asperity_model::{ResolveError, ScenarioErrors};
 use asperity_run::{Checked, RunError, StatesError, Unread, Verdict};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -35,6 +36,11 @@ pub(crate) fn refused(message: impl Display) -> PyErr {
 /// For something that failed although it was asked for rightly.
 pub(crate) fn failed(message: impl Display) -> PyErr {
     error("Error", message)
+}
+
+/// For what pickle is not to copy.
+pub(crate) fn not_pickled(what: &str, accepted: &str) -> PyErr {
+    PyTypeError::new_err(format!("{what} is not pickled (accepted: {accepted})"))
 }
 
 /// For a log, with the verdict on it.

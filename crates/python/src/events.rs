@@ -10,9 +10,12 @@ use asperity_run::detectors::event_kinds;
 use asperity_tables::batch::Batch;
 use asperity_tables::run_tables::{ChoiceError, Chosen, RunTables};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use crate::errors::refused;
 use crate::tables::Table;
+
+type Tables<'py> = BTreeMap<String, Bound<'py, Table>>;
 
 /// The events that detectors found.
 #[pyclass(frozen, subclass, module = "asperity")]
@@ -64,16 +67,18 @@ fn precursors(ruptures: &Batch, columns: &[Column]) -> Batch {
 
 impl Events {
     /// Of a run that has been observed.
-    pub(crate) fn of(mut run: RunTables, found: BTreeMap<String, Table>) -> Events {
+    pub(crate) fn of(py: Python<'_>, mut run: RunTables, found: BTreeMap<String, Table>) -> Events {
         let mut tables = BTreeMap::new();
-        for table in run.tables() {
-            if table.layout.topic == Rupture::TOPIC {
-                let columns = &table.layout.columns;
-                let rows = precursors(&table.batch, columns);
-                tables.insert(PRECURSORS.to_owned(), Table::of(PRECURSORS, columns, &rows));
+        py.detach(|| {
+            for table in run.tables() {
+                if table.layout.topic == Rupture::TOPIC {
+                    let columns = &table.layout.columns;
+                    let rows = precursors(&table.batch, columns);
+                    tables.insert(PRECURSORS.to_owned(), Table::of(PRECURSORS, columns, &rows));
+                }
+                tables.insert(table.layout.topic.to_string(), Table::of_run(table));
             }
-            tables.insert(table.layout.topic.to_string(), Table::of_run(table));
-        }
+        });
         Events { tables, found }
     }
 
@@ -139,6 +144,20 @@ impl Events {
             .get(topic)
             .cloned()
             .ok_or_else(|| refused(format!("no events {topic} (accepted: {})", self.topics().join(", "))))
+    }
+
+    #[staticmethod]
+    fn _restored(tables: Tables<'_>, found: Tables<'_>) -> Events {
+        let owned = |(name, table): (String, Bound<'_, Table>)| (name, table.get().clone());
+        Events {
+            tables: tables.into_iter().map(owned).collect(),
+            found: found.into_iter().map(owned).collect(),
+        }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let tables = (slf.get().tables.clone(), slf.get().found.clone());
+        (slf.get_type().getattr("_restored")?, tables).into_pyobject(slf.py())
     }
 
     fn __repr__(&self) -> String {

@@ -4,10 +4,11 @@ use arrow_buffer::Buffer;
 use asperity_record::RunHeader;
 use asperity_run::{Field as States, NodeState, Quantity, Span};
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyTuple};
 
 use crate::attend::{Callbacks, attend};
 use crate::errors::{of_states, refused};
-use crate::memory::Memory;
+use crate::memory::{Memory, pickled, restored};
 use crate::source::Source;
 use crate::tables::Table;
 
@@ -44,11 +45,7 @@ pub(crate) fn field(
     header: &RunHeader,
     asked: Asked<'_>,
 ) -> PyResult<Field> {
-    let known = QUANTITIES.iter().find(|(name, ..)| *name == asked.quantity);
-    let &(quantity, unit, of) = known.ok_or_else(|| {
-        let names = QUANTITIES.map(|(name, ..)| name).join(", ");
-        refused(format!("quantity = {:?} (accepted: {names})", asked.quantity))
-    })?;
+    let (quantity, unit, of) = known(asked.quantity)?;
     let span = span(header, &asked)?;
     let bytes = span.count().saturating_mul(u64::from(header.blocks)).saturating_mul(8);
     if bytes > MOST_BYTES {
@@ -79,6 +76,14 @@ pub(crate) fn field(
         x: buffer(position_m),
         y: buffer(position_across_m),
         values: buffer(values),
+    })
+}
+
+/// A quantity by its name: that, its unit, and what it is.
+fn known(quantity: &str) -> PyResult<(&'static str, &'static str, Quantity)> {
+    QUANTITIES.iter().find(|(name, ..)| *name == quantity).copied().ok_or_else(|| {
+        let names = QUANTITIES.map(|(name, ..)| name).join(", ");
+        refused(format!("quantity = {quantity:?} (accepted: {names})"))
     })
 }
 
@@ -199,6 +204,19 @@ impl Field {
         }
     }
 
+    #[staticmethod]
+    fn _restored(quantity: &str, shape: [usize; 2], memory: [Bound<'_, PyBytes>; 5]) -> PyResult<Field> {
+        let (quantity, unit, _) = known(quantity)?;
+        let [steps, t, x, y, values] = memory.each_ref().map(restored);
+        Ok(Field { quantity, unit, shape, steps, t, x, y, values })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let Field { quantity, shape, steps, t, x, y, values, .. } = slf.get();
+        let memory = [steps, t, x, y, values].map(|memory| pickled(slf.py(), memory));
+        (slf.get_type().getattr("_restored")?, (*quantity, *shape, memory)).into_pyobject(slf.py())
+    }
+
     fn __repr__(&self) -> String {
         let [times, contacts] = self.shape;
         format!("Field({} in {}: {times} times x {contacts} contacts)", self.quantity, self.unit)
@@ -263,6 +281,19 @@ impl Nodes {
     #[getter]
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Memory::array(py, self.velocity.clone(), "float64", &self.shape)
+    }
+
+    #[staticmethod]
+    fn _restored(step: u64, time_s: f64, shape: Vec<usize>, memory: [Bound<'_, PyBytes>; 2]) -> Nodes {
+        let [displacement, velocity] = memory.each_ref().map(restored);
+        Nodes { step, time_s, shape, displacement, velocity }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let Nodes { step, time_s, shape, displacement, velocity } = slf.get();
+        let memory = [displacement, velocity].map(|memory| pickled(slf.py(), memory));
+        (slf.get_type().getattr("_restored")?, (*step, *time_s, shape.clone(), memory))
+            .into_pyobject(slf.py())
     }
 
     fn __repr__(&self) -> String {

@@ -13,7 +13,7 @@ use pyo3::types::{PyDict, PyString};
 use crate::attend::{Callbacks, attend};
 use crate::errors::{failed, of_states, refused};
 use crate::source::Source;
-use crate::values::to_json;
+use crate::values::{assigned, to_json};
 
 /// The kinds of figures that `Run.draw` draws: name and what they show (docs/figures.md).
 #[pyfunction]
@@ -47,9 +47,9 @@ impl Figure {
         let mut set = Vec::new();
         for (key, value) in keys.into_iter().flatten() {
             let key: String = key.extract()?;
-            set.push(format!("{key}={}", to_json(&value, &key)?));
+            set.push(assigned(&key, &to_json(&value, &key)?));
         }
-        let figure = kind.of_run(name, header, scenario, &set).map_err(refused)?;
+        let figure = py.detach(|| kind.of_run(name, header, scenario, &set)).map_err(refused)?;
         let required = figure.required_data();
         let collector = Collector::new(name, header.clone(), scenario.clone(), required);
         let seen = source.observe(py, header, |_| collector)?;
@@ -69,7 +69,7 @@ impl Figure {
                 collector.nodes(state);
             }
         }
-        let data = collector.finish(seen.ruptures_from, seen.end.as_ref());
+        let data = py.detach(|| collector.finish(seen.ruptures_from, seen.end.as_ref()));
         // A notebook says itself where its figures are from; only files bear a line about it.
         let svg = attend(py, &Callbacks::default(), |_| figure.svg(&data, false))?.map_err(failed)?;
         let svg = String::from_utf8(svg).map_err(failed)?;

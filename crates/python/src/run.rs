@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use asperity_files::is_taken;
+use asperity_files::{better_name, is_taken};
 use asperity_model::Scenario as Resolved;
 use asperity_numbers::{Slider, Summarizer, Summary, text};
 use asperity_record::{Notice, Observer, Record, RunHeader, RupturesFrom};
+use asperity_report::html::markup;
 use asperity_run::detectors::Settings;
 use asperity_run::{
     Begin, Detectors as Trackers, LogTo, Replay, ReplayError, SolverKind, Task, Unchecked, Verdict,
@@ -18,10 +19,11 @@ use asperity_tables::run_tables::{Chosen, RunTable, RunTables};
 use pyo3::exceptions::PyFileNotFoundError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
+use toml::Value;
 
 use crate::attend::{Callbacks, Watch, attend};
 use crate::detectors::{self, Detector, Detectors};
-use crate::errors::{failed, of_log, of_run, of_verdict, refused};
+use crate::errors::{failed, not_pickled, of_log, of_run, of_verdict, refused};
 use crate::events::{self, Events};
 use crate::field::{self, Field, Nodes};
 use crate::figure::Figure;
@@ -61,7 +63,7 @@ pub(crate) struct Run {
 ///
 /// `stop` is called about twenty times per second; once it returns true, the run ends and `Interrupted` is
 /// raised. Ctrl-C raises `KeyboardInterrupt`, and a callback or detector may raise what it likes. The log then
-/// stays as `LOG.partial`, from which `resume` continues.
+/// stays as `LOG.partial`, from which `resume` continues, or as LOG if it was whole by then.
 ///
 /// Raises `ScenarioError` for a scenario that is not accepted, `Refused` for other values, `Error` for a run
 /// that cannot continue or a log that cannot be written.
@@ -78,7 +80,7 @@ pub(crate) fn run(
     detectors: Option<&Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Py<Run>> {
-    let scenario = Scenario::given(scenario, overrides)?;
+    let scenario = Scenario::given(py, scenario, overrides)?;
     let named = |name| {
         let accepted = "None, \"fast\", \"plain\", \"adaptive\"";
         SolverKind::named(name).ok_or_else(|| refused(format!("solver = {name:?} (accepted: {accepted})")))
@@ -86,20 +88,40 @@ pub(crate) fn run(
     let solver = solver.map(named).transpose()?;
     let solver = Task::new(&scenario).solved_by(solver).solver;
     let log = log.map(absolute).transpose()?;
+    let mut begin = Begin::Anew;
     if let Some(log) = &log {
         if is_taken(log) {
             return Err(refused(format!("log = {} exists already (accepted: a new path)", log.display())));
         }
-        if let Some(unfinished) = Unfinished::of(log).map_err(failed)? {
-            return Err(refused(format!(
-                "log = {}: {} contains an unfinished run (accepted: asperity.resume, or another path)",
-                log.display(),
-                unfinished.partial_path().display()
-            )));
+        if let Some(better) = better_name(log, "mcap") {
+            let (log, better) = (log.display(), better.display());
+            return Err(refused(format!("log = {log}: the output is a run log (accepted: {better})")));
+        }
+        match left(py, log)? {
+            None => {}
+            // Asks again once it has locked it.
+            Some(None) => begin = Begin::GoOn,
+            Some(Some(_)) => {
+                let (log, partial) = (log.display(), partial_path(log));
+                return Err(refused(format!(
+                    "log = {log}: {} contains an unfinished run (accepted: asperity.resume, or another path)",
+                    partial.display()
+                )));
+            }
         }
     }
     let detectors = detectors::given(detectors)?;
-    make(py, scenario, solver, log, Begin::Anew, detectors, progress, stop)
+    make(py, scenario, solver, log, begin, detectors, progress, stop)
+}
+
+/// The unfinished run of a log, if there is one: its scenario and solver, unless it was cut before them.
+fn left(py: Python<'_>, log: &Path) -> PyResult<Option<Option<(String, SolverKind)>>> {
+    let left = || {
+        let Some(unfinished) = Unfinished::of(log).map_err(failed)? else { return Ok(None) };
+        let begun = unfinished.begun().map_err(failed)?;
+        Ok(Some(begun.map(|(header, toml)| (toml, SolverKind::named(&header.solver).unwrap_or_default()))))
+    };
+    py.detach(left)
 }
 
 /// Continues the unfinished run of a log, which then equals that of an unbroken run. Opens a whole log.
@@ -112,14 +134,10 @@ pub(crate) fn resume(
     detectors: Option<&Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Py<Run>> {
-    let log = match log.to_string_lossy().strip_suffix(".partial") {
-        Some(whole) => PathBuf::from(whole),
-        None => log,
-    };
-    let log = absolute(log)?;
-    let partial = partial_path(&log);
+    let is_partial = log.extension().is_some_and(|ending| ending == "partial");
+    let log = absolute(if is_partial { log.with_extension("") } else { log })?;
     let detectors = detectors::given(detectors)?;
-    if !partial.exists() {
+    let Some(begun) = left(py, &log)? else {
         let run = open_with(py, log, detectors)?;
         let verdict = run.get().verdict;
         return match verdict.is_some_and(Verdict::holds_all) {
@@ -129,11 +147,17 @@ pub(crate) fn resume(
                 format!("{}: it has no end, and only a log with the ending .partial resumes", run.get().name),
             )),
         };
-    }
-    let reader = RunReader::open(&partial, Topics::NONE).map_err(failed)?;
-    let solver = SolverKind::named(&reader.header().solver).unwrap_or_default();
-    let scenario = scenario_of(&partial, reader.scenario_toml()).map_err(failed)?;
-    let scenario = scenario.ok_or_else(|| failed(format!("{}: it has no scenario", partial.display())))?;
+    };
+    let partial = partial_path(&log);
+    let ends_early = || {
+        let (partial, log) = (partial.display(), log.display());
+        refused(format!(
+            "{partial}: it ends before its scenario (accepted: asperity.run(SCENARIO, log=\"{log}\"), which begins \
+             it again)"
+        ))
+    };
+    let (toml, solver) = begun.ok_or_else(ends_early)?;
+    let scenario = py.detach(|| scenario_of(&partial, &toml)).map_err(failed)?.ok_or_else(ends_early)?;
     make(py, scenario, solver, Some(log), Begin::GoOn, detectors, progress, stop)
 }
 
@@ -176,7 +200,7 @@ fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult
     let begun = begun.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let (header, scenario) = begun.expect("what is observed has begun");
     let Seen { observer: ((summarizer, tables), detectors), ruptures_from, end, checked } = seen;
-    let mut events = Events::of(tables, detectors.finish(py)?);
+    let mut events = Events::of(py, tables, detectors.finish(py)?);
     let checked = checked.ok_or_else(|| failed("a log has no verdict"))?;
     // Events that the program of the log did not look for are not none.
     let is_there = |topic: &String| {
@@ -211,7 +235,7 @@ fn make(
     progress: Option<Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Py<Run>> {
-    let header = Task { solver, ..Task::new(&scenario) }.header();
+    let header = py.detach(|| Task { solver, ..Task::new(&scenario) }.header());
     let name = scenario.name.clone();
     let callbacks = Callbacks { progress: bar(py, progress, &name)?, stop, total: header.steps };
     let made = attend(py, &callbacks, |watch| {
@@ -252,7 +276,7 @@ fn make(
         scenario: Some(scenario),
         records: Mutex::default(),
     };
-    Py::new(py, PyClassInitializer::from(Events::of(tables, found)).add_subclass(run))
+    Py::new(py, PyClassInitializer::from(Events::of(py, tables, found)).add_subclass(run))
 }
 
 /// The callback for progress: a bar of the package for `True`, a function as it is.
@@ -335,7 +359,7 @@ impl Run {
         let tables = RunTables::new(self.header.parts(), &BTreeMap::new(), &[], chosen).map_err(refused)?;
         let bounded = |watch: &Arc<Watch>| Bounded { tables, watch: Arc::clone(watch) };
         let mut seen = self.source.observe(py, &self.header, bounded)?;
-        let table = seen.observer.tables.tables().first().map(Table::of_run);
+        let table = py.detach(|| seen.observer.tables.tables().first().map(Table::of_run));
         let table = table.ok_or_else(|| failed(format!("no table of {topic}")))?;
         known().insert(topic.to_owned(), table.clone());
         Ok(table)
@@ -348,9 +372,9 @@ impl Run {
     }
 
     /// The path of its log, if that is still there and of this run.
-    pub(crate) fn unchanged_log(&self) -> PyResult<&Path> {
+    pub(crate) fn unchanged_log(&self, py: Python<'_>) -> PyResult<&Path> {
         let log = self.log()?;
-        self.source.must_be_of(&self.header)?;
+        self.source.must_be_of(py, &self.header)?;
         Ok(log)
     }
 
@@ -460,11 +484,15 @@ impl Run {
         merge_gap_s: Option<f64>,
         min_blocks: Option<i64>,
     ) -> PyResult<Events> {
-        let given = [("link_time_ratio", link_time_ratio), ("merge_gap_s", merge_gap_s)];
-        let given = given.into_iter().filter_map(|(key, value)| Some(format!("{key} = {:?}\n", value?)));
-        let given: String = given.chain(min_blocks.map(|blocks| format!("min_blocks = {blocks}"))).collect();
+        let given = [
+            ("link_time_ratio", link_time_ratio.map(Value::from)),
+            ("merge_gap_s", merge_gap_s.map(Value::from)),
+            ("min_blocks", min_blocks.map(Value::from)),
+        ];
+        let given = given.into_iter().filter_map(|(key, value)| Some(format!("{key} = {}\n", value?)));
+        let given: String = given.collect();
         let settings = Settings::parse(&given).map_err(|(_, problem)| refused(problem))?;
-        self.source.must_be_of(&self.header)?;
+        self.source.must_be_of(py, &self.header)?;
         let detectors = detectors::given(detectors)?;
         if let Source::Log { path, .. } = &self.source {
             let replayed = attend(py, &Callbacks::default(), |watch| {
@@ -480,7 +508,7 @@ impl Run {
                 Ok::<_, PyErr>(observer)
             })?;
             let (tables, detectors) = replayed?;
-            return Ok(Events::of(tables, detectors.finish(py)?));
+            return Ok(Events::of(py, tables, detectors.finish(py)?));
         }
         let toml = self.scenario()?.to_commented_toml();
         let seen = self.source.observe(py, &self.header, |watch| {
@@ -490,13 +518,13 @@ impl Run {
         })?;
         let (Anew { mut trackers, mut tables }, detectors) = seen.observer;
         trackers.finish(&mut |event| tables.event(&event));
-        Ok(Events::of(tables, detectors.finish(py)?))
+        Ok(Events::of(py, tables, detectors.finish(py)?))
     }
 
     /// Checks its log; with `again` repeats the run as well, and compares all records.
     #[pyo3(signature = (*, again = false))]
     fn check<'py>(&self, py: Python<'py>, again: bool) -> PyResult<Bound<'py, PyAny>> {
-        let log = self.unchanged_log()?;
+        let log = self.unchanged_log(py)?;
         let checked = attend(py, &Callbacks::default(), |watch| {
             let mut observer = Stoppable { observer: (), watch };
             Unchecked::open(log).map_or_else(|checked| *checked, |log| log.judge(again, &mut observer))
@@ -518,7 +546,7 @@ impl Run {
         t: Option<Vec<f64>>,
         every: Option<f64>,
     ) -> PyResult<Field> {
-        slf.get().source.must_be_of(&slf.get().header)?;
+        slf.get().source.must_be_of(slf.py(), &slf.get().header)?;
         let ruptures = rupture.map(|_| slf.as_super().get().ruptures()).transpose()?;
         let asked = field::Asked { quantity, rupture: rupture.zip(ruptures), t, every };
         field::field(slf.py(), &slf.get().source, &slf.get().header, asked)
@@ -526,7 +554,7 @@ impl Run {
 
     /// All nodes of a slab, a sheet or a body at a time, s.
     fn nodes(&self, py: Python<'_>, t: f64) -> PyResult<Nodes> {
-        self.source.must_be_of(&self.header)?;
+        self.source.must_be_of(py, &self.header)?;
         field::nodes(py, &self.source, t)
     }
 
@@ -553,7 +581,14 @@ impl Run {
     }
 
     fn _repr_html_(&self) -> String {
-        let words = self.text().replace('&', "&amp;").replace('<', "&lt;");
-        format!("<details open><summary>{}</summary><pre>{words}</pre></details>", self.name)
+        let words: Vec<String> = self.text().lines().map(markup::text).collect();
+        let name = markup::text(&self.name);
+        format!("<details open><summary>{name}</summary><pre>{}</pre></details>", words.join("\n"))
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let accepted =
+            "its tables and numbers, such as run.ruptures and run.summary, or run.log for asperity.open";
+        Err(not_pickled("a run", accepted))
     }
 }

@@ -1,10 +1,11 @@
 //! Scenarios.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario as Resolved, ScenarioSource, builtin, source};
 use asperity_numbers::Summary;
 use asperity_record::counted;
+use asperity_report::html::markup::text;
 use asperity_report::sketch_alone;
 use asperity_run::{Forecast, with_logged_states};
 use pyo3::exceptions::PyKeyError;
@@ -13,13 +14,13 @@ use pyo3::types::{PyDict, PyMapping};
 use serde_json::Value;
 
 use crate::errors::{of_faults, of_scenario, refused};
-use crate::values::{assignments, to_python};
+use crate::values::{assigned, assignments, to_python};
 
 /// The built-in scenarios: name and one line about each.
 #[pyfunction]
-pub(crate) fn scenarios() -> PyResult<Vec<(String, String)>> {
+pub(crate) fn scenarios(py: Python<'_>) -> PyResult<Vec<(String, String)>> {
     let resolved = |name: &str| asperity_model::resolve(name, &[] as &[&str]).map_err(of_scenario);
-    builtin::all().map(|(name, _)| Ok((name.to_owned(), resolved(name)?.summary))).collect()
+    py.detach(|| builtin::all().map(|(name, _)| Ok((name.to_owned(), resolved(name)?.summary))).collect())
 }
 
 /// What slides, on what, how it is driven, and what is recorded: every key with a value in its range.
@@ -32,19 +33,23 @@ pub(crate) struct Scenario {
     pub(crate) resolved: Resolved,
     source: ScenarioSource,
     /// The name or path, and the values given beside it; none for the scenario of a run.
-    given: Option<(String, Vec<(String, Value)>)>,
+    given: Option<(PathBuf, Vec<(String, Value)>)>,
 }
 
 impl Scenario {
-    fn of(source: ScenarioSource, given: Option<(String, Vec<(String, Value)>)>) -> PyResult<Scenario> {
+    fn of(
+        py: Python<'_>,
+        source: ScenarioSource,
+        given: Option<(PathBuf, Vec<(String, Value)>)>,
+    ) -> PyResult<Scenario> {
         let source = with_logged_states(source);
-        let resolved = Resolved::resolve(&source).map_err(|errors| of_faults(&errors))?;
+        let resolved = py.detach(|| Resolved::resolve(&source)).map_err(|errors| of_faults(&errors))?;
         Ok(Scenario { resolved, source, given })
     }
 
     /// Its name or path, and the values given beside it.
-    pub(crate) fn given_as(&self) -> PyResult<(&str, &[(String, Value)])> {
-        let given = self.given.as_ref().map(|(name, values)| (name.as_str(), values.as_slice()));
+    pub(crate) fn given_as(&self) -> PyResult<(&Path, &[(String, Value)])> {
+        let given = self.given.as_ref().map(|(name, values)| (name.as_path(), values.as_slice()));
         given.ok_or_else(|| {
             refused(format!(
                 "{} has no name or path (accepted: asperity.Scenario(NAME, ...), not that of a run)",
@@ -61,15 +66,16 @@ impl Scenario {
 
     /// A scenario, or the name of one, with other values.
     pub(crate) fn given(
+        py: Python<'_>,
         given: Option<&Bound<'_, PyAny>>,
         overrides: Option<&Bound<'_, PyMapping>>,
     ) -> PyResult<Resolved> {
-        Scenario::new(given, overrides, None).map(|scenario| scenario.resolved)
+        Scenario::new(py, given, overrides, None).map(|scenario| scenario.resolved)
     }
 
     /// Every key, by section.
-    fn values(&self) -> Value {
-        toml::from_str(&self.resolved.to_commented_toml()).expect("this program has written it")
+    fn values(&self, py: Python<'_>) -> Value {
+        py.detach(|| toml::from_str(&self.resolved.to_commented_toml())).expect("this program has written it")
     }
 }
 
@@ -78,33 +84,35 @@ impl Scenario {
     #[new]
     #[pyo3(signature = (name = None, overrides = None, /, **groups))]
     fn new(
+        py: Python<'_>,
         name: Option<&Bound<'_, PyAny>>,
         overrides: Option<&Bound<'_, PyMapping>>,
         groups: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Scenario> {
         if let Some(Ok(scenario)) = name.map(|name| name.cast::<Scenario>()) {
-            return scenario.get().replace(overrides, groups);
+            return scenario.get().replace(py, overrides, groups);
         }
         let name = name.map_or_else(|| Ok("default".into()), |name| name.extract::<PathBuf>())?;
         let values = assignments(overrides, groups)?;
-        let source = with(source(&name).map_err(of_scenario)?, &values);
-        Scenario::of(source, Some((name.to_string_lossy().into_owned(), values)))
+        let source = with(py.detach(|| source(&name)).map_err(of_scenario)?, &values);
+        Scenario::of(py, source, Some((name, values)))
     }
 
     /// A scenario from its text, such as `toml` of another.
     #[staticmethod]
-    fn from_toml(text: &str) -> PyResult<Scenario> {
-        Scenario::of(ScenarioSource::new("text", text), None)
+    fn from_toml(py: Python<'_>, text: &str) -> PyResult<Scenario> {
+        Scenario::of(py, ScenarioSource::new("text", text), None)
     }
 
     fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<(Py<PyAny>, (String,))> {
-        Ok((slf.get_type().getattr("from_toml")?.unbind(), (slf.get().toml(),)))
+        Ok((slf.get_type().getattr("from_toml")?.unbind(), (slf.get().toml(slf.py()),)))
     }
 
     /// This scenario with other values.
     #[pyo3(signature = (overrides = None, /, **groups))]
     fn replace(
         &self,
+        py: Python<'_>,
         overrides: Option<&Bound<'_, PyMapping>>,
         groups: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Scenario> {
@@ -112,11 +120,11 @@ impl Scenario {
         let source = with(self.source.clone(), &values);
         let given =
             self.given.clone().map(|(name, before)| (name, before.into_iter().chain(values).collect()));
-        Scenario::of(source, given)
+        Scenario::of(py, source, given)
     }
 
-    fn __contains__(&self, key: &str) -> bool {
-        key.split('.').try_fold(&self.values(), |value, part| value.get(part)).is_some()
+    fn __contains__(&self, py: Python<'_>, key: &str) -> bool {
+        key.split('.').try_fold(&self.values(py), |value, part| value.get(part)).is_some()
     }
 
     /// Its name.
@@ -133,26 +141,28 @@ impl Scenario {
 
     /// The hash of all values, as in the headers of logs.
     #[getter]
-    fn hash(&self) -> String {
-        self.resolved.hash()
+    fn hash(&self, py: Python<'_>) -> String {
+        py.detach(|| self.resolved.hash())
     }
 
     /// All values as commented TOML.
     #[getter]
-    fn toml(&self) -> String {
-        self.resolved.to_commented_toml()
+    fn toml(&self, py: Python<'_>) -> String {
+        py.detach(|| self.resolved.to_commented_toml())
     }
 
     /// What may surprise, although it is accepted.
     #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.resolved.warnings().into_iter().map(|warning| warning.text).collect()
+    fn warnings(&self, py: Python<'_>) -> Vec<String> {
+        py.detach(|| self.resolved.warnings()).into_iter().map(|warning| warning.text).collect()
     }
 
     /// Numbers that follow before it is run: wave speed, density, the times of first slip, ..., in SI units.
     #[getter]
     fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let plan = Plan::new(&self.resolved);
+        let (plan, forecast) =
+            py.detach(|| (Plan::new(&self.resolved), serde_json::to_value(Forecast::of(&self.resolved))));
+        let forecast = forecast.expect("a forecast is plain data");
         let of_plan = [
             ("block_mass_kg", plan.block_mass_kg),
             ("total_normal_load_n", plan.total_normal_load_n),
@@ -163,7 +173,6 @@ impl Scenario {
         ];
         let scales = plan.scales.parts().into_iter().filter_map(|(name, value)| Some((name, value?)));
         let own = scales.chain(of_plan).map(|(name, value)| (name.to_owned(), Value::from(value)));
-        let forecast = serde_json::to_value(Forecast::of(&self.resolved)).expect("a forecast is plain data");
         let forecast = [&forecast["preview"], &forecast].into_iter().filter_map(Value::as_object).flatten();
         // The time of the plain solver is only measured for the command.
         let is_number =
@@ -176,12 +185,12 @@ impl Scenario {
 
     /// Every key, by section.
     fn as_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.values())
+        to_python(py, &self.values(py))
     }
 
     /// The value of a dotted key.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.values();
+        let values = self.values(py);
         let found = key.split('.').try_fold(&values, |value, part| value.get(part));
         let unknown = || {
             let suggestion = asperity_model::key_suggestion(key);
@@ -209,9 +218,9 @@ impl Scenario {
         )
     }
 
-    fn _repr_html_(&self) -> String {
-        let words = self.__repr__().replace('<', "&lt;");
-        let sketch = sketch_alone(&self.resolved);
+    fn _repr_html_(&self, py: Python<'_>) -> String {
+        let words = text(self.__repr__());
+        let sketch = py.detach(|| sketch_alone(&self.resolved));
         format!(
             "<figure style=\"max-width: 46em; margin: 0\">{sketch}<figcaption>{words}</figcaption></figure>"
         )
@@ -220,8 +229,9 @@ impl Scenario {
 
 /// Adds values to a scenario.
 fn with(source: ScenarioSource, values: &[(String, Value)]) -> ScenarioSource {
-    let assigned = values.iter().map(|(key, value)| format!("{key}={value}"));
-    assigned.fold(source, |source, value| source.with_override_from("given".to_owned(), &value))
+    values.iter().fold(source, |source, (key, value)| {
+        source.with_override_from("given".to_owned(), &assigned(key, value))
+    })
 }
 
 /// Numbers by name, as the package's dictionary of numbers with units.

@@ -41,9 +41,9 @@ impl Source {
     ///
     /// # Errors
     /// If it is not.
-    pub(crate) fn must_be_of(&self, header: &RunHeader) -> PyResult<()> {
+    pub(crate) fn must_be_of(&self, py: Python<'_>, header: &RunHeader) -> PyResult<()> {
         let Source::Log { path, .. } = self else { return Ok(()) };
-        let reader = RunReader::open(path, Topics::NONE).map_err(failed)?;
+        let reader = py.detach(|| RunReader::open(path, Topics::NONE)).map_err(failed)?;
         match reader.header() == header {
             true => Ok(()),
             false => Err(failed(format!("{}: {ANOTHER}", path.display()))),

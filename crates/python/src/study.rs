@@ -14,11 +14,11 @@ use pyo3::types::PyMapping;
 use serde_json::{Value, json};
 
 use crate::attend::{Callbacks, attend};
-use crate::errors::{failed, refused};
+use crate::errors::{failed, not_pickled, refused};
 use crate::run::bar;
 use crate::scenario::Scenario;
 use crate::tables::Table;
-use crate::values::{assignments, to_json};
+use crate::values::{assigned, assignments, to_json};
 
 /// Makes the runs of a study that are missing, on all cores, and returns its tables.
 ///
@@ -53,7 +53,7 @@ pub(crate) fn sweep(
         (Ok(_), None) => return Err(refused("a scenario alone is no study (accepted: with axes)")),
         (Err(_), Some(axes)) => {
             let name: PathBuf = study.extract()?;
-            let written = text(&name.to_string_lossy(), &[], axes, set, keep)?;
+            let written = text(&name, &[], axes, set, keep)?;
             (name, Some(written))
         }
         (Err(_), None) => (study.extract::<PathBuf>()?, None),
@@ -95,7 +95,8 @@ pub(crate) fn sweep(
         let files = FileSet::new(Existing::Refuse, Inputs::default());
         collect(&plan, &results, &files, &folder, &[], &mut tables).map(drop).map_err(failed)
     })??;
-    let tables = tables.0.iter().map(|(name, columns, batch)| Table::of(name, columns, batch)).collect();
+    let table = |(name, columns, batch): &(&str, Vec<Column>, Batch)| Table::of(name, columns, batch);
+    let tables = py.detach(|| tables.0.iter().map(table).collect());
     Ok(Sweep { folder, tables, temporary })
 }
 
@@ -120,7 +121,7 @@ fn planned(given: &Path, written: Option<&str>, folder: &Path, jobs: Option<NonZ
 
 /// A study as TOML: a scenario over axes.
 fn text(
-    scenario: &str,
+    scenario: &Path,
     values: &[(String, Value)],
     axes: &Bound<'_, PyMapping>,
     set: Option<&Bound<'_, PyMapping>>,
@@ -134,7 +135,7 @@ fn text(
         return Err(refused(format!("keep = {unknown:?} (accepted: {})", KEPT.join(", "))));
     }
     let set = values.iter().cloned().chain(assignments(set, None)?);
-    let set: Vec<String> = set.map(|(key, value)| format!("{key}={value}")).collect();
+    let set: Vec<String> = set.map(|(key, value)| assigned(&key, &value)).collect();
     let mut axis = Vec::new();
     for pair in axes.items()?.try_iter()? {
         let (key, values): (String, Bound<'_, PyAny>) = pair?.extract()?;
@@ -151,6 +152,10 @@ fn text(
         }
         axis.push(json!({ "key": key, "values": values }));
     }
+    let scenario = scenario.to_str().ok_or_else(|| {
+        let accepted = "a path in UTF-8, since the plan of a study names it";
+        refused(format!("{} (accepted: {accepted})", scenario.display()))
+    })?;
     let title = format!("{scenario}: study");
     let study = json!({ "title": title, "scenario": scenario, "keep": keep, "set": set, "axis": axis });
     toml::to_string(&study).map_err(failed)
@@ -192,6 +197,10 @@ impl Sweep {
 
 #[pymethods]
 impl Sweep {
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(not_pickled("a study", "its tables, such as its runs, or the path of its folder"))
+    }
+
     /// The folder of plan and results; None if it is temporary.
     #[getter]
     fn folder(&self) -> Option<&Path> {

@@ -8,19 +8,21 @@ use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{
-    Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, RecordBatchIterator, RecordBatchOptions,
-    StringArray, UInt32Array, UInt64Array,
+    Array, ArrayRef, BooleanArray, Float64Array, LargeStringArray, RecordBatch, RecordBatchIterator,
+    RecordBatchOptions, UInt32Array, UInt64Array, make_array, new_empty_array,
 };
 use arrow_buffer::Buffer;
 use arrow_schema::{DataType, Field, Schema};
 use asperity_record::Column;
+use asperity_report::html::markup::text;
 use asperity_tables::batch::{Batch, Values};
 use asperity_tables::run_tables::RunTable;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict};
+use pyo3::types::{PyBytes, PyCapsule, PyDict, PyTuple};
 
-use crate::memory::Memory;
+use crate::errors::failed;
+use crate::memory::{Memory, pickled, restored};
 
 /// Rows that a notebook shows.
 const SHOWN_ROWS: usize = 10;
@@ -38,12 +40,15 @@ pub(crate) struct Table {
 
 impl Table {
     /// A table of columns: name, unit, meaning, values.
-    pub(crate) fn new(name: &str, columns: Vec<(String, Option<&str>, String, ArrayRef)>) -> Table {
+    pub(crate) fn new(
+        name: &str,
+        columns: Vec<(String, Option<impl AsRef<str>>, String, ArrayRef)>,
+    ) -> Table {
         let rows = columns.first().map_or(0, |(.., values)| values.len());
         let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns
             .into_iter()
             .map(|(name, unit, about, values)| {
-                let unit = unit.map(|unit| ("unit".to_owned(), unit.to_owned()));
+                let unit = unit.map(|unit| ("unit".to_owned(), unit.as_ref().to_owned()));
                 let about = Some(("about".to_owned(), about)).filter(|(_, about)| !about.is_empty());
                 let metadata: HashMap<String, String> = unit.into_iter().chain(about).collect();
                 let field = Field::new(name, values.data_type().clone(), true).with_metadata(metadata);
@@ -110,18 +115,15 @@ impl Table {
     }
 
     fn html(&self) -> String {
-        let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
         let head = |field: &Arc<Field>| {
             let metadata = field.metadata();
-            let unit = metadata.get("unit").map(|unit| format!("<br><small>{unit}</small>"));
-            let about =
-                metadata.get("about").map_or_else(String::new, |about| escaped(about).replace('"', "'"));
-            format!("<th title=\"{about}\">{}{}</th>", escaped(field.name()), unit.unwrap_or_default())
+            let unit = metadata.get("unit").map(|unit| format!("<br><small>{}</small>", text(unit)));
+            let about = metadata.get("about").map_or_else(String::new, text);
+            format!("<th title=\"{about}\">{}{}</th>", text(field.name()), unit.unwrap_or_default())
         };
         let heads: String = self.batch.schema_ref().fields().iter().map(head).collect();
         let cell = |values: &ArrayRef, row: usize| {
-            let text = value(values, row).map_or_else(String::new, |value| value.to_string());
-            format!("<td>{}</td>", escaped(&text))
+            format!("<td>{}</td>", value(values, row).map_or_else(String::new, text))
         };
         let row = |row: usize| -> String {
             let cells: String = self.batch.columns().iter().map(|values| cell(values, row)).collect();
@@ -129,10 +131,7 @@ impl Table {
         };
         let rows: String = (0..self.batch.num_rows().min(SHOWN_ROWS)).map(row).collect();
         let foot = self.__repr__();
-        format!(
-            "<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table><p>{}</p>",
-            escaped(&foot)
-        )
+        format!("<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table><p>{}</p>", text(foot))
     }
 }
 
@@ -142,9 +141,23 @@ fn array(values: &Values) -> ArrayRef {
         Values::Steps(values) => Arc::new(UInt64Array::from(values.clone())),
         Values::Numbers(values) => Arc::new(Float64Array::from(values.clone())),
         Values::Flags(values) => Arc::new(BooleanArray::from(values.clone())),
-        Values::Words(values) => Arc::new(StringArray::from(values.clone())),
+        Values::Words(values) => Arc::new(LargeStringArray::from(values.clone())),
     }
 }
+
+/// The kinds of values that columns have.
+const KINDS: [DataType; 6] = [
+    DataType::UInt32,
+    DataType::UInt64,
+    DataType::Int64,
+    DataType::Float64,
+    DataType::Boolean,
+    DataType::LargeUtf8,
+];
+
+/// A column for pickle: name, unit, meaning, kind of values, number of them, which are not missing, and their memory.
+type Pickled<'py> =
+    (String, Option<String>, String, String, usize, Option<Bound<'py, PyBytes>>, Vec<Bound<'py, PyBytes>>);
 
 /// A value of a column.
 enum Shown<'a> {
@@ -184,7 +197,7 @@ fn value(values: &ArrayRef, row: usize) -> Option<Shown<'_>> {
         DataType::UInt64 => Shown::Whole(values.as_primitive::<UInt64Type>().value(row) as i64),
         DataType::Int64 => Shown::Whole(values.as_primitive::<Int64Type>().value(row)),
         DataType::Boolean => Shown::Flag(values.as_boolean().value(row)),
-        DataType::Utf8 => Shown::Word(values.as_string::<i32>().value(row)),
+        DataType::LargeUtf8 => Shown::Word(values.as_string::<i64>().value(row)),
         _ => Shown::Number(values.as_primitive::<Float64Type>().value(row)),
     })
 }
@@ -193,8 +206,8 @@ fn value(values: &ArrayRef, row: usize) -> Option<Shown<'_>> {
 fn numpy<'py>(py: Python<'py>, values: &ArrayRef) -> PyResult<Bound<'py, PyAny>> {
     let rows = values.len();
     let (dtype, bytes) = match values.data_type() {
-        DataType::Utf8 => {
-            let words: Vec<Option<&str>> = values.as_string::<i32>().iter().collect();
+        DataType::LargeUtf8 => {
+            let words: Vec<Option<&str>> = values.as_string::<i64>().iter().collect();
             return py.import("numpy")?.call_method1("array", (words, "object"));
         }
         // NumPy has no missing whole numbers: NaN stands for what is missing.
@@ -298,6 +311,34 @@ impl Table {
         let batches = RecordBatchIterator::new([Ok(self.batch.clone())], self.batch.schema());
         let stream = FFI_ArrowArrayStream::new(Box::new(batches));
         PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
+    }
+
+    #[staticmethod]
+    fn _restored(name: &str, columns: Vec<Pickled<'_>>) -> PyResult<Table> {
+        let array = |(field, unit, about, kind, rows, gaps, memory): Pickled<'_>| {
+            let kind = KINDS.into_iter().find(|known| known.to_string() == kind);
+            let empty = new_empty_array(&kind.ok_or_else(|| failed("a column of no known kind"))?);
+            let data =
+                empty.to_data().into_builder().len(rows).buffers(memory.iter().map(restored).collect());
+            let data = data.null_bit_buffer(gaps.as_ref().map(restored)).build().map_err(failed)?;
+            Ok((field, unit, about, make_array(data)))
+        };
+        let columns = columns.into_iter().map(array).collect::<PyResult<Vec<_>>>()?;
+        Ok(Table::new(name, columns))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, batch) = (slf.py(), &slf.get().batch);
+        let column = |(field, values): (&Arc<Field>, &ArrayRef)| {
+            let (data, text) = (values.to_data(), |key| field.metadata().get(key).cloned());
+            let gaps = data.nulls().map(|gaps| pickled(py, gaps.buffer()));
+            let memory = data.buffers().iter().map(|memory| pickled(py, memory)).collect();
+            let (kind, rows) = (data.data_type().to_string(), data.len());
+            (field.name().clone(), text("unit"), text("about").unwrap_or_default(), kind, rows, gaps, memory)
+        };
+        let columns: Vec<Pickled<'_>> =
+            batch.schema_ref().fields().iter().zip(batch.columns()).map(column).collect();
+        (slf.get_type().getattr("_restored")?, (&slf.get().name, columns)).into_pyobject(py)
     }
 
     fn __repr__(&self) -> String {

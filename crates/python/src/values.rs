@@ -43,9 +43,6 @@ pub(crate) fn to_json(value: &Bound<'_, PyAny>, of: &str) -> PyResult<Value> {
 
 fn to_json_within(value: &Bound<'_, PyAny>, of: &str, depth: usize) -> PyResult<Value> {
     let refused = |accepted: &str| refused(format!("{of} = {value} (accepted: {accepted})"));
-    if value.is_none() {
-        return Ok(Value::Null);
-    }
     if value.is_instance_of::<PyBool>() {
         return Ok(value.is_truthy()?.into());
     }
@@ -73,6 +70,12 @@ fn to_json_within(value: &Bound<'_, PyAny>, of: &str, depth: usize) -> PyResult<
     let depth =
         depth.checked_sub(1).ok_or_else(|| PyTypeError::new_err(format!("{of} (accepted: {accepted})")))?;
     values.map(|value| to_json_within(&value?, of, depth)).collect::<PyResult<Vec<_>>>().map(Value::Array)
+}
+
+/// A key and its value as `--set` takes them.
+pub(crate) fn assigned(key: &str, value: &Value) -> String {
+    let value = toml::Value::try_from(value).expect("it has texts, numbers, truth values and lists of them");
+    format!("{key}={value}")
 }
 
 /// Keys and values of a scenario, dotted: `{"friction.law": ...}` and `friction={"law": ...}` alike.

@@ -244,8 +244,11 @@ impl Settings {
         if let Some(blocks) = written.min_blocks {
             settings.min_blocks =
                 u32::try_from(*blocks.get_ref()).ok().filter(|&blocks| blocks >= 1).ok_or_else(|| {
-                    let problem =
-                        format!("min_blocks = {} (accepted: a whole number from 1)", blocks.get_ref());
+                    let problem = format!(
+                        "min_blocks = {} (accepted: a whole number from 1 to {})",
+                        blocks.get_ref(),
+                        u32::MAX
+                    );
                     (blocks.span().start, problem)
                 })?;
         }

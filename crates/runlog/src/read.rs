@@ -136,6 +136,18 @@ impl RunReader {
         }
     }
 
+    /// The header and the scenario of an unfinished log; none if it ends before them.
+    pub(crate) fn head_of(path: &Path) -> Result<Option<(RunHeader, String)>, LogError> {
+        let (reader, read) = RunReader::begin(path, Topics::NONE)?;
+        let head = reader.header.zip(Some(reader.scenario_toml).filter(|toml| !toml.is_empty()));
+        match read {
+            Err(problem) if head.is_none() && !problem.is_early_end() => {
+                Err(LogError { path: path.to_owned(), problem })
+            }
+            _ => Ok(head),
+        }
+    }
+
     /// Opens a log and reads up to its first channel, or an error.
     fn begin(path: &Path, topics: Topics) -> Result<(RunReader, Result<(), LogProblem>), LogError> {
         let records =

@@ -5,8 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs, LockedFile, create_folder, is_taken, partial_path};
+use asperity_record::RunHeader;
 
 use crate::problem::{LogError, LogProblem, NoRunLog, WriteError};
+use crate::read::RunReader;
 use crate::records::Records;
 
 /// The temporary path of a resumed run, until its log contains everything of the unfinished one.
@@ -37,6 +39,14 @@ impl Unfinished {
     /// Its temporary path.
     pub fn partial_path(&self) -> PathBuf {
         self.locked.path().to_owned()
+    }
+
+    /// The header and the scenario of its run; none if it ends before them.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn begun(&self) -> Result<Option<(RunHeader, String)>, LogError> {
+        RunReader::head_of(self.locked.path())
     }
 
     /// Removes it, and the leftover of another run that resumed from it.

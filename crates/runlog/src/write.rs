@@ -34,8 +34,9 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 /// Writes one run log. If dropped before [`RunWriter::finish`], it leaves a file without `run_end`
 /// under the temporary name, recognisable as unfinished.
 pub struct RunWriter {
-    place: Place,
     writer: Writer<Tee<BufWriter<UntilRefused<File>>>>,
+    /// After the writer, which writes when it is dropped, since this unlocks the file.
+    place: Place,
     sealer: Sealer,
     /// Uncompressed bytes in the current chunk.
     chunk_bytes: u64,

@@ -36,7 +36,7 @@ class ScenarioError(Refused):
 class LogError(Error):
     """A file that is not a run log, or a log that is damaged or incomplete."""
 
-    def __init__(self, message: str, verdict: str) -> None:
+    def __init__(self, message: str, verdict: str = "none") -> None:
         super().__init__(message)
         self.verdict = verdict
         """The verdict on the log, as `asperity check` prints it."""

@@ -120,7 +120,7 @@ fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, Stri
         places.extend(place.filter(|place| !places.contains(place)));
     }
     if places.is_empty() || places.len() < heading.cells.len() {
-        return Err((heading.line, format!("the header is {:?}", heading.to_string())));
+        return Err((heading.line.max(1), format!("the header is {:?}", heading.to_string())));
     }
     let lines = rows.lines();
     let mut columns: [Vec<f64>; 4] = Default::default();

@@ -13,9 +13,9 @@ pub struct Rows<'a> {
 }
 
 /// The cells of a row, without blanks and quotes around them. Displays as without these, in short.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Row {
-    /// The line of the text in which it begins, from 1.
+    /// The line of the text in which it begins, from 1; 0 of the heading of an empty text.
     pub line: usize,
     /// Its cells; rows may have any number of them.
     pub cells: csv::StringRecord,
@@ -40,7 +40,7 @@ impl<'a> Rows<'a> {
         let heading = rows.next().unwrap_or_default();
         match heading.cells.iter().eq(columns.split(',')) {
             true => Ok(rows),
-            false => Err((heading.line, format!("the header is {:?}", heading.to_string()))),
+            false => Err((heading.line.max(1), format!("the header is {:?}", heading.to_string()))),
         }
     }
 
@@ -73,13 +73,6 @@ impl Iterator for Rows<'_> {
             return Some(Row { line, cells });
         }
         None
-    }
-}
-
-impl Default for Row {
-    /// What a text without rows has as its heading.
-    fn default() -> Row {
-        Row { line: 1, cells: csv::StringRecord::new() }
     }
 }
 

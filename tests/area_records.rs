@@ -20,9 +20,9 @@ use serde_json::{Value, json};
 /// What runs over an area have behind the other columns of their slip events.
 const OF_EVENTS: &str = ",open,first_across,last_across";
 
-const OF_RUPTURES: &str = ",scheme_work_j,first_across,last_across,contacts,potency_m3";
+const OF_RUPTURES: &str = ",slip_weighted_shear_force_drop_n,first_across,last_across,contacts,potency_m3";
 
-const OF_ARRIVALS: &str = ",front_speed_m_per_s,column,across,slip_across_m,local_speed_m_per_s";
+const OF_ARRIVALS: &str = ",force_after_n,column,across,slip_across_m,local_speed_m_per_s";
 
 /// Rows of contacts, and contacts in each.
 const ROWS: u32 = 3;
@@ -118,13 +118,10 @@ fn log(folder: &Path, steps: u64) -> (PathBuf, Vec<LogItem>) {
     for record in records(&header).into_iter().filter(|record| record.step() <= steps) {
         writer.record(&record).unwrap();
         items.push(LogItem::Record(record.clone()));
-        if let Record::Step(step) = &record {
-            let mut emit = |event| {
-                writer.event(&event).unwrap();
-                items.push(LogItem::Event(event));
-            };
-            detectors.observe(step, &mut emit);
-        }
+        detectors.observe(&record, &mut |event| {
+            writer.event(&event).unwrap();
+            items.push(LogItem::Event(event));
+        });
     }
     detectors.finish(&mut |event| {
         writer.event(&event).unwrap();

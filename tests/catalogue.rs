@@ -45,7 +45,7 @@ fn studies_have_the_entries_of_the_logs_of_their_runs() {
         for (study_row, log_row) in study_rows.iter().zip(&log_rows) {
             for ((name, of_study), of_log) in names.iter().zip(study_row).zip(log_row) {
                 // Studies do not keep the slip of each block.
-                if ["slip_weighted_stress_drop_pa", "slip_skewness"].contains(name) {
+                if ["slip_weighted_strength_drop_pa", "slip_skewness"].contains(name) {
                     assert_eq!(*of_study, "", "{name}");
                 } else {
                     assert_eq!(of_study, of_log, "{name}");

@@ -75,13 +75,10 @@ fn log(folder: &Path, steps: u64) -> (PathBuf, Vec<LogItem>) {
     for record in records(&header).into_iter().filter(|record| record.step() <= steps) {
         writer.record(&record).unwrap();
         items.push(LogItem::Record(record.clone()));
-        if let Record::Step(step) = &record {
-            let mut emit = |event| {
-                writer.event(&event).unwrap();
-                items.push(LogItem::Event(event));
-            };
-            detectors.observe(step, &mut emit);
-        }
+        detectors.observe(&record, &mut |event| {
+            writer.event(&event).unwrap();
+            items.push(LogItem::Event(event));
+        });
     }
     detectors.finish(&mut |event| {
         writer.event(&event).unwrap();

@@ -144,6 +144,9 @@ class Run:
         self.last_step = json.loads(manifest.read_text())["log"]["last_step"]
         self.steps = {int(row["step"]): row for row in rows(tables, "step")}
         self.slides = find_slides(rows(tables, "switch"))
+        self.states = collections.defaultdict(dict)
+        for row in rows(tables, "fields"):
+            self.states[int(row["step"])][int(row["block"])] = row
 
     def time_s(self, step):
         """The double nearest to the step's time: exact where a second is a whole number of steps."""
@@ -173,6 +176,13 @@ class Run:
         # Not by powers, which may be rounded otherwise.
         across_n = float(switch["tangential_force_across_n"])
         return math.sqrt(along_n * along_n + across_n * across_n)
+
+    def shear_force_n(self, detachment, state):
+        """The tangential force in a state; over an area along that at the detachment."""
+        if not self.is_area:
+            return float(state["tangential_force_n"])
+        parts = ("tangential_force_n", "tangential_force_across_n")
+        return sum(float(detachment[part]) * float(state[part]) for part in parts) / self.force_n(detachment)
 
     def slip_m(self, first, last, part=""):
         name = f"displacement{part}_m"
@@ -228,14 +238,23 @@ class Run:
         last = {block: max(of_block[block], key=lambda slide: slide.step) for block in blocks}
         arrival_s = {block: self.time_s(first[block].step + 1) for block in blocks}
         has_stopped = end_step is not None
-        slips, drops = {}, {}
+        # At the step in which the first block slides, and that in which none does any more.
+        states = [self.states.get(step) for step in (nucleation[0] + 1, end_step)]
+        has_states = None not in states and not overlapping and not is_open
+        slips, drops, borne, force_drops = {}, {}, {}, {}
         for block in blocks:
             if (stop := last[block].attachment) is not None:
                 slips[block] = self.slip_m(first[block], last[block])
                 if self.is_area:
                     across_m = self.slip_m(first[block], last[block], "_across")
                     slips[block] = math.sqrt(slips[block] * slips[block] + across_m * across_m)
-                drops[block] = self.force_n(first[block].detachment) - self.force_n(stop)
+                slips[block] = abs(slips[block])
+                direction = math.copysign(1.0, self.force_n(first[block].detachment))
+                drops[block] = direction * (self.force_n(first[block].detachment) - self.force_n(stop))
+            borne[block] = [None, None]
+            if has_states:
+                borne[block] = [self.shear_force_n(first[block].detachment, state[block]) for state in states]
+                force_drops[block] = direction * (borne[block][0] - borne[block][1])
         before = [self.place(slide.block)[0] for slide in self.slides if slide.step < nucleation[0]]
         arrived = max(slide.step for slide in first.values())
         origin = nucleation[1]
@@ -267,7 +286,7 @@ class Run:
             "largest_slip_m": max(slips.values()) if has_stopped else None,
             "potency_m2": None if self.is_area else potency_m2,
             "moment_n_m": potency_m2 * self.modulus_n_per_m if has_stopped else None,
-            "mean_force_drop_n": sum(drops.values()) / len(blocks) if has_stopped else None,
+            "mean_strength_drop_n": sum(drops.values()) / len(blocks) if has_stopped else None,
             "farthest_block_before": max(before, default=None),
             "overlapping": overlapping,
             "open": is_open,
@@ -289,6 +308,14 @@ class Run:
                 # What springs gain in the steps, and what the switches change of them.
                 in_steps_j = (after["elastic_j"] - after["anchor_change_j"]) - (before["elastic_j"] - before["anchor_change_j"])
                 rupture["elastic_change_j"] = in_steps_j + rupture["anchor_change_j"]
+        size_m = sum(slips.values())
+        weighted_n = sum(drop * slips[block] for block, drop in force_drops.items()) / size_m if has_states and size_m else None
+        rupture |= {
+            "mean_shear_force_drop_n": sum(force_drops.values()) / len(blocks) if has_states else None,
+            "slip_weighted_shear_force_drop_n": weighted_n,
+        }
+        if "radiated_j" in rupture:
+            rupture["radiated_j"] = rupture.pop("radiated_j")
         if self.is_area:
             rupture |= {
                 "first_across": min(across),
@@ -314,6 +341,8 @@ class Run:
                     "force_detach_n": self.force_n(first[block].detachment),
                     "force_attach_n": self.force_n(last[block].attachment) if stop_step else None,
                     "front_speed_m_per_s": self.spacing_m / took_s if took_s else None,
+                    "force_before_n": borne[block][0],
+                    "force_after_n": borne[block][1],
                 }
             )
             if self.is_area:
@@ -340,10 +369,12 @@ ROUNDED = {
     "mean_slip_m",
     "potency_m2",
     "moment_n_m",
-    "mean_force_drop_n",
+    "mean_strength_drop_n",
+    "force_before_n",
+    "force_after_n",
 }
 
-SPRINGS = {"anchor_change_j", "elastic_change_j"}
+SPRINGS = {"anchor_change_j", "elastic_change_j", "mean_shear_force_drop_n", "slip_weighted_shear_force_drop_n"}
 
 
 def same(column, text, value):
@@ -392,6 +423,7 @@ def main(tables):
         ),
         "open": sum(r["open"] for r in ruptures),
         "with_energies": sum(r["drive_work_j"] is not None for r in ruptures),
+        "with_stress_drop": sum(r["mean_shear_force_drop_n"] is not None for r in ruptures),
     }
     print(json.dumps(counts))
 

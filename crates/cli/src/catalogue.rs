@@ -31,7 +31,7 @@ use crate::verdict_exit;
 type CatalogueColumn = (&'static str, fn(&Entry) -> Cell);
 
 /// Those after `path`, `run`, `time` and what catalogues of earthquakes have.
-const COLUMNS: [CatalogueColumn; 18] = [
+const COLUMNS: [CatalogueColumn; 20] = [
     ("rupture", |entry| Cell::Step(entry.rupture.rupture)),
     ("onset_s", |entry| Cell::Number(entry.rupture.onset_s)),
     ("duration_s", |entry| number(entry.duration_s())),
@@ -45,6 +45,8 @@ const COLUMNS: [CatalogueColumn; 18] = [
     ("largest_slip_m", |entry| number(entry.rupture.largest_slip_m)),
     ("stress_drop_pa", |entry| number(entry.stress_drop_pa)),
     ("slip_weighted_stress_drop_pa", |entry| number(entry.slip_weighted_stress_drop_pa)),
+    ("strength_drop_pa", |entry| number(entry.strength_drop_pa)),
+    ("slip_weighted_strength_drop_pa", |entry| number(entry.slip_weighted_strength_drop_pa)),
     ("slip_skewness", |entry| number(entry.slip_skewness)),
     ("radiated_energy_j", |entry| number(radiated_energy_j(&entry.rupture))),
     ("radiation_efficiency", |entry| number(radiation_efficiency(&entry.rupture))),

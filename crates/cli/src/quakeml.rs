@@ -1,7 +1,7 @@
 //! Catalogues as QuakeML 1.2 (BED): <https://quake.ethz.ch/quakeml>, as ObsPy reads it.
 //!
-//! An event has an origin, a moment magnitude, and a focal mechanism with its scalar moment and duration. Ruptures
-//! without a magnitude are left out.
+//! An event has an origin, a moment magnitude, and a focal mechanism with its scalar moment and duration, and with its
+//! stress drop in a comment, since the format has no element for it. Ruptures without a magnitude are left out.
 
 use std::io::Write;
 
@@ -37,6 +37,13 @@ pub(crate) fn write<'a>(mut out: impl Write, runs: impl Iterator<Item = &'a OfRu
             let id = format!("smi:asperity/{}/{}", run.events, entry.rupture.rupture);
             let (time, name) = (dated(entry)?, escaped(&run.name));
             let (longitude, moment_n_m) = (longitude_degrees(entry.x_m), entry.moment_n_m.abs());
+            let drop_pa = entry.stress_drop_pa.zip(entry.slip_weighted_stress_drop_pa);
+            let stress_drop = drop_pa.map_or(String::new(), |(mean_pa, weighted_pa)| {
+                format!(
+                    "<comment><text>stress drop, before less after: mean {mean_pa} Pa, weighted by slip \
+                     {weighted_pa} Pa</text></comment>"
+                )
+            });
             write!(
                 out,
                 "<event publicID=\"{id}\"><preferredOriginID>{id}/origin</preferredOriginID>\
@@ -48,7 +55,7 @@ pub(crate) fn write<'a>(mut out: impl Write, runs: impl Iterator<Item = &'a OfRu
                  <depth><value>0</value></depth></origin>\
                  <magnitude publicID=\"{id}/magnitude\"><mag><value>{magnitude}</value></mag><type>Mw</type>\
                  <originID>{id}/origin</originID></magnitude>\
-                 <focalMechanism publicID=\"{id}/mechanism\"><momentTensor publicID=\"{id}/tensor\">\
+                 <focalMechanism publicID=\"{id}/mechanism\">{stress_drop}<momentTensor publicID=\"{id}/tensor\">\
                  <derivedOriginID>{id}/origin</derivedOriginID>\
                  <scalarMoment><value>{moment_n_m}</value></scalarMoment>"
             )?;

@@ -132,10 +132,9 @@ impl Detector for ArrivalDetector {
     }
 }
 
-/// How far a contact slid, m: along a single row, or the size of a vector.
-fn slip_m(passage: &Passage, contacts: Contacts) -> Option<f64> {
-    let slip_m = passage.slip_m()?;
-    Some(if contacts.is_area() { magnitude(slip_m) } else { slip_m[0] })
+/// How far a contact slid, m, whichever way.
+fn slip_size_m(passage: &Passage) -> Option<f64> {
+    passage.slip_m().map(magnitude)
 }
 
 /// The contacts of a rupture in the column of nucleation and on one side of it, row by row.
@@ -178,9 +177,14 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let speed_m_per_s = |is_on_side: fn(u32, u32) -> bool| {
         front::speed_m_per_s(&rows_on_side(slipped, contacts, is_on_side, arrival_s), spacing_m)
     };
-    let slips: Option<Vec<f64>> = passages.values().map(|passage| slip_m(passage, contacts)).collect();
-    let drops: Option<Vec<f64>> = passages.values().map(Passage::force_drop_n).collect();
+    let slips: Option<Vec<f64>> = passages.values().map(slip_size_m).collect();
+    let strength_drops: Option<Vec<f64>> = passages.values().map(Passage::strength_drop_n).collect();
+    let force_drops: Option<Vec<f64>> = passages.values().map(Passage::shear_force_drop_n).collect();
     let sum = |values: &Vec<f64>| values.iter().sum::<f64>();
+    let weighted = |(drops, slips): (&Vec<f64>, &Vec<f64>)| {
+        let weighted: f64 = drops.iter().zip(slips).map(|(drop, slip)| drop * slip).sum();
+        (sum(slips) > 0.0).then(|| weighted / sum(slips))
+    };
     let count = passages.len() as f64;
     // Over the width of the slider, or of a contact.
     let potency_m2 = slips.as_ref().map(|slips| sum(slips) * spacing_m);
@@ -211,10 +215,10 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         front_speed_up_m_per_s: speed_m_per_s(|column, nucleation| column >= nucleation),
         front_speed_down_m_per_s: speed_m_per_s(|column, nucleation| column <= nucleation),
         mean_slip_m: slips.as_ref().map(|slips| sum(slips) / count),
-        largest_slip_m: slips.as_ref().map(|slips| slips.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+        largest_slip_m: slips.as_ref().map(|slips| slips.iter().copied().fold(0.0, f64::max)),
         potency_m2: potency_m2.filter(|_| rows.is_none()),
         moment_n_m: potency_m2.zip(modulus_n_per_m).map(|(potency, modulus)| potency * modulus),
-        mean_force_drop_n: drops.as_ref().map(|drops| sum(drops) / count),
+        mean_strength_drop_n: strength_drops.as_ref().map(|drops| sum(drops) / count),
         farthest_block_before: slipped.farthest_before,
         overlapping: slipped.overlapping,
         open: slipped.open,
@@ -226,6 +230,8 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         kinetic_change_j: change(|energy| energy.kinetic_j),
         elastic_change_j: in_steps_j.zip(anchor_change_j).map(|(in_steps_j, anchor_j)| in_steps_j + anchor_j),
         scheme_work_j: change(|energy| energy.scheme_work_j),
+        mean_shear_force_drop_n: force_drops.as_ref().map(|drops| sum(drops) / count),
+        slip_weighted_shear_force_drop_n: force_drops.as_ref().zip(slips.as_ref()).and_then(weighted),
         first_across: rows.map(|rows| rows.first),
         last_across: rows.map(|rows| rows.last),
         contacts: rows.map(|_| extent.count()),
@@ -276,6 +282,8 @@ fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn
             force_detach_n: passage.force_detach_n,
             force_attach_n: passage.stop.map(|stop| stop.force_n),
             front_speed_m_per_s: took_s.filter(|took_s| *took_s != 0.0).map(|took_s| spacing_m / took_s),
+            force_before_n: passage.states_n.map(|[before_n, _]| before_n),
+            force_after_n: passage.states_n.map(|[_, after_n]| after_n),
             column: is_area.then(|| contacts.column(block)),
             across: is_area.then(|| contacts.row(block)),
             slip_across_m: slip_m.filter(|_| is_area).map(|[_, across_m]| across_m),

@@ -208,7 +208,7 @@ fn slip_and_forces_are_vectors() {
     let [rupture] = &ruptures[..] else { panic!("{ruptures:?}") };
     // Slips (3, -4) and (-6, 8); forces fall from 5 to 1 and rise from 13 to 17.
     assert_eq!((rupture.mean_slip_m, rupture.largest_slip_m), (Some(7.5), Some(10.0)));
-    assert_eq!(rupture.mean_force_drop_n, Some(0.0));
+    assert_eq!(rupture.mean_strength_drop_n, Some(0.0));
     let near = |found: Option<f64>, expected: f64| (found.unwrap() / expected - 1.0).abs() < 1e-15;
     assert!(near(rupture.potency_m3, 15.0 * SPACING_M * SPACING_M), "{rupture:?}");
     assert!(near(rupture.moment_n_m, MODULUS_N_PER_M * SPACING_M * 15.0), "{rupture:?}");

@@ -1,8 +1,8 @@
 //! The interface between a stream of step records and event detectors, and the slip events and ruptures
 //! that detectors read from.
 //!
-//! A detector depends on step records alone, so a live run and a replayed log use the same code and give
-//! the same events.
+//! A detector depends on records alone, so a live run and a replayed log use the same code and give the same
+//! events. Step records decide which events there are; states add what contacts bore before and after a rupture.
 //!
 //! A new detector:
 //!
@@ -71,7 +71,7 @@ mod slip;
 pub use rupture::{Passage, RuptureTracker, Slipped, Stop};
 pub use slip::{Change, Slip, SlipEnd, SlipOnset, SlipRules, SlipTracker};
 
-use asperity_record::{Contacts, Event, EventKind, StepRecord};
+use asperity_record::{Contacts, Event, EventKind, Record, StepRecord};
 
 /// Finds events in step records, which arrive one by one in order of time.
 ///
@@ -152,7 +152,18 @@ impl Detectors {
     }
 
     /// Processes the next record, and passes events that are now certain to `emit`.
-    pub fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
+    pub fn observe(&mut self, record: &Record, emit: &mut dyn FnMut(Event)) {
+        match (record, &mut self.ruptures) {
+            (Record::Step(record), _) => self.observe_step(record, emit),
+            (Record::Fields(state), Some(ruptures)) if !self.list.is_empty() => {
+                ruptures.observe_state(state, &mut self.slipped);
+                self.pass_on(emit, |_, _| ());
+            }
+            _ => {}
+        }
+    }
+
+    fn observe_step(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
         if self.list.is_empty() {
             return;
         }
@@ -191,7 +202,7 @@ impl Detectors {
     pub fn all_events<'a>(&mut self, records: impl IntoIterator<Item = &'a StepRecord>) -> Vec<Event> {
         let mut events = Vec::new();
         for record in records {
-            self.observe(record, &mut |event| events.push(event));
+            self.observe_step(record, &mut |event| events.push(event));
         }
         self.finish(&mut |event| events.push(event));
         events

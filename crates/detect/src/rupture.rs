@@ -4,9 +4,10 @@
 //! time, so is the last one. A rupture is certain once `t_link` has passed since its last detachment and
 //! all of its blocks are stuck again. So only blocks and uncertain ruptures are stored.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
 
-use asperity_record::{Contacts, Direction, Energy, Extent, StepRecord, Switch};
+use asperity_record::{Contacts, Direction, Energy, Extent, FieldRecord, StepRecord, Switch};
 
 /// Derives ruptures from step records.
 #[derive(Debug, Clone)]
@@ -27,6 +28,33 @@ pub struct RuptureTracker {
     ruptures: u64,
     /// Stiffness of each contact's friction spring over their mean; empty where all are alike.
     spring_factors: Vec<f64>,
+    /// Certain ruptures in order, from the first on whose state at the end may still come: records of states follow
+    /// that of their step.
+    held: VecDeque<Held>,
+}
+
+/// A rupture that is certain, and the state at its onset while that at its end may still come.
+#[derive(Debug, Clone)]
+struct Held {
+    slipped: Slipped,
+    before: Option<Arc<Forces>>,
+}
+
+/// Tangential forces without friction on all contacts after which a step moved them, N.
+#[derive(Debug)]
+struct Forces {
+    step: u64,
+    along_n: Vec<f64>,
+    across_n: Vec<f64>,
+}
+
+impl Forces {
+    /// The force on a contact in a direction, N.
+    fn on(&self, block: u32, direction: [f64; 2]) -> Option<f64> {
+        let of = |forces_n: &[f64]| forces_n.get(block as usize - 1).copied();
+        let along_n = direction[0] * of(&self.along_n)?;
+        Some(of(&self.across_n).map_or(along_n, |across_n| along_n + direction[1] * across_n))
+    }
 }
 
 /// Identifies a rupture that is not certain yet.
@@ -54,6 +82,9 @@ struct Slipping {
     last_attachment: Attachment,
     farthest_before: Option<u32>,
     anchored_m2: f64,
+    /// The state in the step in which it began, and in the last one in which it may have ended, if recorded.
+    before: Option<Arc<Forces>>,
+    after: Option<Arc<Forces>>,
 }
 
 /// The last re-attachment of a rupture: its step, and `F_T / F_N` and the run's energies there.
@@ -114,6 +145,12 @@ pub struct Passage {
     /// Tangential force without friction there, N: in a single row along the sliding direction, over an area
     /// its magnitude.
     pub force_detach_n: f64,
+    /// In which direction forces before and after the rupture count: over an area that of the force at the
+    /// detachment, a unit vector, in a single row the sliding direction.
+    pub direction: [f64; 2],
+    /// Tangential force without friction in the states at the onset and at the end of the rupture, N; none as the
+    /// energies of the rupture, and where they were not recorded.
+    pub states_n: Option<[f64; 2]>,
     /// Number of detachments.
     pub detachments: u32,
     /// The last re-attachment; none while the block slides.
@@ -141,6 +178,17 @@ fn force_n(switch: &Switch) -> f64 {
     if switch.across.is_some() { switch.force_magnitude_n() } else { switch.tangential_force_n }
 }
 
+/// [`Passage::direction`] of a contact that detaches.
+fn direction(switch: &Switch) -> [f64; 2] {
+    let size_n = switch.force_magnitude_n();
+    match switch.across {
+        Some(across) if size_n > 0.0 => {
+            [switch.tangential_force_n / size_n, across.tangential_force_n / size_n]
+        }
+        _ => [1.0, 0.0],
+    }
+}
+
 /// Squared stretch of a friction spring at detachment or re-attachment, m2.
 fn squared_stretch_m2(switch: &Switch) -> f64 {
     let squared = |stretch_m: f64| stretch_m * stretch_m;
@@ -156,6 +204,18 @@ impl Slipped {
     pub fn extent(&self, contacts: Contacts) -> Extent {
         Extent::with(contacts, self.blocks.keys().copied())
     }
+
+    fn ends_in(&self, step: u64) -> bool {
+        self.end.is_some_and(|(end_step, _)| end_step == step)
+    }
+
+    /// Takes the forces on its contacts from the states at its onset and at its end.
+    fn bear(&mut self, before: &Forces, after: &Forces) {
+        for (&block, passage) in &mut self.blocks {
+            let on = |forces: &Forces| forces.on(block, passage.direction);
+            passage.states_n = on(before).zip(on(after)).map(<[f64; 2]>::from);
+        }
+    }
 }
 
 impl Passage {
@@ -165,9 +225,15 @@ impl Passage {
         self.stop.map(|stop| [part_m(&stop, 0), part_m(&stop, 1)])
     }
 
-    /// The fall of the tangential force, N.
-    pub fn force_drop_n(&self) -> Option<f64> {
-        self.stop.map(|stop| self.force_detach_n - stop.force_n)
+    /// Strength before less resistance after, N: the fall of the tangential force from detachment to re-attachment,
+    /// in the direction that it had.
+    pub fn strength_drop_n(&self) -> Option<f64> {
+        self.stop.map(|stop| (self.force_detach_n - stop.force_n) * self.force_detach_n.signum())
+    }
+
+    /// Shear force before less that after the rupture, in the same direction, N.
+    pub fn shear_force_drop_n(&self) -> Option<f64> {
+        self.states_n.map(|[before_n, after_n]| (before_n - after_n) * self.force_detach_n.signum())
     }
 
     /// Merges the passages of a block in two ruptures that are united.
@@ -213,6 +279,7 @@ impl RuptureTracker {
             farthest: None,
             ruptures: 0,
             spring_factors: Vec::new(),
+            held: VecDeque::new(),
         }
     }
 
@@ -242,14 +309,62 @@ impl RuptureTracker {
         }
         // In the order in which they became certain, whatever the distance between records.
         ended.sort_by_key(|id| (self.certain_step(&self.open[id]), self.open[id].nucleation));
-        slipped.extend(ended.into_iter().map(|id| self.close(id, false)));
+        for id in ended {
+            let held = self.close(id, false);
+            self.held.push_back(held);
+        }
+        self.release(record.step, slipped);
+    }
+
+    /// Processes the state of all contacts, which follows the record of its step, and adds the ruptures that waited
+    /// for it to `slipped`.
+    pub fn observe_state(&mut self, state: &FieldRecord, slipped: &mut Vec<Slipped>) {
+        let begins = |slipping: &Slipping| slipping.nucleation.0 + 1 == state.step;
+        let stops =
+            |slipping: &Slipping| slipping.sliding == 0 && slipping.last_attachment.step + 1 == state.step;
+        let is_of_open = self.open.values().any(|slipping| begins(slipping) || stops(slipping));
+        if self.held.is_empty() && !is_of_open {
+            return;
+        }
+        let forces = Arc::new(Forces {
+            step: state.step,
+            along_n: state.tangential_force_n.clone(),
+            across_n: state.tangential_force_across_n.clone(),
+        });
+        for slipping in self.open.values_mut() {
+            if begins(slipping) {
+                slipping.before = Some(Arc::clone(&forces));
+            }
+            if stops(slipping) {
+                slipping.after = Some(Arc::clone(&forces));
+            }
+        }
+        for Held { slipped, before } in &mut self.held {
+            if slipped.ends_in(state.step)
+                && let Some(before) = before.take()
+            {
+                slipped.bear(&before, &forces);
+            }
+        }
+        self.release(state.step, slipped);
+    }
+
+    /// Adds the first certain ruptures whose state at the end is known, or was not recorded up to a step, to `slipped`.
+    fn release(&mut self, step: u64, slipped: &mut Vec<Slipped>) {
+        let waits = |held: &Held| {
+            held.before.is_some() && held.slipped.end.is_some_and(|(end_step, _)| end_step >= step)
+        };
+        while let Some(held) = self.held.pop_front_if(|held| !waits(held)) {
+            slipped.push(held.slipped);
+        }
     }
 
     /// Ends the run, and adds the ruptures that are not certain to `slipped`.
     pub fn finish(&mut self, slipped: &mut Vec<Slipped>) {
+        slipped.extend(self.held.drain(..).map(|held| held.slipped));
         let mut left: Vec<Id> = self.open.keys().copied().collect();
         left.sort_by_key(|id| self.open[id].nucleation);
-        slipped.extend(left.into_iter().map(|id| self.close(id, true)));
+        slipped.extend(left.into_iter().map(|id| self.close(id, true).slipped));
     }
 
     /// Whether detachments in these steps are close enough to be linked.
@@ -283,6 +398,8 @@ impl RuptureTracker {
             ft_fn_arrival: record.load_ratio(),
             displacement_detach_m: displacement_m(switch),
             force_detach_n: force_n(switch),
+            direction: direction(switch),
+            states_n: None,
             detachments: 1,
             stop: None,
         };
@@ -302,6 +419,8 @@ impl RuptureTracker {
                     last_attachment: Attachment::at(record),
                     farthest_before,
                     anchored_m2: 0.0,
+                    before: None,
+                    after: None,
                 };
                 self.open.insert(id, begun);
                 id
@@ -359,6 +478,7 @@ impl RuptureTracker {
             slipping.ft_fn_onset = joining.ft_fn_onset;
             slipping.energy_before = joining.energy_before;
             slipping.farthest_before = joining.farthest_before;
+            slipping.before = joining.before;
         }
         slipping.last_detachment = slipping.last_detachment.max(joining.last_detachment);
         if joining.last_attachment.step > slipping.last_attachment.step {
@@ -378,7 +498,7 @@ impl RuptureTracker {
         large
     }
 
-    fn close(&mut self, id: Id, open: bool) -> Slipped {
+    fn close(&mut self, id: Id, open: bool) -> Held {
         let slipping = self.open.remove(&id).expect("it is open");
         self.growing.remove(&(slipping.last_detachment, id));
         let (step, nucleation_block) = slipping.nucleation;
@@ -394,7 +514,8 @@ impl RuptureTracker {
         self.certain.retain(|&(_, to)| earliest.is_some_and(|earliest| earliest < to));
         let rupture = self.ruptures;
         self.ruptures += 1;
-        Slipped {
+        let before = slipping.before.filter(|_| !overlapping && !open);
+        let mut slipped = Slipped {
             rupture,
             blocks: slipping.blocks,
             nucleation_block,
@@ -411,6 +532,13 @@ impl RuptureTracker {
                 .filter(|_| !overlapping && !open)
                 .map(|(before, after)| [before, after]),
             anchored_m2: slipping.energy_before.map(|_| slipping.anchored_m2),
+        };
+        match (before, slipping.after) {
+            (Some(before), Some(after)) if slipped.ends_in(after.step) => {
+                slipped.bear(&before, &after);
+                Held { slipped, before: None }
+            }
+            (before, _) => Held { slipped, before },
         }
     }
 }

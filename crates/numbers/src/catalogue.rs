@@ -33,11 +33,18 @@ pub struct Entry {
     pub x_m: f64,
     /// Length of the columns that slid, m.
     pub length_m: f64,
-    /// Mean fall of the tangential force on its contacts over the area of one, Pa; below 0 of slip backwards.
+    /// Shear stress before less that after the rupture, Pa: mean over its contacts of the fall of the shear force, over
+    /// the area of a contact.
     pub stress_drop_pa: Option<f64>,
-    /// Mean of this fall weighted by the size of the slip of each contact, Pa, as in the energy budget (Noda and others, Geophys. J.
-    /// Int. 193, 1691 (2013)); none without any slip, and where the log does not tell the slip of each contact.
+    /// Stress drop weighted by the size of the slip of each contact, Pa, as in the energy budget (Noda and others, Geophys. J.
+    /// Int. 193, 1691 (2013)); none without any slip.
     pub slip_weighted_stress_drop_pa: Option<f64>,
+    /// Strength before less resistance after, Pa: mean fall of the tangential force from detachment to re-attachment, over
+    /// the area of a contact.
+    pub strength_drop_pa: Option<f64>,
+    /// Drop of strength weighted by the size of slip, Pa; none without any slip, and where the log does not tell the slip of each
+    /// contact.
+    pub slip_weighted_strength_drop_pa: Option<f64>,
     /// Skewness of the size of slip along the slider, its third central moment over its standard deviation to the third: above 0
     /// where the longer tail is towards higher columns; none where all slip is in one column.
     pub slip_skewness: Option<f64>,
@@ -55,18 +62,23 @@ impl Entry {
     }
 }
 
-/// The slip of a contact in a rupture, its column, and the fall of the force on it.
+/// The size of the slip of a contact in a rupture, its column, and the drop of its strength.
 struct ContactSlip {
     column: u32,
     slip_m: f64,
-    force_drop_n: f64,
+    strength_drop_n: f64,
+}
+
+/// The area that a contact stands for, m2: its length times the width of the slider, or of the contact over an area.
+pub(crate) fn contact_area_m2(block_length_m: f64, scenario: &Scenario) -> f64 {
+    let slider = &scenario.slider;
+    block_length_m * if slider.is_over_area() { block_length_m } else { slider.width_m }
 }
 
 /// Observes a run, and lists its ruptures as a catalogue does.
 pub struct Catalogue {
     contacts: Contacts,
     block_length_m: f64,
-    /// The area that a contact stands for: its length times the width of the slider, or of the contact over an area.
     contact_area_m2: f64,
     ruptures: Vec<Rupture>,
     /// Contacts that slid, by rupture; none of a rupture with a contact that has not stopped.
@@ -77,13 +89,11 @@ impl Catalogue {
     /// For a run of this scenario.
     pub fn new(header: &RunHeader, scenario: &Scenario) -> Catalogue {
         let scales = header.scales.unwrap_or_else(|| scenario.scales());
-        let slider = &scenario.slider;
         let block_length_m = scales.block_length_m;
-        let contact_width_m = if slider.is_over_area() { block_length_m } else { slider.width_m };
         Catalogue {
             contacts: header.contacts(),
             block_length_m,
-            contact_area_m2: block_length_m * contact_width_m,
+            contact_area_m2: contact_area_m2(block_length_m, scenario),
             ruptures: Vec::new(),
             slips: BTreeMap::new(),
         }
@@ -106,12 +116,15 @@ impl Catalogue {
         let slips = self.slips.get(&rupture.rupture).and_then(Option::as_deref);
         // A log that ends within them does not tell all.
         let slips = slips.filter(|slips| slips.len() == rupture.slipped() as usize).unwrap_or(&[]);
+        let over_area = |drop_n: Option<f64>| drop_n.map(|drop_n| drop_n / self.contact_area_m2);
         Some(Entry {
             moment_n_m,
             x_m: f64::from(column - 1) * self.block_length_m,
             length_m: f64::from(rupture.reach().count()) * self.block_length_m,
-            stress_drop_pa: rupture.mean_force_drop_n.map(|drop_n| drop_n / self.contact_area_m2),
-            slip_weighted_stress_drop_pa: weighted_drop_n(slips).map(|drop_n| drop_n / self.contact_area_m2),
+            stress_drop_pa: over_area(rupture.mean_shear_force_drop_n),
+            slip_weighted_stress_drop_pa: over_area(rupture.slip_weighted_shear_force_drop_n),
+            strength_drop_pa: over_area(rupture.mean_strength_drop_n),
+            slip_weighted_strength_drop_pa: over_area(weighted_drop_n(slips)),
             slip_skewness: skewness(slips),
             rupture,
         })
@@ -123,10 +136,10 @@ impl Observer for Catalogue {
         if let Some(rupture) = event.get::<Rupture>() {
             self.ruptures.push(rupture.clone());
         } else if let Some(arrival) = event.get::<Arrival>() {
-            let of_contact = arrival.slip_size_m().zip(arrival.force_attach_n).map(|(slip_m, attach_n)| {
-                let column = self.contacts.column(arrival.block);
-                ContactSlip { column, slip_m, force_drop_n: arrival.force_detach_n - attach_n }
-            });
+            let of_contact = arrival.slip_size_m().zip(arrival.strength_drop_n());
+            let column = self.contacts.column(arrival.block);
+            let of_contact =
+                of_contact.map(|(slip_m, strength_drop_n)| ContactSlip { column, slip_m, strength_drop_n });
             match (self.slips.entry(arrival.rupture).or_insert_with(|| Some(Vec::new())), of_contact) {
                 (Some(slips), Some(of_contact)) => slips.push(of_contact),
                 (slips, _) => *slips = None,
@@ -135,18 +148,18 @@ impl Observer for Catalogue {
     }
 }
 
-/// The mean of the falls of force, weighted by the size of slip.
+/// The mean of the drops of strength, weighted by the size of slip.
 fn weighted_drop_n(slips: &[ContactSlip]) -> Option<f64> {
-    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m.abs()).sum();
-    let weighted: f64 = slips.iter().map(|contact| contact.slip_m.abs() * contact.force_drop_n).sum();
+    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m).sum();
+    let weighted: f64 = slips.iter().map(|contact| contact.slip_m * contact.strength_drop_n).sum();
     (sum_m > 0.0).then(|| weighted / sum_m)
 }
 
 /// The skewness of the size of slip over columns.
 fn skewness(slips: &[ContactSlip]) -> Option<f64> {
-    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m.abs()).sum();
+    let sum_m: f64 = slips.iter().map(|contact| contact.slip_m).sum();
     let mean = |of: &dyn Fn(f64) -> f64| {
-        let weighted = slips.iter().map(|contact| contact.slip_m.abs() * of(f64::from(contact.column)));
+        let weighted = slips.iter().map(|contact| contact.slip_m * of(f64::from(contact.column)));
         weighted.sum::<f64>() / sum_m
     };
     let centre = mean(&|column| column);
@@ -228,17 +241,14 @@ mod tests {
     fn drops_and_skewness_are_weighted_by_slip() {
         let slips = |all: &[(u32, f64, f64)]| -> Vec<ContactSlip> {
             all.iter()
-                .map(|&(column, slip_m, force_drop_n)| ContactSlip { column, slip_m, force_drop_n })
+                .map(|&(column, slip_m, strength_drop_n)| ContactSlip { column, slip_m, strength_drop_n })
                 .collect()
         };
         // Three of four parts of the slip at column 1, one at column 5: mean 2, variance 3, third moment 6.
         let of = slips(&[(1, 3e-6, 2.0), (5, 1e-6, 6.0)]);
         near(weighted_drop_n(&of), 3.0);
-        // Backwards the force falls as it rises forwards.
-        near(weighted_drop_n(&slips(&[(1, -3e-6, -2.0), (5, -1e-6, -6.0)])), -3.0);
         near(skewness(&of), 6.0 / 3f64.powf(1.5));
         assert_eq!(skewness(&slips(&[(1, 1e-6, 2.0)])), None, "one column");
-        near(skewness(&slips(&[(1, 3e-6, 2.0), (5, -1e-6, 6.0)])), 6.0 / 3f64.powf(1.5));
         assert_eq!([weighted_drop_n(&[]), skewness(&[])], [None, None]);
     }
 

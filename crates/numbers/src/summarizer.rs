@@ -7,6 +7,7 @@ use asperity_record::{
     SlipEvent, StepRecord, TimeGrid,
 };
 
+use crate::catalogue::contact_area_m2;
 use crate::creep::CreepFront;
 use crate::growth::RuptureGrowth;
 use crate::magnitudes::Magnitudes;
@@ -30,6 +31,8 @@ const COUNTS_AIR_SINCE: u32 = 6;
 pub struct Slider {
     /// The scales of its elements, for headers without them.
     pub scales: Option<Scales>,
+    /// The area that a contact stands for, m2.
+    pub contact_area_m2: Option<f64>,
     /// The law of precursor lengths for the scenario, and its parameters.
     pub length_law: Option<(LengthLaw, LengthLawParameters)>,
     /// Its plan, if contacts have a state and every block the same drive spring, so that `F_T` says how far the
@@ -48,8 +51,10 @@ impl Slider {
             springs.len() == plan.blocks
                 && springs.iter().all(|spring| spring.stiffness_n_per_m == springs[0].stiffness_n_per_m)
         };
+        let scales = scenario.scales();
         Slider {
-            scales: Some(scenario.scales()),
+            scales: Some(scales),
+            contact_area_m2: Some(contact_area_m2(scales.block_length_m, scenario)),
             length_law: LengthLaw::is_for(scenario).then_some(law),
             driven: plan.filter(is_even).map(Box::new),
         }
@@ -225,6 +230,10 @@ impl Summarizer {
         let front_speed_m_per_s = median_of(&growing, speed_m_per_s);
         let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
         let energy = self.energy.as_ref();
+        let stress_pa = |of: &[&Rupture], drop_n: fn(&Rupture) -> Option<f64>| {
+            mean_of(of, drop_n).zip(slider.contact_area_m2).map(|(drop_n, area_m2)| drop_n / area_m2)
+        };
+        let weighted_drop_n = |rupture: &Rupture| rupture.slip_weighted_shear_force_drop_n;
         let moved_m = || {
             let [first_m, last_m] = self.driving_forces_n?.map(|force_n| slider.displacement_m(force_n));
             Some(last_m? - first_m?)
@@ -289,8 +298,12 @@ impl Summarizer {
             global_rupture_slip_m: mean_of(&global, |rupture| rupture.mean_slip_m),
             largest_slip_m: self.largest_slip_m,
             peak_velocity_m_per_s: self.peak_velocity_m_per_s,
-            precursor_force_drop_n: mean_of(&precursors, |rupture| rupture.mean_force_drop_n),
-            global_rupture_force_drop_n: mean_of(&global, |rupture| rupture.mean_force_drop_n),
+            precursor_stress_drop_pa: stress_pa(&precursors, |rupture| rupture.mean_shear_force_drop_n),
+            precursor_weighted_stress_drop_pa: stress_pa(&precursors, weighted_drop_n),
+            global_rupture_stress_drop_pa: stress_pa(&global, |rupture| rupture.mean_shear_force_drop_n),
+            global_rupture_weighted_stress_drop_pa: stress_pa(&global, weighted_drop_n),
+            precursor_strength_drop_n: mean_of(&precursors, |rupture| rupture.mean_strength_drop_n),
+            global_rupture_strength_drop_n: mean_of(&global, |rupture| rupture.mean_strength_drop_n),
             global_rupture_moment_n_m: mean_of(&global, |rupture| rupture.potency_m2)
                 .zip(modulus_n_per_m)
                 .map(|(potency_m2, modulus)| potency_m2 * modulus)

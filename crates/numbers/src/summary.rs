@@ -130,19 +130,28 @@ summary! {
             front_speed_error_ratio: Option<f64>,
         }
         "Slip and force" {
-            /// Mean over the precursors of the mean slip of their blocks, m.
+            /// Mean over the precursors of the mean size of the slip of their blocks, m.
             precursor_slip_m: Option<f64>,
-            /// Mean over the global ruptures of the mean slip of their blocks, m.
+            /// Mean over the global ruptures of the mean size of the slip of their blocks, m.
             global_rupture_slip_m: Option<f64>,
-            /// Largest slip of a block in one rupture, m.
+            /// Largest size of the slip of a block in one rupture, m.
             largest_slip_m: Option<f64>,
             /// Largest speed of a block in a raw slip event, m/s; null without any, and by laws without a state.
             peak_velocity_m_per_s: Option<f64>,
-            /// Mean over the precursors of the mean fall of the tangential force on a block, without
-            /// friction, from detachment to re-attachment, N.
-            precursor_force_drop_n: Option<f64>,
-            /// Mean over the global ruptures of this mean fall, N.
-            global_rupture_force_drop_n: Option<f64>,
+            /// Mean over the precursors of their stress drop, the shear stress before less that after, mean over the
+            /// contacts, Pa; null if none has one, as where ruptures overlap and where states were not recorded.
+            precursor_stress_drop_pa: Option<f64>,
+            /// The same, of each precursor weighted by slip, Pa.
+            precursor_weighted_stress_drop_pa: Option<f64>,
+            /// Mean over the global ruptures of their stress drop, Pa; null likewise.
+            global_rupture_stress_drop_pa: Option<f64>,
+            /// The same, of each global rupture weighted by slip, Pa.
+            global_rupture_weighted_stress_drop_pa: Option<f64>,
+            /// Mean over the precursors of their drop of strength, the mean fall of the tangential force on a block,
+            /// without friction, from detachment to re-attachment, N.
+            precursor_strength_drop_n: Option<f64>,
+            /// Mean over the global ruptures of this drop of strength, N.
+            global_rupture_strength_drop_n: Option<f64>,
             /// Mean moment of the global ruptures, N m.
             global_rupture_moment_n_m: Option<f64>,
         }

@@ -45,7 +45,7 @@ fn slider() -> Slider {
     };
     let scenario = resolve("default", &["friction.dynamic_coefficient=0.5"]).unwrap();
     let length_law = Some((LengthLaw::Linear, LengthLawParameters::of(&scenario)));
-    Slider { scales: Some(scales), length_law, driven: None }
+    Slider { scales: Some(scales), contact_area_m2: Some(2e-6), length_law, driven: None }
 }
 
 fn summarizer() -> Summarizer {
@@ -81,7 +81,7 @@ fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_
         largest_slip_m: Some(f64::from(last_block) * 1e-3),
         potency_m2: Some(f64::from(last_block) * 1e-4),
         moment_n_m: None,
-        mean_force_drop_n: Some(1.5),
+        mean_strength_drop_n: Some(1.5),
         farthest_block_before: None,
         overlapping: false,
         open: false,
@@ -98,6 +98,8 @@ fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_
         contacts: None,
         potency_m3: None,
         radiated_j: None,
+        mean_shear_force_drop_n: Some(0.5),
+        slip_weighted_shear_force_drop_n: Some(f64::from(last_block)),
     }
 }
 
@@ -183,7 +185,9 @@ fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
     assert_near(found.largest_slip_m, 0.01);
     // The mean potency, 1e-3 m2, by the modulus of the header.
     assert_near(found.global_rupture_moment_n_m, 20.0);
-    assert_near(found.global_rupture_force_drop_n, 1.5);
+    assert_near(found.global_rupture_strength_drop_n, 1.5);
+    assert_near(found.global_rupture_stress_drop_pa, 2.5e5);
+    assert_near(found.global_rupture_weighted_stress_drop_pa, 5e6);
     // Of 2, 5 and 8 blocks, a quarter of a joule each; of 10 and 10.
     assert_near(found.precursor_heat_j, 1.25);
     assert_near(found.global_rupture_heat_j, 2.5);

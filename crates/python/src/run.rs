@@ -338,9 +338,7 @@ struct Anew {
 
 impl Observer for Anew {
     fn record(&mut self, record: &Record) {
-        if let Record::Step(step) = record {
-            self.trackers.observe(step, &mut |event| self.tables.event(&event));
-        }
+        self.trackers.observe(record, &mut |event| self.tables.event(&event));
     }
 }
 

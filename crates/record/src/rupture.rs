@@ -48,20 +48,21 @@ payload! {
         pub front_speed_up_m_per_s: Option<f64> [area = "Speed of the front along x towards higher columns, from the column of nucleation on, by pairs of contacts of the same row, m/s; null where no row has four contacts there, or the front had no one direction."],
         /// Speed of the front towards lower-numbered blocks, m/s; null as for the other.
         pub front_speed_down_m_per_s: Option<f64> [area = "Speed of the front along x towards lower columns, m/s; null as for the other."],
-        /// Mean slip of its blocks, m; null if one still slid at the end of the run.
+        /// Mean size of the slip of its blocks, whichever way they slid, m; null if one still slid at the end of the run.
         pub mean_slip_m: Option<f64> [area = "Mean size of the slip of its contacts, a vector, m; null if one still slid at the end of the run."],
-        /// Largest slip of a block, m; null if one still slid at the end of the run.
+        /// Largest size of the slip of a block, m; null if one still slid at the end of the run.
         pub largest_slip_m: Option<f64> [area = "Largest size of the slip of a contact, m; null if one still slid at the end of the run."],
-        /// Potency over the width of the slider: the sum of slip times block length, m2; null if a
+        /// Potency over the width of the slider: the sum of the sizes of slip times block length, m2; null if a
         /// block still slid at the end of the run.
         pub potency_m2: Option<f64> [area = "Null; see `potency_m3`."],
-        /// Moment: slip times slipped area times elastic modulus, `E L_y a` times the sum of slip,
-        /// N m; of a slab with its shear modulus, `3 E / 8`. Null as the potency, and in logs of
+        /// Moment: slip times slipped area times elastic modulus, `E L_y a` times the sum of the sizes
+        /// of slip, N m; of a slab with its shear modulus, `3 E / 8`. Null as the potency, and in logs of
         /// versions before 6.
         pub moment_n_m: Option<f64> [area = "Shear modulus times the potency, N m; null as the potency."],
-        /// Mean fall of the tangential force on its blocks, without friction, from detachment to
-        /// re-attachment, N; null if one still slid at the end of the run.
-        pub mean_force_drop_n: Option<f64> [area = "Mean fall of the size of the tangential force on its contacts, without friction, from detachment to re-attachment, N; null if one still slid at the end of the run."],
+        /// Strength before less resistance after: mean fall of the tangential force on a block, without friction,
+        /// from its detachment to its re-attachment, in the direction of that force at the detachment, N; null if one
+        /// still slid at the end of the run.
+        pub mean_strength_drop_n: Option<f64> [area = "Strength before less resistance after: mean fall of the size of the tangential force on a contact, without friction, from its detachment to its re-attachment, N; null if one still slid at the end of the run."] [was = "mean_force_drop_n"],
         /// Highest-numbered block that had slid before, in the whole run; null if none had. In a
         /// slider that creeps from its first block this is the creep front.
         pub farthest_block_before: Option<u32> [area = "Farthest column in which a contact had slid before, in the whole run; null if none had."],
@@ -92,6 +93,13 @@ payload! {
         pub elastic_change_j: Option<f64>,
         /// What the time step itself added, J.
         pub scheme_work_j: Option<f64>,
+        /// Stress before less stress after, times the area of a contact: mean over its blocks of the shear force
+        /// in the state at its onset less that in the state at its end, in the direction of the force at the
+        /// detachment, N; null where another rupture slid at the same time, where the run ended before it was
+        /// certain, and where one of the states was not recorded.
+        pub mean_shear_force_drop_n: Option<f64>,
+        /// The same, weighted by the size of slip, N; null without any slip too.
+        pub slip_weighted_shear_force_drop_n: Option<f64>,
     }
     only Area {
         /// First row of its contacts.
@@ -159,6 +167,11 @@ payload! {
         /// m/s; negative where it came from the other side. Null for the block of nucleation, and
         /// where both began to slide in the same step.
         pub front_speed_m_per_s: Option<f64> [area = "Null; see `local_speed_m_per_s`."],
+        /// Shear force, the tangential force without friction, in the state at the onset of the rupture, N; null where
+        /// its drop in the rupture is.
+        pub force_before_n: Option<f64> [area = "Shear force, the tangential force without friction, in the state at the onset of the rupture, in the direction of the force at the first detachment, N; null where its drop in the rupture is."],
+        /// The same in the state at the end of the rupture, N.
+        pub force_after_n: Option<f64>,
     }
     only Area {
         /// Column of the contact.
@@ -175,11 +188,16 @@ payload! {
 }
 
 impl Arrival {
-    /// How far the block slid, m; over an area the size of the vector. `None` if it still slid at the end of
-    /// the run.
+    /// How far the block slid, m, whichever way; over an area the size of the vector. `None` if it still slid at
+    /// the end of the run.
     pub fn slip_size_m(&self) -> Option<f64> {
         let along_m = self.slip_m?;
-        Some(self.slip_across_m.map_or(along_m, |across_m| magnitude([along_m, across_m])))
+        Some(self.slip_across_m.map_or(along_m.abs(), |across_m| magnitude([along_m, across_m])))
+    }
+
+    /// Its part of [`Rupture::mean_strength_drop_n`].
+    pub fn strength_drop_n(&self) -> Option<f64> {
+        Some((self.force_detach_n - self.force_attach_n?) * self.force_detach_n.signum())
     }
 }
 

@@ -267,7 +267,7 @@ impl Seen {
         }
         let mut made_again = None;
         let mut detectors = detectors::all(&header, reader.scenario_toml());
-        let mut both = Some(EventCheck::with(&detectors, &header, reader.event_topics()));
+        let mut both = Some(EventCheck::with(&detectors, &reader.event_schemas()));
         // The difference in a salvaged log, kept until the reader finds a gap that explains it.
         let mut differs = None;
         // The log of a stopped run contains all of its records.
@@ -314,11 +314,8 @@ impl Seen {
                     if let Some(made_again) = &mut made_again {
                         made_again.record(record)?;
                     }
-                    if let Record::Step(step) = record
-                        && !has_gap
-                        && (both.is_some() || !self.other_detectors.only_found.is_empty())
-                    {
-                        detectors.observe(step, &mut |event| {
+                    if !has_gap && (both.is_some() || !self.other_detectors.only_found.is_empty()) {
+                        detectors.observe(record, &mut |event| {
                             if self.other_detectors.is_lacking(&event) {
                                 lacking.push(event.clone());
                             }
@@ -329,7 +326,7 @@ impl Seen {
                     }
                 }
             }
-            if let Some(Err(difference)) = both.as_mut().map(EventCheck::compare) {
+            if let Some(Err(difference)) = both.as_ref().map(EventCheck::compare) {
                 if reader.is_salvaged() {
                     differs = Some(difference);
                 } else {

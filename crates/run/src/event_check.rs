@@ -1,19 +1,21 @@
 //! Compares the events in a log with the events that detectors find now.
 //!
 //! A log may have been written with other detectors, more of them or fewer. The topics of both are
-//! compared, and topics of only one are listed. Fields that a later log version added or redefined
-//! are ignored in older logs.
+//! compared, each in its order, and topics of only one are listed. Of older logs, fields that their schemas lack are
+//! ignored, and those that were redefined since.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 
 use asperity_detect::Detectors;
-use asperity_record::{Event, EventPayload, RunHeader, Rupture};
+use asperity_record::{Event, EventPayload, Rupture};
 use serde_json::{Map, Value};
 
-/// Fields of events by the log version that added or redefined them.
-const SINCE: [(u32, &str, &[&str]); 1] =
-    [(6, Rupture::TOPIC, &["moment_n_m", "anchor_change_j", "elastic_change_j"])];
+/// Fields of ruptures that were redefined when another one, the first of each list, was added.
+const REDEFINED: [&[&str]; 2] = [
+    &["moment_n_m", "anchor_change_j", "elastic_change_j"],
+    &["mean_strength_drop_n", "mean_slip_m", "largest_slip_m", "potency_m2", "moment_n_m"],
+];
 
 /// Most bytes that one side may be ahead of the other; far more than records and events are ever
 /// apart in the log of a run.
@@ -60,14 +62,14 @@ pub(crate) struct EventCheck {
     emitted: BTreeSet<String>,
     /// Topics that the log announces.
     announced: BTreeSet<String>,
-    /// The log's version of the record schema.
-    version: u32,
-    /// Size of both queues.
+    /// By topic, the fields that are ignored, if any.
+    ignored: BTreeMap<&'static str, BTreeSet<String>>,
+    /// Size of all queues.
     bytes: usize,
     /// The first difference, once found.
     parted: Option<Difference>,
-    logged: VecDeque<Event>,
-    found: VecDeque<Event>,
+    /// Logged and found events by topic. Which follows which of another topic may depend on the code version.
+    queues: BTreeMap<String, [VecDeque<Event>; 2]>,
     agreed: usize,
 }
 
@@ -84,26 +86,32 @@ pub struct Difference {
 }
 
 impl EventCheck {
-    /// Starts the comparison for a log with that header, which announces these topics of events.
-    pub(crate) fn with(
-        detectors: &Detectors,
-        header: &RunHeader,
-        announced: impl Iterator<Item = String>,
-    ) -> EventCheck {
+    /// Starts the comparison for a log that announces these topics of events with these schemas.
+    pub(crate) fn with(detectors: &Detectors, announced: &BTreeMap<&str, &str>) -> EventCheck {
+        let mut ignored = BTreeMap::new();
+        for kind in detectors.kinds() {
+            let schema =
+                announced.get(kind.topic).and_then(|schema| serde_json::from_str::<Value>(schema).ok());
+            let Some(logged) = schema.as_ref().and_then(|schema| schema["properties"].as_object()) else {
+                continue;
+            };
+            let names = kind.columns.iter().map(|column| column.name.to_string());
+            let fields = ignored_fields(kind.topic, names, |name| logged.contains_key(name));
+            ignored.extend((!fields.is_empty()).then_some((kind.topic, fields)));
+        }
         EventCheck {
             emitted: detectors.kinds().map(|kind| kind.topic.to_owned()).collect(),
-            announced: announced.collect(),
-            version: header.record_schema_version,
+            announced: announced.keys().map(|topic| (*topic).to_owned()).collect(),
+            ignored,
             ..EventCheck::default()
         }
     }
 
-    /// Removes the fields that the log's version lacks or defines otherwise.
+    /// Removes the fields that the log lacks or defines otherwise.
     fn comparable(&self, event: Event) -> Event {
-        let later = SINCE.iter().find(|(since, topic, _)| self.version < *since && event.topic() == *topic);
-        let Some((_, topic, fields)) = later else { return event };
+        let Some((topic, fields)) = self.ignored.get_key_value(event.topic()) else { return event };
         let Ok(mut payload) = serde_json::from_str::<Map<String, Value>>(&event.json()) else { return event };
-        payload.retain(|field, _| !fields.contains(&field.as_str()));
+        payload.retain(|field, _| !fields.contains(field));
         Event::of_json(topic, &Value::Object(payload).to_string())
     }
 
@@ -121,8 +129,7 @@ impl EventCheck {
         if !self.emitted.contains(event.topic()) {
             return;
         }
-        let event = self.comparable(event);
-        self.keep(event.bytes(), |both| both.logged.push_back(event));
+        self.keep(event, 0);
     }
 
     /// Adds an event that a detector found.
@@ -130,63 +137,68 @@ impl EventCheck {
         if !self.announced.contains(event.topic()) {
             return;
         }
-        let event = self.comparable(event);
-        self.keep(event.bytes(), |both| both.found.push_back(event));
+        self.keep(event, 1);
     }
 
-    /// Queues an event until its counterpart arrives. Nothing is queued after the first difference;
-    /// too large a distance between the sides is a difference as well.
-    fn keep(&mut self, bytes: usize, push: impl FnOnce(&mut EventCheck)) {
+    /// Queues an event of a side until its counterpart arrives, and drops the pair if they are equal. Nothing is queued
+    /// after the first difference; too large a distance between the sides is a difference as well.
+    fn keep(&mut self, event: Event, side: usize) {
         if self.parted.is_some() {
             return;
         }
-        self.bytes += bytes;
-        push(self);
-        if self.bytes > MOST_AHEAD_BYTES {
-            self.let_go();
-            if self.bytes > MOST_AHEAD_BYTES {
-                self.part();
+        let event = self.comparable(event);
+        if !self.queues.contains_key(event.topic()) {
+            self.queues.insert(event.topic().to_owned(), Default::default());
+        }
+        let queues = self.queues.get_mut(event.topic()).expect("it is there");
+        match queues[1 - side].front() {
+            Some(other) if *other == event => {
+                self.bytes -= other.bytes();
+                self.agreed += 1;
+                queues[1 - side].pop_front();
+                return;
+            }
+            counterpart => {
+                self.bytes += event.bytes();
+                let differs = counterpart.is_some() || self.bytes > MOST_AHEAD_BYTES;
+                queues[side].push_back(event);
+                self.parted = differs.then(|| difference(self.agreed, queues));
             }
         }
-    }
-
-    /// Drops pairs of equal events from the queues, and records the first difference.
-    pub(crate) fn let_go(&mut self) {
-        while let (Some(logged), Some(found)) = (self.logged.front(), self.found.front()) {
-            if logged != found {
-                self.part();
-                break;
-            }
-            self.bytes -= logged.bytes() + found.bytes();
-            self.logged.pop_front();
-            self.found.pop_front();
-            self.agreed += 1;
+        if self.parted.is_some() {
+            self.queues.clear();
+            self.bytes = 0;
         }
     }
 
     /// Reports the first difference among the events that both sides have so far.
-    pub(crate) fn compare(&mut self) -> Result<(), Difference> {
-        self.let_go();
+    pub(crate) fn compare(&self) -> Result<(), Difference> {
         self.parted.clone().map_or(Ok(()), Err)
     }
 
     /// Reports the first difference after the last event of both sides.
-    pub(crate) fn finish(mut self) -> Result<(), Difference> {
+    pub(crate) fn finish(self) -> Result<(), Difference> {
         self.compare()?;
-        if self.logged.is_empty() && self.found.is_empty() { Ok(()) } else { Err(self.difference()) }
+        let left = self.queues.values().find(|queues| queues.iter().any(|queue| !queue.is_empty()));
+        left.map_or(Ok(()), |queues| Err(difference(self.agreed, queues)))
     }
+}
 
-    fn part(&mut self) {
-        self.parted = Some(self.difference());
-        self.logged.clear();
-        self.found.clear();
-        self.bytes = 0;
-    }
+/// The difference at the front of two queues.
+fn difference(number: usize, [logged, found]: &[VecDeque<Event>; 2]) -> Difference {
+    let told = |event: Option<&Event>| event.map_or("nothing".to_owned(), |event| format!("{event:?}"));
+    Difference { number, logged: told(logged.front()), found: told(found.front()) }
+}
 
-    fn difference(&self) -> Difference {
-        let told = |event: Option<&Event>| event.map_or("nothing".to_owned(), |event| format!("{event:?}"));
-        Difference { number: self.agreed, logged: told(self.logged.front()), found: told(self.found.front()) }
-    }
+/// The fields of a topic that its schema in a log lacks, and those that were redefined with one that it lacks.
+fn ignored_fields(
+    topic: &str,
+    names: impl Iterator<Item = String>,
+    has: impl Fn(&str) -> bool,
+) -> BTreeSet<String> {
+    let redefined = REDEFINED.iter().filter(|fields| topic == Rupture::TOPIC && !has(fields[0])).copied();
+    let redefined = redefined.flatten().map(|name| (*name).to_owned());
+    names.filter(|name| !has(name)).chain(redefined).collect()
 }
 
 #[cfg(test)]
@@ -195,7 +207,7 @@ mod tests {
 
     use asperity_record::Event;
 
-    use super::{EventCheck, OtherDetectors};
+    use super::{EventCheck, OtherDetectors, ignored_fields};
 
     fn event(topic: &str, payload: &str) -> Event {
         Event::of_json(topic, payload)
@@ -206,29 +218,31 @@ mod tests {
     }
 
     fn between(emitted: &[&str], announced: &[&str]) -> EventCheck {
-        let version = asperity_record::RECORD_SCHEMA_VERSION;
-        EventCheck {
-            emitted: topics(emitted),
-            announced: topics(announced),
-            version,
-            ..EventCheck::default()
-        }
+        EventCheck { emitted: topics(emitted), announced: topics(announced), ..EventCheck::default() }
     }
 
-    /// An older log has no moment and another anchor change; the other fields must agree.
+    /// A log without the moment has another anchor change, and one without the drop of strength, other slips; the
+    /// remaining fields must agree.
     #[test]
     fn what_a_later_version_says_is_not_compared_with_an_older_log() {
         let logged = r#"{"rupture":0,"anchor_change_j":1.0,"elastic_change_j":2.0,"drive_work_j":3.0}"#;
         let found = r#"{"rupture":0,"moment_n_m":5.0,"anchor_change_j":-1.0,"elastic_change_j":0.0,"drive_work_j":3.0}"#;
-        let compare = |version: u32, found: &str| {
+        let names = ["rupture", "moment_n_m", "anchor_change_j", "elastic_change_j", "drive_work_j"];
+        let compare = |lacks: &[&str], found: &str| {
             let topic = "/events/rupture";
-            let mut both = EventCheck { version, ..between(&[topic], &[topic]) };
+            let names = names.iter().chain(lacks).map(|name| (*name).to_owned());
+            let ignored = ignored_fields(topic, names, |name| !lacks.contains(&name));
+            let mut both = EventCheck { ignored: [(topic, ignored)].into(), ..between(&[topic], &[topic]) };
             both.logged(event(topic, logged));
             both.found(event(topic, found));
             both.finish().is_ok()
         };
-        assert!(compare(5, found) && !compare(6, found));
-        assert!(!compare(5, &found.replace("3.0", "3.5")));
+        let moment = &["moment_n_m"];
+        assert!(compare(moment, found) && !compare(&[], found) && !compare(&["mean_strength_drop_n"], found));
+        assert!(!compare(moment, &found.replace("3.0", "3.5")));
+        let of_size =
+            logged.replace("\"rupture\":0", "\"rupture\":0,\"moment_n_m\":7.0,\"mean_strength_drop_n\":1.0");
+        assert!(compare(&["mean_strength_drop_n"], &of_size) && !compare(&[], &of_size));
     }
 
     #[test]

@@ -91,10 +91,7 @@ impl Replay {
     pub fn run(self, stop: &dyn Fn() -> bool, observer: &mut dyn Observer) -> Result<Replayed, ReplayError> {
         let Replay { log, detectors, compares } = self;
         kinds_of(&detectors)?;
-        let event_check = compares.then(|| {
-            let topics = log.event_schemas().into_keys().map(str::to_owned);
-            EventCheck::with(&detectors, log.header(), topics)
-        });
+        let event_check = compares.then(|| EventCheck::with(&detectors, &log.event_schemas()));
         let found = Found { observer, event_check, slip_events: 0 };
         let mut detecting = Detecting { detectors, found, stop, is_stopped: false };
         let checked = log.check(&mut detecting);
@@ -136,9 +133,7 @@ struct Found<'a> {
 impl Observer for Detecting<'_> {
     fn record(&mut self, record: &Record) {
         self.found.observer.record(record);
-        if let Record::Step(step) = record {
-            self.detectors.observe(step, &mut |event| self.found.add(event));
-        }
+        self.detectors.observe(record, &mut |event| self.found.add(event));
         self.is_stopped |= (self.stop)();
     }
 
@@ -163,8 +158,6 @@ impl Found<'_> {
         self.observer.event(&event);
         if let Some(event_check) = &mut self.event_check {
             event_check.found(event);
-            // Differences are reported at the end; this only drops equal pairs.
-            event_check.let_go();
         }
     }
 }

@@ -213,9 +213,7 @@ fn pass_on<E>(
     match fed {
         Some(Given::Checkpoint(checkpoint)) => sink(Item::Checkpoint(checkpoint))?,
         Some(Given::Record(record)) => {
-            if let Record::Step(step) = &record {
-                detectors.observe(step, &mut |event| events.push(event));
-            }
+            detectors.observe(&record, &mut |event| events.push(event));
             sink(Item::Record(record))?;
         }
         None => {

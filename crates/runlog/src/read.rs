@@ -42,7 +42,7 @@ pub struct Topics {
 impl Topics {
     /// Everything.
     pub const ALL: Topics = Topics { steps: true, fields: true, windows: true, events: true };
-    /// The input of detectors.
+    /// The input of detectors, but for the states from which the stress drops of ruptures follow.
     pub const STEPS: Topics = Topics { steps: true, fields: false, windows: false, events: false };
     /// Nothing: only checks the log and finds its last checkpoint.
     pub const NONE: Topics = Topics { steps: false, fields: false, windows: false, events: false };

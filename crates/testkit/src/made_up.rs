@@ -156,7 +156,7 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
             largest_slip_m: None,
             potency_m2: None,
             moment_n_m: None,
-            mean_force_drop_n: None,
+            mean_strength_drop_n: None,
             farthest_block_before: None,
             overlapping: false,
             open: false,
@@ -173,6 +173,8 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
             contacts: over_area(Some(slipped)),
             potency_m3: None,
             radiated_j: None,
+            mean_shear_force_drop_n: None,
+            slip_weighted_shear_force_drop_n: None,
         });
         for (n, (block, arrival_step, stop_step)) in passed.iter().enumerate() {
             arrivals.push(Arrival {
@@ -193,6 +195,8 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
                 across: over_area(Some(contacts.row(*block))),
                 slip_across_m: None,
                 local_speed_m_per_s: None,
+                force_before_n: None,
+                force_after_n: None,
             });
         }
     }

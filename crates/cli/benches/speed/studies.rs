@@ -10,7 +10,6 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::Record;
 use asperity_run::{Detectors, Task, detectors};
 use asperity_simulator::SolverKind;
 
@@ -129,8 +128,8 @@ fn events(plan: &Plan, mut detectors: Option<Detectors>) -> usize {
     let mut events = 0;
     let mut fast = SolverKind::Fast.start(plan.clone());
     while let Some(record) = fast.next_record().expect("the run stays finite") {
-        if let (Record::Step(step), Some(detectors)) = (&record, &mut detectors) {
-            detectors.observe(step, &mut |_| events += 1);
+        if let Some(detectors) = &mut detectors {
+            detectors.observe(&record, &mut |_| events += 1);
         }
     }
     if let Some(detectors) = &mut detectors {

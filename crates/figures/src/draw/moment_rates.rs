@@ -2,9 +2,8 @@
 //! earthquakes are published.
 //!
 //! The rate is the factor of `moment_n_m` times the sum of the velocities of the blocks that slide in the rupture, each
-//! from its arrival to its stop. Blocks that stick move too, on their friction springs, but their motion is no slip. The
-//! integral over time is the moment. Of a rupture that slides backwards, whose moment is below 0, the size of the moment
-//! grows at this rate with its sign changed, which is plotted.
+//! from its arrival to its stop and in the direction of its slip. Blocks that stick move too, on their friction springs,
+//! but their motion is no slip. The integral over time is the moment.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +35,7 @@ fn three() -> usize {
 /// Smallest rate on a logarithmic axis, over the largest.
 const LOWEST: f64 = 1e-3;
 
-/// The rate at which the size of the moment of a rupture grows, N m/s, at each recorded time from its onset to its end.
+/// The rate at which the moment of a rupture grows, N m/s, at each recorded time from its onset to its end.
 struct Course<'a> {
     rupture: &'a Rupture,
     points: Vec<(f64, f64)>,
@@ -52,7 +51,7 @@ impl Figure for MomentRates {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let mut courses = courses(run)?;
         courses.sort_by(|a, b| {
-            let size = |course: &Course| course.rupture.moment_n_m.map_or(0.0, f64::abs);
+            let size = |course: &Course| course.rupture.moment_n_m.unwrap_or_default();
             size(b).total_cmp(&size(a))
         });
         courses.truncate(self.count.clamp(1, 5));
@@ -90,10 +89,11 @@ fn courses(run: &RunData) -> Result<Vec<Course<'_>>, String> {
     let plan = &run.plan;
     let modulus_n_per_m = plan.scales.modulus_n_per_m.unwrap_or_default();
     let of_velocity = modulus_n_per_m * plan.spacing_m;
-    let mut slides: BTreeMap<u64, Vec<(usize, u64, u64)>> = BTreeMap::new();
+    let mut slides: BTreeMap<u64, Vec<(usize, u64, u64, f64)>> = BTreeMap::new();
     for arrival in run.arrivals()? {
         if let Some(stop_step) = arrival.stop_step {
-            let of_block = (arrival.block as usize, arrival.arrival_step, stop_step);
+            let direction = arrival.slip_m.unwrap_or_default().signum();
+            let of_block = (arrival.block as usize, arrival.arrival_step, stop_step, direction);
             slides.entry(arrival.rupture).or_default().push(of_block);
         }
     }
@@ -105,16 +105,15 @@ fn courses(run: &RunData) -> Result<Vec<Course<'_>>, String> {
         };
         let from = records.partition_point(|record| record.step < rupture.onset_step);
         let within = records[from..].iter().take_while(|record| record.step < end_step);
-        let direction = if rupture.moment_n_m.is_some_and(|moment| moment < 0.0) { -1.0 } else { 1.0 };
         let mut points = Vec::new();
         for record in within {
-            let velocity = |(block, arrival, stop): &(usize, u64, u64)| {
+            let velocity = |(block, arrival, stop, direction): &(usize, u64, u64, f64)| {
                 let is_sliding = (*arrival..*stop).contains(&record.step);
                 let index = block.checked_sub(record.first_block as usize)?;
-                record.velocity_m_per_s.get(index).filter(|_| is_sliding).copied()
+                record.velocity_m_per_s.get(index).filter(|_| is_sliding).map(|velocity| direction * velocity)
             };
             let sum: f64 = blocks.iter().filter_map(velocity).sum();
-            points.push((record.time_s - rupture.onset_s, direction * of_velocity * sum));
+            points.push((record.time_s - rupture.onset_s, of_velocity * sum));
         }
         if points.len() > 2 {
             courses.push(Course { rupture, points });
@@ -169,7 +168,7 @@ mod tests {
         for record in &mut run.rupture_fields {
             record.velocity_m_per_s.iter_mut().for_each(|velocity| *velocity = -*velocity);
         }
-        run.run.ruptures.as_mut().expect("there is one")[0].moment_n_m = Some(-1.0);
+        run.arrivals.iter_mut().for_each(|arrival| arrival.slip_m = Some(-1.0));
         assert_eq!(courses(&run).expect("it is recorded")[0].points, forwards);
         run.rupture_fields.clear();
         let why = courses(&run).err().expect("nothing is recorded");

@@ -259,7 +259,7 @@ impl Observer for RunProgress {
                 self.board.line(&note);
             }
             Notice::LackedItsName | Notice::Warning(_) => self.board.line(&note),
-            Notice::LoadNotReached { .. } => self.notes.push(note),
+            Notice::LoadNotReached { .. } | Notice::NoEvents { .. } => self.notes.push(note),
             // The log has it, and `--stats` prints it.
             Notice::Fallback(_) => {}
         }

@@ -3,7 +3,7 @@
 use crate::choices::{DriveKind, End, ScheduleFrom, Start};
 use crate::course::{ContactCourse, Course, by_contact};
 use crate::disorder::{Quantity, coefficients};
-use crate::elastic::{Chain, Elastic, gaps};
+use crate::elastic::{Chain, Elastic};
 use crate::ends::{EndBond, absorbing_kg_per_s};
 use crate::initial;
 use crate::junctions::Junctions;
@@ -278,11 +278,7 @@ impl Springs {
             |stiffness_n_per_m: f64| slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt();
         // The shear modulus of planes, `rho c_S^2 = k / (2 L_y) = 3 E / 8`, and of bodies, `k / a`.
         let (kind, stiffness_n_per_m, modulus_n_per_m) = match (across > 1, rows > 1) {
-            (false, false) => {
-                let gaps = gaps(columns) as f64;
-                let k = modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m;
-                (None, k, modulus_pa * slider.width_m)
-            }
+            (false, false) => (None, slider.chain_stiffness_n_per_m(), modulus_pa * slider.width_m),
             (false, true) => {
                 let k = 0.75 * slider.width_m * modulus_pa;
                 (Some(&lattice::SLAB), k, 0.5 * k)

@@ -198,6 +198,14 @@ pub fn amontons_coulomb_n(sliding: &Sliding<'_>) -> f64 {
     select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))
 }
 
+/// [`amontons_coulomb_n`]; `at_rest` says whether it resists the pull on a block at rest, which it cannot reverse.
+#[inline(always)]
+pub fn resisting_n(sliding: &Sliding<'_>, at_rest: bool) -> f64 {
+    let ([v], [pull]) = (sliding.velocity_m_per_s, sliding.tangential_force_n);
+    let resisting = sliding.friction_n.min(pull.abs()).copysign(pull);
+    select_unpredictable(at_rest & (v == 0.0), resisting, amontons_coulomb_n(sliding))
+}
+
 /// Code to compile for each law.
 pub trait WithLaw {
     /// The result.

@@ -135,7 +135,7 @@ pub use laws::Law;
 pub use node_state::NodeState;
 pub use plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 pub use preview::Preview;
-pub use rate_and_state::{Evolution, RateAndState};
+pub use rate_and_state::{EVENT_SPEED_RATIO, Evolution, RateAndState};
 pub use resolve::{ResolveError, find, resolve, source};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};

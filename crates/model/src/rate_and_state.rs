@@ -56,8 +56,13 @@ pub struct RateAndState {
     pub tolerance: f64,
 }
 
-/// Threshold of event speeds without a key, over the largest velocity of the drive.
+/// Threshold of event speeds without a key, over the velocity of the drive: the largest one at most, and that at the
+/// start at least.
 pub const EVENT_SPEED_RATIO: f64 = 10.0;
+
+/// That threshold between the two, over the speed `a p / (E + sqrt(m kappa))` at which inertia or radiation bears a change
+/// of friction by `a p`.
+pub(crate) const EVENT_SPEED_SHARE: f64 = 0.1;
 
 /// From this `l` on, `asinh(e^l)` is `l + ln 2` to `e^(-2 l) / 4 < 2e-18`, less than rounding.
 const LARGE: f64 = 20.0;
@@ -185,9 +190,24 @@ mod tests {
     }
 
     #[test]
-    fn a_key_of_0_is_an_event_speed_of_ten_times_the_drive() {
+    fn a_key_of_0_is_an_event_speed_of_ten_times_the_drive_unless_a_part_of_it_is_far_faster() {
         let m_per_s = |sets: &[&str]| law(sets).event_speed_m_per_s;
         assert!((m_per_s(&["drive.velocity_m_per_s=2e-5"]) / 2e-4 - 1.0).abs() < 1e-15);
+        let course = |fastest: &str| {
+            let course = format!("drive.course_m_per_s=[1e-6,1e-6,{fastest}]");
+            let slow = ["drive.velocity_m_per_s=1e-6", "drive.course_s=[1,2,2]", &*course];
+            [4, 1].map(|blocks| m_per_s(&[&slow[..], &[&*format!("slider.blocks={blocks}")]].concat()))
+        };
+        assert_eq!(course("-1e-5"), [10.0 * 1e-5; 2]);
+        // a p / sqrt(m (K / N + 2 k)), of a single block a p / sqrt(m K).
+        let plan = crate::Plan::new(&resolve("default", &["slider.blocks=4"]).unwrap());
+        let (k, drive_n_per_m) = (plan.elastic.stiffness_n_per_m(), plan.drive.springs[0].stiffness_n_per_m);
+        let load_n = plan.total_normal_load_n;
+        let four = 0.01 * load_n / 4.0 / (plan.block_mass_kg * (0.25 * drive_n_per_m + 2.0 * k)).sqrt();
+        let one = 0.01 * load_n / (4.0 * plan.block_mass_kg * drive_n_per_m).sqrt();
+        for (found, dynamic) in course("10").into_iter().zip([four, one]) {
+            assert!((found / (0.1 * dynamic) - 1.0).abs() < 1e-12, "{found} {dynamic}");
+        }
         assert_eq!(m_per_s(&["friction.event_speed_m_per_s=0.01"]), 0.01);
         assert_eq!(law(&["time.tolerance=1e-9"]).tolerance, 1e-9);
     }

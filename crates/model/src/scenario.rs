@@ -15,7 +15,7 @@ use crate::junctions::Junctions;
 use crate::keys::FOUNDATION_RATIO;
 use crate::law::LawKeys;
 use crate::laws::{FrictionLaw, Law};
-use crate::rate_and_state::{EVENT_SPEED_RATIO, Evolution, RateAndState};
+use crate::rate_and_state::{EVENT_SPEED_RATIO, EVENT_SPEED_SHARE, Evolution, RateAndState};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -410,6 +410,12 @@ impl Slider {
         self.blocks.saturating_mul(self.across)
     }
 
+    /// `k` of a chain (5.5).
+    pub(crate) fn chain_stiffness_n_per_m(&self) -> f64 {
+        let gaps = gaps(self.blocks as usize) as f64;
+        self.youngs_modulus_pa * gaps * self.width_m * self.height_m / self.length_m
+    }
+
     /// The spacing of nodes, `a`.
     pub(crate) fn spacing_m(&self) -> f64 {
         self.length_m / gaps(self.blocks as usize) as f64
@@ -444,7 +450,7 @@ impl Scenario {
     pub fn contact_law(&self) -> Law {
         let friction = &self.friction;
         let event_speed_m_per_s = match friction.event_speed_m_per_s {
-            0.0 => EVENT_SPEED_RATIO * self.drive.fastest_m_per_s(),
+            0.0 => self.default_event_speed_m_per_s(),
             given_m_per_s => given_m_per_s,
         };
         let keys = LawKeys {
@@ -478,6 +484,21 @@ impl Scenario {
             },
         };
         Law::of(friction.law, &keys)
+    }
+
+    /// `V_th` without a key: a short part of a course that is far faster than the start hides no slips.
+    fn default_event_speed_m_per_s(&self) -> f64 {
+        let (slider, friction, drive) = (&self.slider, &self.friction, &self.drive);
+        let blocks = f64::from(slider.contacts());
+        let load_n = self.normal_load.total_n / blocks;
+        let bonds_n_per_m = if slider.blocks > 1 { 2.0 * slider.chain_stiffness_n_per_m() } else { 0.0 };
+        let stiffness_n_per_m = drive.stiffness_n_per_m / blocks + bonds_n_per_m;
+        let mass_kg = if friction.inertia { slider.mass_kg / blocks } else { 0.0 };
+        let impedance_kg_per_s = friction.radiation_kg_per_s + (mass_kg * stiffness_n_per_m).sqrt();
+        let dynamic_m_per_s = friction.direct_effect * load_n / impedance_kg_per_s;
+        let least_m_per_s = EVENT_SPEED_RATIO * drive.velocity_m_per_s;
+        let most_m_per_s = EVENT_SPEED_RATIO * drive.fastest_m_per_s();
+        most_m_per_s.min(least_m_per_s.max(EVENT_SPEED_SHARE * dynamic_m_per_s))
     }
 
     /// The files that it names, from which its values were read; empty texts for none.

@@ -20,7 +20,8 @@ const UNBALANCED: f64 = 1e-9;
 /// Most iterations of conjugate gradients per freedom; a few hundred in all are usual.
 const MOST_STEPS: usize = 10;
 
-/// Most solutions that are kept, and most freedoms of all of them, 16 bytes each.
+/// Most solutions that are kept, and most freedoms of all of them, 16 bytes each; the last is kept in any case, as that
+/// of a large body takes minutes.
 const SOLUTIONS_KEPT: usize = 32;
 const FREEDOMS_KEPT: usize = 1_000_000;
 
@@ -77,8 +78,9 @@ pub(crate) fn stuck_m(
     recent.push_front((balance, solution.clone()));
     let mut kept = 0;
     recent.retain(|(_, solution)| {
+        let is_last = kept == 0;
         kept += solution.len();
-        kept <= FREEDOMS_KEPT
+        is_last || kept <= FREEDOMS_KEPT
     });
     solution
 }

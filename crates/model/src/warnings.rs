@@ -33,7 +33,7 @@ pub struct Warning {
 type Check = fn(&Scenario, &Plan) -> Option<String>;
 
 /// All checks, each with the kind of its warnings.
-const CHECKS: [(&str, Check); 16] = [
+const CHECKS: [(&str, Check); 17] = [
     ("time-step", step),
     ("without-effect", without_effect),
     ("front-speed", fronts),
@@ -48,6 +48,7 @@ const CHECKS: [(&str, Check); 16] = [
     ("healing-times", healing_times),
     ("nucleation-length", nucleation_length),
     ("many-rows", many_rows),
+    ("event-speed", event_speed),
     ("no-solid", |scenario, _| implausible::no_solid(scenario)),
     ("no-slip", |scenario, plan| implausible::no_slip(scenario, &Preview::of(scenario, plan))),
 ];
@@ -324,6 +325,17 @@ fn nucleation_length(scenario: &Scenario, plan: &Plan) -> Option<String> {
 }
 
 /// Warns of blocks without a static threshold.
+fn event_speed(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let law = plan.friction.law.rate_and_state()?;
+    let (fastest_m_per_s, event_speed_m_per_s) = (scenario.drive.fastest_m_per_s(), law.event_speed_m_per_s);
+    (fastest_m_per_s > event_speed_m_per_s).then(|| {
+        format!(
+            "drive.course_m_per_s = {fastest_m_per_s} is above V_th = {event_speed_m_per_s:.4e} m/s \
+             (friction.event_speed_m_per_s): blocks that follow the drive there count as slipping"
+        )
+    })
+}
+
 fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
     if !plan.friction.law.word().sticks() {
         return None;

@@ -124,6 +124,13 @@ pub enum Notice<'a> {
         /// That load, `F_T / F_N`.
         ratio: f64,
     },
+    /// Nothing slipped by the threshold of events, though blocks were far faster than the drive at the start.
+    NoEvents {
+        /// That threshold, m/s.
+        event_speed_m_per_s: f64,
+        /// The largest speed of any block, m/s.
+        peak_m_per_s: f64,
+    },
     /// A shortcut that the solver could not use in this run, and what it used instead.
     Fallback(&'a str),
 }
@@ -145,6 +152,11 @@ impl fmt::Display for Notice<'_> {
                 f,
                 "F_T/F_N never reached {ratio} (drive.until_load_ratio): the drive never stopped; the log says so as \
                  its status"
+            ),
+            Notice::NoEvents { event_speed_m_per_s, peak_m_per_s } => write!(
+                f,
+                "no block came above V_th = {event_speed_m_per_s:.4e} m/s; the largest speed was {peak_m_per_s:.4e} m/s \
+                 (friction.event_speed_m_per_s)"
             ),
             Notice::Fallback(what) => f.write_str(what),
         }

@@ -33,6 +33,7 @@ fn scenarios() -> Vec<(&'static str, Vec<&'static str>)> {
         ("default", vec!["slider.blocks=600", "time.duration_s=0.01", "recording.sample_s=1e-3"]),
         ("ten-blocks", vec![]),
         ("rigid-contacts", vec![]),
+        ("rigid-contacts", vec!["friction.drag_at_rest=true"]),
         ("velocity-weakening", vec![]),
         ("velocity-weakening", vec!["friction.drag_at_rest=true"]),
         ("scattered-friction", vec![]),

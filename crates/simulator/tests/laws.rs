@@ -365,10 +365,10 @@ fn ever_stiffer_friction_springs_become_rigid() {
 /// `mu_s p dt / m`, by the little that the drive exceeds the threshold.
 #[test]
 fn drag_at_rest_resists_in_the_first_step_of_a_slip() {
-    let after_first = |at_rest: &str| {
+    let after_first = |law: &str, at_rest: &str| {
         let plan = plan(&[
             "slider.blocks=1",
-            "friction.law=velocity-weakening",
+            &format!("friction.law={law}"),
             &format!("friction.drag_at_rest={at_rest}"),
             "friction.static_coefficient=0.5",
             "friction.dynamic_coefficient=0.49",
@@ -382,8 +382,10 @@ fn drag_at_rest_resists_in_the_first_step_of_a_slip() {
         plain.take_step();
         plain.state().velocity_m_per_s[0] / (per_n * load_n)
     };
-    let (with, without) = (after_first("true"), after_first("false"));
-    assert!((with - 0.01).abs() < 1e-5 && (without - 0.5).abs() < 1e-5, "{with} {without}");
+    for law in ["velocity-weakening", "rigid"] {
+        let (with, without) = (after_first(law, "true"), after_first(law, "false"));
+        assert!((with - 0.01).abs() < 1e-5 && (without - 0.5).abs() < 1e-5, "{law}: {with} {without}");
+    }
 }
 
 /// (2.5, 2.6): the work of the drive becomes motion, energy of springs, radiation and friction.

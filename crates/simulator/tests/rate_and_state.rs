@@ -46,6 +46,26 @@ fn number(cell: &str) -> f64 {
     cell.parse().unwrap_or_else(|_| panic!("{cell:?} is no number"))
 }
 
+/// A short fast part of a course, by which a force steps, hides no events; onsets from the design of the threshold.
+#[test]
+fn slips_behind_a_pulse_of_the_drive_are_events() {
+    let pulse = [
+        "drive.course_s=[110,110,110.001,110.001]",
+        "drive.course_m_per_s=[1e-5,0.05001,0.05001,1e-5]",
+        "time.duration_s=170",
+        "time.tolerance=1e-9",
+        "recording.fields_s=0",
+    ];
+    let plan = plan("spring-slider", &pulse);
+    let all = onsets(&records(&mut *solver(&plan)));
+    let found: Vec<f64> = all.iter().map(|(time_s, _)| *time_s).filter(|time_s| *time_s > 110.1).collect();
+    let expected = [118.375160, 140.219350, 162.875369];
+    assert_eq!(found.len(), expected.len(), "{all:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 2e-6, "{found} {expected}");
+    }
+}
+
 /// Onsets at the tolerance of the table's programs, which agree in nine digits.
 #[test]
 fn cycles_of_a_slider_are_those_of_other_integrators() {

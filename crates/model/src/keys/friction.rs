@@ -71,7 +71,7 @@ pub(super) const FRICTION: &[Key] = &[
     Key {
         path: "friction.drag_at_rest",
         symbol: "",
-        doc: "Of velocity-weakening: whether mu_d p resists a block from the first step of its slip, in which it begins \
+        doc: "Of rigid and velocity-weakening: whether mu_d p resists a block from the first step of its slip, in which it begins \
               at rest. Otherwise nothing resists in that step, which adds mu_d p dt / m to its velocity: small \
               beside a slip of mu_s - mu_d, unless the two are nearly equal.",
         kind: Flag,
@@ -216,8 +216,9 @@ pub(super) const FRICTION: &[Key] = &[
         path: "friction.event_speed_m_per_s",
         symbol: "V_th",
         doc: "Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th \
-              to where it falls below V_th / 2. Must exceed the largest speed of the drive; 0 for 10 times that. Never \
-              changes the run, but onsets and durations of events depend on it.",
+              to where it falls below V_th / 2. Must exceed the speed of the drive at the start; 0 for 10 times the largest \
+              speed of the drive, or less in a course with short fast parts (docs/rate-and-state.md). Never changes the \
+              run, but onsets and durations of events depend on it.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },

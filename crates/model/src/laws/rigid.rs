@@ -1,32 +1,35 @@
 //! Rigid Amontons-Coulomb (2.7), Maegawa's: a stuck contact does not move, a sliding one feels
 //! `-mu_d p sign(v) - E v` and re-attaches, at rest, in the step in which its velocity would change sign.
 
-use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n};
+use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n, resisting_n};
 
 /// Friction without springs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rigid {
     /// `E`.
     radiation_kg_per_s: f64,
+    /// Whether friction resists in the first step of a slip.
+    at_rest: bool,
 }
 
 impl ContactLaw for Rigid {
     const HOLDS: bool = true;
-    const KEYS: &'static [&'static str] = &["friction.radiation_kg_per_s"];
+    const KEYS: &'static [&'static str] = &["friction.drag_at_rest", "friction.radiation_kg_per_s"];
 
     fn of(keys: &LawKeys) -> Rigid {
-        Rigid { radiation_kg_per_s: keys.radiation_kg_per_s }
+        Rigid { radiation_kg_per_s: keys.radiation_kg_per_s, at_rest: keys.drag_at_rest }
     }
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
-        let ([v], [drag]) = (sliding.velocity_m_per_s, Silent.drag_n(sliding));
+        let ([v], drag) = (sliding.velocity_m_per_s, resisting_n(sliding, self.at_rest));
         [drag + self.radiation_kg_per_s * v]
     }
 
     #[inline(always)]
     fn re_attaches(&self, turn: &Turn) -> bool {
-        Silent.re_attaches(turn)
+        // A block that drag keeps at rest from the start does not slide.
+        Silent.re_attaches(turn) | (self.at_rest & (turn.new_velocity_m_per_s[0] == 0.0))
     }
 
     #[inline(always)]
@@ -35,7 +38,7 @@ impl ContactLaw for Rigid {
     }
 
     fn affine(&self) -> Option<Affine> {
-        Silent.affine()
+        Silent.affine().filter(|_| !self.at_rest)
     }
 
     fn radiation_kg_per_s(&self) -> f64 {
@@ -43,11 +46,11 @@ impl ContactLaw for Rigid {
     }
 
     fn with<W: WithLaw>(self, what: W) -> W::Output {
-        if self.radiation_kg_per_s > 0.0 { what.with(self) } else { what.with(Silent) }
+        if self.radiation_kg_per_s > 0.0 || self.at_rest { what.with(self) } else { what.with(Silent) }
     }
 }
 
-/// The law without radiation, `E = 0`.
+/// The law without radiation, `E = 0`, and drag at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Silent;
 

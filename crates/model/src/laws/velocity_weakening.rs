@@ -1,10 +1,8 @@
 //! Burridge and Knopoff's law (2.4): rigid, with the sliding friction
 //! `-mu_d p sign(v) / (1 + |v| / v_c) - E v`.
 
-use std::hint::select_unpredictable;
-
 use crate::laws::rigid::Silent;
-use crate::law::{ContactLaw, LawKeys, Sliding, Turn};
+use crate::law::{ContactLaw, LawKeys, Sliding, Turn, resisting_n};
 
 /// Friction that falls with velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,11 +30,7 @@ impl ContactLaw for VelocityWeakening {
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
-        let ([v], [drag], [pull]) =
-            (sliding.velocity_m_per_s, Silent.drag_n(sliding), sliding.tangential_force_n);
-        // It cannot reverse the pull.
-        let at_rest = sliding.friction_n.min(pull.abs()).copysign(pull);
-        let drag = select_unpredictable(self.at_rest & (v == 0.0), at_rest, drag);
+        let ([v], drag) = (sliding.velocity_m_per_s, resisting_n(sliding, self.at_rest));
         [drag / (1.0 + v.abs() * self.weakening_s_per_m) + self.radiation_kg_per_s * v]
     }
 

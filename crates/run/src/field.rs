@@ -12,7 +12,7 @@ use std::path::Path;
 use asperity_model::{Plan, RecordingPlan, Scenario, WindowPlan};
 use asperity_record::{Contacts, Record};
 use asperity_runlog::{RunReader, Topics};
-use asperity_simulator::{Snapshot, SolverKind};
+use asperity_simulator::{Next, Snapshot, SolverKind, Stop};
 
 use crate::states::{self, StatesError};
 
@@ -192,21 +192,17 @@ fn compute(
     let (contacts, spacing_m, grid) = (plan.elastic.layout(), plan.spacing_m, plan.grid);
     let Span { from_step, to_step, every_steps } = span;
     let window = WindowPlan { from_step, to_step, every_steps: every_steps.max(1), blocks: 0..plan.blocks };
-    let recording = RecordingPlan {
-        // As in the run, so that the caller can stop it before the range.
-        sample_every_steps: plan.recording.sample_every_steps,
-        windows: vec![window],
-        ..RecordingPlan::default()
-    };
+    let recording = RecordingPlan { windows: vec![window], ..RecordingPlan::default() };
     let mut solver = kind.start(Plan { recording, steps: to_step, ..plan });
     if let Some(state) = &from {
         solver.restore(state);
     }
     let mut found = Collected { span, quantity, contacts, steps: Vec::new(), values: Vec::new() };
-    while let Some(record) = solver.next_record()? {
-        found.add(&record);
-        if stop() {
-            return Err(StatesError::Interrupted);
+    loop {
+        match solver.next_record_unless(&Stop::when(stop))? {
+            Next::Record(record) if !stop() => found.add(&record),
+            Next::End => break,
+            Next::Record(_) | Next::Stopped => return Err(StatesError::Interrupted),
         }
     }
     Ok(found.field(|step| grid.time_s(step), spacing_m))

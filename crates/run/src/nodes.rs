@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use asperity_model::{NodeState, Plan, Scenario};
 use asperity_runlog::{RunReader, Topics};
-use asperity_simulator::{Snapshot, Solver, SolverKind, contact_loads_n};
+use asperity_simulator::{Next, Snapshot, Solver, SolverKind, Stop, contact_loads_n};
 
 use crate::states::{self, StatesError};
 
@@ -74,7 +74,7 @@ impl Nodes {
         self.next_state_unless(&|| false)
     }
 
-    /// As [`Nodes::next_state`]; `stop` is polled between records.
+    /// As [`Nodes::next_state`]; `stop` is polled between records, and within milliseconds.
     ///
     /// # Errors
     /// If the solver stops before, or the caller stops it.
@@ -92,11 +92,8 @@ impl Nodes {
             if solver.step() <= step {
                 last = Some(solver.snapshot());
             }
-            if solver.step() >= step || solver.next_record()?.is_none() {
+            if solver.step() >= step || !goes_on(solver, stop)? {
                 break;
-            }
-            if stop() {
-                return Err(StatesError::Interrupted);
             }
         }
         let mut state = last.expect("a solver begins before any step that a log has");
@@ -106,7 +103,7 @@ impl Nodes {
             let plan = Arc::new(Plan { steps: step, ..(*self.plan).clone() });
             let mut there = self.kind.start(plan);
             there.restore(&state);
-            while there.next_record()?.is_some() {}
+            while goes_on(&mut *there, stop)? {}
             state = there.snapshot();
         }
         Ok(Some(NodeState {
@@ -120,6 +117,15 @@ impl Nodes {
             displacement_m: state.slider.displacement_m,
             velocity_m_per_s: state.slider.velocity_m_per_s,
         }))
+    }
+}
+
+/// Goes on to the next record, unless the run is over.
+fn goes_on(solver: &mut dyn Solver, stop: &dyn Fn() -> bool) -> Result<bool, StatesError> {
+    match solver.next_record_unless(&Stop::when(stop))? {
+        Next::Record(_) if !stop() => Ok(true),
+        Next::End => Ok(false),
+        Next::Record(_) | Next::Stopped => Err(StatesError::Interrupted),
     }
 }
 

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use asperity_detect::Detector;
 use asperity_model::laws::FrictionLaw;
-use asperity_model::{Plan, Scenario};
-use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
-use asperity_record::{Notice, Observer};
+use asperity_model::{EVENT_SPEED_RATIO, Plan, Scenario};
+use asperity_record::{Checkpoint, EventKind, Notice, Observer, Record, RunEnd, RunHeader, RunStatus};
+use asperity_record::{SolverReport, StepRecord};
 use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
-use asperity_simulator::{Counters, Crew, SimulationError, Solver, SolverKind};
+use asperity_simulator::{Counters, Crew, Next, SimulationError, Solver, SolverKind, Stop};
 
 use crate::crew::Pool;
 use crate::detectors::{self, TopicError};
@@ -226,8 +226,8 @@ enum End {
     Stopped,
 }
 
-/// Makes a run, and its log if the task has one. `stop` is polled between records, on another
-/// thread; once it returns true, the run stores its state and ends.
+/// Makes a run, and its log if the task has one. `stop` is polled after each record and, where these are rare, after
+/// milliseconds of steps, on another thread; once it returns true, the run stores its state and ends.
 ///
 /// # Errors
 /// If the run did not finish, see [`RunError`].
@@ -292,13 +292,20 @@ pub fn run(
         });
     }
 
+    let (mut events, mut peak_m_per_s) = (0_u64, 0.0_f64);
     let sink = |item| {
         match &item {
             Item::Record(record) => {
                 observer.record(record);
                 observer.reached(record.step());
+                if let Record::Step(StepRecord { peak_velocity_m_per_s: Some(speed_m_per_s), .. }) = record {
+                    peak_m_per_s = peak_m_per_s.max(*speed_m_per_s);
+                }
             }
-            Item::Event(event) => observer.event(event),
+            Item::Event(event) => {
+                events += 1;
+                observer.event(event);
+            }
             Item::Checkpoint(_) => {}
         }
         writing.as_mut().map_or(Ok(()), |log| log.take(item))
@@ -342,6 +349,12 @@ pub fn run(
     }
     if let (RunStatus::LoadNotReached, Some(ratio)) = (status, plan.drive.until_load_ratio) {
         observer.notice(Notice::LoadNotReached { ratio });
+    }
+    if let Some(law) = plan.friction.law.rate_and_state()
+        && events == 0
+        && peak_m_per_s > EVENT_SPEED_RATIO * plan.drive.velocity_m_per_s
+    {
+        observer.notice(Notice::NoEvents { event_speed_m_per_s: law.event_speed_m_per_s, peak_m_per_s });
     }
     for fallback in fallbacks {
         observer.notice(Notice::Fallback(fallback));
@@ -464,8 +477,14 @@ impl Source<'_> {
         if let Some(checkpoints) = &mut self.checkpoints {
             checkpoints.gone_on();
         }
-        match self.solver.next_record() {
-            Ok(record) => Ok(record.map(Given::Record)),
+        match self.solver.next_record_unless(&Stop::when(self.stop)) {
+            Ok(Next::Record(record)) => Ok(Some(Given::Record(record))),
+            Ok(Next::End) => Ok(None),
+            Ok(Next::Stopped) if self.solver.is_between_records() => {
+                self.is_asked_to_stop = true;
+                self.next()
+            }
+            Ok(Next::Stopped) => Err(End::Stopped),
             Err(error) => {
                 self.stopped = Some(error);
                 Ok(None)

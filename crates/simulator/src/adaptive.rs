@@ -19,7 +19,7 @@ pub use state::{AdaptiveState, Crossing};
 use std::sync::Arc;
 
 use asperity_model::Plan;
-use asperity_record::{Energy, Record};
+use asperity_record::Energy;
 
 use crate::adaptive::equations::{Equations, Outside, Place, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
@@ -28,14 +28,18 @@ use crate::ledger::Sum;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
 use crate::single_step::Driving;
-use crate::solver::{SimulationError, Solver};
+use crate::solver::{Next, SimulationError, Solver};
 use crate::state::SliderState;
+use crate::stop::{Stop, steps_between_looks};
 
 /// The solver's name in run headers and on the command line.
 pub(crate) const NAME: &str = "adaptive";
 
 /// Shortest step, s. A reversal takes steps of 1e-20 s; shorter ones cannot come from finite numbers.
 const SHORTEST_STEP_S: f64 = 1e-200;
+
+/// What a step of varying length costs, rejected ones included, in steps of the grid by the other solvers.
+const GRID_STEPS_OF_A_STEP: u64 = 64;
 
 /// Most steps, rejected ones included, from one grid step to the next: a reversal takes thousands, a run far more in
 /// seconds, but seconds are many grid steps.
@@ -460,7 +464,9 @@ impl Solver for Adaptive {
         NAME
     }
 
-    fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
+    fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
+        let steps = steps_between_looks(&self.plan) / GRID_STEPS_OF_A_STEP + 1;
+        let mut left = steps;
         loop {
             if !self.recorder.is_empty() {
                 return self.recorder.next();
@@ -469,7 +475,7 @@ impl Solver for Adaptive {
                 return Err(error.clone());
             }
             if self.slider.step >= self.plan.steps {
-                return Ok(None);
+                return Ok(Next::End);
             }
             let is_edge = (self.slider.sliding > 0) != (self.slider.detached > 0);
             let edge_step = if is_edge { self.slider.step + 1 } else { u64::MAX };
@@ -477,9 +483,16 @@ impl Solver for Adaptive {
             let due_step = self.recorder.due_step().min(edge_step).min(crossing_step);
             if self.seconds_to(self.plan.grid.time_s(due_step)) <= self.step_s {
                 self.record(due_step)?;
-            } else {
-                self.stopped = self.advance().err();
+                continue;
             }
+            if left == 0 {
+                if stop.look() {
+                    return Ok(Next::Stopped);
+                }
+                left = steps;
+            }
+            left -= 1;
+            self.stopped = self.advance().err();
         }
     }
 
@@ -487,8 +500,10 @@ impl Solver for Adaptive {
         self.slider.step
     }
 
+    /// Not while its step begins behind the last grid step that was recorded, which it cannot reach any more.
     fn is_between_records(&self) -> bool {
-        self.recorder.is_empty()
+        let is_behind = self.seconds_to(self.plan.grid.time_s(self.slider.step)) < 0.0;
+        self.recorder.is_empty() && !is_behind
     }
 
     fn snapshot(&self) -> Snapshot {

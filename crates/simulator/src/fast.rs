@@ -20,7 +20,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use asperity_model::Plan;
-use asperity_record::{Energy, Record};
+use asperity_record::Energy;
 
 use crate::body::OfPlan;
 use crate::counters::Counters;
@@ -30,8 +30,9 @@ use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
 use crate::single_step::Driving;
-use crate::solver::{SimulationError, Solver};
+use crate::solver::{Next, SimulationError, Solver};
 use crate::stepper::Stepper;
+use crate::stop::{Stop, steps_between_looks};
 
 /// The many steps at once that a body allows.
 pub(crate) trait Leaps: Clone + Debug + Send + 'static {
@@ -44,7 +45,7 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic, simd: Simd) -> Self;
 
     /// Opens a leap of at most `most_steps` steps, if one is certified; otherwise returns the number of
-    /// single steps to take before the next attempt.
+    /// single steps to take before the next attempt. If the stop has come meanwhile, nothing has happened.
     fn open(&mut self, solver: &mut Open<'_, Self::Body>, most_steps: u64) -> Result<Self::Leap, u64>;
 
     /// Steps that a leap covers.
@@ -96,6 +97,7 @@ pub(crate) struct Open<'a, B> {
     pub(crate) stepper: &'a mut Stepper<B>,
     pub(crate) pace: &'a mut Pace,
     pub(crate) counters: &'a mut Counters,
+    pub(crate) stop: &'a Stop<'a>,
 }
 
 /// The solver that leaps where it can.
@@ -144,17 +146,15 @@ impl<L: Leaps> Fast<L> {
         }
     }
 
-    fn open(&mut self) -> (&mut L, Open<'_, L::Body>) {
+    fn open<'a>(&'a mut self, stop: &'a Stop<'_>) -> (&'a mut L, Open<'a, L::Body>) {
         let Fast { plan, stepper, pace, counters, leaps, .. } = self;
-        (leaps, Open { plan, stepper, pace, counters })
+        (leaps, Open { plan, stepper, pace, counters, stop })
     }
 
-    /// Takes the pending single steps without further checks, up to the last of them or to one that is
-    /// recorded.
-    fn take_single_steps(&mut self) -> Result<(), SimulationError> {
-        while self.recorder.is_empty()
-            && self.stepper.state().step < self.plan.steps
-            && self.pace.single_steps > 1
+    /// Takes the pending single steps without further checks, up to the last of them, to one that is
+    /// recorded, or to `until_step`.
+    fn take_single_steps(&mut self, until_step: u64) -> Result<(), SimulationError> {
+        while self.recorder.is_empty() && self.stepper.state().step < until_step && self.pace.single_steps > 1
         {
             self.take_step(|_| {})?;
         }
@@ -191,7 +191,7 @@ impl<L: Leaps> Fast<L> {
     }
 
     /// Records the next step of the leap that is due, or lands at its end.
-    fn continue_leap(&mut self, leap: L::Leap) -> Result<(), SimulationError> {
+    fn continue_leap(&mut self, leap: L::Leap, stop: &Stop<'_>) -> Result<(), SimulationError> {
         let from_step = self.stepper.state().step;
         let due_step = self.recorder.due_step();
         if due_step <= from_step + self.leaps.steps(leap) {
@@ -199,7 +199,7 @@ impl<L: Leaps> Fast<L> {
         }
         self.leap = None;
         self.is_inside = false;
-        let (leaps, mut solver) = self.open();
+        let (leaps, mut solver) = self.open(stop);
         leaps.land(leap, &mut solver);
         self.take_plain_step()
     }
@@ -235,20 +235,29 @@ impl<L: Leaps> Solver for Fast<L> {
         self.aside.work_with(crew);
     }
 
-    fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
+    fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
+        let steps = steps_between_looks(&self.plan);
+        // Also after each attempt to leap.
+        let mut look_step = self.step().saturating_add(steps);
         loop {
             if !self.recorder.is_empty() {
                 return self.recorder.next();
             }
             if self.stepper.state().step >= self.plan.steps {
-                return Ok(None);
+                return Ok(Next::End);
             }
             if let Some(leap) = self.leap {
-                self.continue_leap(leap)?;
+                self.continue_leap(leap, stop)?;
                 continue;
             }
+            if self.step() >= look_step {
+                if stop.look() {
+                    return Ok(Next::Stopped);
+                }
+                look_step = self.step().saturating_add(steps);
+            }
             if self.pace.single_steps > 1 {
-                self.take_single_steps()?;
+                self.take_single_steps(self.plan.steps.min(look_step))?;
                 continue;
             }
             // The first and the first-after step of an event are taken singly, and recorded.
@@ -269,8 +278,13 @@ impl<L: Leaps> Solver for Fast<L> {
                 let change_step = self.plan.friction.law.next_change_step(&state.memory);
                 let until_step = (self.plan.steps - 1).min(steady_step).min(change_step.saturating_sub(1));
                 let most_steps = until_step.saturating_sub(state.step);
-                let (leaps, mut solver) = self.open();
-                match leaps.open(&mut solver, most_steps) {
+                let (leaps, mut solver) = self.open(stop);
+                let opened = leaps.open(&mut solver, most_steps);
+                if stop.has_come() {
+                    return Ok(Next::Stopped);
+                }
+                look_step = 0;
+                match opened {
                     Ok(leap) => {
                         self.leap = Some(leap);
                         continue;

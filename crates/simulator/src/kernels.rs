@@ -28,6 +28,7 @@ mod simd;
 mod step;
 mod terms;
 
+pub(crate) use band::ROWS;
 pub(crate) use coefficients::{Coefficients, FOLLOWED};
 pub(crate) use contacts::{MovedContacts, Rubbed};
 pub(crate) use energy::{Changing, Forms, Moved, StepWork, Stored};

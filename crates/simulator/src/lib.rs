@@ -1,7 +1,7 @@
 //! The slider and its solvers.
 //!
 //! A solver is a state machine: a call for the next [`Record`](asperity_record::Record) advances it as far
-//! as necessary. It does no I/O, reads no clock and starts no thread, so that the same plan gives the same
+//! as necessary, or until the caller wants it back ([`Stop`]). It does no I/O, reads no clock and starts no thread, so that the same plan gives the same
 //! records wherever it runs; threads that are handed in ([`Crew`]) compute parts of a step without a change of
 //! its bits.
 //!
@@ -37,7 +37,7 @@
 //!
 //! In reading order:
 //!
-//! - [`solver`](Solver), `kind`: what a solver is, and which there are.
+//! - [`solver`](Solver), `kind`: what a solver is, and which there are; `stop`: a request to return.
 //! - `state`, `strength`: the inputs of a step, and the strength of contacts under the load of a step.
 //! - `pace`: a [`Snapshot`], the slider with the accounts of its solver; `given_start` leaves it to another run.
 //! - `stepper`: one step, equation by equation, for any `body` (the chain, the lattice) and contact
@@ -99,6 +99,7 @@ mod solver;
 mod standing_waves;
 mod state;
 mod stepper;
+mod stop;
 mod strength;
 mod window;
 
@@ -114,5 +115,6 @@ pub use pace::{Pace, Snapshot};
 pub use plain::Plain;
 pub use recorder::contact_loads_n;
 pub use single_step::Driving;
-pub use solver::{SimulationError, Solver};
+pub use solver::{Next, SimulationError, Solver};
 pub use state::SliderState;
+pub use stop::Stop;

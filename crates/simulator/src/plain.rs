@@ -4,7 +4,6 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use asperity_model::Plan;
-use asperity_record::Record;
 
 use crate::bodies::{WithBody, with_body};
 use crate::body::OfPlan;
@@ -15,9 +14,10 @@ use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
 use crate::single_step::{Driving, SingleSteps};
-use crate::solver::{SimulationError, Solver};
+use crate::solver::{Next, SimulationError, Solver};
 use crate::state::SliderState;
 use crate::stepper::Stepper;
+use crate::stop::{Stop, steps_between_looks};
 
 /// Takes every step singly.
 #[derive(Debug, Clone)]
@@ -113,14 +113,24 @@ impl Solver for Plain {
         self.stepper.work_with(crew);
     }
 
-    fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
+    fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
+        let steps = steps_between_looks(&self.plan);
+        let until_step = |plan: &Plan, step: u64| plan.steps.min(step.saturating_add(steps));
+        let mut look_step = until_step(&self.plan, self.step());
         loop {
             if !self.recorder.is_empty() {
                 return self.recorder.next();
             }
             let state = self.state();
-            if state.step == self.plan.steps {
-                return Ok(None);
+            if state.step == look_step {
+                if look_step == self.plan.steps {
+                    return Ok(Next::End);
+                }
+                if stop.look() {
+                    return Ok(Next::Stopped);
+                }
+                look_step = until_step(&self.plan, look_step);
+                continue;
             }
             let was_sliding = state.sliding > 0;
             let driving = self.take_step();

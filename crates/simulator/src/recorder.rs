@@ -10,7 +10,7 @@ use asperity_record::{
 
 use crate::instability_stop::InstabilityStop;
 use crate::single_step::{Driving, SingleSteps};
-use crate::solver::SimulationError;
+use crate::solver::{Next, SimulationError};
 use crate::state::SliderState;
 use crate::strength::{Load, threshold_n};
 
@@ -77,10 +77,11 @@ impl Recorder {
     ///
     /// # Errors
     /// If none is queued and the run cannot continue.
-    pub(crate) fn next(&mut self) -> Result<Option<Record>, SimulationError> {
+    pub(crate) fn next(&mut self) -> Result<Next, SimulationError> {
         match (self.ready.pop_front(), &self.stop) {
+            (Some(record), _) => Ok(Next::Record(record)),
             (None, Some(stop)) => Err(stop.clone()),
-            (record, _) => Ok(record),
+            (None, None) => Ok(Next::End),
         }
     }
 

@@ -7,6 +7,18 @@ use asperity_record::{Record, RunStatus};
 use crate::counters::Counters;
 use crate::crew::Crew;
 use crate::pace::Snapshot;
+use crate::stop::Stop;
+
+/// What a solver returns.
+#[derive(Debug)]
+pub enum Next {
+    /// The next record.
+    Record(Record),
+    /// The run is over, and all records were returned.
+    End,
+    /// The stop has come before the next record; a further call goes on to the same records.
+    Stopped,
+}
 
 /// A solver of a [`asperity_model::Plan`].
 pub trait Solver: Send {
@@ -20,13 +32,25 @@ pub trait Solver: Send {
     ///
     /// # Errors
     /// If the run cannot continue, see [`SimulationError`]; further calls return the error again.
-    fn next_record(&mut self) -> Result<Option<Record>, SimulationError>;
+    fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
+        match self.next_record_unless(&Stop::never())? {
+            Next::Record(record) => Ok(Some(record)),
+            Next::End | Next::Stopped => Ok(None),
+        }
+    }
+
+    /// As [`Solver::next_record`], with looks at `stop` after bounded work, the first not before. Looks change
+    /// nothing: neither records nor states.
+    ///
+    /// # Errors
+    /// As [`Solver::next_record`].
+    fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError>;
 
     /// The last step taken.
     fn step(&self) -> u64;
 
     /// Whether a snapshot taken now can be continued by another solver: all records up to
-    /// [`Solver::step`] were returned.
+    /// [`Solver::step`] were returned, and no step is begun behind it.
     fn is_between_records(&self) -> bool;
 
     /// The state, exact to the bit where [`Solver::is_between_records`]: a solver of the same kind that
@@ -60,8 +84,8 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
         (**self).work_with(crew);
     }
 
-    fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
-        (**self).next_record()
+    fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
+        (**self).next_record_unless(stop)
     }
 
     fn step(&self) -> u64 {

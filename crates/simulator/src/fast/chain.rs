@@ -144,7 +144,7 @@ impl Leaps for ChainLeaps {
 
     fn land(&mut self, leap: Leap, solver: &mut Open<'_, ChainBody>) {
         let steps = self.steps(leap);
-        let Open { plan, stepper, pace, counters } = solver;
+        let Open { plan, stepper, pace, counters, .. } = solver;
         let (leaps, leap_steps) = match leap {
             Leap::Window(_) => (&mut counters.windows, &mut counters.window_steps),
             Leap::Jump { .. } | Leap::Rest { .. } => (&mut counters.jumps, &mut counters.jump_steps),
@@ -244,7 +244,7 @@ impl Leaps for ChainLeaps {
         let mut fallbacks = Vec::new();
         if law.affine().is_none() {
             fallbacks.push(
-                "single steps while any block slides: friction that depends on velocity has no windows; at rest the run jumps all the same",
+                "single steps while any block slides: friction that depends on velocity, or on the pull at rest, has no windows; at rest the run jumps all the same",
             );
         }
         let (bonds, damped) = (&plan.end_bonds, plan.elastic.damping_kg_per_s() > 0.0);

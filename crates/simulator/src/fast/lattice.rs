@@ -16,6 +16,7 @@ use crate::jump::lattice::{Attempt, Jump};
 use crate::kernels::Simd;
 use crate::slow_modes::{Precomputed, Sizes, StuckLattice};
 use crate::stepper::Stepper;
+use crate::stop::Stop;
 
 /// Fewest and most steps of Arnoldi's iteration, if there are as many modes: a quarter to a half of them end as
 /// modes and their conjugates.
@@ -70,15 +71,18 @@ enum Jumps<const D: usize> {
 }
 
 impl<const D: usize> LatticeLeaps<D> {
-    /// Computes the modes at the first attempt to jump.
-    fn made(&mut self, plan: &Plan) -> Option<&mut Jump<D>> {
+    /// Computes the modes at the first attempt to jump; `None` if there are none, or the stop comes.
+    fn made(&mut self, plan: &Plan, stop: &Stop<'_>) -> Option<&mut Jump<D>> {
         if let Jumps::Unmade = self.jumps {
-            let stuck = StuckLattice::of(plan, self.lattice, self.simd);
+            let stuck = StuckLattice::of(plan, self.lattice, self.simd, stop);
             let precomputed = stuck.and_then(|stuck| {
                 let iterations = self.effort.iterations;
-                let precomputed = Precomputed::of(plan, stuck, iterations)?;
-                precomputed.modes(plan, 0).is_some().then_some(precomputed)
+                let precomputed = Precomputed::of(plan, stuck, iterations, stop)?;
+                precomputed.modes(plan, 0, stop).is_some().then_some(precomputed)
             });
+            if stop.has_come() {
+                return None;
+            }
             self.jumps = match precomputed {
                 Some(precomputed) => Jumps::Made(Box::new(Jump::new(Arc::new(precomputed)))),
                 None => Jumps::None(NO_MODES[D - 1]),
@@ -128,8 +132,9 @@ where
         if early_steps > 0 {
             return Err(early_steps);
         }
-        let Some(jump) = self.made(solver.plan) else { return Err(1) };
-        match jump.open(solver.plan, state, most_steps) {
+        let Some(jump) = self.made(solver.plan, solver.stop) else { return Err(1) };
+        match jump.open(solver.plan, state, most_steps, solver.stop) {
+            _ if solver.stop.has_come() => Err(1),
             Attempt::Jump(steps) => Ok(steps),
             Attempt::Wait(steps) => {
                 solver.counters.refused_jumps += 1;

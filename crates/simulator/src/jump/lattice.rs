@@ -28,6 +28,7 @@ use crate::modes::Coordinates;
 use crate::norms::{ROUNDING, invariant_of_products};
 use crate::slow_modes::{Precomputed, pressed, sizes};
 use crate::state::SliderState;
+use crate::stop::Stop;
 use crate::strength::static_coefficient;
 
 /// Below this many steps a jump is not worth it.
@@ -106,8 +107,14 @@ impl<const D: usize> Jump<D> {
         }
     }
 
-    /// Decomposes a state in which every contact sticks.
-    pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Attempt {
+    /// Decomposes a state in which every contact sticks. Without meaning once the stop has come.
+    pub(crate) fn open(
+        &mut self,
+        plan: &Plan,
+        state: &SliderState,
+        most_steps: u64,
+        stop: &Stop<'_>,
+    ) -> Attempt {
         let refused = Attempt::Wait(PATIENCE_STEPS);
         let lattice = self.precomputed.stuck.lattice;
         let are_lifted = lattice.first_normal().is_some_and(|normal| {
@@ -122,7 +129,7 @@ impl<const D: usize> Jump<D> {
         self.coefficients.clear();
         self.coefficients.extend((0..plan.blocks).map(|n| static_coefficient(plan, state, n)));
         self.parts.clear();
-        if !self.find_forced(plan, state) {
+        if !self.find_forced(plan, state, stop) {
             return Attempt::Wait(WITHOUT_MODES_STEPS);
         }
         let simd = self.precomputed.stuck.simd;
@@ -135,7 +142,7 @@ impl<const D: usize> Jump<D> {
         let precomputed = Arc::clone(&self.precomputed);
         let arrays = [&state.displacement_m[..], &state.velocity_m_per_s, &self.forced.position_m];
         for class in precomputed.classes_of(arrays).collect::<Vec<usize>>() {
-            let Some(modes) = precomputed.modes(plan, class) else {
+            let Some(modes) = precomputed.modes(plan, class, stop) else {
                 return Attempt::Wait(WITHOUT_MODES_STEPS);
             };
             self.cost_steps += STEPS_OF_MODE * modes.slow.rates.len() as u64;
@@ -227,7 +234,7 @@ impl<const D: usize> Jump<D> {
     }
 
     /// `a` and `b`; `false` if the stiffness cannot be solved with.
-    fn find_forced(&mut self, plan: &Plan, state: &SliderState) -> bool {
+    fn find_forced(&mut self, plan: &Plan, state: &SliderState, stop: &Stop<'_>) -> bool {
         let Jump { precomputed, forced, stiff, damped, .. } = self;
         let Forced { position_m, advance_m, moves, ramp, nodes, .. } = forced;
         let (drives, loads) = (f64::from(u8::from(*moves)), ramp.change_n(1.0));
@@ -254,7 +261,7 @@ impl<const D: usize> Jump<D> {
         for (freedom, load_n) in pressed(plan, &precomputed.stuck.lattice) {
             position_m[freedom] -= ramp.load.scaled_n(load_n);
         }
-        precomputed.stuck.solve(position_m)
+        precomputed.stuck.solve(position_m, stop)
     }
 
     /// Computes the coordinates of the free part; returns the norm of the residue.

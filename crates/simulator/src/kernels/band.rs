@@ -11,9 +11,9 @@ use crate::kernels::simd::{Simd, dispatch};
 
 impl Simd {
     dispatch! {
-        /// Replaces the lower band of a symmetric matrix by its Cholesky factor with the diagonal inverted;
-        /// `false` if the matrix is not positive.
-        factor_band(band: &mut [f64], width: usize) -> bool
+        /// Replaces [`ROWS`] rows of the lower band of a symmetric matrix, behind those that are replaced, by its
+        /// Cholesky factor with the diagonal inverted; `false` if the matrix is not positive.
+        factor_rows(band: &mut [f64], width: usize, from: usize) -> bool
     }
 
     dispatch! {
@@ -23,7 +23,7 @@ impl Simd {
 }
 
 /// Rows that are multiplied with the same earlier rows, while these are at hand.
-const ROWS: usize = 8;
+pub(crate) const ROWS: usize = 8;
 
 /// Entries of a row that are computed at once: their sums fit in the registers of 256-bit vectors.
 const SUMS: usize = 4;
@@ -87,40 +87,38 @@ impl Rows<'_> {
 }
 
 #[inline(always)]
-fn factor_band(band: &mut [f64], width: usize) -> bool {
+fn factor_rows(band: &mut [f64], width: usize, from: usize) -> bool {
     let (rows, beside) = (band.len() / width, width - 1);
-    for from in (0..rows).step_by(ROWS) {
-        let to = (from + ROWS).min(rows);
-        let (before, own) = band.split_at_mut(from * width);
-        // With the rows before these, a few columns of all of them at a time.
-        let factored = Rows { factored: before, width };
-        let first = |i: usize| i.saturating_sub(beside);
-        let groups = (from - first(from)) / LANES;
-        for group in 0..groups {
-            for (i, own) in (from..to).zip(own.chunks_exact_mut(width)) {
-                let start = first(i) + group * LANES;
-                if start + LANES <= from {
-                    factored.fill(own, i, start..start + LANES);
-                }
+    let to = (from + ROWS).min(rows);
+    let (before, own) = band.split_at_mut(from * width);
+    // With the rows before these, a few columns of all of them at a time.
+    let factored = Rows { factored: before, width };
+    let first = |i: usize| i.saturating_sub(beside);
+    let groups = (from - first(from)) / LANES;
+    for group in 0..groups {
+        for (i, own) in (from..to).zip(own.chunks_exact_mut(width)) {
+            let start = first(i) + group * LANES;
+            if start + LANES <= from {
+                factored.fill(own, i, start..start + LANES);
             }
         }
-        // With each other.
-        for i in from..to {
-            let (before, own) = band.split_at_mut(i * width);
-            let (factored, own) = (Rows { factored: before, width }, &mut own[..width]);
-            let filled = (from - first(i).min(from)) / LANES * LANES;
-            for start in (first(i) + filled..i).step_by(LANES) {
-                factored.fill(own, i, start..(start + LANES).min(i));
-            }
-            let of_own = &own[first(i) + beside - i..beside];
-            let square = own[beside] - dot(of_own, of_own);
-            // Written so that NaN is refused.
-            let is_positive = square > 0.0;
-            if !is_positive {
-                return false;
-            }
-            own[beside] = 1.0 / square.sqrt();
+    }
+    // With each other.
+    for i in from..to {
+        let (before, own) = band.split_at_mut(i * width);
+        let (factored, own) = (Rows { factored: before, width }, &mut own[..width]);
+        let filled = (from - first(i).min(from)) / LANES * LANES;
+        for start in (first(i) + filled..i).step_by(LANES) {
+            factored.fill(own, i, start..(start + LANES).min(i));
         }
+        let of_own = &own[first(i) + beside - i..beside];
+        let square = own[beside] - dot(of_own, of_own);
+        // Written so that NaN is refused.
+        let is_positive = square > 0.0;
+        if !is_positive {
+            return false;
+        }
+        own[beside] = 1.0 / square.sqrt();
     }
     true
 }
@@ -148,7 +146,7 @@ fn solve_band(x: &mut [f64], band: &[f64], width: usize) {
 mod tests {
     use asperity_model::mixed;
 
-    use super::Simd;
+    use super::{ROWS, Simd};
     use crate::kernels::dense::dot;
 
     fn numbers(seed: u64, count: usize) -> Vec<f64> {
@@ -192,7 +190,7 @@ mod tests {
             factor_simply(&mut simple, width);
             let run = |simd: Simd| {
                 let (mut factor, mut x) = (band.clone(), right.clone());
-                assert!(simd.factor_band(&mut factor, width));
+                assert!((0..rows).step_by(ROWS).all(|from| simd.factor_rows(&mut factor, width, from)));
                 assert_eq!(factor, simple, "{rows} {width} {simd:?}");
                 simd.solve_band(&mut x, &factor, width);
                 x
@@ -206,6 +204,6 @@ mod tests {
                 assert_eq!(run(simd), x, "{simd:?}");
             }
         }
-        assert!(!Simd::Baseline.factor_band(&mut [1.0, -1.0], 1), "it is not positive");
+        assert!(!Simd::Baseline.factor_rows(&mut [1.0, -1.0], 1, 0), "it is not positive");
     }
 }

@@ -31,6 +31,7 @@ use crate::modes::{Coordinates, Powers};
 use crate::slow_modes::eigen::Hessenberg;
 use crate::slow_modes::inverse::Inverse;
 use crate::slow_modes::stuck::StuckLattice;
+use crate::stop::Stop;
 
 /// Largest relative error of the image of an accepted mode. Every jump counts the resulting error, so the
 /// limit only trades the number of modes against the wait before a jump.
@@ -77,13 +78,18 @@ struct Arnoldi {
 }
 
 impl SlowModes {
-    /// Finds modes in `iterations` steps, the slowest first; `None` if there are none.
-    pub(crate) fn of(stuck: &StuckLattice, class: usize, iterations: usize) -> Option<SlowModes> {
+    /// Finds modes in `iterations` steps, the slowest first; `None` if there are none, or the stop comes.
+    pub(crate) fn of(
+        stuck: &StuckLattice,
+        class: usize,
+        iterations: usize,
+        stop: &Stop<'_>,
+    ) -> Option<SlowModes> {
         let (freedoms, is_over_area) = (stuck.classes()[class].size(), stuck.lattice.lanes > 1);
-        let mut inverse = Inverse::of(stuck, class);
+        let mut inverse = Inverse::of(stuck, class, stop)?;
         let most = if is_over_area { 2 * freedoms } else { 2 * freedoms - FIRST_SOLUTIONS };
         let Arnoldi { basis, map } = arnoldi(stuck, freedoms, &mut inverse, iterations.min(most))?;
-        let values = map.eigenvalues()?;
+        let values = map.eigenvalues(stop)?;
         let mut values: Vec<Complex> = values.into_iter().filter(|value| value.im <= 0.0).collect();
         // A rate with a positive imaginary part has an eigenvalue with a negative one.
         if is_over_area {
@@ -111,6 +117,9 @@ impl SlowModes {
         let mut missing = 0;
         for value in values {
             let rate = inverse.rate(value);
+            if stop.look() {
+                return None;
+            }
             if !modes.take(stuck, &basis, &map, [value, rate], &mut work) {
                 missing += 1;
                 modes.next_falls_by = modes.next_falls_by.min(falls_by(rate).abs());
@@ -292,7 +301,7 @@ pub(crate) fn sizes(coordinates: &Coordinates) -> Vec<f64> {
 /// Vectors that a new one is made orthogonal to at once, while they are at hand.
 const AT_ONCE: usize = 8;
 
-/// `None` if the stiffness cannot be solved with.
+/// `None` if the stiffness cannot be solved with, or the stop comes.
 fn arnoldi(
     stuck: &StuckLattice,
     freedoms: usize,
@@ -379,6 +388,7 @@ mod tests {
     use crate::kernels::Simd;
     use crate::modes::Coordinates;
     use crate::slow_modes::stuck::StuckLattice;
+    use crate::stop::Stop;
 
     /// A state composed of modes evolves as the modes predict, in each class of motions.
     #[test]
@@ -411,7 +421,8 @@ mod tests {
 
     fn stuck(scenario: &str, sets: &[&str]) -> StuckLattice {
         let plan = Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")));
-        StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive")
+        StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect(), &Stop::never())
+            .expect("it is positive")
     }
 
     /// Where the iteration comes to the end of its space, rounding adds eigenvalues of no mode.
@@ -423,7 +434,8 @@ mod tests {
             let stuck = stuck("sheet-coarse", &[&format!("slider.across={across}"), &width, &mass]);
             for class in 0..stuck.classes().len() {
                 for iterations in [60, 400] {
-                    let found = SlowModes::of(&stuck, class, iterations).map_or(0, |modes| modes.rates.len());
+                    let found = SlowModes::of(&stuck, class, iterations, &Stop::never())
+                        .map_or(0, |modes| modes.rates.len());
                     assert!(found >= 10, "{across} rows, class {class}, {iterations} iterations: {found}");
                 }
             }
@@ -432,7 +444,7 @@ mod tests {
 
     fn evolves_as_predicted(stuck: &StuckLattice, class: usize) {
         let (freedoms, name) = (stuck.freedoms(), stuck.lattice.table.name);
-        let modes = SlowModes::of(stuck, class, 60).expect("there are modes");
+        let modes = SlowModes::of(stuck, class, 60, &Stop::never()).expect("there are modes");
         let count = modes.rates.len();
         assert!(count > 10, "{name} {class}: {count}");
         let by_decay = modes.rates.is_sorted_by(|a, b| falls_by(*a) <= falls_by(*b));

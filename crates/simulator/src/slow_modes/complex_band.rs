@@ -1,6 +1,7 @@
 //! Complex symmetric bands, and systems solved by them.
 
 use crate::complex::Complex;
+use crate::stop::Stop;
 
 /// A complex symmetric band, factored as `L L'` without conjugates and without pivoting; rows of `width` numbers
 /// up to the diagonal, which is inverted.
@@ -11,10 +12,10 @@ pub(crate) struct ComplexBand {
 }
 
 impl ComplexBand {
-    /// Factors a band.
-    pub(crate) fn factored(mut rows: Vec<Complex>, width: usize) -> ComplexBand {
+    /// Factors a band, unless the stop comes.
+    pub(crate) fn factored(mut rows: Vec<Complex>, width: usize, stop: &Stop<'_>) -> ComplexBand {
         let beside = width - 1;
-        for i in 0..rows.len() / width {
+        for i in (0..rows.len() / width).take_while(|_| !stop.look()) {
             let (before, own) = rows.split_at_mut(i * width);
             let first = i.saturating_sub(beside);
             for j in first..=i {
@@ -60,6 +61,7 @@ mod tests {
 
     use super::ComplexBand;
     use crate::complex::Complex;
+    use crate::stop::Stop;
 
     #[test]
     fn what_is_solved_is_the_band() {
@@ -83,7 +85,7 @@ mod tests {
             let right: Vec<Complex> =
                 (0..rows).map(|n| Complex { re: number(n), im: number(n + 500) }).collect();
             let mut x = right.clone();
-            ComplexBand::factored(band, width).solve(&mut x);
+            ComplexBand::factored(band, width, &Stop::never()).solve(&mut x);
             for (i, right) in right.iter().enumerate() {
                 let back = (0..rows).fold(Complex::ZERO, |sum, j| sum + entry(i, j) * x[j]);
                 assert!((back - *right).size() < 1e-13, "{rows} {width}: {back:?} {right:?}");

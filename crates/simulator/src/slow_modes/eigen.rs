@@ -5,6 +5,7 @@
 //! but the four operations and square roots, so that the same matrix gives the same bits everywhere.
 
 use crate::complex::Complex;
+use crate::stop::Stop;
 
 /// Most steps for one eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 60;
@@ -34,8 +35,8 @@ impl Hessenberg {
         &mut self.rows[i * self.size + j]
     }
 
-    /// All eigenvalues, pairs of conjugates together; `None` if the iteration does not settle.
-    pub(crate) fn eigenvalues(&self) -> Option<Vec<Complex>> {
+    /// All eigenvalues, pairs of conjugates together; `None` if the iteration does not settle, or the stop comes.
+    pub(crate) fn eigenvalues(&self, stop: &Stop<'_>) -> Option<Vec<Complex>> {
         let mut h = self.clone();
         let norm: f64 = h.rows.iter().map(|x| x.abs()).sum();
         let mut values = vec![Complex::ZERO; self.size];
@@ -66,7 +67,7 @@ impl Hessenberg {
                 (end, steps) = (n - 1, 0);
                 continue;
             }
-            if steps == MOST_STEPS {
+            if steps == MOST_STEPS || stop.look() {
                 return None;
             }
             if steps > 0 && steps.is_multiple_of(STUCK_AFTER) {
@@ -239,6 +240,7 @@ mod tests {
 
     use super::Hessenberg;
     use crate::complex::Complex;
+    use crate::stop::Stop;
 
     #[test]
     fn eigenvalues_and_vectors_are_those_of_the_matrix() {
@@ -250,7 +252,7 @@ mod tests {
                     *matrix.entry(i, j) = number - 0.5;
                 }
             }
-            let values = matrix.eigenvalues().expect("the iteration settles");
+            let values = matrix.eigenvalues(&Stop::never()).expect("the iteration settles");
             let trace: f64 = (0..size).map(|i| matrix.at(i, i)).sum();
             let sum = values.iter().fold(Complex::ZERO, |sum, value| sum + *value);
             assert!((sum.re - trace).abs() < 1e-12 && sum.im.abs() < 1e-12);

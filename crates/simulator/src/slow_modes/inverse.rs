@@ -25,6 +25,7 @@
 use crate::complex::Complex;
 use crate::slow_modes::complex_band::ComplexBand;
 use crate::slow_modes::stuck::StuckLattice;
+use crate::stop::Stop;
 
 /// `omega_0` over `omega_t`.
 const SHIFT: f64 = 0.95;
@@ -33,6 +34,7 @@ const SHIFT: f64 = 0.95;
 pub(crate) struct Inverse<'a> {
     stuck: &'a StuckLattice,
     class: usize,
+    stop: &'a Stop<'a>,
     /// `S`, and that of `y` in a shifted map.
     unit: f64,
     shifted: Option<Shifted>,
@@ -51,23 +53,28 @@ struct Shifted {
 }
 
 impl<'a> Inverse<'a> {
-    pub(crate) fn of(stuck: &'a StuckLattice, class: usize) -> Inverse<'a> {
+    /// `None` if the stop comes.
+    pub(crate) fn of(stuck: &'a StuckLattice, class: usize, stop: &'a Stop<'_>) -> Option<Inverse<'a>> {
         let zeros = || vec![0.0; stuck.classes()[class].size()];
         // All nodes are contacts: none is without a friction spring.
         let swing = (stuck.lattice.nodes() == stuck.lattice.contacts()).then(|| stuck.swing_rate());
         let unit = swing.map_or_else(|| unit_of_rates(stuck), |rate| SHIFT * rate);
-        let shifted = swing.map(|_| {
+        let mut shifted = None;
+        if swing.is_some() {
             let s = Complex { re: 0.0, im: unit };
             let over = |of: Complex| of / (Complex::ONE + s);
-            let (factor, place) = stuck.complex_factor(class, [over(s * s), over(s)]);
-            Shifted { factor, place, x: vec![Complex::ZERO; zeros().len()] }
-        });
-        Inverse { stuck, class, unit, shifted, stiff: zeros(), damped: zeros() }
+            let (factor, place) = stuck.complex_factor(class, [over(s * s), over(s)], stop)?;
+            shifted = Some(Shifted { factor, place, x: vec![Complex::ZERO; zeros().len()] });
+        }
+        Some(Inverse { stuck, class, stop, unit, shifted, stiff: zeros(), damped: zeros() })
     }
 
-    /// The image of `(a, b)`; `false` if the stiffness cannot be solved with.
+    /// The image of `(a, b)`; `false` if the stiffness cannot be solved with, or the stop has come.
     pub(crate) fn apply(&mut self, a: &[f64], b: &[f64], to_a: &mut [f64], to_b: &mut [f64]) -> bool {
-        let Inverse { stuck, class, unit, shifted, stiff, damped } = self;
+        if self.stop.look() {
+            return false;
+        }
+        let Inverse { stuck, class, stop, unit, shifted, stiff, damped } = self;
         let (dt, mass) = (stuck.step_s, stuck.mass_kg);
         stuck.products_in(*class, stiff, damped, a);
         let Some(Shifted { factor, place, x }) = shifted else {
@@ -75,7 +82,7 @@ impl<'a> Inverse<'a> {
                 // `M^-1` is `dt^2 / m` times `K^-1`.
                 to_a[n] = *unit / dt * damped[n] + *unit * *unit * mass / (dt * dt) * b[n];
             }
-            let is_solved = stuck.solve_in(*class, to_a);
+            let is_solved = stuck.solve_in(*class, to_a, stop);
             for (image, a) in to_a.iter_mut().zip(a) {
                 *image = -*image - *unit * a;
             }

@@ -12,6 +12,7 @@ use crate::norms::Norms;
 use crate::slow_modes::arnoldi::SlowModes;
 use crate::slow_modes::mirror::Motions;
 use crate::slow_modes::stuck::StuckLattice;
+use crate::stop::Stop;
 
 /// Computed once for all jumps of a lattice whose contacts have `D` tangential freedoms.
 #[derive(Debug)]
@@ -50,8 +51,13 @@ pub(crate) fn pressed<'a>(plan: &'a Plan, lattice: &Lattice) -> impl Iterator<It
 }
 
 impl<const D: usize> Precomputed<D> {
-    /// `None` if the stiffness cannot be solved with.
-    pub(crate) fn of(plan: &Plan, stuck: StuckLattice, iterations: usize) -> Option<Precomputed<D>> {
+    /// `None` if the stiffness cannot be solved with, or the stop comes.
+    pub(crate) fn of(
+        plan: &Plan,
+        stuck: StuckLattice,
+        iterations: usize,
+        stop: &Stop<'_>,
+    ) -> Option<Precomputed<D>> {
         let mut by_drive_m = vec![0.0; stuck.freedoms()];
         let advance_m = plan.drive.velocity_m_per_s * stuck.step_s;
         for spring in &plan.drive.springs {
@@ -61,7 +67,7 @@ impl<const D: usize> Precomputed<D> {
         for (freedom, load_n) in pressed(plan, &stuck.lattice) {
             by_load_m[freedom] = -load_n;
         }
-        let are_solved = stuck.solve(&mut by_drive_m) && stuck.solve(&mut by_load_m);
+        let are_solved = stuck.solve(&mut by_drive_m, stop) && stuck.solve(&mut by_load_m, stop);
         are_solved.then(|| Precomputed {
             norms: Norms::of(plan),
             modes: stuck.classes().iter().map(|_| OnceLock::new()).collect(),
@@ -72,14 +78,14 @@ impl<const D: usize> Precomputed<D> {
         })
     }
 
-    /// The modes of a class of motions; `None` if it has no slow modes.
-    pub(crate) fn modes(&self, plan: &Plan, class: usize) -> Option<Arc<ClassModes<D>>> {
-        self.modes[class].get_or_init(|| self.find(plan, class).map(Arc::new)).clone()
+    /// The modes of a class of motions; `None` if it has no slow modes, or the stop comes.
+    pub(crate) fn modes(&self, plan: &Plan, class: usize, stop: &Stop<'_>) -> Option<Arc<ClassModes<D>>> {
+        stop.get_or_find(&self.modes[class], || self.find(plan, class, stop).map(Arc::new)).cloned()
     }
 
-    fn find(&self, plan: &Plan, class: usize) -> Option<ClassModes<D>> {
+    fn find(&self, plan: &Plan, class: usize, stop: &Stop<'_>) -> Option<ClassModes<D>> {
         let stuck = &self.stuck;
-        let slow = SlowModes::of(stuck, class, self.iterations)?;
+        let slow = SlowModes::of(stuck, class, self.iterations, stop)?;
         let (nodes, contacts) = (stuck.lattice.nodes(), plan.blocks);
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let inertia = stuck.mass_kg / (stuck.step_s * stuck.step_s);

@@ -15,10 +15,11 @@ use asperity_model::plan::{Drive, DriveSpring};
 use asperity_model::{Lattice, Plan};
 
 use crate::complex::Complex;
-use crate::kernels::Simd;
+use crate::kernels::{ROWS, Simd};
 use crate::slow_modes::assembly::{Assembly, width};
 use crate::slow_modes::complex_band::ComplexBand;
 use crate::slow_modes::mirror::{Motions, mirror_image, mirrors_itself};
+use crate::stop::Stop;
 
 /// Stiffness and damping of a stuck lattice.
 #[derive(Debug)]
@@ -102,8 +103,8 @@ impl StuckLattice {
         lattice.freedoms() * width(lattice)
     }
 
-    /// `None` if the stiffness is not positive by its numbers.
-    pub(crate) fn of(plan: &Plan, lattice: Lattice, simd: Simd) -> Option<StuckLattice> {
+    /// `None` if the stiffness is not positive by its numbers, or the stop comes.
+    pub(crate) fn of(plan: &Plan, lattice: Lattice, simd: Simd, stop: &Stop<'_>) -> Option<StuckLattice> {
         let nodes = lattice.nodes();
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let friction = (0..lattice.tangential_axes())
@@ -133,11 +134,11 @@ impl StuckLattice {
             factors: kept_apart.into_iter().map(factored).collect(),
             coupling: Vec::new(),
         };
-        stuck.factor(0)?;
+        stuck.factor(0, stop)?;
         for (freedom, stiffness_n_per_m) in stuck.coupled_n_per_m.clone() {
             let mut yields_m_per_n = vec![0.0; stuck.freedoms()];
             yields_m_per_n[freedom] = 1.0;
-            if !stuck.solve(&mut yields_m_per_n) {
+            if !stuck.solve(&mut yields_m_per_n, stop) {
                 return None;
             }
             let held_n_per_m = stiffness_n_per_m / (1.0 + stiffness_n_per_m * yields_m_per_n[freedom]);
@@ -156,12 +157,12 @@ impl StuckLattice {
     }
 
     /// Turns forces into the displacements `x` with `M x = force`; `false` if the stiffness is not positive
-    /// by its numbers.
-    pub(crate) fn solve(&self, force: &mut [f64]) -> bool {
+    /// by its numbers, or the stop comes.
+    pub(crate) fn solve(&self, force: &mut [f64], stop: &Stop<'_>) -> bool {
         if let [Factored { motions, .. }] = &self.factors[..]
             && motions.are_all()
         {
-            let Some(factor) = self.factor(0) else { return false };
+            let Some(factor) = self.factor(0, stop) else { return false };
             factor.solve(self.simd, force);
         } else {
             let given = force.to_vec();
@@ -170,7 +171,7 @@ impl StuckLattice {
                 if motions.lack(&given) {
                     continue;
                 }
-                let (Some(factor), mut own) = (self.factor(number), motions.fold(&given)) else {
+                let (Some(factor), mut own) = (self.factor(number, stop), motions.fold(&given)) else {
                     return false;
                 };
                 factor.solve(self.simd, &mut own);
@@ -187,11 +188,11 @@ impl StuckLattice {
     }
 
     /// [`StuckLattice::solve`] in the basis of a class.
-    pub(crate) fn solve_in(&self, class: usize, force: &mut [f64]) -> bool {
+    pub(crate) fn solve_in(&self, class: usize, force: &mut [f64], stop: &Stop<'_>) -> bool {
         if self.classes.len() < self.factors.len() {
-            return self.solve(force);
+            return self.solve(force, stop);
         }
-        let Some(factor) = self.factor(class) else { return false };
+        let Some(factor) = self.factor(class, stop) else { return false };
         factor.solve(self.simd, force);
         true
     }
@@ -227,20 +228,27 @@ impl StuckLattice {
     }
 
     /// `K + a + b D` for two numbers `a` and `b` in the basis of a class, factored, and the place of each freedom
-    /// in it.
-    pub(crate) fn complex_factor(&self, class: usize, [a, b]: [Complex; 2]) -> (ComplexBand, Vec<usize>) {
+    /// in it; `None` once the stop has come. The bands of a large sheet take longer to fill than a second.
+    pub(crate) fn complex_factor(
+        &self,
+        class: usize,
+        [a, b]: [Complex; 2],
+        stop: &Stop<'_>,
+    ) -> Option<(ComplexBand, Vec<usize>)> {
         let assembly = Assembly::of(&self.lattice, &self.classes[class]);
-        let (stiffness, damping) = (assembly.stiffness(self.held().copied()), assembly.damping());
+        let stiffness = assembly.stiffness(self.held().copied());
+        let damping = (!stop.look()).then(|| assembly.damping())?;
         let (by_stiffness, by_damping) =
             (self.step_s * self.step_s / self.mass_kg, self.step_s / self.mass_kg);
         let parts = stiffness.iter().zip(&damping);
         let joined = parts.map(|(k, c)| Complex::from(by_stiffness * k) + b.scaled(by_damping * c));
-        let mut band: Vec<Complex> = joined.collect();
+        let mut band: Vec<Complex> = (!stop.look()).then(|| joined.collect())?;
         for row in band.chunks_exact_mut(assembly.width) {
             let diagonal = row.len() - 1;
             row[diagonal] = row[diagonal] + a;
         }
-        (ComplexBand::factored(band, assembly.width), assembly.place)
+        let factor = ComplexBand::factored(band, assembly.width, stop);
+        (!stop.has_come()).then_some((factor, assembly.place))
     }
 
     /// All springs that hold freedoms.
@@ -248,16 +256,18 @@ impl StuckLattice {
         self.held_n_per_m.iter().chain(&self.coupled_n_per_m)
     }
 
-    fn factor(&self, number: usize) -> Option<&Factor> {
+    fn factor(&self, number: usize, stop: &Stop<'_>) -> Option<&Factor> {
         let Factored { motions, factor } = &self.factors[number];
-        factor.get_or_init(|| self.factored(motions)).as_ref()
+        stop.get_or_find(factor, || self.factored(motions, stop))
     }
 
-    fn factored(&self, motions: &Motions) -> Option<Factor> {
+    fn factored(&self, motions: &Motions, stop: &Stop<'_>) -> Option<Factor> {
         let assembly = Assembly::of(&self.lattice, motions);
         let mut band = assembly.stiffness(self.held_n_per_m.iter().copied());
         let Assembly { width, place, .. } = assembly;
-        self.simd.factor_band(&mut band, width).then_some(Factor { band, width, place })
+        let mut groups = (0..place.len()).step_by(ROWS);
+        let is_positive = groups.all(|from| !stop.look() && self.simd.factor_rows(&mut band, width, from));
+        is_positive.then_some(Factor { band, width, place })
     }
 }
 
@@ -281,10 +291,11 @@ mod tests {
     use super::StuckLattice;
     use crate::kernels::Simd;
     use crate::slow_modes::pressed;
+    use crate::stop::Stop;
 
     fn stuck(scenario: &str, sets: &[&str]) -> (Plan, StuckLattice) {
         let plan = Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")));
-        let stuck = StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect());
+        let stuck = StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect(), &Stop::never());
         (plan, stuck.expect("it is positive"))
     }
 
@@ -330,7 +341,7 @@ mod tests {
             let u = numbers(1, freedoms);
             let (mut force, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
             stuck.products(&mut force, &mut damped, &u, &u);
-            assert!(stuck.solve(&mut force));
+            assert!(stuck.solve(&mut force, &Stop::never()));
             for (found, u) in force.iter().zip(&u) {
                 assert!((found - u).abs() < 1e-11, "{scenario} {sets:?}: {found} {u}");
             }
@@ -366,7 +377,7 @@ mod tests {
                     .collect();
                 let mut right = numbers(2, freedoms);
                 let mut found = right.clone();
-                assert!(stuck.solve(&mut found));
+                assert!(stuck.solve(&mut found, &Stop::never()));
                 for i in 0..freedoms {
                     let (above, below) = rows.split_at_mut(i + 1);
                     for (j, row) in below.iter_mut().enumerate() {
@@ -412,7 +423,7 @@ mod tests {
             assert!(!motions.lack(&all));
             let (mut own_stiff, mut own_damped) = (vec![0.0; own.len()], vec![0.0; own.len()]);
             stuck.products_in(class, &mut own_stiff, &mut own_damped, &own);
-            assert!(stuck.solve_in(class, &mut own_stiff));
+            assert!(stuck.solve_in(class, &mut own_stiff, &Stop::never()));
             for (found, own) in own_stiff.iter().zip(&own) {
                 assert!((found - own).abs() < 1e-12, "{found} {own}");
             }

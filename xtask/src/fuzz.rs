@@ -109,7 +109,8 @@ mod tests {
         let stem = |path: std::path::PathBuf| path.file_stem().expect("it has a name").to_owned();
         let mut found: Vec<_> = files.map(|entry| stem(entry.expect("it can be read").path())).collect();
         let mut known = super::TARGETS.map(|(name, _)| name);
-        (found.sort(), known.sort_unstable());
+        found.sort();
+        known.sort_unstable();
         assert_eq!(found, known);
     }
 }

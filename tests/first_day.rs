@@ -140,7 +140,7 @@ fn onsets(log: &Path) -> Vec<u64> {
 /// under the name of an unfinished one, `PIPE` a pipeline of that one run, `NEW` an unused path.
 type Call = (&'static [&'static str], &'static [i32]);
 
-const CALLS: [Call; 24] = [
+const CALLS: [Call; 25] = [
     (&["check", "LOG"], &[0]),
     (&["events", "LOG", "--format", "json"], &[0]),
     (&["summary", "LOG"], &[0]),
@@ -160,6 +160,7 @@ const CALLS: [Call; 24] = [
     (&["export", "LOG", "--to", "parquet", "--out", "NEW"], &[0]),
     (&["report", "LOG", "--out", "NEW.html"], &[0]),
     (&["diff", "LOG", "LOG", "--page", "NEW.html"], &[0]),
+    (&["note", "LOG", "comment=the first day"], &[0]),
     (&["salvage", "LOG", "--out", "NEW.mcap"], &[0]),
     (&["salvage", "HALF.mcap.partial", "--out", "NEW.mcap"], &[0, 3]),
     (&["run", "LOG", "--quiet", "--resume", "--out", "CUT.mcap"], &[0]),

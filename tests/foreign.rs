@@ -140,7 +140,7 @@ fn all() -> BTreeMap<Vec<u8>, String> {
 
 /// Commands that read a log, and those that would write one where the file is. `FILE` is the file; commands with
 /// `FILES` take many.
-const COMMANDS: [&[&str]; 17] = [
+const COMMANDS: [&[&str]; 18] = [
     &["check", "FILES"],
     &["summary", "FILES"],
     &["catalogue", "FILES"],
@@ -148,6 +148,7 @@ const COMMANDS: [&[&str]; 17] = [
     &["report", "FILES", "--out", "NEW.html"],
     &["export", "FILES", "--to", "csv", "--out", "NEW"],
     &["events", "FILE"],
+    &["note", "FILE", "author=nobody"],
     &["salvage", "FILE", "--out", "NEW.mcap"],
     &["reduce", "FILE", "--out", "NEW"],
     &["draw", "FILE", "--out", "NEW"],

@@ -99,6 +99,7 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
         vec!["summary", text(file)],
         vec!["catalogue", text(file), "--format", "quakeml"],
         vec!["replay", text(file)],
+        vec!["note", text(file)],
         vec!["report", text(file), "--out", "page.html"],
     ];
     if cfg!(feature = "analysis") {

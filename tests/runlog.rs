@@ -368,6 +368,41 @@ fn what_is_no_run_log_is_told_from_what_is_damaged() {
     }
 }
 
+/// A note changes nothing but itself, stays when keys are added, and leaves no trace when they are removed.
+#[test]
+fn a_note_is_kept_and_shown_and_changes_nothing_else() {
+    let log = Log::make();
+    let (path, page) = (text(&log.path), log.folder.path().join("page.html"));
+    let end = read(&log.path).expect("the log is whole");
+    let outcome = |arguments: &[&str]| {
+        let output = binary::asperity(arguments);
+        (output.status.code(), String::from_utf8(output.stdout).expect("the binary writes UTF-8"))
+    };
+    let author = format!("{path}: note: author = A. \u{dc}. Name\n");
+    let comment = format!("{path}: note: comment = a = b <&>\n");
+    assert_eq!(outcome(&["note", path, "author=A. \u{dc}. Name"]), (Some(0), author.clone()));
+    assert_eq!(outcome(&["note", path, " comment = a = b <&> "]), (Some(0), format!("{author}{comment}")));
+    assert_eq!(read(&log.path).expect("the log is whole"), end);
+    for command in ["check", "summary"] {
+        let (code, said) = outcome(&[command, path]);
+        assert!(code == Some(0) && said.ends_with(&format!("{author}{comment}")), "{said}");
+        assert!(!said.contains("another program"), "{said}");
+    }
+    succeed(&["report", path, "--out", text(&page)]);
+    assert!(fs::read_to_string(&page).unwrap().contains("<p>comment: a = b &lt;&amp;&gt;</p>"));
+    assert_eq!(outcome(&["note", path, "author=", "comment="]), (Some(0), String::new()));
+    assert!(fs::read(&log.path).unwrap() == log.bytes);
+    // What is not finished, or no note, is left alone.
+    assert_eq!(outcome(&["note", path, "author"]).0, Some(2));
+    let mut damaged = log.bytes.clone();
+    damaged[log.bytes.len() / 2] ^= 1;
+    for (bytes, code) in [(&log.bytes[..log.bytes.len() / 2], 3), (&damaged, 4)] {
+        fs::write(&log.path, bytes).expect("the folder can be written");
+        assert_eq!(outcome(&["note", path, "author=A"]).0, Some(code));
+        assert!(fs::read(&log.path).unwrap() == bytes);
+    }
+}
+
 /// MCAP readers check no checksum by default, so a flipped bit passes as data. Bits in the lengths of
 /// records mislead the reader instead, which it must survive.
 #[test]

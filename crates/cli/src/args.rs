@@ -88,6 +88,8 @@ pub(crate) enum Command {
     Catalogue(CatalogueArguments),
     /// Verify run logs: whole, incomplete, damaged ...
     Check(CheckArguments),
+    /// Note author, lab or comment in a finished log, or print its note.
+    Note(NoteArguments),
     /// Recover the sound records of a damaged log.
     Salvage(SalvageArguments),
     /// Compare two runs, or two folders of runs: numbers, ruptures and slip events.

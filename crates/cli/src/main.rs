@@ -19,6 +19,7 @@ mod interrupt;
 mod man;
 #[cfg(feature = "analysis")]
 mod named_runs;
+mod note;
 mod notices;
 mod outputs;
 mod preview;
@@ -109,6 +110,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Events(arguments) => events::command(&arguments, &board),
         Command::Catalogue(arguments) => catalogue::command(&arguments, &board),
         Command::Check(arguments) => check::command(&arguments),
+        Command::Note(arguments) => note::command(&arguments),
         Command::Salvage(arguments) => salvage::command(&arguments),
         Command::Replay(arguments) => replay::command(&arguments, board),
         Command::Export(arguments) => export::command(&arguments, &board),

@@ -168,6 +168,7 @@ fn run(
         header,
         scenario,
         lacks: (!checked.verdict.holds_all()).then(|| checked.to_string()),
+        note: asperity_runlog::note(log),
         links: Vec::new(),
     };
     Ok((run, checked))

@@ -12,6 +12,7 @@ use asperity_tables::{CsvRows, Spelling};
 
 use crate::args::{SummaryArguments, SummaryFormat};
 use crate::exit::{self, Code, Failure};
+use crate::note;
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal;
@@ -27,6 +28,9 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
     let as_coded = found.iter().flatten().find_map(|(.., as_coded)| as_coded.as_deref());
     if !summaries.is_empty() {
         print(arguments, &summaries, as_coded)?;
+    }
+    if arguments.format == SummaryFormat::Text {
+        arguments.runs.iter().try_for_each(|run| note::show(run))?;
     }
     let mut codes = Vec::new();
     for (run, found) in arguments.runs.iter().zip(found) {

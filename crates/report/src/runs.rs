@@ -266,6 +266,9 @@ pub(crate) fn details(
             body += &format!("<p class=\"lacks\">Not all of this run is there: {}</p>\n", text(lacks));
         }
         body += &format!("<p>{}</p>\n", lettered(&run.scenario.summary));
+        for (key, value) in &run.note {
+            body += &format!("<p>{}: {}</p>\n", text(key), text(value));
+        }
         if !differing.is_empty() {
             let told = differing.iter().filter_map(|key| {
                 let value = match asked.get(place)?.get(key.path)? {

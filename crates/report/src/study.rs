@@ -1,5 +1,7 @@
 //! The parts of a page.
 
+use std::collections::BTreeMap;
+
 use asperity_model::Scenario;
 use asperity_numbers::Summary;
 use asperity_numbers::claim::Claim;
@@ -40,6 +42,8 @@ pub struct Run {
     pub collected: Collected,
     /// The missing part, if its log is incomplete.
     pub lacks: Option<String>,
+    /// What users noted in its log, by key.
+    pub note: BTreeMap<String, String>,
     /// Its log and its tables.
     pub links: Vec<Link>,
 }

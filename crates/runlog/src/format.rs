@@ -20,6 +20,9 @@ pub(crate) const RUN_END: &str = "run_end";
 /// Name of the metadata record that lists what a salvaged log lacks.
 pub(crate) const SALVAGE: &str = "salvage";
 
+/// Name of the metadata record with what users note on a log, which may follow `run_end`.
+pub(crate) const NOTE: &str = "note";
+
 /// Name of the metadata records that seal what precedes them.
 pub(crate) const CHUNK: &str = "chunk";
 

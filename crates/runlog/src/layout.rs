@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use mcap::records::Record;
 
 use crate::format::{
-    CHUNK, LONGEST_TOPIC_BYTES, MOST_CHANNELS, MOST_SCHEMAS, RUN, RUN_END, SALVAGE, SCENARIO,
+    CHUNK, LONGEST_TOPIC_BYTES, MOST_CHANNELS, MOST_SCHEMAS, NOTE, RUN, RUN_END, SALVAGE, SCENARIO,
 };
 use crate::problem::{LogProblem, most};
 
@@ -101,6 +101,7 @@ impl Layout {
                 Ok(())
             }
             (Record::Message { .. } | Record::Channel(_), Start) => Err(LogProblem::NoHeader),
+            (Record::Metadata(metadata), Ended) if metadata.name == NOTE => Ok(()),
             (Record::Message { .. } | Record::Metadata(_) | Record::Attachment { .. }, Ended) => {
                 misplaced("there are messages, metadata or attachments after metadata `run_end`")
             }

@@ -13,6 +13,7 @@
 //! | topic `/window` | the state of chosen blocks in dense windows |
 //! | topics `/events/...` | events, after the record that completed them |
 //! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: without it the log is not whole |
+//! | metadata `note` | behind the others, what users noted: author, lab, comment ... |
 //! | metadata `chunk` | after the scenario, each chunk with its message indexes, each checkpoint, `salvage` and `run_end`: its seal |
 //!
 //! Messages are JSON objects, each topic with its JSON schema. `log_time` is simulated time in
@@ -129,6 +130,7 @@
 //! - `seal`: the records `chunk`: written through a tee, and verified while reading.
 //! - `write`: writes a log; `unfinished`: the temporary name of a log until it is whole, and its
 //!   lock.
+//! - `note`: the note of a finished log.
 //! - `size`: upper bounds on the length of a log.
 //! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, with lengths checked
 //!   against the bytes and records in their order.
@@ -148,6 +150,7 @@ mod layout;
 mod lineage;
 mod messages;
 mod metadata;
+mod note;
 mod parse;
 mod pieces;
 mod problem;
@@ -164,6 +167,7 @@ mod write;
 pub use announced::{Announced, announcements, is_topic_of_a_run};
 pub use asperity_files::{Existing, partial_path};
 pub use findings::{Damage, Gap, Salvaged};
+pub use note::{annotate, note};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};
 pub use salvage::{SalvageError, Settle, salvage};

@@ -325,6 +325,7 @@ impl<'a> Reduction<'a> {
             summary: run.summary,
             collected: run.collected,
             lacks: None,
+            note: BTreeMap::new(),
             links: Vec::new(),
         });
         let from_folder = |path: PathBuf| path.strip_prefix(out).unwrap_or(&path).display().to_string();

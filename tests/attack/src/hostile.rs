@@ -35,6 +35,7 @@ const ON_LOGS: [&[&str]; 14] = [
     &["salvage", "FILE", "--out", "salvaged.mcap"],
     &["events", "FILE"],
     &["summary", "FILE"],
+    &["note", "FILE"],
     &["catalogue", "FILE", "--format", "quakeml"],
     &["export", "FILE", "--to", "csv", "--out", "exported"],
     &["export", "FILE", "--to", "parquet", "--out", "exported-parquet"],

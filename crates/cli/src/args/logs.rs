@@ -174,6 +174,30 @@ pub(crate) struct CheckArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  asperity note out/mine.mcap author='A. Name' comment='before the new springs'
+  asperity note out/mine.mcap
+
+A note stays when keys are added; KEY= removes one. Nothing else of the log
+changes: not its verdict, its events or any number. check, summary and report
+show the note.
+
+Exit codes:
+  0  the note was changed, and printed
+  1  failure
+  2  the file is not a run log
+  3, 4, 5  the log is incomplete, damaged or salvaged, and was left alone")]
+pub(crate) struct NoteArguments {
+    /// The finished log.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
+    /// What to note; without any, the note is printed.
+    #[arg(value_name = "KEY=VALUE")]
+    pub(crate) notes: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
   asperity salvage damaged.mcap -o out/salvaged.mcap
   asperity check out/salvaged.mcap
 

@@ -7,7 +7,7 @@ use mcap::records::Record;
 
 use super::record::Seal;
 use crate::format::{
-    CHECKPOINT, CHUNK, CHUNK_SINCE, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO,
+    CHECKPOINT, CHUNK, CHUNK_SINCE, MAGIC, NOTE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO,
 };
 use crate::index::{Index, Place};
 use crate::metadata;
@@ -124,7 +124,7 @@ impl Verifier {
             Record::Metadata(metadata) if metadata.name == CHUNK => {
                 return self.seal(at, &Seal::from_map(&metadata.metadata)?);
             }
-            Record::Metadata(metadata) if metadata.name == RUN => return Ok(()),
+            Record::Metadata(metadata) if [RUN, NOTE].contains(&metadata.name.as_str()) => return Ok(()),
             Record::Metadata(metadata) if [RUN_END, SALVAGE].contains(&metadata.name.as_str()) => {
                 self.has_end |= metadata.name == RUN_END;
                 crc32fast::hash(body)

@@ -132,7 +132,7 @@ fn logs_of_more_than_a_log_has_are_refused_at_once() {
         parts.insert(channel, Part::channel(999, 1, &format!("/events/{}", "x".repeat(5_000_000))));
     });
     with("a TOML text of", &|parts| {
-        let toml = "# nothing at all\n".repeat(600_000);
+        let toml = "# nothing at all\n".repeat(800_000);
         parts[place("scenario.toml")] = Part::attachment("scenario.toml", toml.as_bytes());
     });
     with("keys, values and lines", &|parts| {
@@ -160,13 +160,84 @@ fn logs_of_more_than_a_log_has_are_refused_at_once() {
     }
 }
 
+/// What is accepted gives a log that is read, at every bound; what would not is refused with the key, before it runs.
+#[test]
+fn what_is_accepted_is_read_at_every_bound() {
+    let scratch = asperity_testkit::folder();
+    let folder = scratch.path();
+    let csv = |name: &str, header: &str, rows: &mut dyn Iterator<Item = String>| {
+        let text = format!("{header}\n{}\n", rows.collect::<Vec<_>>().join("\n"));
+        fs::write(folder.join(name), text).expect("the folder can be written");
+        text_of(&folder.join(name))
+    };
+    let state = "displacement_m,velocity_m_per_s,stick_position_m,slides";
+    let ends = |of: &'static str| {
+        csv(
+            of,
+            &format!("time_s,x_over_l,{of}"),
+            &mut (0..400).map(|n| format!("{},{},0.{}", f64::from(n / 2) * 1e-3, n % 2, 91_234_567 + 13 * n)),
+        )
+    };
+    let one_large = |n: u32, what: &'static str| if n == 9 { what } else { "1e-6" };
+    let large =
+        csv("large.csv", state, &mut (0..10).map(|n| format!("{},-1e30,1e30,1", one_large(n, "1e30"))));
+    let larger = csv("larger.csv", state, &mut (0..10).map(|n| format!("{},0,1e-6,0", one_large(n, "1e31"))));
+    let steep =
+        csv("steep.csv", "x_over_l,tau_over_p", &mut ["0,-1e7", "1,1e7"].into_iter().map(str::to_owned));
+    let uneven =
+        csv("uneven.csv", "stiffness_offset", &mut (0..100_000).map(|n| format!("0.0000000123{n:05}")));
+    let (factor, ratio) = (ends("factor"), ends("ratio"));
+    let (name, longer) = ("n".repeat(4096), "n".repeat(4097));
+    let spreads = "slider.blocks=100000 time.step_s=1e-10 time.duration_s=1e-9 recording.sample_s=0 \
+                   friction.static_spread=0.05 friction.dynamic_spread=0.05 disorder.stiffness_spread=0.05 \
+                   disorder.load_spread=0.05";
+    let short = "slider.blocks=10 time.duration_s=1e-6";
+    for (sets, refused_key) in [
+        (format!("{spreads}"), ""),
+        (format!("{spreads} disorder.contacts_csv={uneven}"), "a log of this scenario would hold "),
+        (
+            format!(
+                "slider.blocks=1000 time.duration_s=1e-7 normal_load.course_csv={factor} prestress.course_csv={ratio}"
+            ),
+            "",
+        ),
+        (format!("{short} name={name} summary={name}"), ""),
+        (format!("{short} name={longer}"), "name: a text of 4097 bytes"),
+        (format!("{short} initial.state_csv={large}"), ""),
+        (format!("{short} initial.state_csv={larger}"), "initial.state_csv: "),
+        (format!("{short} prestress.profile_csv={steep}"), "prestress.profile_csv: "),
+        (format!("{short} initial_shear.profile_csv={steep}"), "initial_shear.profile_csv: "),
+        (format!("{short} normal_load.course_s=[0] normal_load.course_factor=[1e30]"), ""),
+    ] {
+        let log = folder.join("run.mcap");
+        let sets: Vec<&str> = sets.split_whitespace().flat_map(|set| ["--set", set]).collect();
+        let output = asperity(&[&["run", "default", "--quiet", "--out", text(&log)][..], &sets].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let short: String = said.chars().take(1000).collect();
+        if refused_key.is_empty() {
+            assert!(log.exists(), "{short}");
+            succeed(&["check", text(&log)]);
+            succeed(&["scenario", "show", text(&log)]);
+            fs::remove_file(&log).expect("it is there");
+        } else {
+            assert_eq!(output.status.code(), Some(2), "{short}");
+            assert!(said.contains(refused_key) && said.contains("(accepted: "), "{refused_key}: {short}");
+            assert!(said.len() < 20_000 && !log.exists(), "{short}");
+        }
+    }
+}
+
+fn text_of(path: &Path) -> String {
+    text(path).to_owned()
+}
+
 #[test]
 fn texts_are_measured_before_they_are_parsed() {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("small.mcap");
     small::run(&log);
     let texts = [
-        ("comments", "# nothing at all\n".repeat(590_000)),
+        ("comments", "# nothing at all\n".repeat(800_000)),
         ("values", format!("a = [{}]", "1,".repeat(4_900_000))),
         ("lines", "\n".repeat(8_000_000)),
         ("keys", (0..600_000).map(|number| format!("k{number:x}=1\n")).collect()),

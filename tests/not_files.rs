@@ -8,6 +8,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::hostile::{bounded, refused};
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, take_apart};
 use crate::support::binary::{succeed, text};
 use crate::support::small;
 use crate::sweep::Study;
@@ -65,6 +67,91 @@ fn no_command_waits_for_a_pipe() {
     for (path, what) in [(file("socket.mcap"), "a socket"), ("/dev/null".into(), "a device")] {
         let said = refused(folder, &["check", text(&path)], &path);
         assert!(said.contains(&format!("not a run log: it is {what}")), "{said}");
+    }
+}
+
+/// A log or a plan that names a file without its values is damaged, and no reader opens that file: not a pipe, which
+/// would wait, and not a text, of which nothing is in any output.
+#[test]
+fn what_a_log_or_a_plan_names_is_not_opened() {
+    let scratch = asperity_testkit::folder();
+    let folder = scratch.path();
+    let file = |name: &str| folder.join(name);
+    let (log, forged) = (file("whole.mcap"), file("forged.mcap"));
+    small::run(&log);
+    let parts = take_apart(&fs::read(&log).expect("it was just written"));
+    let at = parts.iter().position(|part| part.name() == Some("scenario.toml")).expect("it has one");
+    let scenario = parts[at].attached().expect("it is an attachment");
+    let scenario = String::from_utf8(scenario.to_vec()).expect("it is a text");
+    pipe(&file("pipe"));
+    fs::write(file("text"), "secret,secret\n1,2\n").expect("the folder can be written");
+    let mut commands = vec![
+        vec!["check"],
+        vec!["events"],
+        vec!["summary"],
+        vec!["catalogue", "--format", "quakeml"],
+        vec!["scenario", "show"],
+        vec!["scenario", "validate"],
+        vec!["replay", "--out", "replayed"],
+        vec!["export", "--to", "csv", "--out", "exported"],
+        vec!["report", "--out", "page.html"],
+        vec!["salvage", "--out", "salvaged.mcap"],
+        vec!["diff", "whole.mcap"],
+        vec!["run", "--set", "time.duration_s=0.1", "--out", "run.mcap"],
+        vec!["run", "--set", "initial.at_s=0.1", "--out", "run.mcap"],
+    ];
+    if cfg!(feature = "analysis") {
+        commands.extend([vec!["reduce", "--out", "reduced"], vec!["draw", "--out", "drawn"]]);
+    }
+    for (n, (section, key)) in [
+        ("prestress", "profile_csv"),
+        ("prestress", "course_csv"),
+        ("initial_shear", "profile_csv"),
+        ("normal_load", "course_csv"),
+        ("disorder", "contacts_csv"),
+        ("initial", "state_csv"),
+        ("initial", "from"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        for named in ["pipe", "text"] {
+            let head = format!("[{section}]\n");
+            let (before, behind) = scenario.split_once(&head).expect("it has all sections");
+            let behind = behind.replacen(&format!("\n{key} = \"\""), &format!("\n{key} = \"{named}\""), 1);
+            let mut parts = parts.clone();
+            parts[at] = Part::attachment("scenario.toml", format!("{before}{head}{behind}").as_bytes());
+            fs::write(&forged, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+            let said = refused(folder, &["check", text(&forged)], &forged);
+            assert!(said.contains(": damaged: ") && said.contains("its values are missing"), "{key}: {said}");
+            // All of them for one key: it is one function that opens files for all keys.
+            for command in commands.iter().filter(|_| n == 0) {
+                let words = command[0] == "scenario";
+                let (verb, rest) = command.split_at(if words { 2 } else { 1 });
+                let outcome = bounded(folder, &[verb, &[text(&forged)], rest].concat());
+                let said = outcome.out + &outcome.err;
+                assert!(matches!(outcome.code, Some(1..=5) | Some(0)), "{command:?}: {said}");
+                assert!(!said.contains("secret"), "{command:?}: {said}");
+            }
+        }
+    }
+    let found = Command::new("grep").args(["-rl", "secret", "."]).current_dir(folder).output();
+    let found = String::from_utf8(found.expect("grep starts").stdout).expect("plain names");
+    assert_eq!(found, "./text\n");
+    let study = Study::of(
+        "title = 'Tilts'\nscenario = 'default'\n[[axis]]\nkey = 'normal_load.tilt'\nvalues = [0]\n",
+    );
+    let out = study.plan("out");
+    let plan = fs::read_to_string(out.join("plan.ndjson")).expect("there is a plan");
+    let named = format!("\"set\":[\"prestress.profile_csv={}\"]", text(&file("pipe")));
+    let (body, _) = plan.trim_end().rsplit_once('\n').expect("it has lines");
+    let body = body.replace("\"set\":[]", &named) + "\n";
+    let sealed = format!("{body}{{\"rows\":1,\"blake3\":\"{}\"}}\n", blake3::hash(body.as_bytes()).to_hex());
+    assert!(sealed.contains(&named));
+    fs::write(out.join("plan.ndjson"), sealed).expect("the folder can be written");
+    for command in ["status", "run", "collect"] {
+        let outcome = bounded(folder, &["sweep", command, text(&out)]);
+        assert!(matches!(outcome.code, Some(1..=4)), "{command}: {:?} {}", outcome.code, outcome.err);
     }
 }
 

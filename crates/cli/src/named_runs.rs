@@ -12,7 +12,7 @@ use asperity_run::study::{Job, Stored};
 use asperity_run::{Nodes, SolverKind, Threads, at_once};
 use asperity_study::pipeline::Pipeline;
 use asperity_study::reduction::{Beside, Passing, Progress, Reduction};
-use asperity_study::runs::{FOLDER, Named};
+use asperity_study::runs::FOLDER;
 use asperity_study::{Plan, StudyError, plan};
 
 use crate::exit::Failure;
@@ -47,7 +47,8 @@ pub(crate) fn of_plan(
     if !pipeline.runs.iter().eq(names) {
         return Err(refused("its runs are not those of its study (accepted: an unedited plan)".to_owned()));
     }
-    let jobs = plan.common.runs.iter().map(Named::job).collect::<Result<Vec<Job>, _>>().map_err(refused)?;
+    let jobs = plan.common.runs.iter().map(|run| run.job(&plan.common.files));
+    let jobs = jobs.collect::<Result<Vec<Job>, _>>().map_err(refused)?;
     let inputs = inputs([file.as_path()], plan.common.runs.iter().map(|run| run.scenario.as_str()), &jobs);
     let source = Source { pipeline: &pipeline, jobs, out: folder, solver: None, provenance, beside };
     source.reduce(inputs, Missing::Refuse, board)

@@ -74,7 +74,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
 fn in_logged_state(choice: &ScenarioChoice, out: &Path, board: &Board) -> Option<Scenario> {
     let logs = [partial_path(out), out.to_owned()];
     let (log, toml) = logs.iter().find_map(|log| Some((log, RunReader::scenario_of(log).ok()?)))?;
-    let logged = ScenarioSource::logged("scenario.toml", toml).resolve::<&str>("", &[]).ok()?.initial;
+    let logged = Scenario::resolve(&ScenarioSource::logged("scenario.toml", toml)).ok()?.initial;
     let state = format!("initial.state={}", logged.state);
     let set = choice.set.iter().cloned().chain([state]).collect();
     let choice = ScenarioChoice { scenario: choice.scenario.clone(), set };

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use asperity_model::keys::{AS_CODED, AS_STATED};
 use asperity_model::{Scenario, ScenarioSource, builtin};
-use asperity_run::{check, with_logged_states};
+use asperity_run::{Opened, check};
 use asperity_runlog::RunReader;
 use asperity_study::given::Given;
 
@@ -53,7 +53,8 @@ impl ScenarioChoice {
         let (source, is_log) = source_of(path)?;
         let is_built_in = path.to_str().and_then(builtin::find).is_some();
         let with_overrides = self.set.iter().fold(source.clone(), |source, set| source.with_override(set));
-        let scenario = source.resolve(&path.to_string_lossy(), &self.set).map_err(Failure::bad_input)?;
+        let scenario =
+            source.resolve(&path.to_string_lossy(), &self.set, &Opened).map_err(Failure::bad_input)?;
         if !is_log && !is_built_in && with_overrides.relies_on_default_set() {
             board.line(&format!(
                 "{} names no parameter_set: {AS_STATED} ({}) is used; parameter_set = \"{AS_CODED}\" gives the slider \
@@ -70,7 +71,7 @@ impl ScenarioChoice {
 pub(crate) fn resolve(name: impl AsRef<OsStr>, set: &[String]) -> Result<Scenario, Failure> {
     let path = Path::new(name.as_ref());
     let (source, _) = source_of(path)?;
-    source.resolve(&path.to_string_lossy(), set).map_err(Failure::bad_input)
+    source.resolve(&path.to_string_lossy(), set, &Opened).map_err(Failure::bad_input)
 }
 
 /// A scenario as written, and whether it is from a run log.
@@ -84,7 +85,7 @@ fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
             return Err(verdict_exit::failure(path, &check(path)));
         };
         let origin = format!("{}: scenario.toml", path.display());
-        return Ok((with_logged_states(ScenarioSource::logged(origin, toml)), true));
+        return Ok((ScenarioSource::logged(origin, toml), true));
     }
-    Ok((with_logged_states(asperity_model::source(path).map_err(Failure::bad_input)?), false))
+    Ok((asperity_model::source(path).map_err(Failure::bad_input)?, false))
 }

@@ -7,7 +7,7 @@ use crate::derive::longest_stable_step_s;
 use crate::disorder::{Quantity, coefficients};
 use crate::end_keys;
 use crate::given_state;
-use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
+use crate::keys::LEAST_MAGNITUDE;
 use crate::lattice_keys::{self, Refusal};
 use crate::one_block;
 use crate::plan::Plan;
@@ -66,19 +66,6 @@ pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<Sce
 
 /// Refuses a loaded start whose load the run never reaches. For scenarios that obey all rules.
 pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-    for (file, key, profile) in [
-        ("initial_shear.profile_csv", "initial_shear.profile", &scenario.initial_shear.profile),
-        ("prestress.profile_csv", "prestress.profile", &scenario.prestress.profile),
-    ] {
-        if let Some(ratio) = profile.iter().find(|ratio| ratio.abs() > MOST_SHEAR_RATIO) {
-            let written = [file, key].into_iter().find(|key| entries.place(key).is_some());
-            return Refusals { entries, errors }.refuse(
-                written.unwrap_or(key),
-                format!("a shear of {ratio} times the normal load"),
-                format!("ratios from -{MOST_SHEAR_RATIO} to {MOST_SHEAR_RATIO}; a block holds up to its static friction"),
-            );
-        }
-    }
     if let Some(refused) = given_state::check(scenario) {
         return Refusals { entries, errors }.refuse_all(vec![refused]);
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use asperity_record::bounds::LONGEST_NAME_BYTES;
 use asperity_record::unit_of;
 
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind, LEAST_MAGNITUDE, MOST_MAGNITUDE};
@@ -112,7 +113,7 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
         {
             Some(toml::Value::Array(values.iter().copied().map(toml::Value::Float).collect()))
         }
-        (Written::Text(text), Kind::Text) if !text.contains(['\n', '\r']) => {
+        (Written::Text(text), Kind::Text(most)) if !text.contains(['\n', '\r']) && text.len() <= most => {
             Some(toml::Value::String(text.clone()))
         }
         _ => None,
@@ -132,29 +133,41 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
             }
             _ => String::new(),
         };
-        refuse(format!("{} is not accepted", entry.value), format!("{}{unit}", key.kind));
+        let value = match &entry.value {
+            Written::Text(text) if text.len() > LONGEST_NAME_BYTES => {
+                format!("a text of {} bytes", text.len())
+            }
+            value => value.to_string(),
+        };
+        refuse(format!("{value} is not accepted"), format!("{}{unit}", key.kind));
     }
     let extreme = match &entry.value {
-        Written::Number(value) => Some(*value),
-        Written::Whole(value) => Some(*value as f64),
-        Written::Numbers(values) => values.iter().copied().find(|value| !key.kind.is_usable(*value)),
+        _ if good.is_none() || !is_number(key.kind) => None,
+        Written::Number(value) => unusable(key.kind, *value),
+        Written::Whole(value) => unusable(key.kind, *value as f64),
+        Written::Numbers(values) => values.iter().find_map(|value| unusable(key.kind, *value)),
         _ => None,
     };
-    let extreme =
-        extreme.filter(|value| good.is_some() && is_number(key.kind) && !key.kind.is_usable(*value));
-    if let Some(value) = extreme {
-        let size = if value.abs() < 1.0 { "small" } else { "large" };
-        let unless_zero = if key.kind.accepts_number(0.0) { " unless it is 0" } else { "" };
-        refuse(
-            format!("{value:e} is too {size} to calculate with"),
-            format!(
-                "{}, of a magnitude from {LEAST_MAGNITUDE:e} to {MOST_MAGNITUDE:e}{unless_zero}",
-                key.kind
-            ),
-        );
+    if let Some((problem, accepted)) = extreme {
+        refuse(problem, accepted);
         return None;
     }
     good
+}
+
+/// Why a number cannot be one of a key, and what is accepted.
+pub(crate) fn unusable(kind: Kind, value: f64) -> Option<(String, String)> {
+    if !kind.accepts_number(value) {
+        return Some((format!("{value} is not accepted"), kind.to_string()));
+    }
+    let size = if value.abs() < 1.0 { "small" } else { "large" };
+    let unless_zero = if kind.accepts_number(0.0) { " unless it is 0" } else { "" };
+    (!kind.is_usable(value)).then(|| {
+        (
+            format!("{value:e} is too {size} to calculate with"),
+            format!("{kind}, of a magnitude from {LEAST_MAGNITUDE:e} to {MOST_MAGNITUDE:e}{unless_zero}"),
+        )
+    })
 }
 
 /// Whether a text is meant as a number, as `100mm` and `1,5` are.

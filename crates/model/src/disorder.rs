@@ -262,7 +262,7 @@ mod tests {
     fn scenario(sets: &[&str]) -> Scenario {
         let source =
             sets.iter().fold(ScenarioSource::new("test", ""), |source, set| source.with_override(set));
-        Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}"))
+        Scenario::resolve_with(&source, &crate::Texts).unwrap_or_else(|errors| panic!("{errors}"))
     }
 
     const MANY: [&str; 2] = ["slider.blocks=40000", "time.step_s=1e-11"];

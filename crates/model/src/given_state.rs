@@ -2,18 +2,16 @@
 //! of the slider.
 
 use std::fmt::{self, Write};
-use std::path::Path;
 
 use asperity_record::{MOST_STEPS, counted};
 
+use crate::files::Reading;
 use crate::initial::given;
 use crate::initial_state::{Carried, CarriedJunctions, CarriedSolver, CarriedStep, InitialState};
 use crate::lattice_keys::Refusal;
 use crate::plan::{Plan, RecordingPlan};
 use crate::rows::Rows;
 use crate::scenario::Scenario;
-use crate::source::{Entries, ScenarioError, StateReader};
-use crate::text;
 
 /// The first line of a table.
 const HEADER: &str = "displacement_m,velocity_m_per_s,stick_position_m,slides";
@@ -164,74 +162,42 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
 }
 
 /// Reads the state from its log or its table, unless the scenario holds it.
-pub(crate) fn read(
-    scenario: &mut Scenario,
-    entries: &Entries,
-    reader: Option<StateReader>,
-    errors: &mut Vec<ScenarioError>,
-) {
-    let overrides = |key: &str| entries.overrides(key, "initial.state");
+pub(crate) fn read(scenario: &mut Scenario, reading: &mut Reading<'_>) {
+    let overrides = |key: &str| reading.entries.overrides(key, "initial.state");
     if overrides("initial.from") || (overrides("initial.at_s") && !scenario.initial.from.is_empty()) {
         scenario.initial.state.clear();
     }
-    let has_newer_table = entries.overrides("initial.state_csv", LISTS[0]);
+    let has_newer_table = reading.entries.overrides("initial.state_csv", LISTS[0]);
+    let initial = &mut scenario.initial;
+    let [u, v, anchors, sliding] = LISTS;
     if has_newer_table {
-        let initial = &mut scenario.initial;
-        let [u, v, anchors] =
-            [&mut initial.displacement_m, &mut initial.velocity_m_per_s, &mut initial.stick_position_m];
-        [u, v, anchors, &mut initial.sliding_blocks].into_iter().for_each(Vec::clear);
+        for list in LISTS.into_iter().filter(|list| reading.entries.overrides(list, LISTS[0])) {
+            let problem = "a list beside a table, which has it as a column".to_owned();
+            reading.errors.push(reading.error(list, problem, "none, or no initial.state_csv".to_owned()));
+        }
     }
-    let refuse = |key: &str, problem: String, accepted: String| ScenarioError {
-        place: entries.place(key),
-        key: Some(key.to_owned()),
-        problem,
-        accepted: Some(accepted),
-    };
-    for list in LISTS.into_iter().filter(|list| has_newer_table && entries.overrides(list, LISTS[0])) {
-        let problem = "a list beside a table, which has it as a column".to_owned();
-        errors.push(refuse(list, problem, "none, or no initial.state_csv".to_owned()));
-    }
-    let initial = &scenario.initial;
     if !initial.from.is_empty() && initial.state.is_empty() {
-        let read = match reader {
-            Some(reader) => {
-                reader(scenario).map_err(|unfit| refuse(unfit.key, unfit.problem, unfit.accepted))
-            }
-            None => Err(refuse(
-                "initial.from",
-                format!("{:?} is the log of a run, and logs are not read here", initial.from),
-                "a scenario that holds the state, as `asperity scenario show` prints it".to_owned(),
-            )),
-        };
+        let read = reading.files("initial.from", &initial.from).and_then(|files| {
+            files.state(scenario).map_err(|unfit| reading.error(unfit.key, unfit.problem, unfit.accepted))
+        });
         match read {
             Ok(state) => scenario.initial.state = state,
-            Err(error) => errors.push(error),
+            Err(error) => reading.errors.push(error),
         }
-    } else if !initial.state_csv.is_empty() && !initial.has_lists() {
-        let path = Path::new(&initial.state_csv);
-        let rows =
-            text::read(path).map_err(|error| format!("{}: {error}", path.display())).and_then(|text| {
-                rows(&text, scenario.slider.blocks as usize)
-                    .map_err(|(line, problem)| format!("{}:{line}: {problem}", path.display()))
-            });
-        match rows {
-            Ok([displacement_m, velocity_m_per_s, stick_position_m, slides]) => {
-                let sliding = (1..).zip(slides).filter(|(_, slides)| *slides != 0.0);
-                let initial = &mut scenario.initial;
-                initial.sliding_blocks = sliding.map(|(block, _)| f64::from(block)).collect();
-                initial.displacement_m = displacement_m;
-                initial.velocity_m_per_s = velocity_m_per_s;
-                initial.stick_position_m = stick_position_m;
-            }
-            Err(problem) => {
-                let accepted = format!("a CSV file with the header {HEADER} and a row for each block");
-                errors.push(refuse("initial.state_csv", problem, accepted));
-            }
-        }
+    } else if !initial.state_csv.is_empty() && (has_newer_table || !initial.has_lists()) {
+        let lists = [
+            (u, &mut initial.displacement_m),
+            (v, &mut initial.velocity_m_per_s),
+            (anchors, &mut initial.stick_position_m),
+            (sliding, &mut initial.sliding_blocks),
+        ];
+        let blocks = scenario.slider.blocks as usize;
+        let accepted = format!("a CSV file with the header {HEADER} and a row for each block");
+        reading.lists(("initial.state_csv", &initial.state_csv), lists, |text| rows(text, blocks), accepted);
     }
 }
 
-/// Parses the columns of a table; the error is the line number and a description.
+/// Parses the columns of a table, of the last one the blocks that slide; the error is the line number and a description.
 fn rows(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, String)> {
     let rows = Rows::with_heading(text, HEADER)?;
     let lines = rows.lines();
@@ -244,7 +210,11 @@ fn rows(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, String)> {
         columns.iter_mut().zip(numbers).for_each(|(column, value)| column.push(value));
     }
     match columns[0].len() {
-        found if found == blocks => Ok(columns),
+        found if found == blocks => {
+            let sliding = (1..).zip(&columns[3]).filter(|(_, slides)| **slides != 0.0);
+            columns[3] = sliding.map(|(block, _)| f64::from(block)).collect();
+            Ok(columns)
+        }
         found => {
             Err((lines, format!("{} for {}", counted(found as u64, "row"), counted(blocks as u64, "block"))))
         }
@@ -407,13 +377,13 @@ mod tests {
     fn resolve(sets: &[&str]) -> Result<Scenario, String> {
         let source = ScenarioSource::new("test.toml", "slider.blocks = 3\ntime.duration_s = 1");
         let source = sets.iter().fold(source, |source, set| source.with_override(set));
-        Scenario::resolve(&source).map_err(|errors| errors.to_string())
+        Scenario::resolve_with(&source, &crate::Texts).map_err(|errors| errors.to_string())
     }
 
     #[test]
     fn a_table_has_a_row_for_each_block() {
         let columns = rows(&format!("{HEADER}\n1e-6,0,2e-6,0\n\n 3e-6, -0.5, 0, 1 \n"), 2).unwrap();
-        assert_eq!(columns, [vec![1e-6, 3e-6], vec![0.0, -0.5], vec![2e-6, 0.0], vec![0.0, 1.0]]);
+        assert_eq!(columns, [vec![1e-6, 3e-6], vec![0.0, -0.5], vec![2e-6, 0.0], vec![2.0]]);
         for (text, expected) in [
             ("u,v\n", (1, "the header is \"u,v\"")),
             (&format!("{HEADER}\n1,2,3\n"), (2, "\"1,2,3\" is not three numbers and 0 or 1")),

@@ -285,7 +285,7 @@ mod tests {
     fn plan(sets: &[&str]) -> Plan {
         let source =
             sets.iter().fold(ScenarioSource::new("test", ""), |source, set| source.with_override(set));
-        Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+        Plan::new(&Scenario::resolve_with(&source, &crate::Texts).unwrap_or_else(|errors| panic!("{errors}")))
     }
 
     #[test]

@@ -52,8 +52,8 @@ pub enum Kind {
     Word(&'static [&'static str]),
     /// `true` or `false`.
     Flag,
-    /// Any text on one line.
-    Text,
+    /// Any text on one line, of at most so many bytes.
+    Text(usize),
     /// A list of finite numbers within bounds, empty or of a length defined elsewhere.
     Numbers(Bound, Bound),
 }
@@ -182,7 +182,7 @@ impl std::fmt::Display for Kind {
                 f.write_str(&quoted.join(" or "))
             }
             Flag => f.write_str("true or false"),
-            Text => f.write_str("text on one line"),
+            Text(most) => write!(f, "text of up to {most} bytes on one line"),
             Numbers(low, high) => write!(f, "a list, each {}", Number(*low, *high)),
         }
     }

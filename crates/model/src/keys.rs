@@ -12,7 +12,7 @@ mod slider;
 pub use crate::drawn_keys::DRAWN_KEYS;
 pub use crate::key::{AS_CODED, AS_STATED, Bound, Default, Key, Kind, PARAMETER_SETS, Value};
 pub(crate) use crate::key::{LEAST_MAGNITUDE, MOST_MAGNITUDE, NOT_NEGATIVE, POSITIVE};
-pub(crate) use forces::{FOUNDATION_RATIO, MOST_SHEAR_RATIO};
+pub(crate) use forces::FOUNDATION_RATIO;
 
 /// The parts of the table.
 const PARTS: [&[Key]; 5] = [slider::SLIDER, friction::FRICTION, forces::FORCES, disorder::DISORDER, run::RUN];

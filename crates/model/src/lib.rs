@@ -43,6 +43,7 @@
 //! - [`law`]: how a contact sticks and slides; [`laws`]: the laws, a file for each.
 //! - [`load`]: normal load per block.
 //! - [`course`]: the course in time of the load, and of the velocity of the drive.
+//! - [`files`]: who opens the files that a scenario names, and how their values become those of keys.
 //! - `exact`: lists of numbers as text, to the bit.
 //! - [`initial_state`]: the state in which a run begins.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
@@ -87,6 +88,7 @@ pub mod elastic;
 mod end_keys;
 pub mod ends;
 mod exact;
+pub mod files;
 pub mod front;
 mod given_state;
 mod implausible;
@@ -128,6 +130,7 @@ pub use choices::{DetachBy, DriveKind, End, Energies, JunctionStart, ParameterSe
 pub use course::{ContactCourse, Course};
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
+pub use files::{Files, Texts};
 pub use initial_state::InitialState;
 pub use junctions::Junctions;
 pub use lattice::Lattice;

@@ -7,8 +7,9 @@ use asperity_record::{MOST_STEPS, TimeGrid};
 
 use crate::contradictions::in_few_digits;
 use crate::disorder::Quantity;
+use crate::files::{Files, Reading, Texts};
 use crate::scenario::Scenario;
-use crate::source::{Entries, ScenarioError, ScenarioErrors, ScenarioSource};
+use crate::source::{Entries, ScenarioErrors, ScenarioSource};
 use crate::{
     builtin, contradictions, defaults, given_state, law_keys, profile, random_offsets, suggest, text,
 };
@@ -30,7 +31,7 @@ use crate::{
 /// each with its place.
 pub fn resolve<T: AsRef<str>>(name: impl AsRef<Path>, overrides: &[T]) -> Result<Scenario, ResolveError> {
     let source = source(name.as_ref())?;
-    Ok(source.resolve(&name.as_ref().to_string_lossy(), overrides)?)
+    Ok(source.resolve(&name.as_ref().to_string_lossy(), overrides, &Texts)?)
 }
 
 /// A built-in scenario, or a file, by its name, as written.
@@ -62,10 +63,15 @@ impl ScenarioSource {
     ///
     /// # Errors
     /// All errors, each with its place, or with `name` if the place is in no text.
-    pub fn resolve<T: AsRef<str>>(self, name: &str, overrides: &[T]) -> Result<Scenario, ScenarioErrors> {
+    pub fn resolve<T: AsRef<str>>(
+        self,
+        name: &str,
+        overrides: &[T],
+        files: &dyn Files,
+    ) -> Result<Scenario, ScenarioErrors> {
         let source =
             overrides.iter().fold(self, |source, assignment| source.with_override(assignment.as_ref()));
-        Scenario::resolve(&source).map_err(|mut errors| {
+        Scenario::resolve_with(&source, files).map_err(|mut errors| {
             // Defaults have no place in a text, but the values that they contradict are in this scenario.
             for error in errors.0.iter_mut().filter(|error| error.place.is_none()) {
                 error.place = Some(name.to_owned());
@@ -101,11 +107,23 @@ fn builtin_names() -> impl Iterator<Item = &'static str> {
 
 impl Scenario {
     /// Resolves a scenario as written: fills in defaults and checks every value against its key and
-    /// the keys against each other.
+    /// the keys against each other. Opens no file.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its place; also if it names a file whose values it lacks.
+    pub fn resolve(source: &ScenarioSource) -> Result<Scenario, ScenarioErrors> {
+        Scenario::resolved(source, None)
+    }
+
+    /// Resolves a scenario likewise, with what opens the files that it names.
     ///
     /// # Errors
     /// Everything that is wrong, each with its place.
-    pub fn resolve(source: &ScenarioSource) -> Result<Scenario, ScenarioErrors> {
+    pub fn resolve_with(source: &ScenarioSource, files: &dyn Files) -> Result<Scenario, ScenarioErrors> {
+        Scenario::resolved(source, Some(files))
+    }
+
+    fn resolved(source: &ScenarioSource, files: Option<&dyn Files>) -> Result<Scenario, ScenarioErrors> {
         let entries = source.entries()?;
         let mut errors = Vec::new();
         let mut table = defaults::fill_in(&entries, &mut errors);
@@ -117,20 +135,25 @@ impl Scenario {
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
         scenario.round_default_times(&entries);
-        scenario.read_blocks(&entries, &mut errors);
-        scenario.read_courses(&entries, &mut errors);
+        let mut reading = Reading { entries: &entries, files, errors: &mut errors };
+        scenario.read_blocks(&mut reading);
+        scenario.read_courses(&mut reading);
         contradictions::check(&scenario, &entries, &mut errors);
         if errors.is_empty() {
             random_offsets::check(&scenario, &entries, &mut errors);
         }
         if errors.is_empty() {
-            scenario.read_profiles(&entries, &mut errors);
+            scenario.read_profiles(&mut Reading { entries: &entries, files, errors: &mut errors });
         }
         if errors.is_empty() {
-            given_state::read(&mut scenario, &entries, source.state_reader, &mut errors);
+            let mut reading = Reading { entries: &entries, files, errors: &mut errors };
+            given_state::read(&mut scenario, &mut reading);
         }
         if errors.is_empty() {
             contradictions::check_start(&scenario, &entries, &mut errors);
+        }
+        if errors.is_empty() {
+            errors.extend(scenario.too_long_for_a_log(&entries));
         }
         if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
     }
@@ -154,88 +177,59 @@ impl Scenario {
     }
 
     /// Reads the named courses of all contacts from their files, unless they have been read.
-    fn read_courses(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+    fn read_courses(&mut self, reading: &mut Reading<'_>) {
         let (load, prestress, blocks) =
             (&mut self.normal_load, &mut self.prestress, self.slider.blocks as usize);
-        for (key, file, value, times_key, times, values) in [
-            (
-                "normal_load.course_csv",
-                &load.course_csv,
-                "factor",
-                "normal_load.course_s",
-                &mut load.course_s,
-                &mut load.course_factor,
-            ),
-            (
-                "prestress.course_csv",
-                &prestress.course_csv,
-                "ratio",
-                "prestress.course_s",
-                &mut prestress.course_s,
-                &mut prestress.course_ratio,
-            ),
+        let of_load = [
+            ("normal_load.course_s", &mut load.course_s),
+            ("normal_load.course_factor", &mut load.course_factor),
+        ];
+        let of_prestress = [
+            ("prestress.course_s", &mut prestress.course_s),
+            ("prestress.course_ratio", &mut prestress.course_ratio),
+        ];
+        for (key, file, value, lists) in [
+            ("normal_load.course_csv", &load.course_csv, "factor", of_load),
+            ("prestress.course_csv", &prestress.course_csv, "ratio", of_prestress),
         ] {
-            let is_newer = entries.overrides(key, times_key);
-            let is_given = !times.is_empty() || !values.is_empty();
-            if file.is_empty() || (is_given && !is_newer) {
-                continue;
-            }
-            match profile::read_course(Path::new(file), value, blocks) {
-                Ok(read) => (*times, *values) = read,
-                Err(problem) => errors.push(ScenarioError {
-                    place: entries.place(key),
-                    key: Some(key.to_owned()),
-                    problem,
-                    accepted: Some(profile::accepted_course(value)),
-                }),
+            let is_given = lists.iter().any(|(_, list)| !list.is_empty());
+            if !file.is_empty() && (!is_given || reading.entries.overrides(key, lists[0].0)) {
+                let parse = |text: &str| profile::parse_course(text, value, blocks);
+                reading.lists((key, file), lists, parse, profile::accepted_course(value));
             }
         }
     }
 
     /// Reads the named offsets of blocks from their file, unless they have been read.
-    fn read_blocks(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-        let (file, contacts) = (self.disorder.contacts_csv.clone(), self.slider.contacts());
+    fn read_blocks(&mut self, reading: &mut Reading<'_>) {
+        let (key, contacts) = ("disorder.contacts_csv", self.slider.contacts() as usize);
         let (friction, disorder) = (&mut self.friction, &mut self.disorder);
+        let [mu_s, mu_d, kt, p] = Quantity::ALL.map(Quantity::offsets_key);
         let lists = [
-            &mut friction.static_offsets,
-            &mut friction.dynamic_offsets,
-            &mut disorder.stiffness_offsets,
-            &mut disorder.load_offsets,
+            (mu_s, &mut friction.static_offsets),
+            (mu_d, &mut friction.dynamic_offsets),
+            (kt, &mut disorder.stiffness_offsets),
+            (p, &mut disorder.load_offsets),
         ];
-        let is_newer =
-            Quantity::ALL.iter().all(|of| entries.overrides("disorder.contacts_csv", of.offsets_key()));
-        if file.is_empty() || (!is_newer && lists.iter().any(|list| !list.is_empty())) {
-            return;
-        }
-        match profile::read_blocks(Path::new(&file), contacts as usize) {
-            Ok(read) => lists.into_iter().zip(read).for_each(|(list, read)| *list = read),
-            Err(problem) => errors.push(ScenarioError {
-                place: entries.place("disorder.contacts_csv"),
-                key: Some("disorder.contacts_csv".to_owned()),
-                problem,
-                accepted: Some(profile::accepted_blocks(contacts as usize)),
-            }),
+        let file = &disorder.contacts_csv;
+        let is_newer = lists.iter().all(|(list, _)| reading.entries.overrides(key, list));
+        if !file.is_empty() && (is_newer || lists.iter().all(|(_, list)| list.is_empty())) {
+            let parse = |text: &str| profile::parse_blocks(text, contacts);
+            reading.lists((key, file), lists, parse, profile::accepted_blocks(contacts));
         }
     }
 
     /// Reads the named profiles from their files, unless they have been read.
-    fn read_profiles(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-        let (shear, prestress) = (&mut self.initial_shear, &mut self.prestress);
-        for (key, file, profile) in [
-            ("initial_shear.profile_csv", &shear.profile_csv, &mut shear.profile),
-            ("prestress.profile_csv", &prestress.profile_csv, &mut prestress.profile),
+    fn read_profiles(&mut self, reading: &mut Reading<'_>) {
+        let (shear, prestress, blocks) =
+            (&mut self.initial_shear, &mut self.prestress, self.slider.blocks as usize);
+        for (key, file, list, profile) in [
+            ("initial_shear.profile_csv", &shear.profile_csv, "initial_shear.profile", &mut shear.profile),
+            ("prestress.profile_csv", &prestress.profile_csv, "prestress.profile", &mut prestress.profile),
         ] {
-            if file.is_empty() || !profile.is_empty() {
-                continue;
-            }
-            match profile::read(Path::new(file), self.slider.blocks as usize) {
-                Ok(read) => *profile = read,
-                Err(problem) => errors.push(ScenarioError {
-                    place: entries.place(key),
-                    key: Some(key.to_owned()),
-                    problem,
-                    accepted: Some(profile::ACCEPTED.to_owned()),
-                }),
+            if !file.is_empty() && profile.is_empty() {
+                let parse = |text: &str| profile::parse_profile(text, blocks);
+                reading.lists((key, file), [(list, profile)], parse, profile::ACCEPTED.to_owned());
             }
         }
     }

@@ -3,7 +3,6 @@
 use asperity_record::TimeGrid;
 
 use crate::choices::{DriveKind, ScheduleFrom};
-use crate::keys::{LEAST_MAGNITUDE, MOST_MAGNITUDE, MOST_SHEAR_RATIO};
 use crate::lattice_keys::Refusal;
 use crate::scenario::Scenario;
 
@@ -201,22 +200,6 @@ fn of_contacts(course: &ContactCourse<'_>, scenario: &Scenario, grid: TimeGrid) 
             format!("{counted} or {} values", counted * contacts),
         ));
         return refused;
-    }
-    // Those from a file have not been compared with the range of the key.
-    let is_in_range = |value: f64| match is_load {
-        true => (LEAST_MAGNITUDE..=MOST_MAGNITUDE).contains(&value),
-        false => value.abs() <= MOST_SHEAR_RATIO,
-    };
-    if let Some(value) = values.iter().find(|value| !is_in_range(**value)) {
-        let accepted = match is_load {
-            true => "factors above 0".to_owned(),
-            false => format!("ratios from -{MOST_SHEAR_RATIO} to {MOST_SHEAR_RATIO}"),
-        };
-        refused.push((
-            if file.is_empty() { values_key } else { file_key },
-            format!("a value of {value}"),
-            accepted,
-        ));
     }
     let step = |at: usize| grid.nearest_step(times[at]);
     if let Some(at) = (1..counted).find(|at| step(*at) <= step(at - 1)) {

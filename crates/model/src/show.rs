@@ -1,6 +1,7 @@
 //! Formats a scenario as TOML to read and to edit, with comments from the key table.
 
 use asperity_record::TimeGrid;
+use asperity_record::bounds::{LONGEST_TOML_BYTES, check_toml};
 
 use crate::choices::ParameterSet;
 use crate::derive::ADVISED_SHARE;
@@ -8,7 +9,8 @@ use crate::disorder::Quantity;
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key};
 use crate::law_keys;
 use crate::scenario::Scenario;
-use crate::window_keys::WINDOW_KEYS;
+use crate::source::{Entries, ScenarioError};
+use crate::window_keys::{WINDOW, WINDOW_KEYS};
 
 impl Scenario {
     /// Formats the scenario as complete TOML, every key with its symbol, range and meaning.
@@ -76,6 +78,32 @@ impl Scenario {
 }
 
 impl Scenario {
+    /// Why the text in its log would be longer than any reader accepts; `None` if it is not.
+    pub(crate) fn too_long_for_a_log(&self, entries: &Entries) -> Option<ScenarioError> {
+        let value = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
+        let drawn = Quantity::ALL.iter().filter(|of| of.spread(self) != 0.0).count();
+        // Most are far from it, which takes no text to see.
+        let most_bytes = most_bytes(&value) + drawn * self.slider.contacts() as usize * LONGEST_NUMBER_BYTES;
+        if most_bytes <= LONGEST_TOML_BYTES / 2 {
+            return None;
+        }
+        let too_long = check_toml(&self.to_commented_toml()).err()?;
+        let find = |key: &Key| key.path.split('.').try_fold(&value, |value, part| value.get(part));
+        let own = KEYS.iter().filter_map(|key| Some((find(key)?.to_string().len(), key.path)));
+        let of_draws = Quantity::ALL.iter().map(|of| {
+            let drawn: Vec<String> = of.drawn(self).iter().map(f64::to_string).collect();
+            (drawn.join(", ").len(), of.spread_key())
+        });
+        let windows = toml::Value::try_from(&self.recording).map_or(0, |all| all.to_string().len());
+        let (bytes, key) = own.chain(of_draws).chain([(windows, WINDOW)]).max()?;
+        Some(ScenarioError {
+            place: entries.place(key),
+            key: Some(key.to_owned()),
+            problem: format!("with {bytes} bytes for it, a log of this scenario would hold {too_long}"),
+            accepted: Some("fewer blocks, times or windows, or shorter numbers".to_owned()),
+        })
+    }
+
     /// Formats a dense window over the whole run and all blocks, commented out.
     fn example_of_a_window(&self) -> String {
         let grid = TimeGrid::new(self.time.step_s);
@@ -114,6 +142,21 @@ impl Scenario {
              {share:.2e} dt_max; at most {ADVISED_SHARE} is advised{advice}."
         );
         wrap(&text, 98).into_iter().map(|line| format!("# {line}\n")).collect()
+    }
+}
+
+/// The longest number as TOML, which has no exponents: 1e-30 with 17 digits and a sign, and what separates numbers.
+const LONGEST_NUMBER_BYTES: usize = 54;
+
+/// Bytes that the values of a scenario have at most in its text.
+fn most_bytes(value: &toml::Value) -> usize {
+    match value {
+        // Control characters are written as six.
+        toml::Value::String(text) => 6 * text.len(),
+        toml::Value::Array(values) => values.iter().map(most_bytes).sum(),
+        // With the comments of a key, or of a window.
+        toml::Value::Table(table) => table.values().map(|value| 1000 + most_bytes(value)).sum(),
+        _ => LONGEST_NUMBER_BYTES,
     }
 }
 
@@ -200,6 +243,35 @@ mod tests {
             );
         }
         assert!(!resolve("").unwrap().to_commented_toml().contains("Dense windows"), "logs have no examples");
+    }
+
+    /// Each list at its longest and with the longest numbers, alone and with the others.
+    #[test]
+    fn what_is_accepted_is_accepted_again_as_a_log_has_it() {
+        let long = |text: &str| vec![text; 100_000].join(",");
+        let (offsets, ratios) = (long("-1.2345678901234567e-30"), long("1.2345678901234567e-30"));
+        let mut text = String::from("slider.blocks = 100000\ntime.step_s = 1e-10\ntime.duration_s = 1e-9\n");
+        let mut refused = 0;
+        for key in [
+            "friction.static_offsets",
+            "disorder.stiffness_offsets",
+            "disorder.load_offsets",
+            "prestress.profile",
+        ] {
+            let numbers = if key.contains("offsets") { &offsets } else { &ratios };
+            text.push_str(&format!("{key} = [{numbers}]\n"));
+            match resolve(&text) {
+                Ok(scenario) => {
+                    let source = ScenarioSource::logged("run.mcap", scenario.to_commented_toml());
+                    assert_eq!(Scenario::resolve(&source).unwrap(), scenario, "{key}");
+                }
+                Err(errors) => {
+                    assert!(errors.to_string().contains(" a log of this scenario would hold "), "{errors}");
+                    refused += 1;
+                }
+            }
+        }
+        assert!(refused > 0);
     }
 
     /// With mass and damping written out, the set as-coded once ran under the name of the set

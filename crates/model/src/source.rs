@@ -13,31 +13,13 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::keys::{AS_CODED, AS_STATED, Default, KEYS};
-use crate::scenario::Scenario;
 use crate::text::Lines;
 use crate::window_keys::WINDOW;
-
-/// Reads the state in which the logged run named by `initial.from` was at `initial.at_s`, for a scenario that is
-/// resolved but for it, as the text of `initial.state`.
-pub type StateReader = fn(&Scenario) -> Result<String, UnfitState>;
-
-/// Why a run cannot begin in the state of another.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UnfitState {
-    /// The key that is refused.
-    pub key: &'static str,
-    /// The error, with the value.
-    pub problem: String,
-    /// The accepted values.
-    pub accepted: String,
-}
 
 /// A scenario as written: a base text and its overrides.
 #[derive(Debug, Clone)]
 pub struct ScenarioSource {
     layers: Vec<Layer>,
-    /// What reads logs of runs, for callers that can.
-    pub(crate) state_reader: Option<StateReader>,
     /// The parameter set of a text that names none.
     unnamed_set: &'static str,
 }
@@ -66,14 +48,14 @@ impl ScenarioSource {
     /// A scenario text and the name of its source, for error messages.
     pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
         let layer = Layer::new(origin.into(), text.into(), LayerKind::Scenario);
-        ScenarioSource { layers: vec![layer], state_reader: None, unnamed_set: AS_STATED }
+        ScenarioSource { layers: vec![layer], unnamed_set: AS_STATED }
     }
 
     /// The scenario embedded in a run log. Keys that its friction law does not use are ignored,
-    /// since older programs wrote them without effect.
+    /// since older programs wrote them without effect. No file that it names is opened.
     pub fn logged(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
         let layer = Layer::new(origin.into(), text.into(), LayerKind::Log);
-        ScenarioSource { layers: vec![layer], state_reader: None, unnamed_set: AS_CODED }
+        ScenarioSource { layers: vec![layer], unnamed_set: AS_CODED }
     }
 
     /// Reads a text that names no `parameter_set` as `as-coded`, which was the default when an
@@ -81,12 +63,6 @@ impl ScenarioSource {
     #[must_use]
     pub fn stored_by_older_program(self) -> ScenarioSource {
         ScenarioSource { unnamed_set: AS_CODED, ..self }
-    }
-
-    /// Lets `initial.from` name the log of a run, read by this function.
-    #[must_use]
-    pub fn with_states_read_by(self, reader: StateReader) -> ScenarioSource {
-        ScenarioSource { state_reader: Some(reader), ..self }
     }
 
     /// Whether no layer names `parameter_set` although mass or damping follow from it.

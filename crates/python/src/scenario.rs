@@ -7,7 +7,7 @@ use asperity_numbers::Summary;
 use asperity_record::counted;
 use asperity_report::html::markup::text;
 use asperity_report::sketch_alone;
-use asperity_run::{Forecast, with_logged_states};
+use asperity_run::{Forecast, Opened};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -42,8 +42,8 @@ impl Scenario {
         source: ScenarioSource,
         given: Option<(PathBuf, Vec<(String, Value)>)>,
     ) -> PyResult<Scenario> {
-        let source = with_logged_states(source);
-        let resolved = py.detach(|| Resolved::resolve(&source)).map_err(|errors| of_faults(&errors))?;
+        let resolved = py.detach(|| Resolved::resolve_with(&source, &Opened));
+        let resolved = resolved.map_err(|errors| of_faults(&errors))?;
         Ok(Scenario { resolved, source, given })
     }
 

@@ -1,16 +1,23 @@
-//! Bounds on the length of TOML texts: scenarios, pipelines, policies and settings, in files and in
-//! logs.
+//! Bounds that all who write and all who read obey, so that what is accepted can be read: of TOML texts (scenarios,
+//! pipelines, policies and settings, in files and in logs), and of texts in them.
 //!
-//! A parser uses some thirty bytes per byte of comments, and some hundred per value. So the length is
-//! checked before parsing.
+//! A parser uses some ten bytes per byte of comments, and some hundred per value. So the length is checked before
+//! parsing.
 
-/// The longest TOML text, in bytes. The longest generated one, the scenario of a slider of
-/// [`MOST_BLOCKS`](crate::MOST_BLOCKS) blocks with a profile and offsets for each, has five million.
-pub const LONGEST_TOML_BYTES: usize = 8 << 20;
+/// The longest TOML text, in bytes: as many numbers of 24 characters as [`MOST_TOML_MARKS`] allow. A scenario whose text
+/// in a log would be longer is refused.
+pub const LONGEST_TOML_BYTES: usize = 12 << 20;
 
 /// Most marks in a TOML text that begin or end a key, a value or a line: `,` `=` `.` `[` `{` and line
-/// breaks. The scenario above has some four hundred thousand.
+/// breaks. The scenario of a slider of [`MOST_BLOCKS`](crate::MOST_BLOCKS) blocks in which four quantities are drawn
+/// for each has eight hundred thousand.
 pub const MOST_TOML_MARKS: usize = 1_000_000;
+
+/// The longest name, summary or path in a scenario, in bytes: as that of a path on most systems.
+pub const LONGEST_NAME_BYTES: usize = 4096;
+
+/// The longest text of a state in a scenario, in bytes.
+pub const LONGEST_STATE_BYTES: usize = 7 << 20;
 
 /// A TOML text that is too long to be parsed.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -264,6 +264,8 @@ impl Seen {
         let mut plan = None;
         if ours && !scenario_is_lost {
             plan = Some(self_check::plan(&header, reader.scenario_toml())?).filter(|_| again);
+        } else if !scenario_is_lost {
+            self_check::has_values(reader.scenario_toml())?;
         }
         let mut made_again = None;
         let mut detectors = detectors::all(&header, reader.scenario_toml());

@@ -10,7 +10,7 @@
 //! - [`read_once`]: a log, checked while an observer receives it.
 //! - [`check`], [`Unchecked`], [`Verdict`]: judges a log, for observers of it as well; [`salvage`]: recovers the sound parts of a damaged one.
 //! - [`verify`](verify::verify): compares the fast solver with the plain one.
-//! - [`with_logged_states`]: a scenario that begins in the state of a logged run.
+//! - [`Opened`]: the files and logs that the scenario of a user names.
 //! - [`study`]: named runs in a folder, made unless they exist.
 //!
 //! The beginning of the first slip of the whole slider, in a small chain:
@@ -82,7 +82,7 @@ pub use resume::LeftError;
 pub use run::{Begin, Outcome, RunError, Task, Threads, run};
 pub use salvage::{SalvageProblem, salvage};
 pub use self_check::SelfCheckProblem;
-pub use start::with_logged_states;
+pub use start::Opened;
 pub use states::StatesError;
 pub use verdict::Verdict;
 

@@ -92,6 +92,18 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, Self
     Ok(plan)
 }
 
+/// Refuses the scenario of a log by another code version if it names a file whose values it lacks; all else may have been
+/// right for that version.
+///
+/// # Errors
+/// If it does.
+pub(crate) fn has_values(scenario_toml: &str) -> Result<(), SelfCheckProblem> {
+    match Scenario::resolve(&ScenarioSource::logged("scenario.toml", scenario_toml)) {
+        Err(errors) if errors.lack_values() => Err(SelfCheckProblem::Scenario(errors)),
+        _ => Ok(()),
+    }
+}
+
 /// Formats scales as metadata `run` does.
 fn scales(scales: Scales) -> String {
     let said = scales.parts().map(|(name, value)| match value {

@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 use std::fs::Metadata;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
@@ -14,13 +15,11 @@ use crate::check::check;
 use crate::reading::scenario_of;
 use crate::states::{self, StatesError};
 use crate::verdict::Verdict;
-use asperity_model::source::UnfitState;
-use asperity_model::{Plan, RecordingPlan, Scenario, ScenarioSource};
+use asperity_model::files::UnfitState;
+use asperity_model::{Files, Plan, RecordingPlan, Scenario, Texts};
 use asperity_record::RunHeader;
+use asperity_record::bounds::LONGEST_STATE_BYTES;
 use asperity_runlog::{RunReader, Topics};
-
-/// The longest text of a state: with the other keys it is a scenario of a length that is accepted.
-const LONGEST_STATE_BYTES: usize = 7 << 20;
 
 /// Logs that are kept: a study plans its runs, and makes them, from one or a few.
 const LOGS_KEPT: usize = 8;
@@ -28,9 +27,17 @@ const LOGS_KEPT: usize = 8;
 /// Most bytes of states that are kept of a log, besides the one that was asked for last.
 const STATES_KEPT_BYTES: usize = 32 << 20;
 
-/// Lets a scenario begin in the state of a logged run, named by `initial.from`.
-pub fn with_logged_states(source: ScenarioSource) -> ScenarioSource {
-    source.with_states_read_by(state_of_log)
+/// Opens what a scenario of a user names: texts, and logs of runs in whose states it begins.
+pub struct Opened;
+
+impl Files for Opened {
+    fn text(&self, path: &Path) -> io::Result<String> {
+        Texts.text(path)
+    }
+
+    fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
+        state_of_log(scenario)
+    }
 }
 
 /// A logged run, and the states that have been asked for.

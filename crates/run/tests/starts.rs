@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{Event, Observer, Record, StepRecord, Switch};
-use asperity_run::{Begin, LogTo, SolverKind, Task, Verdict, check, check_again, run, with_logged_states};
+use asperity_run::{Begin, LogTo, Opened, SolverKind, Task, Verdict, check, check_again, run};
 use asperity_runlog::{RunReader, Topics};
 
 fn resolve(name: &str, sets: &[&str]) -> Result<Scenario, String> {
-    let source = with_logged_states(asperity_model::source(Path::new(name)).unwrap());
-    source.resolve(name, sets).map_err(|errors| errors.to_string())
+    let source = asperity_model::source(Path::new(name)).unwrap();
+    source.resolve(name, sets, &Opened).map_err(|errors| errors.to_string())
 }
 
 fn accepted(name: &str, sets: &[&str]) -> Scenario {
@@ -410,9 +410,9 @@ fn what_cannot_be_branched_from_is_refused_with_place_and_reason() {
 
 /// The scenario of a log as a later run takes it, with other values.
 fn of_kept(kept: &Scenario, sets: &[&str]) -> Result<Scenario, String> {
-    let source = with_logged_states(ScenarioSource::logged("log", kept.to_commented_toml()));
+    let source = ScenarioSource::logged("log", kept.to_commented_toml());
     let source = sets.iter().fold(source, |source, set| source.with_override(set));
-    Scenario::resolve(&source).map_err(|errors| errors.to_string())
+    Scenario::resolve_with(&source, &Opened).map_err(|errors| errors.to_string())
 }
 
 #[test]
@@ -456,8 +456,10 @@ fn a_state_that_is_kept_is_that_of_its_slider_step_and_time() {
         "initial.at_s: 0.25, and the state in initial.state is that at {calm_s} s (accepted: {calm_s}"
     );
     assert!(error.contains(&expected), "{error}");
-    // Another time is read from the log, and needs one.
-    let later = of_kept(&branch, &["initial.at_s=0.25"]).unwrap();
+    // Another time is read from the log, which no log names for those who read it.
+    let error = of_kept(&branch, &["initial.at_s=0.25"]).unwrap_err();
+    assert!(error.contains("initial.from: ") && error.contains("its values are missing"), "{error}");
+    let later = of_kept(&branch, &["initial.at_s=0.25", &from(&log)]).unwrap();
     assert_eq!(Plan::new(&later).initial.step, 625_000);
     assert_eq!(
         of_kept(&branch, &["drive.velocity_m_per_s=1e-3"]).unwrap().initial.state,

@@ -1,4 +1,4 @@
-//! The names and bounds of the format. The bound of a scenario's text is in
+//! The names and bounds of the format, which reader and writer obey. The bound of a scenario's text is in
 //! `asperity_record::bounds`. The documentation of the crate describes the layout.
 
 /// The first bytes of every MCAP file, and the last.
@@ -57,6 +57,9 @@ pub(crate) const CHUNK_BYTES: u64 = 1 << 20;
 /// Bound on the length of any record. The largest, a state of the longest chain, has some fifteen
 /// million bytes; a greater length is damage and must not be allocated.
 pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
+
+/// The longest checkpoint, with room for what is beside it in its record.
+pub(crate) const LONGEST_CHECKPOINT_BYTES: usize = LONGEST_RECORD_BYTES - (1 << 10);
 
 /// Most bytes allocated at once while reading: memory grows with bytes read, not with stated
 /// lengths.

@@ -372,6 +372,9 @@ pub enum WriteError {
         /// Why.
         error: mcap::McapError,
     },
+    /// A part that readers would refuse.
+    #[error("{0}: {1}")]
+    TooLong(&'static str, String),
     /// An event of an unannounced topic.
     #[error("an event of the topic {0}, which no detector announced")]
     UnknownTopic(String),

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use asperity_files::{Existing, UntilRefused};
+use asperity_record::bounds::check_toml;
 use asperity_record::{
     Checkpoint, Energy, Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, StepRecord,
 };
@@ -19,8 +20,8 @@ use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Salvaged;
 use crate::format::{
-    CHECKPOINT, CHUNK_BYTES, FIELDS, PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP,
-    SWITCH, WINDOW,
+    CHECKPOINT, CHUNK_BYTES, FIELDS, LONGEST_CHECKPOINT_BYTES, LONGEST_METADATA_BYTES, PROFILE,
+    RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
 };
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
@@ -107,6 +108,7 @@ impl RunWriter {
         scenario_toml: &str,
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
+        check_toml(scenario_toml).map_err(|error| WriteError::TooLong(SCENARIO, error.to_string()))?;
         let file = Tee::new(BufWriter::new(UntilRefused::new(place.writer()?)));
         let mut sealer = Sealer::new(&file, &header.run_id);
         let at = |error| WriteError::of_mcap(place.path(), error);
@@ -124,9 +126,7 @@ impl RunWriter {
             .disable_seeking(true)
             .create(file)
             .map_err(at)?;
-        writer
-            .write_metadata(&Metadata { name: RUN.to_owned(), metadata: metadata::header_to_map(header) })
-            .map_err(at)?;
+        writer.write_metadata(&metadata(RUN, metadata::header_to_map(header))?).map_err(at)?;
         writer
             .attach(&Attachment {
                 log_time: 0,
@@ -182,11 +182,15 @@ impl RunWriter {
         }
     }
 
-    /// Writes a checkpoint, and syncs the log to disk.
+    /// Writes a checkpoint, and syncs the log to disk. Leaves out one that is longer than readers accept, as of a body
+    /// of half a million nodes: such a run begins anew.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<(), WriteError> {
+        if checkpoint.state.len() > LONGEST_CHECKPOINT_BYTES {
+            return Ok(());
+        }
         let attachment = Attachment {
             log_time: self.header.time_grid().time_ns(checkpoint.step),
             create_time: 0,
@@ -278,7 +282,7 @@ impl RunWriter {
 
     /// Writes what is missing, before all salvaged messages.
     pub(crate) fn salvaged(&mut self, salvaged: &Salvaged) -> Result<(), WriteError> {
-        let metadata = Metadata { name: SALVAGE.to_owned(), metadata: metadata::salvaged_to_map(salvaged) };
+        let metadata = metadata(SALVAGE, metadata::salvaged_to_map(salvaged))?;
         self.close_chunk()?;
         self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
         self.vouch()
@@ -364,7 +368,7 @@ impl RunWriter {
             topic_digests,
             solver,
         };
-        let metadata = Metadata { name: RUN_END.to_owned(), metadata: metadata::end_to_map(&end) };
+        let metadata = metadata(RUN_END, metadata::end_to_map(&end))?;
         self.close_chunk()?;
         self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
         self.vouch()?;
@@ -396,6 +400,17 @@ impl RunWriter {
 
     fn at(&self, error: mcap::McapError) -> WriteError {
         WriteError::of_mcap(self.place.path(), error)
+    }
+}
+
+/// A metadata record, if readers accept one of its length.
+fn metadata(name: &'static str, metadata: BTreeMap<String, String>) -> Result<Metadata, WriteError> {
+    // The lengths of the name and of all, and for each entry two.
+    let entries: usize = metadata.iter().map(|(key, value)| 8 + key.len() + value.len()).sum();
+    let problem = || format!("{entries} bytes of metadata (accepted: up to {LONGEST_METADATA_BYTES})");
+    match 8 + name.len() + entries > LONGEST_METADATA_BYTES {
+        true => Err(WriteError::TooLong(name, problem())),
+        false => Ok(Metadata { name: name.to_owned(), metadata }),
     }
 }
 

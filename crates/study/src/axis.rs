@@ -269,7 +269,7 @@ pub(crate) fn column(key: &Key) -> Column {
         Kind::Number(..) => ColumnKind::Number,
         Kind::Count(..) => ColumnKind::Step,
         Kind::Flag => ColumnKind::Flag,
-        Kind::Word(_) | Kind::Text | Kind::Numbers(..) => ColumnKind::Word,
+        Kind::Word(_) | Kind::Text(_) | Kind::Numbers(..) => ColumnKind::Word,
     };
     Column {
         name: key.path.into(),
@@ -362,7 +362,7 @@ pub(crate) fn check_value(key: &Key, value: &Value) -> Result<(), String> {
         (Kind::Count(low, high), Value::Whole(number)) => {
             u64::try_from(*number).is_ok_and(|number| (low..=high).contains(&number))
         }
-        (Kind::Flag, Value::Flag(_)) | (Kind::Text, Value::Text(_)) => true,
+        (Kind::Flag, Value::Flag(_)) | (Kind::Text(_), Value::Text(_)) => true,
         (Kind::Word(words), Value::Text(word)) => words.contains(&word.as_str()),
         _ => false,
     };

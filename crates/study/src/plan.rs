@@ -5,18 +5,20 @@
 //! its key, since anybody can recompute the hash.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
-use std::io::{BufRead, BufReader};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{self, BufRead, BufReader};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use asperity_figures::Figure;
 use asperity_files::{Existing, FileError, FileSet, Inputs};
-use asperity_model::keys::{KEYS, Key};
-use asperity_model::{Preview, Scenario, ScenarioSource, Warning};
-use asperity_record::bounds::{LONGEST_TOML_BYTES, check_toml};
+use asperity_model::files::UnfitState;
+use asperity_model::keys::Key;
+use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
+use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader};
-use asperity_run::{CODE_VERSION, Task, at_once, with_logged_states};
+use asperity_run::{CODE_VERSION, Opened, Task, at_once};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{MOST_RUNS, Value, check_value, key_of, names, runs_at};
@@ -34,8 +36,8 @@ const FORMAT: u32 = 2;
 /// The version in which scenarios without `parameter_set` mean `as-coded`.
 const FORMAT_AS_CODED: u32 = 1;
 
-/// The longest first line: the texts of a scenario and of a sweep, in which JSON escapes line
-/// breaks and quotation marks as two bytes.
+/// The longest first line: the texts of scenarios, of a sweep and of the files that they name, in which JSON escapes
+/// line breaks and quotation marks as two bytes.
 pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;
 
 /// The longest line of a run; only the error of a refused scenario can be long.
@@ -74,6 +76,13 @@ pub struct Common {
     /// The text of the study, if it requests more than the tables of runs over axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub study_toml: Option<String>,
+    /// The files that its scenarios name.
+    #[serde(default, skip_serializing_if = "is_empty")]
+    pub files: Held,
+}
+
+fn is_empty(held: &Held) -> bool {
+    held.0.is_empty()
 }
 
 /// A run of a plan.
@@ -150,7 +159,7 @@ impl Plan {
     pub fn of(study: &Study, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, PlanError> {
         let grid = study.grid.as_ref();
         let of_grid = |value: fn(&Grid) -> &String| grid.map(value).cloned().unwrap_or_default();
-        let common = Common {
+        let mut common = Common {
             format: FORMAT,
             title: study.title.clone(),
             scenario: of_grid(|grid| &grid.scenario),
@@ -163,22 +172,25 @@ impl Plan {
             figures: study.figures.clone(),
             runs: study.runs.clone(),
             study_toml: study.is_more_than_tables().then(|| study.text.clone()),
+            files: Held::default(),
         };
+        let files = Holding::default();
         let numbers: Vec<u64> = (0..study.count()).collect();
         let mut rows = at_once(&numbers, jobs, |number| {
             let values = grid.map(|grid| grid.values(*number)).unwrap_or_default();
-            let resolved = common.resolve(&values);
+            let resolved = common.resolve_with(&values, &files);
             Ok::<_, PlanError>(Row::of(number + 1, values, resolved))
         })?;
         let first = rows.len() as u64 + 1;
         let numbers: Vec<u64> = (0..study.runs.len() as u64).collect();
         rows.extend(at_once(&numbers, jobs, |number| {
-            let resolved = study.runs[*number as usize].resolve();
+            let resolved = study.runs[*number as usize].resolve(&files);
             match resolved {
                 Ok(_) => Ok(Row::of(first + number, Vec::new(), resolved)),
                 Err(problem) => Err(PlanError::Refused { problem }),
             }
         })?);
+        common.files = files.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         let refused: Vec<&Row> = rows.iter().filter(|row| row.refused.is_some()).collect();
         let all = refused.len() == rows.len() - study.runs.len();
         if !refused.is_empty() && (!skip_refused || all) {
@@ -316,17 +328,12 @@ impl Plan {
     }
 
     /// Checks, on all cores, that the values of every run give its id. This takes as long as planning.
-    /// Plans by another code version, whose ids differ, and scenarios that name files, which may have
-    /// changed, are not checked.
+    /// Plans by another code version, whose ids differ, are not checked.
     ///
     /// # Errors
     /// If an id is wrong.
     pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
-        let Common { code_version, scenario_toml, set, keys, runs, .. } = &self.common;
-        let of_runs = runs.iter().flat_map(|run| [&run.scenario_toml].into_iter().chain(&run.set));
-        let mut texts = [scenario_toml].into_iter().chain(set).chain(of_runs);
-        let varies_file = file_keys().any(|path| keys.iter().any(|key| key == path));
-        if code_version != CODE_VERSION || varies_file || texts.any(|text| names_file(text)) {
+        if self.common.code_version != CODE_VERSION {
             return Ok(());
         }
         let check = |row: &Row| match row.id.is_some() && self.scenario(row).is_err() {
@@ -396,23 +403,20 @@ impl Plan {
     /// # Errors
     /// If it is refused.
     pub fn resolve(&self, row: &Row) -> Result<Scenario, String> {
-        self.named(row.run).map_or_else(|| self.common.resolve(&row.values), Named::resolve)
+        let named = self.named(row.run).map(|run| run.resolve(&self.common.files));
+        named.unwrap_or_else(|| self.common.resolve(&row.values))
     }
 
     /// The scenario and the header of a run.
     ///
     /// # Errors
-    /// If they are not those planned, for example because a file that the scenario names has
-    /// changed.
+    /// If they are not those planned.
     pub fn scenario(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
         let scenario = self.resolve(row)?;
         let header = Task::new(&scenario).header();
         match &row.id {
             Some(planned) if *planned == header.run_id => Ok((scenario, header)),
-            _ => {
-                Err("its scenario has changed since it was planned, because a file that it names has changed"
-                    .to_owned())
-            }
+            _ => Err("its scenario has changed since it was planned".to_owned()),
         }
     }
 
@@ -547,31 +551,72 @@ impl Common {
     /// # Errors
     /// If it refuses them.
     pub fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
-        let source = with_logged_states(ScenarioSource::new(&self.scenario, &self.scenario_toml));
+        self.resolve_with(values, &self.files)
+    }
+
+    fn resolve_with(&self, values: &[Value], files: &dyn Files) -> Result<Scenario, String> {
+        let source = ScenarioSource::new(&self.scenario, &self.scenario_toml);
         let source = if self.is_older() { source.stored_by_older_program() } else { source };
         let assignments = self.set.iter().cloned().chain(self.assignments(values));
         let source = assignments.fold(source, |source, assignment| source.with_override(&assignment));
-        Scenario::resolve(&source).map_err(|errors| errors.to_string())
+        Scenario::resolve_with(&source, files).map_err(|errors| errors.to_string())
     }
 }
 
-/// The keys that name files.
-fn file_keys() -> impl Iterator<Item = &'static str> {
-    KEYS.iter().map(|key| key.path).filter(|path| path.ends_with("_csv") || *path == "initial.from")
+/// What the scenarios of a plan name, as it was when the plan was made: texts by their paths, and states of logged runs.
+/// It opens nothing.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Held(BTreeMap<String, String>);
+
+impl Held {
+    fn state_name(scenario: &Scenario) -> String {
+        format!("{} at {:e} s", scenario.initial.from, scenario.initial.at_s)
+    }
 }
 
-/// Whether the text of a scenario, or an override, names a file.
-fn names_file(text: &str) -> bool {
-    let table = check_toml(text).ok().and_then(|()| text.parse::<toml::Table>().ok());
-    let Some(table) = table.map(toml::Value::Table) else {
-        // An override whose value is a text without quotes.
-        let key = text.split('=').next().unwrap_or_default().trim();
-        return file_keys().any(|path| path == key);
-    };
-    file_keys().any(|path| {
-        let value = path.split('.').try_fold(&table, |table, part| table.get(part));
-        value.is_some_and(|value| value.as_str() != Some(""))
-    })
+impl Files for Held {
+    fn text(&self, path: &Path) -> io::Result<String> {
+        let text = path.to_str().and_then(|path| self.0.get(path));
+        text.cloned().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, NOT_HELD))
+    }
+
+    fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
+        self.0.get(&Held::state_name(scenario)).cloned().ok_or_else(|| UnfitState {
+            key: "initial.from",
+            problem: format!("{}: {NOT_HELD}", scenario.initial.from),
+            accepted: "a plan by this version of the program".to_owned(),
+        })
+    }
+}
+
+/// Why a plan is refused whose scenarios name a file.
+const NOT_HELD: &str = "a file that the plan names, and does not hold";
+
+/// Opens what scenarios name, once, and holds it for a plan.
+#[derive(Default)]
+struct Holding(Mutex<Held>);
+
+impl Holding {
+    fn get<E>(&self, name: String, read: impl FnOnce() -> Result<String, E>) -> Result<String, E> {
+        let mut held = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(text) = held.0.get(&name) {
+            return Ok(text.clone());
+        }
+        let text = read()?;
+        held.0.insert(name, text.clone());
+        Ok(text)
+    }
+}
+
+impl Files for Holding {
+    fn text(&self, path: &Path) -> io::Result<String> {
+        self.get(path.to_string_lossy().into_owned(), || Opened.text(path))
+    }
+
+    fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
+        self.get(Held::state_name(scenario), || Opened.state(scenario))
+    }
 }
 
 fn lines(common: &Common, rows: &[Row]) -> String {
@@ -592,26 +637,7 @@ mod tests {
 
     use asperity_model::ParameterSet;
 
-    use super::{Plan, file_keys, names_file};
-
-    #[test]
-    fn files_are_found_however_their_keys_are_written() {
-        for text in [
-            "[ initial ]\nfrom = 'a.mcap'",
-            "initial = { from = 'a.mcap' }",
-            "initial . from = 'a.mcap'",
-            "initial.from=out/a.mcap",
-            "normal_load.course_csv=a.csv",
-            "[prestress]\ncourse_csv = 'a.csv'",
-            "disorder.contacts_csv='a.csv'",
-        ] {
-            assert!(names_file(text), "{text}");
-        }
-        for text in ["", "[initial]\nfrom = ''\nstate_csv = ''", "initial.at_s=1", "name = 'initial.from'"] {
-            assert!(!names_file(text), "{text}");
-        }
-        assert_eq!(file_keys().count(), 7, "{:?}", file_keys().collect::<Vec<_>>());
-    }
+    use super::Plan;
 
     /// Its scenario names no parameter set, which meant `as-coded` at the time of planning.
     #[test]

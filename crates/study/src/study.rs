@@ -7,6 +7,7 @@ use std::path::Path;
 
 use asperity_figures::Figure;
 use asperity_model::text;
+use asperity_run::Opened;
 use asperity_run::study::Job;
 
 #[cfg(feature = "analysis")]
@@ -147,7 +148,7 @@ impl Study {
     /// # Errors
     /// If a scenario refuses its overrides, in words.
     pub fn jobs(&self) -> Result<Vec<Job>, String> {
-        self.runs.iter().map(Named::job).collect()
+        self.runs.iter().map(|run| run.job(&Opened)).collect()
     }
 
     /// The number of runs over the axes.

@@ -268,7 +268,8 @@ const CASES: &[(&str, &str)] = &[
 #[test]
 fn contradictions_are_refused_with_the_reason() {
     for (text, expected) in CASES {
-        let errors = Scenario::resolve(&ScenarioSource::new("test.toml", *text)).unwrap_err().to_string();
+        let source = ScenarioSource::new("test.toml", *text);
+        let errors = Scenario::resolve_with(&source, &crate::Texts).unwrap_err().to_string();
         assert!(errors.contains(expected), "{text}: {errors}");
     }
 }

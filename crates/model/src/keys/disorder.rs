@@ -1,5 +1,7 @@
 //! The keys of what differs from contact to contact.
 
+use asperity_record::bounds::LONGEST_NAME_BYTES;
+
 use crate::key::Bound::{Excluding, Including, Open};
 use crate::key::Default::Is;
 use crate::key::Kind::{Number, Numbers, Text, Word};
@@ -73,7 +75,7 @@ pub(super) const DISORDER: &[Key] = &[
         doc: "A file, named from the current folder, with a row for each block and one or more of the columns \
               static_offset, dynamic_offset, stiffness_offset and load_offset, which fill the lists of these names. It \
               is read unless one of these lists is given, and once; the run's log holds what it said.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
     },
 ];

@@ -1,5 +1,7 @@
 //! The keys of drive, normal load, prestress and start.
 
+use asperity_record::bounds::{LONGEST_NAME_BYTES, LONGEST_STATE_BYTES};
+
 use crate::key::Bound::{Excluding, Including, Open};
 use crate::key::Default::Is;
 use crate::key::Kind::{Count, Number, Numbers, Text, Word};
@@ -163,7 +165,7 @@ pub(super) const FORCES: &[Key] = &[
               chain at each of its times. The normal load of each block is multiplied with the factor, interpolated \
               linearly in place and time; a part that is unloaded, or fluid that spreads. It is read once; the run's \
               log holds what it said.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
     },
     Key {
@@ -202,7 +204,7 @@ pub(super) const FORCES: &[Key] = &[
         symbol: "",
         doc: "A file of columns x_over_l and tau_over_p, named from the current folder. The initial shear tau_0 / p is \
               interpolated between its rows and added. It is read once; the run's log holds what it said.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
     },
     Key {
@@ -210,7 +212,7 @@ pub(super) const FORCES: &[Key] = &[
         symbol: "tau_0 / p",
         doc: "Initial shear over normal load, block by block, in addition; empty for none. The last block takes \
               what is missing for a sum of 0.",
-        kind: Numbers(Open, Open),
+        kind: Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
         default: Is(Value::NoNumbers),
     },
     Key {
@@ -255,7 +257,7 @@ pub(super) const FORCES: &[Key] = &[
         symbol: "",
         doc: "A file of columns x_over_l and tau_over_p, named from the current folder. The prestress tau_p / p is \
               interpolated between its rows and added. It is read once; the run's log holds what it said.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
     },
     Key {
@@ -271,7 +273,7 @@ pub(super) const FORCES: &[Key] = &[
         doc: "A file of columns time_s, x_over_l and ratio, named from the current folder, with a profile along the \
               chain at each of its times: a force from outside on each block over its normal load at the start, in \
               addition, interpolated linearly in place and time. It is read once; the run's log holds what it said.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
     },
     Key {
@@ -310,7 +312,7 @@ pub(super) const FORCES: &[Key] = &[
               initial.at_s. Slider, friction law and time step must be the same; load, drive, other numbers of \
               friction, duration and recording may be others. The clock goes on, and time.start, initial_shear and \
               initial_velocity have no effect. The log is read once; initial.state holds what it said.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
     },
     Key {
@@ -325,7 +327,7 @@ pub(super) const FORCES: &[Key] = &[
         path: "initial.state",
         symbol: "",
         doc: "The state itself, as this program writes it: a checksum, and exact numbers; empty for none.",
-        kind: Text,
+        kind: Text(LONGEST_STATE_BYTES),
         default: Is(Value::Text("")),
     },
     Key {
@@ -334,7 +336,7 @@ pub(super) const FORCES: &[Key] = &[
         doc: "A file with a row for each block of a chain and the columns displacement_m, velocity_m_per_s, \
               stick_position_m (of its friction spring) and slides (0 or 1), named from the current folder. It is read \
               once; the lists below hold what it said.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
     },
     Key {

@@ -1,6 +1,7 @@
 //! The keys of the scenario itself and of the slider.
 
 use asperity_record::MOST_BLOCKS;
+use asperity_record::bounds::LONGEST_NAME_BYTES;
 
 use crate::key::Default::{BySet, Is};
 use crate::key::Kind::{Count, Text, Word};
@@ -12,14 +13,14 @@ pub(super) const SLIDER: &[Key] = &[
         path: "name",
         symbol: "",
         doc: "Name of the scenario; does not affect the run.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("unnamed")),
     },
     Key {
         path: "summary",
         symbol: "",
         doc: "One line on what it is for; does not affect the run.",
-        kind: Text,
+        kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
     },
     Key {

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::hostile::{bounded, refused};
 use crate::laws::packing::{Packing, put_together};
-use crate::laws::parts::{Part, take_apart};
+use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::support::binary::{self, asperity, succeed, text};
 use crate::support::small;
 
@@ -144,6 +144,7 @@ fn logs_of_more_than_a_log_has_are_refused_at_once() {
     });
     with("message 0 of /events/slip cannot be read", &|parts| {
         parts[slip] = parts[slip].with_payload(format!("{{\"a\":{}", "[".repeat(50_000)).as_bytes());
+        correct_end(parts);
     });
     with("bytes of metadata in one record", &|parts| {
         let map = (0..700_000).map(|number| (format!("{number:x}"), String::new())).collect();

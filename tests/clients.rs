@@ -228,6 +228,95 @@ fn mcap_reads_by_topic_and_time() {
     assert!(said(&output).contains("CRCValidationError"), "{}", said(&output));
 }
 
+/// Whatever the writer of `mcap` makes of a log is read with a note, as long as the messages are the same.
+#[test]
+fn logs_that_another_program_wrote_are_read_by_their_messages() {
+    let Some(python) = Python::find() else { return };
+    let folder = folder();
+    // Of several chunks.
+    let (log, _) = killed(folder.path());
+    let copies = folder.path().join("copies");
+    fs::create_dir(&copies).expect("the folder can be written");
+    let made =
+        python.program("python", &[text(&file("tests/clients/rewrite.py")), text(&log), text(&copies)]);
+    assert!(made.status.success(), "{}", said(&made));
+    let names = String::from_utf8(made.stdout).expect("it prints UTF-8");
+    let (bad, good): (Vec<&str>, Vec<&str>) = names.lines().partition(|name| name.starts_with("bad-"));
+    assert!(good.len() >= 18 && bad.len() >= 8, "{names}");
+    let events = succeed(&["events", text(&log)]);
+    let run = |arguments: &[&str]| {
+        let output = binary::asperity(arguments);
+        (output.status.code(), said(&output))
+    };
+    let note = "in a file that another program wrote (library \"";
+    for name in good {
+        let copy = copies.join(name).with_extension("mcap");
+        let (code, told) = run(&["check", text(&copy)]);
+        assert!(code == Some(0) && told.contains(": whole: ") && told.contains(note), "{name}: {told}");
+        let output = binary::asperity(&["events", text(&copy)]);
+        assert!(output.stdout == events.as_bytes(), "{name}: {}", said(&output));
+        if !["lz4", "no-chunks-no-crc", "metadata-last"].contains(&name) {
+            continue;
+        }
+        for command in ["events", "summary", "replay", "export", "reduce"] {
+            let out = folder.path().join(format!("{name}-{command}"));
+            let mut arguments = vec![command, text(&copy)];
+            match command {
+                "export" => arguments.extend(["--to", "csv", "--out", text(&out)]),
+                "reduce" => arguments.extend(["--out", text(&out)]),
+                _ => {}
+            }
+            let (code, told) = run(&arguments);
+            assert!(code == Some(0) && told.contains(note), "{command} {name}: {told}");
+        }
+        let (code, told) = run(&["salvage", text(&copy), "--out", text(&folder.path().join("none.mcap"))]);
+        assert!(code == Some(0) && told.contains("whole: there is nothing to salvage"), "{name}: {told}");
+        let (code, told) = run(&["diff", text(&log), text(&copy)]);
+        assert!(code == Some(0) && told.contains("nothing differs"), "{name}: {told}");
+    }
+    for name in bad {
+        let copy = copies.join(name).with_extension("mcap");
+        for command in ["check", "events", "summary", "replay"] {
+            let (code, told) = run(&[command, text(&copy)]);
+            let reasons = ["says messages of /", "says digest of /", "each of which is right by itself"];
+            let is_told = reasons.iter().any(|reason| told.contains(reason));
+            assert!(code == Some(4) && is_told, "{command} {name}: {told}");
+        }
+    }
+    salvage_of_copies(&copies, folder.path());
+}
+
+/// Of damaged copies, `salvage` keeps the chunks that a checksum confirms; if there is none, it fails.
+fn salvage_of_copies(copies: &Path, folder: &Path) {
+    for (name, kept) in [
+        ("lz4", true),
+        ("none", true),
+        ("zstd", true),
+        ("chunks-of-1-kb", true),
+        ("bad-left-out", true),
+        ("bad-changed", false),
+        ("no-crc", false),
+        ("no-chunks", false),
+    ] {
+        let mut bytes = fs::read(copies.join(name).with_extension("mcap")).expect("it was just written");
+        if !name.starts_with("bad-") {
+            // In the middle: of a log of several chunks, most are left.
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+        }
+        let (damaged, out) = (folder.join(format!("{name}.mcap")), folder.join(format!("{name}-out.mcap")));
+        fs::write(&damaged, bytes).expect("the folder can be written");
+        let output = binary::asperity(&["salvage", text(&damaged), "--out", text(&out)]);
+        assert_eq!(output.status.code(), Some(if kept { 0 } else { 4 }), "{name}: {}", said(&output));
+        assert_eq!(out.exists(), kept, "{name}: {}", said(&output));
+        if kept {
+            let check = binary::asperity(&["check", text(&out)]);
+            assert_eq!(check.status.code(), Some(5), "{name}: {}", said(&check));
+            assert!(!said(&output).contains(": 0 messages salvaged"), "{name}: {}", said(&output));
+        }
+    }
+}
+
 #[test]
 fn node_reads_by_topic_and_time() {
     let Some(node) = Node::find() else { return };

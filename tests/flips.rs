@@ -1,5 +1,5 @@
-//! A single flipped bit is detected anywhere in a complete log, and in an unfinished one anywhere before
-//! the last record `chunk`. After that it does not affect the contents.
+//! A single flipped bit is detected anywhere in a complete log. In an unfinished one it is detected, or what
+//! follows it is missing, or nothing that is read has changed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,7 @@ use std::path::Path;
 use crate::support::binary;
 use crate::support::binary::{asperity, text};
 use crate::support::small;
-use asperity_runlog::{LogItem, LogProblem};
+use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
 use asperity_testkit::{Random, SMALL_SHEET, read_until_problem};
 use mcap::records::op;
 
@@ -68,27 +68,11 @@ fn sound_of(folder: &Path, scenario: &[&str]) -> Vec<u8> {
     bytes
 }
 
-/// The end of the last record `chunk`.
-fn vouched_for(bytes: &[u8]) -> usize {
-    let mut end = 0;
-    let mut at = 8;
-    while at + 9 < bytes.len() {
-        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes")) as usize;
-        let next = at + 9 + length;
-        if bytes[at] == op::METADATA && bytes[at + 9..].starts_with(b"\x05\0\0\0chunk") && next <= bytes.len()
-        {
-            end = next;
-        }
-        at = next;
-    }
-    end
-}
-
 /// The contents of a log: its items, and how they end.
 type Outcome = (Vec<LogItem>, Option<LogProblem>);
 
 /// Flips bits all over a log, in records of all kinds. `wrong` returns the error in an outcome, if any.
-fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> Option<String>) {
+fn flip(what: &str, bytes: &[u8], flips: u64, mut wrong: impl FnMut(&Path, Outcome) -> Option<String>) {
     let folder = asperity_testkit::folder();
     let kinds = kinds(bytes);
     // By size nearly all of a log are chunks; half of the flips go into the others.
@@ -112,7 +96,7 @@ fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> 
         if number < CHECKED {
             arguments.push(text(&path).to_owned());
         }
-        if let Some(wrong) = wrong(place, read(&path)) {
+        if let Some(wrong) = wrong(&path, read(&path)) {
             unseen.push(format!("bit {bit} of byte {place}, kind 0x{:02x}: {wrong}", kinds[place]));
         }
     }
@@ -125,7 +109,7 @@ fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> 
             let mut copy = bytes.to_vec();
             copy[place] ^= 1 << (bit % 8);
             fs::write(&path, copy).expect("the folder can be written");
-            if let Some(wrong) = wrong(place, read(&path)) {
+            if let Some(wrong) = wrong(&path, read(&path)) {
                 unseen.push(format!("bit {bit} of the length at byte {at}: {wrong}"));
             }
         }
@@ -156,7 +140,7 @@ fn every_flipped_bit_of_a_sheets_log_is_seen() {
 }
 
 #[test]
-fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for() {
+fn no_flipped_bit_of_an_unfinished_log_changes_what_is_read() {
     flip_an_unfinished_log(FLIPS / 4);
 }
 
@@ -202,31 +186,56 @@ fn flip_the_log_of(scenario: &str, sets: &[&str], flips: u64) {
     });
 }
 
-/// A truncated log counts as one that is being written: its contents are verified up to its last record
-/// `chunk`.
+/// A truncated log counts as one that is being written. Of a checkpoint, all that precedes it is read.
 fn flip_an_unfinished_log(flips: u64) {
     let folder = asperity_testkit::folder();
     let bytes = sound(folder.path());
     let kinds = kinds(&bytes);
-    let chunks: Vec<usize> =
-        (1..bytes.len()).filter(|&at| kinds[at] == op::CHUNK && kinds[at - 1] != op::CHUNK).collect();
-    // In the middle of the last chunk, and after it, before its seal.
-    let last = chunks[chunks.len() - 1];
-    let behind = (last..).find(|&at| kinds[at] == op::METADATA).expect("more follows");
-    for (what, end) in [("cut in a chunk", last + 200), ("cut behind a chunk", behind)] {
+    let last = |kind: u8| {
+        (1..bytes.len()).rfind(|&at| kinds[at] == kind && kinds[at - 1] != kind).expect("it has one")
+    };
+    let (chunk, checkpoint) = (last(op::CHUNK), last(op::ATTACHMENT));
+    let behind = (checkpoint..).find(|&at| kinds[at] != op::ATTACHMENT).expect("more follows");
+    for (what, end) in [("cut in a chunk", chunk + 200), ("cut behind a checkpoint", behind)] {
         let cut = &bytes[..end];
         let path = folder.path().join("cut.mcap");
         fs::write(&path, cut).expect("the folder can be written");
         let (sound, problem) = read(&path);
         assert!(problem.as_ref().is_some_and(LogProblem::is_early_end), "{problem:?}");
-        let vouched_for = vouched_for(cut);
-        assert!(vouched_for > end / 2 && vouched_for < end);
-        flip(what, cut, flips, |place, (items, problem)| match problem {
-            None => Some("called whole".to_owned()),
-            Some(problem) if !problem.is_early_end() => None,
-            Some(problem) if place < vouched_for => Some(format!("called incomplete: {problem}")),
-            // Behind that the same is read, or less at the end.
-            Some(_) => (!sound.starts_with(&items)).then(|| "read otherwise".to_owned()),
+        let sound_checkpoints = checkpoints(&path);
+        assert!(sound_checkpoints.len() > 2);
+        let mut costs = 0;
+        flip(what, cut, flips, |path, (items, problem)| {
+            let found = checkpoints(path);
+            costs += usize::from(items.len() < sound.len());
+            match problem {
+                None => Some("called whole".to_owned()),
+                _ if !sound.starts_with(&items) => Some("read otherwise".to_owned()),
+                _ if !sound_checkpoints.starts_with(&found) => {
+                    Some("another checkpoint, or before other records".to_owned())
+                }
+                _ => None,
+            }
         });
+        assert!(costs > flips as usize / 4, "{costs} of {flips} cost records");
+    }
+}
+
+/// The checkpoints of a log, each with the number of items before it.
+fn checkpoints(path: &Path) -> Vec<(usize, String)> {
+    let mut found: Vec<(usize, String)> = Vec::new();
+    let Ok(mut reader) = RunReader::open(path, Topics::ALL) else { return found };
+    let mut items = 0;
+    loop {
+        let is_last = !matches!(reader.next_item(), Ok(Some(_)));
+        if let Some(text) =
+            reader.checkpoint().filter(|text| found.last().is_none_or(|(_, last)| last != text))
+        {
+            found.push((items, text.to_owned()));
+        }
+        if is_last {
+            return found;
+        }
+        items += 1;
     }
 }

@@ -107,7 +107,6 @@ mod verdict;
 #[cfg(feature = "analysis")]
 mod verify;
 mod versions;
-mod vouched;
 #[cfg(feature = "analysis")]
 mod words;
 

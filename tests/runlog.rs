@@ -55,27 +55,13 @@ fn header_first_and_end_last() {
         Record::Header(header),
         Record::Metadata(run),
         Record::Attachment { header: scenario, data, .. },
-        Record::Metadata(first),
         chunks @ ..,
         Record::Metadata(end),
-        Record::Metadata(last),
     ] = &outer[..]
     else {
         panic!("not header, run, scenario.toml, chunks, run_end: {:?}", opcodes(&outer))
     };
-    // The seals of scenario, chunks and end.
-    let mut numbers = vec![&first.metadata["number"]];
-    for pair in chunks.chunks(2) {
-        let [Record::Chunk { header, .. }, Record::Metadata(link)] = pair else {
-            panic!("not a chunk and its metadata: {:?}", opcodes(chunks));
-        };
-        assert_eq!((link.name.as_str(), &link.metadata["run_id"]), ("chunk", &run.metadata["run_id"]));
-        assert_eq!(link.metadata["crc"], format!("{:08x}", header.uncompressed_crc));
-        numbers.push(&link.metadata["number"]);
-    }
-    numbers.push(&last.metadata["number"]);
-    assert_eq!((first.name.as_str(), last.name.as_str()), ("chunk", "chunk"));
-    assert!(numbers.iter().enumerate().all(|(number, said)| **said == number.to_string()), "{numbers:?}");
+    assert!(chunks.iter().all(|record| matches!(record, Record::Chunk { .. })), "{:?}", opcodes(chunks));
     assert_eq!(header.profile, "asperity");
     assert_eq!((run.name.as_str(), end.name.as_str()), ("run", "run_end"));
     assert_eq!(run.metadata["time_step_s"], "0.0000001");

@@ -224,8 +224,8 @@ fn a_name_that_is_no_utf_8_is_a_name_for_every_command() {
     assert!(of(&["events"], &[&log], &[]).lines().count() > 3);
     assert!(of(&["summary"], &[&log], &[]).contains("caf\u{fffd}\n"));
     assert!(of(&["diff"], &[&log, &other], &[]).contains("nothing differs"));
-    fs::write(named("-cut.mcap"), &fs::read(&log).expect("it was just written")[..20_000])
-        .expect("the folder can be written");
+    let bytes = fs::read(&log).expect("it was just written");
+    fs::write(named("-cut.mcap"), &bytes[..bytes.len() - 40]).expect("the folder can be written");
     with_out("salvage", &named("-cut.mcap"), &[], &named("-salvaged.mcap"));
     let tables = named("-replayed");
     with_out("replay", &log, &["--quiet"], &tables);

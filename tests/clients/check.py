@@ -33,7 +33,7 @@ def check_log(path):
             messages[channel.topic].append(json.loads(message.data))
 
         metadata = {record.name: record.metadata for record in reader.iter_metadata()}
-        assert set(metadata) == {"run", "chunk", "run_end"}, set(metadata)
+        assert set(metadata) == {"run", "run_end"}, set(metadata)
         attachments = [attachment.name for attachment in reader.iter_attachments()]
         assert attachments == ["scenario.toml"], attachments
 

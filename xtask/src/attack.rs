@@ -7,20 +7,8 @@ use clap::Args;
 use crate::workspace::{Failure, asperity, cargo, program, root, run, target_folder};
 
 /// The attacks, as `tests/attack` has them.
-const ATTACKS: [&str; 12] = [
-    "chunks",
-    "flips",
-    "mixes",
-    "forgeries",
-    "studies",
-    "pairs",
-    "kills",
-    "limits",
-    "faults",
-    "power",
-    "memory",
-    "soak",
-];
+const ATTACKS: [&str; 11] =
+    ["chunks", "flips", "mixes", "studies", "pairs", "kills", "limits", "faults", "power", "memory", "soak"];
 
 #[derive(Debug, Default, Args)]
 #[command(after_help = "\
@@ -35,7 +23,6 @@ short of resources, and compares the outcome with the promises of the docs:
   chunks     every chunk of genuine logs broken once: salvage keeps the others
   flips      a bit or byte changed anywhere in a log: check detects it
   mixes      chunks moved, doubled, dropped, or of two runs in one log
-  forgeries  a field changed, and checksums and counts adjusted; checkpoints too
   studies    the same in plans and results of studies: right tables, or none
   pairs      several processes at once on one output, some of them killed
   kills      runs killed and resumed, other commands killed and repeated

@@ -50,17 +50,13 @@ pub(crate) fn must_be_sound(run: &Path, checked: &Checked) -> Result<(), Failure
 }
 
 /// Ends a command that has used the sound part of a log; prints a note if the log is by another
-/// code version or other detectors.
+/// code version or other detectors, or in a file of another program.
 ///
 /// # Errors
 /// If the log is incomplete.
 pub(crate) fn finish(run: &Path, checked: &Checked, board: &Board) -> Result<(), Failure> {
-    match checked.verdict {
-        Verdict::Whole => Ok(()),
-        Verdict::OtherCode => {
-            board.line(&format!("{}: {checked}", run.display()));
-            Ok(())
-        }
-        _ => Err(failure(run, checked)),
+    if checked.has_note() {
+        board.line(&format!("{}: {checked}", run.display()));
     }
+    must_hold_all(run, checked)
 }

@@ -216,7 +216,10 @@ fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult
         scenario,
         source: Source::Log { path: log, last_step },
         summary: summarizer.finish(ruptures_from, end.as_ref()),
-        notes: if verdict == Verdict::Whole { Vec::new() } else { vec![checked.to_string()] },
+        notes: match verdict == Verdict::Whole && !checked.has_note() {
+            true => Vec::new(),
+            false => vec![checked.to_string()],
+        },
         verdict: Some(verdict),
         digest: end.map(|end| end.digest),
         records: Mutex::default(),

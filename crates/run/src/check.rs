@@ -110,6 +110,12 @@ impl Unchecked {
 }
 
 impl Checked {
+    /// Whether the log has all of its run, and there is something to say about it all the same.
+    pub fn has_note(&self) -> bool {
+        self.verdict == Verdict::OtherCode
+            || (self.verdict == Verdict::Whole && self.seen.rewritten_by.is_some())
+    }
+
     fn new(seen: Seen, header: Option<RunHeader>, problem: Option<CheckProblem>) -> Checked {
         let is_ours = header.as_ref().is_some_and(|header| header.code_version == CODE_VERSION);
         let verdict = match &problem {
@@ -202,6 +208,8 @@ pub struct Seen {
     pub other_detectors: OtherDetectors,
     /// Topics of events that the log announces.
     pub topics: Vec<String>,
+    /// The library that the file names, if another program wrote it, or wrote it again.
+    pub rewritten_by: Option<String>,
     /// The log's `run_end`, once it has been read; none of a damaged log.
     pub end: Option<RunEnd>,
 }
@@ -209,7 +217,15 @@ pub struct Seen {
 impl fmt::Display for Seen {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Seen {
-            messages, last_step, last_s, slips, other_code, other_events_from, other_detectors, ..
+            messages,
+            last_step,
+            last_s,
+            slips,
+            other_code,
+            other_events_from,
+            other_detectors,
+            rewritten_by,
+            ..
         } = self;
         let (slips, last_s) = (counted(*slips, "slip event"), short_time(*last_s));
         write!(f, "{messages} records and events, {slips}, up to step {last_step} ({last_s} s)")?;
@@ -221,6 +237,9 @@ impl fmt::Display for Seen {
         }
         if !other_detectors.is_none() {
             write!(f, ", {other_detectors}")?;
+        }
+        if let Some(library) = rewritten_by {
+            write!(f, ", in a file that another program wrote (library {library:?})")?;
         }
         Ok(())
     }
@@ -256,9 +275,9 @@ impl Seen {
     ) -> Result<(), CheckProblem> {
         let header = reader.header().clone();
         observer.begins(&header, reader.scenario_toml());
+        self.rewritten_by = reader.rewritten_by().map(str::to_owned);
         self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
         let ours = header.code_version == CODE_VERSION;
-        let kinds = detectors::event_kinds(header.parts());
         // A salvaged log may have lost its scenario; whether it was salvaged is known only later.
         let scenario_is_lost = reader.scenario_toml().is_empty();
         let mut plan = None;
@@ -294,7 +313,6 @@ impl Seen {
                 Err(error) => return Err(error.into()),
             };
             if self.messages == 0 {
-                self_check::topics(reader.announced(), &header, &kinds, ours)?;
                 made_again = plan.take().map(|plan| Rerun::new(plan, &header, reader.is_salvaged()));
                 self.other_detectors = both.as_ref().map(EventCheck::other_detectors).unwrap_or_default();
                 self.topics = reader.event_topics().collect();
@@ -349,7 +367,6 @@ impl Seen {
                 return Err(CheckProblem::Unread);
             }
         }
-        self_check::topics(reader.announced(), &header, &kinds, ours)?;
         if ours && scenario_is_lost {
             self_check::plan(&header, reader.scenario_toml())?;
         }

@@ -1,12 +1,11 @@
-//! Verifies a log of this code version against its embedded scenario: the header, the topics and,
-//! if the run is repeated, the records. Other code versions may interpret or record a scenario
+//! Verifies a log of this code version against its embedded scenario: the header and, if the
+//! run is repeated, the records. Other code versions may interpret or record a scenario
 //! otherwise.
 
 use std::sync::Arc;
 
 use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
-use asperity_record::{EventKind, Record, RunHeader, RunStatus, Scales};
-use asperity_runlog::{Announced, announcements, is_topic_of_a_run};
+use asperity_record::{Record, RunHeader, RunStatus, Scales};
 use asperity_simulator::{Solver, SolverKind};
 
 use crate::header::header;
@@ -30,14 +29,6 @@ pub enum SelfCheckProblem {
     /// The scenario's text is not that which this program writes.
     #[error("scenario.toml is not the text that this program writes for that scenario")]
     Text,
-    /// A topic is announced wrongly.
-    #[error("{topic} {what}")]
-    Topic {
-        /// The topic.
-        topic: String,
-        /// The error in it.
-        what: &'static str,
-    },
     /// The repeated run differs.
     #[error("step {step}: the run, made again, {what}")]
     Rerun {
@@ -111,43 +102,6 @@ fn scales(scales: Scales) -> String {
         None => format!("{name} = none"),
     });
     said.join(", ")
-}
-
-/// Checks the topics that a log announces: those of this code version must be exactly as it
-/// announces them, others must be consistent and known to runs.
-///
-/// # Errors
-/// If a topic is wrong.
-pub(crate) fn topics(
-    logged: impl Iterator<Item = Announced>,
-    header: &RunHeader,
-    kinds: &[EventKind],
-    is_ours: bool,
-) -> Result<(), SelfCheckProblem> {
-    let ours = if is_ours { announcements(header, kinds) } else { Vec::new() };
-    let mut missing: Vec<&str> = ours.iter().map(|ours| &*ours.topic).collect();
-    for logged in logged {
-        missing.retain(|topic| *topic != logged.topic);
-        let what = match ours.iter().find(|ours| ours.topic == logged.topic) {
-            Some(ours) if ours.schema_name != logged.schema_name || ours.schema != logged.schema => {
-                "has another schema than this program gives it"
-            }
-            Some(ours) if ours.metadata != logged.metadata => "has other units than this program gives it",
-            Some(ours) if *ours != logged => "is encoded otherwise than this program does",
-            Some(_) => continue,
-            None if !is_topic_of_a_run(&logged.topic) => {
-                "is a topic that no run has (accepted: /step, /switch, /fields, /window, /events/...)"
-            }
-            None if !logged.agrees_with_itself() => "has other units than its schema names, or no schema",
-            None => continue,
-        };
-        return Err(SelfCheckProblem::Topic { topic: logged.topic, what });
-    }
-    // Missing topics of events are reported with the detectors.
-    match missing.into_iter().find(|topic| !topic.starts_with("/events/")) {
-        Some(topic) => Err(SelfCheckProblem::Topic { topic: topic.to_owned(), what: "is not announced" }),
-        None => Ok(()),
-    }
 }
 
 /// Repeats the run of a log in parallel with its records.

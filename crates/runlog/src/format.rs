@@ -11,6 +11,9 @@ pub(crate) const RECORD_HEAD_BYTES: usize = 1 + 8;
 /// programs.
 pub(crate) const PROFILE: &str = "asperity";
 
+/// How the library in the MCAP header of a log begins.
+pub(crate) const LIBRARY: &str = "asperity-runlog ";
+
 /// Name of the metadata record that begins a log.
 pub(crate) const RUN: &str = "run";
 
@@ -23,11 +26,11 @@ pub(crate) const SALVAGE: &str = "salvage";
 /// Name of the metadata record with what users note on a log, which may follow `run_end`.
 pub(crate) const NOTE: &str = "note";
 
-/// Name of the metadata records that seal what precedes them.
-pub(crate) const CHUNK: &str = "chunk";
+/// The first version of the format in which a salvaged log states how events are ordered in its gaps.
+pub(crate) const GAPS_SINCE: u32 = 3;
 
-/// The first version of the format that has them.
-pub(crate) const CHUNK_SINCE: u32 = 3;
+/// The key of `run_end` with the number of bytes before it: another program that writes the log again has other ones.
+pub(crate) const BYTES: &str = "bytes";
 
 /// Name of the attachment with the resolved scenario.
 pub(crate) const SCENARIO: &str = "scenario.toml";

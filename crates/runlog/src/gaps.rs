@@ -10,7 +10,7 @@ use asperity_record::RunHeader;
 
 use crate::agree;
 use crate::findings::Gap;
-use crate::format::CHUNK_SINCE;
+use crate::format::GAPS_SINCE;
 use crate::metadata;
 use crate::problem::LogProblem;
 
@@ -36,7 +36,7 @@ impl Gaps {
     /// # Errors
     /// If metadata `salvage` is invalid.
     pub(crate) fn new(header: &RunHeader, map: &BTreeMap<String, String>) -> Result<Gaps, LogProblem> {
-        let is_strict = header.record_schema_version >= CHUNK_SINCE;
+        let is_strict = header.record_schema_version >= GAPS_SINCE;
         let stated = if is_strict { metadata::gaps_from_map(map)? } else { Vec::new() };
         let time_ns = |step| agree::time_ns(header, step).unwrap_or(u64::MAX);
         let times = stated

@@ -14,30 +14,20 @@
 //! | topics `/events/...` | events, after the record that completed them |
 //! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: without it the log is not whole |
 //! | metadata `note` | behind the others, what users noted: author, lab, comment ... |
-//! | metadata `chunk` | after the scenario, each chunk with its message indexes, each checkpoint, `salvage` and `run_end`: its seal |
 //!
 //! Messages are JSON objects, each topic with its JSON schema. `log_time` is simulated time in
 //! nanoseconds; the file contains no wall-clock time. A log is written under a temporary name and
 //! renamed once it is whole.
 //!
-//! The keys of `chunk`, which every such record has and no digest includes:
-//!
-//! | key | what |
-//! |---|---|
-//! | `run_id` | that of the header |
-//! | `number` | counted from 0, which is that of the scenario |
-//! | `crc` | the checksum of the piece right before it: of a chunk as in its header, of an attachment as at its end, of `salvage` and `run_end` the CRC-32 of the record behind its length |
-//! | `before_crc` | `crc` of the record `chunk` before it; 0 in the first |
-//! | `bytes` | number of bytes of the file before this record |
-//! | `bytes_crc` | their CRC-32 |
-//!
-//! Checksums have eight hexadecimal digits. A log of version 3 or later contains nothing besides
-//! these tables, and its summary lists all of it. Chunks end between steps.
+//! Chunks end between steps. Every chunk and attachment has its checksum, and so have the data and the summary
+//! as a whole. Other programs may write all of this in other places and forms, as long as every topic has the
+//! messages that `run_end` states, in their order.
 //!
 //! The keys of `run_end`:
 //!
 //! | key | what |
 //! |---|---|
+//! | `bytes` | how many bytes of the file precede this record; none in logs that were written before it was added |
 //! | `status` | `complete`, `load-not-reached`, `interrupted` or `salvaged` |
 //! | `last_step` | the last step taken |
 //! | `switches` | how many blocks switched in all |
@@ -127,27 +117,25 @@
 //! - `format`: names and bounds; `versions`: the versions of the format.
 //! - `problem`: errors of reading and writing.
 //! - `messages`, `announced`, `metadata`, `digest`: the contents of the file as types.
-//! - `seal`: the records `chunk`: written through a tee, and verified while reading.
 //! - `write`: writes a log; `unfinished`: the temporary name of a log until it is whole, and its
 //!   lock.
 //! - `note`: the note of a finished log.
 //! - `size`: upper bounds on the length of a log.
 //! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, with lengths checked
-//!   against the bytes and records in their order.
-//! - `index`: checks that the summary lists every record.
+//!   against the bytes.
+//! - `ahead`: header, scenario and end of a log before its messages, wherever they are.
 //! - `agree`, `gaps`, `read`: from MCAP records to consistent step records and events.
-//! - `findings`, `pieces`, `lineage`, `walk`, `salvage`: recovers what is left of a damaged log.
+//! - `findings`, `pieces`, `walk`, `salvage`: recovers what is left of a damaged log.
 
 mod agree;
+mod ahead;
 mod announced;
 mod chunk;
 mod digest;
 mod findings;
 mod format;
 mod gaps;
-mod index;
 mod layout;
-mod lineage;
 mod messages;
 mod metadata;
 mod note;
@@ -157,14 +145,12 @@ mod problem;
 mod read;
 mod records;
 mod salvage;
-mod seal;
 mod size;
 mod unfinished;
 mod versions;
 mod walk;
 mod write;
 
-pub use announced::{Announced, announcements, is_topic_of_a_run};
 pub use asperity_files::{Existing, partial_path};
 pub use findings::{Damage, Gap, Salvaged};
 pub use note::{annotate, note};

@@ -63,7 +63,7 @@ fn fit(opcode: u8, body: &[u8]) -> bool {
     behind_fields(opcode, body).is_some()
 }
 
-/// Whether a record's fields fill its bytes exactly: MCAP would allow further bytes, but logs have
+/// Whether a record's fields fill its bytes exactly: MCAP would allow further bytes, but this program writes
 /// none.
 pub(crate) fn fills(opcode: u8, body: &[u8]) -> bool {
     // The payload follows a message's fields; records of other programs are unknown.

@@ -1,6 +1,6 @@
 //! Finds the pieces of a damaged file whose checksums are right, and the damage between them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
@@ -10,12 +10,9 @@ use mcap::records::{Record, op};
 
 use crate::chunk::Chunk;
 use crate::findings::Damage;
-use crate::format::{
-    CHECKPOINT, CHUNK, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SCENARIO,
-};
+use crate::format::{CHECKPOINT, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SCENARIO};
 use crate::metadata;
 use crate::parse::parse;
-use crate::seal::{LONGEST_SEAL_BYTES, Seal, seal_at};
 
 /// A part of the file whose checksum is right, or that its reader compares with others.
 pub(crate) enum Content {
@@ -24,8 +21,6 @@ pub(crate) enum Content {
     Checkpoint(String),
     End(Box<RunEnd>),
     Chunk(Chunk),
-    /// A record `chunk`; all of them are found in advance.
-    Seal,
 }
 
 /// Such a part, and its position.
@@ -33,8 +28,6 @@ pub(crate) struct Piece {
     pub(crate) at: u64,
     /// The first byte after it.
     pub(crate) end: u64,
-    /// The checksum that a record `chunk` states for it.
-    pub(crate) crc: u32,
     pub(crate) content: Content,
 }
 
@@ -45,9 +38,6 @@ pub(crate) struct Pieces {
     at: u64,
     /// The end of the last valid piece: nothing before it needs to be searched.
     proved: u64,
-    /// The checksums named by records `chunk`. If there are any, only chunks with one of them are
-    /// considered.
-    named: Option<BTreeSet<u32>>,
     /// Bytes that may still be read for candidates that turn out to be invalid.
     effort: u64,
     pub(crate) damage: Vec<Damage>,
@@ -59,35 +49,11 @@ impl Pieces {
         let length = file.metadata()?.len();
         let file = BufReader::with_capacity(1 << 16, file);
         let effort = MOST_EFFORT_BYTES.saturating_add(length.saturating_mul(4));
-        let mut pieces = Pieces { file, length, at: 0, proved: 0, named: None, effort, damage: Vec::new() };
+        let mut pieces = Pieces { file, length, at: 0, proved: 0, effort, damage: Vec::new() };
         if pieces.bytes(0, MAGIC.len() as u64)?.as_deref() == Some(MAGIC) {
             (pieces.at, pieces.proved) = (MAGIC.len() as u64, MAGIC.len() as u64);
         }
         Ok(pieces)
-    }
-
-    /// All records `chunk` of the file with their offsets, even in damaged parts.
-    pub(crate) fn seals(&mut self) -> io::Result<Vec<(u64, Seal)>> {
-        let mut seals = Vec::new();
-        let mut start = 0;
-        while start < self.length {
-            let count = (WINDOW_BYTES + LONGEST_SEAL_BYTES as u64).min(self.length - start);
-            let window = self.bytes(start, count)?.unwrap_or_default();
-            for offset in 0..count.min(WINDOW_BYTES) as usize {
-                if window[offset] == op::METADATA
-                    && let Some((seal, _)) = seal_at(&window[offset..])
-                {
-                    seals.push((start + offset as u64, seal));
-                }
-            }
-            start += WINDOW_BYTES;
-        }
-        Ok(seals)
-    }
-
-    /// Restricts the search to chunks with one of these checksums.
-    pub(crate) fn search_only(&mut self, named: BTreeSet<u32>) {
-        self.named = Some(named);
     }
 
     /// Reads a piece found before.
@@ -175,8 +141,8 @@ impl Pieces {
         let Some(body) = self.bytes(body_at, length)? else {
             return Ok(Err("a record is longer than what is left of the file".to_owned()));
         };
-        let piece = content(opcode, &body, at)
-            .map(|found| found.map(|(content, crc)| Piece { at, end: next, crc, content }));
+        let piece =
+            content(opcode, &body, at).map(|found| found.map(|content| Piece { at, end: next, content }));
         Ok(piece.map(|piece| (piece, next)))
     }
 
@@ -192,7 +158,7 @@ impl Pieces {
             for offset in 0..count.min(WINDOW_BYTES) {
                 let at = start + offset;
                 let look = &window[offset as usize..];
-                if at == self.at || !looks_like_a_piece(look) || !self.may_be_named(look) {
+                if at == self.at || !looks_like_a_piece(look) {
                     continue;
                 }
                 if let Ok((Some(_), _)) = self.record(at)? {
@@ -209,13 +175,6 @@ impl Pieces {
         }
         Ok((self.length, false))
     }
-
-    /// Whether the head of a chunk contains a checksum that a record `chunk` names.
-    fn may_be_named(&self, look: &[u8]) -> bool {
-        let Some(named) = self.named.as_ref().filter(|_| look[0] == op::CHUNK) else { return true };
-        let crc = look.get(CHUNK_CRC_AT..CHUNK_CRC_AT + 4).and_then(|crc| crc.try_into().ok());
-        crc.is_some_and(|crc| named.contains(&u32::from_le_bytes(crc)))
-    }
 }
 
 /// Bytes searched at a time.
@@ -224,9 +183,6 @@ const WINDOW_BYTES: u64 = 1 << 16;
 /// Bytes that may be read in vain, in addition to four times the file: bytes that only look like
 /// the beginning of chunks could otherwise make the search read the whole file for each of them.
 const MOST_EFFORT_BYTES: u64 = 1 << 26;
-
-/// Offset of a chunk's checksum from its opcode: after head, two times and size.
-const CHUNK_CRC_AT: usize = RECORD_HEAD_BYTES + 8 + 8 + 8;
 
 /// Whether bytes look like the beginning of a chunk, an attachment or a metadata record of a run
 /// log.
@@ -237,41 +193,47 @@ fn looks_like_a_piece(bytes: &[u8]) -> bool {
     }
     match bytes.first() {
         // After head, times, size and checksum.
-        Some(&op::CHUNK) => begins_at(9 + 28, b"\x04\0\0\0zstd"),
+        Some(&op::CHUNK) => [&b"\x04\0\0\0zstd"[..], b"\x03\0\0\0lz4", b"\0\0\0\0"].iter().any(|name| {
+            // The length of the records, behind the name of their compression, follows from that of the chunk.
+            let place = 9 + 28 + name.len();
+            let length = |at: usize| bytes.get(at..)?.first_chunk().map(|bytes| u64::from_le_bytes(*bytes));
+            let around = (place - 9 + 8) as u64;
+            begins_at(9 + 28, name)
+                && length(1)
+                    .zip(length(place))
+                    .is_some_and(|(all, records)| records.checked_add(around) == Some(all))
+        }),
         // After head and times.
         Some(&op::ATTACHMENT) => {
             begins_at(9 + 16, b"\x0d\0\0\0scenario.toml") || begins_at(9 + 16, b"\x0a\0\0\0checkpoint")
         }
-        Some(&op::METADATA) => [&b"\x03\0\0\0run"[..], b"\x07\0\0\0run_end", b"\x05\0\0\0chunk"]
-            .iter()
-            .any(|name| begins_at(9, name)),
+        Some(&op::METADATA) => begins_at(9, b"\x03\0\0\0run") || begins_at(9, b"\x07\0\0\0run_end"),
         _ => false,
     }
 }
 
-/// The contents of a record with its checksum, or why it is damaged.
-fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<(Content, u32)>, String> {
+/// The contents of a record, or why it is damaged.
+fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<Content>, String> {
     match opcode {
         op::ATTACHMENT => attachment(body),
         op::METADATA => match parse(opcode, body, at) {
             Ok(Record::Metadata(metadata)) if metadata.name == RUN => {
-                Ok(Some((Content::Run(metadata.metadata), crc32fast::hash(body))))
+                Ok(Some(Content::Run(metadata.metadata)))
             }
             Ok(Record::Metadata(metadata)) if metadata.name == RUN_END => {
                 let end = metadata::end_from_map(&metadata.metadata).map_err(|error| error.to_string())?;
-                Ok(Some((Content::End(Box::new(end)), crc32fast::hash(body))))
-            }
-            Ok(Record::Metadata(metadata)) if metadata.name == CHUNK => {
-                Seal::from_map(&metadata.metadata).map_err(|error| error.to_string())?;
-                Ok(Some((Content::Seal, crc32fast::hash(body))))
+                Ok(Some(Content::End(Box::new(end))))
             }
             Ok(_) => Ok(None),
             Err(error) => Err(error.to_string()),
         },
         _ => match parse(opcode, body, at) {
+            Ok(Record::Chunk { header, .. }) if header.uncompressed_crc == 0 => {
+                Err("a chunk without checksum, which nothing confirms".to_owned())
+            }
             Ok(Record::Chunk { header, data }) => {
                 let chunk = Chunk::open(&header, &data).map_err(|error| format!("a chunk: {error}"))?;
-                Ok(Some((Content::Chunk(chunk), header.uncompressed_crc)))
+                Ok(Some(Content::Chunk(chunk)))
             }
             Ok(_) => Ok(None),
             Err(error) => Err(error.to_string()),
@@ -280,7 +242,7 @@ fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<(Content, u32)>, S
 }
 
 /// Reads an attachment of a run log whose checksum is right.
-fn attachment(body: &[u8]) -> Result<Option<(Content, u32)>, String> {
+fn attachment(body: &[u8]) -> Result<Option<Content>, String> {
     let wrong = || "an attachment whose checksum is not that of its content".to_owned();
     let (content, crc) = body.split_at_checked(body.len().wrapping_sub(4)).ok_or_else(wrong)?;
     let crc = u32::from_le_bytes(crc.try_into().map_err(|_| wrong())?);
@@ -302,8 +264,8 @@ fn attachment(body: &[u8]) -> Result<Option<(Content, u32)>, String> {
     }
     let text = String::from_utf8(data.to_owned()).map_err(|_| wrong())?;
     Ok(match name {
-        SCENARIO => Some((Content::Scenario(text), crc)),
-        CHECKPOINT => Some((Content::Checkpoint(text), crc)),
+        SCENARIO => Some(Content::Scenario(text)),
+        CHECKPOINT => Some(Content::Checkpoint(text)),
         _ => None,
     })
 }

@@ -228,14 +228,19 @@ pub(crate) fn most(what: &'static str, found: usize, most: usize) -> Result<(), 
 }
 
 impl LogProblem {
-    /// A copy for repeated reads: an early end stays one, since it determines how the log can be
-    /// used; other errors become text.
+    /// A copy for repeated reads: an early end stays one, and a contradiction to `run_end`, since these
+    /// determine how the log can be used; other errors become text.
     pub(crate) fn again(&self) -> LogProblem {
         match self {
             LogProblem::NoEnd => LogProblem::NoEnd,
             LogProblem::Interrupted(step) => LogProblem::Interrupted(*step),
             LogProblem::Stopped(why) => LogProblem::Stopped(why.clone()),
             LogProblem::Salvaged => LogProblem::Salvaged,
+            LogProblem::EndMismatch { what, promised, found } => LogProblem::EndMismatch {
+                what: what.clone(),
+                promised: promised.clone(),
+                found: found.clone(),
+            },
             LogProblem::Mcap(mcap::McapError::UnexpectedEof) => mcap::McapError::UnexpectedEof.into(),
             LogProblem::NoRunLog(reason) => LogProblem::NoRunLog(reason.clone()),
             LogProblem::Io(error) => LogProblem::Io(io::Error::new(error.kind(), error.to_string())),

@@ -12,12 +12,12 @@ use mcap::records::{MessageHeader, Record as Raw};
 use serde::de::DeserializeOwned;
 
 use crate::agree;
-use crate::announced::Announced;
+use crate::ahead::Ahead;
 use crate::digest::Digests;
 use crate::findings::Gap;
 use crate::format::{
-    CHECKPOINT, CHUNK, CHUNK_SINCE, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES,
-    LONGEST_STEP_BYTES, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    CHECKPOINT, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES,
+    MOST_SCHEMA_BYTES, RUN_END, SCENARIO, STEP, SWITCH, WINDOW,
 };
 use crate::gaps::Gaps;
 use crate::messages::{StepMessage, SwitchMessage};
@@ -69,8 +69,6 @@ pub struct RunReader {
     header: Option<RunHeader>,
     scenario_toml: String,
     checkpoint: Option<String>,
-    /// A checkpoint that is not sealed yet.
-    next_checkpoint: Option<String>,
     /// The parts that may be missing from a salvaged log.
     salvage: Option<Gaps>,
     end: Option<RunEnd>,
@@ -91,10 +89,10 @@ pub struct RunReader {
     /// JSON schemas by their number in the file, up to the bound on their size.
     schemas: BTreeMap<u16, String>,
     schema_bytes: usize,
-    /// Name and encoding of schemas by their number.
-    schema_heads: BTreeMap<u16, [String; 2]>,
-    /// The first announcement of each topic, with the number of its schema.
-    announced: BTreeMap<String, (Announced, u16)>,
+    /// The topics that channels announce or `run_end` counts, with the number of their schema.
+    announced: BTreeMap<String, u16>,
+    /// The library of another program that wrote the file.
+    rewritten_by: Option<String>,
     switches: u64,
     digests: Digests,
     progress: Progress,
@@ -150,8 +148,9 @@ impl RunReader {
 
     /// Opens a log and reads up to its first channel, or an error.
     fn begin(path: &Path, topics: Topics) -> Result<(RunReader, Result<(), LogProblem>), LogError> {
-        let records =
-            Records::open(path).map_err(|error| LogError { path: path.to_owned(), problem: error.into() })?;
+        let at = |problem: LogProblem| LogError { path: path.to_owned(), problem };
+        let ahead = Ahead::of(path).map_err(|error| at(error.into()))?;
+        let records = Records::open(path, &ahead).map_err(|error| at(error.into()))?;
         let mut reader = RunReader {
             path: path.to_owned(),
             records,
@@ -159,7 +158,6 @@ impl RunReader {
             header: None,
             scenario_toml: String::new(),
             checkpoint: None,
-            next_checkpoint: None,
             salvage: None,
             end: None,
             open_step: None,
@@ -171,7 +169,7 @@ impl RunReader {
             record_step: 0,
             ready: VecDeque::new(),
             announced: BTreeMap::new(),
-            schema_heads: BTreeMap::new(),
+            rewritten_by: None,
             counts: BTreeMap::new(),
             schemas: BTreeMap::new(),
             schema_bytes: 0,
@@ -179,15 +177,51 @@ impl RunReader {
             digests: Digests::default(),
             progress: Progress::Reading,
         };
-        // Header and scenario precede the first channel.
-        let mut read = Ok(());
-        while read.is_ok()
-            && !reader.records.layout().has_channels()
-            && matches!(reader.progress, Progress::Reading)
-        {
-            read = reader.advance();
-        }
+        let read = reader.look(ahead);
         Ok((reader, read))
+    }
+
+    /// Takes header, scenario and gaps from where they are in the file, and reads up to its first channel.
+    fn look(&mut self, ahead: Ahead) -> Result<(), LogProblem> {
+        let Some(run) = ahead.run else {
+            // What is wrong before the first message explains it.
+            while !matches!(self.records.next()?, None | Some(Raw::Message { .. })) {}
+            return Err(self.records.no_header());
+        };
+        versions::check(&run)?;
+        let header = metadata::header_from_map(&run)?;
+        self.detached = vec![false; header.blocks as usize];
+        if let Some(salvage) = &ahead.salvage {
+            self.salvage = Some(Gaps::new(&header, salvage)?);
+        }
+        self.header = Some(header);
+        if let Some(scenario) = ahead.scenario {
+            let toml = String::from_utf8(scenario).map_err(|_| LogProblem::NotText(SCENARIO))?;
+            check_toml(&toml)?;
+            self.scenario_toml = toml;
+        }
+        // What another program has made of the messages is known before any of them is used.
+        if ahead.end.is_some() && ahead.rewritten_by.is_some() && self.topics != Topics::NONE {
+            let messages =
+                RunReader::open(&self.path, Topics::NONE).and_then(|mut messages| messages.verify());
+            if let Err(LogError { problem: problem @ LogProblem::EndMismatch { .. }, .. }) = messages {
+                return Err(problem);
+            }
+        }
+        // Another program may leave out channels that have no messages.
+        let end = ahead.end.and_then(|end| metadata::end_from_map(&end).ok());
+        let counted = end.into_iter().flat_map(|end| end.message_counts.into_keys());
+        self.announced = counted.map(|topic| (topic, 0)).collect();
+        self.rewritten_by = ahead.rewritten_by;
+        while !self.records.layout().has_channels() && matches!(self.progress, Progress::Reading) {
+            self.advance()?;
+        }
+        Ok(())
+    }
+
+    /// The library that the MCAP header names, if another program wrote the file or wrote it again.
+    pub fn rewritten_by(&self) -> Option<&str> {
+        self.rewritten_by.as_deref()
     }
 
     /// The header of the run.
@@ -210,17 +244,7 @@ impl RunReader {
     pub fn event_schemas(&self) -> BTreeMap<&str, &str> {
         let schema = |id: &u16| self.schemas.get(id).map_or("", String::as_str);
         let events = self.announced.iter().filter(|(topic, _)| topic.starts_with(EVENTS));
-        events.map(|(topic, (_, id))| (topic.as_str(), schema(id))).collect()
-    }
-
-    /// The announcements of topics read so far. Those before the messages are known after the first
-    /// item.
-    pub fn announced(&self) -> impl Iterator<Item = Announced> {
-        self.announced.values().map(|(announced, id)| {
-            let [schema_name, schema_encoding] = self.schema_heads.get(id).cloned().unwrap_or_default();
-            let schema = self.schemas.get(id).cloned().unwrap_or_default();
-            Announced { schema_name, schema_encoding, schema, ..announced.clone() }
-        })
+        events.map(|(topic, id)| (topic.as_str(), schema(id))).collect()
     }
 
     /// The state of the last checkpoint read so far, as JSON; everything it depends on precedes it.
@@ -313,9 +337,16 @@ impl RunReader {
 
     /// Reads one MCAP record.
     fn advance(&mut self) -> Result<(), LogProblem> {
-        match self.records.next()? {
-            Some(record) => self.take(record),
-            None => {
+        match self.records.next() {
+            Ok(Some(record)) => self.take(record),
+            Err(problem) => {
+                // Of a file that is cut off behind `run_end`, this says more.
+                if problem.is_early_end() && self.end.is_some() {
+                    self.check_end()?;
+                }
+                Err(problem)
+            }
+            Ok(None) => {
                 self.check_end()?;
                 self.progress = Progress::Whole;
                 Ok(())
@@ -325,61 +356,31 @@ impl RunReader {
 
     fn take(&mut self, raw: Raw<'static>) -> Result<(), LogProblem> {
         match raw {
-            Raw::Metadata(metadata) if metadata.name == RUN => {
-                versions::check(&metadata.metadata)?;
-                let header = metadata::header_from_map(&metadata.metadata)?;
-                if header.record_schema_version >= CHUNK_SINCE && self.records.has_other_profile() {
-                    return Err(LogProblem::Misplaced(
-                        "the MCAP header names another profile than run logs have",
-                    ));
-                }
-                self.detached = vec![false; header.blocks as usize];
-                self.header = Some(header);
-            }
-            Raw::Metadata(metadata) if metadata.name == SALVAGE => {
-                let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
-                self.salvage = Some(Gaps::new(header, &metadata.metadata)?);
-            }
             Raw::Metadata(metadata) if metadata.name == RUN_END => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
-            Raw::Attachment { header, data, .. } if header.name == SCENARIO => {
-                let toml = text(SCENARIO, data)?;
-                check_toml(&toml)?;
-                self.scenario_toml = toml;
-            }
-            Raw::Attachment { header, data, .. } if header.name == CHECKPOINT => {
-                self.close_step()?;
-                let state = Some(text(CHECKPOINT, data)?);
-                if self.records.is_vouched_for() {
-                    self.next_checkpoint = state;
-                } else {
-                    self.checkpoint = state;
+            // Runs resume from checkpoints whose checksum, and all those before, are right.
+            Raw::Attachment { header, data, .. }
+                if header.name == CHECKPOINT && !self.records.layout().is_doubtful() =>
+            {
+                // Other programs put it anywhere.
+                if self.rewritten_by.is_none() {
+                    self.close_step()?;
                 }
-            }
-            // Runs resume from sealed checkpoints only.
-            Raw::Metadata(metadata) if metadata.name == CHUNK => {
-                self.checkpoint = self.next_checkpoint.take().or(self.checkpoint.take());
+                let text = String::from_utf8(data.into_owned());
+                self.checkpoint = Some(text.map_err(|_| LogProblem::NotText(CHECKPOINT))?);
             }
             Raw::Schema { header, data } => {
                 let is_new = !self.schemas.contains_key(&header.id);
                 if is_new && self.schema_bytes + data.len() <= MOST_SCHEMA_BYTES {
                     self.schema_bytes += data.len();
                     self.schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
-                    self.schema_heads.insert(header.id, [header.name, header.encoding]);
                 }
             }
             Raw::Channel(channel) => {
-                if !self.announced.contains_key(&channel.topic) {
-                    let announced = Announced {
-                        topic: channel.topic.clone(),
-                        message_encoding: channel.message_encoding,
-                        schema_name: String::new(),
-                        schema_encoding: String::new(),
-                        schema: String::new(),
-                        metadata: channel.metadata,
-                    };
-                    self.announced.insert(channel.topic.clone(), (announced, channel.schema_id));
+                let schema = self.announced.entry(channel.topic.clone()).or_insert(0);
+                if *schema == 0 {
+                    *schema = channel.schema_id;
                 }
                 self.counts.entry(channel.topic).or_insert(0);
             }
@@ -552,18 +553,12 @@ impl RunReader {
                 Err(LogProblem::EndMismatch { what: what.to_owned(), promised, found })
             }
         };
-        // Messages of a salvaged log have their original numbers.
-        if end.status != RunStatus::Salvaged {
-            self.records.layout().check_numbers()?;
-        }
-        /// Entries of only one of the two maps are as wrong as different ones.
-        fn of<T: ToString>(topics: &BTreeMap<String, T>, topic: &str) -> String {
-            topics.get(topic).map_or("nothing".to_owned(), ToString::to_string)
-        }
-        let topics: BTreeSet<&String> = end.message_counts.keys().chain(self.counts.keys()).collect();
-        for topic in topics {
-            let what = format!("messages of {topic}:");
-            mismatch(&what, of(&end.message_counts, topic), of(&self.counts, topic))?;
+        // A topic without messages may not be announced, or not be counted.
+        let topics: BTreeSet<String> = end.message_counts.keys().chain(self.counts.keys()).cloned().collect();
+        for topic in &topics {
+            let of =
+                |counts: &BTreeMap<String, u64>| counts.get(topic).copied().unwrap_or_default().to_string();
+            mismatch(&format!("messages of {topic}:"), of(&end.message_counts), of(&self.counts))?;
         }
         let salvaged = end.status == RunStatus::Salvaged;
         if salvaged != self.salvage.is_some() {
@@ -591,16 +586,22 @@ impl RunReader {
             }
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
-        let (digest, topic_digests) = self.digests.finish(self.counts.keys());
+        let (digest, topic_digests) = self.digests.finish(topics.iter().chain(end.topic_digests.keys()));
         // Older logs have no digests of topics.
         if !end.topic_digests.is_empty() {
-            let topics: BTreeSet<&String> = end.topic_digests.keys().chain(topic_digests.keys()).collect();
-            for topic in topics {
-                let what = format!("digest of {topic}:");
-                mismatch(&what, of(&end.topic_digests, topic), of(&topic_digests, topic))?;
+            for (topic, found) in topic_digests {
+                let nothing = self.counts.get(&topic).copied().unwrap_or_default() == 0;
+                let promised = match end.topic_digests.get(&topic) {
+                    Some(promised) => promised.clone(),
+                    None if nothing => continue,
+                    None => "nothing".to_owned(),
+                };
+                mismatch(&format!("digest of {topic}:"), promised, found)?;
             }
         }
-        mismatch("digest:", end.digest.clone(), digest)?;
+        let order = "digest of the order among topics, each of which is right by itself:";
+        let what = if end.topic_digests.is_empty() { "digest:" } else { order };
+        mismatch(what, end.digest.clone(), digest)?;
         match end.status {
             RunStatus::Interrupted => Err(LogProblem::Interrupted(end.last_step)),
             RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite | RunStatus::StoppedStalled => {
@@ -618,8 +619,4 @@ fn decode<T: DeserializeOwned>(topic: &str, sequence: u32, data: &[u8]) -> Resul
         sequence,
         error,
     })
-}
-
-fn text(name: &'static str, data: std::borrow::Cow<'_, [u8]>) -> Result<String, LogProblem> {
-    String::from_utf8(data.into_owned()).map_err(|_| LogProblem::NotText(name))
 }

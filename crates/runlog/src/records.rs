@@ -9,14 +9,12 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use crate::ahead::Ahead;
 use crate::chunk::Chunk;
 use crate::format::{LONGEST_READ_BYTES, LONGEST_RECORD_BYTES, MAGIC, PROFILE, RECORD_HEAD_BYTES};
-use crate::index::{Place, with_head};
 use crate::layout::Layout;
 use crate::parse::parse;
 use crate::problem::{LogProblem, NoRunLog};
-use crate::seal::Verifier;
-use crate::seal::{LONGEST_SEAL_BYTES, find_seal};
 
 /// Reads the records of one file.
 pub(crate) struct Records {
@@ -28,18 +26,17 @@ pub(crate) struct Records {
     /// The rest of the current chunk.
     chunk: Chunk,
     layout: Layout,
-    verifier: Verifier,
     /// Why the file is no run log, by its first bytes.
     foreign: Option<NoRunLog>,
     has_other_profile: bool,
 }
 
 impl Records {
-    /// Opens a file.
+    /// Opens a file with this header, scenario and end.
     ///
     /// # Errors
     /// If it does not exist or the system refuses.
-    pub(crate) fn open(path: &Path) -> io::Result<Records> {
+    pub(crate) fn open(path: &Path, ahead: &Ahead) -> io::Result<Records> {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
             .with_validate_data_section_crc(true)
@@ -54,8 +51,7 @@ impl Records {
             next_at: MAGIC.len() as u64,
             at: 0,
             chunk: Chunk::default(),
-            layout: Layout::default(),
-            verifier: Verifier::default(),
+            layout: Layout::new(ahead),
             has_other_profile: false,
         })
     }
@@ -63,11 +59,6 @@ impl Records {
     /// The records seen so far.
     pub(crate) fn layout(&self) -> &Layout {
         &self.layout
-    }
-
-    /// Whether the MCAP header has the profile of another program.
-    pub(crate) fn has_other_profile(&self) -> bool {
-        self.has_other_profile
     }
 
     /// Why the file does not begin as run logs do, if so: it is empty, torn, or of another program. The MCAP header
@@ -104,14 +95,9 @@ impl Records {
 
     fn read(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
         loop {
-            let offset = self.chunk.place();
             if let Some((opcode, body)) = self.chunk.next_record().map_err(|problem| problem.at(self.at))? {
                 let record = parse(opcode, body, self.at)?.into_owned();
-                if matches!(record, Record::Chunk { .. }) {
-                    return Err(LogProblem::Misplaced("there is a chunk in a chunk"));
-                }
-                self.layout.take(&record)?;
-                self.verifier.take_inner(&record, offset)?;
+                self.layout.inner(self.at, &record)?;
                 return Ok(Some(record));
             }
             let record = match self.reader.next_event() {
@@ -129,9 +115,7 @@ impl Records {
                     self.at = self.next_at;
                     self.next_at += (RECORD_HEAD_BYTES + data.len()) as u64;
                     let record = parse(opcode, data, self.at)?;
-                    self.layout.take(&record)?;
-                    let place = Place { at: self.at, length: with_head(data.len()) };
-                    self.verifier.take(place, &record, data)?;
+                    self.layout.take(self.at, &record, data)?;
                     record.into_owned()
                 }
                 Some(Err(McapError::UnexpectedEof)) => return Err(self.early_end()),
@@ -164,37 +148,10 @@ impl Records {
         let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
         match read {
             Ok(at) if at > self.next_at && last == *MAGIC => LogProblem::Overlong(self.next_at),
-            _ => match self.goes_on() {
-                Ok(true) => LogProblem::Overlong(self.next_at),
-                Ok(false) => match self.foreign.clone().filter(|_| !self.layout.has_begun()) {
-                    Some(foreign) => foreign.into(),
-                    None => McapError::UnexpectedEof.into(),
-                },
-                Err(error) => error.into(),
+            _ => match self.foreign.clone().filter(|_| !self.layout.has_begun()) {
+                Some(foreign) => foreign.into(),
+                None => McapError::UnexpectedEof.into(),
             },
-        }
-    }
-
-    /// Whether the log is of a version in which every piece is sealed.
-    pub(crate) fn is_vouched_for(&self) -> bool {
-        self.verifier.run_id().is_some()
-    }
-
-    /// Whether the rest of the file, which is not a whole record, contains a record `chunk` of this
-    /// run, or of any run before the header: then the file was not truncated here.
-    fn goes_on(&mut self) -> io::Result<bool> {
-        self.source.seek(SeekFrom::Start(self.next_at))?;
-        let mut bytes = Vec::new();
-        loop {
-            let read = self.source.by_ref().take(LONGEST_READ_BYTES as u64).read_to_end(&mut bytes)?;
-            if find_seal(&bytes, self.verifier.run_id()).is_some() {
-                return Ok(true);
-            }
-            if read == 0 {
-                return Ok(false);
-            }
-            // A record may begin here and end in the next read.
-            bytes.drain(..bytes.len().saturating_sub(LONGEST_SEAL_BYTES));
         }
     }
 }

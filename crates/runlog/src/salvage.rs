@@ -1,10 +1,9 @@
 //! Salvages a damaged log.
 //!
-//! A record is kept if something independent confirms that it is what was written, and of this run:
-//! chunks and attachments have checksums, the records `chunk` assign them to a run (`lineage`), the
-//! caller compares the header with the scenario, since this crate does not interpret scenarios, and
-//! every message must match its topic (`walk`). Where the sequence of records is broken, the file
-//! is searched for the next valid piece (`pieces`).
+//! A record is kept if something independent confirms that it is what was written: chunks and attachments
+//! have checksums, the caller compares the header with the scenario, since this crate does not interpret
+//! scenarios, and every message must match its topic and follow those before it (`walk`). Where the sequence
+//! of records is broken, the file is searched for the next valid piece (`pieces`).
 //!
 //! The result is a log with the status `salvaged` and a metadata record `salvage` that states the
 //! gaps. Messages keep their numbers, so that every reader sees the gaps.
@@ -20,9 +19,8 @@ use std::path::Path;
 
 use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 
+use crate::digest::Digests;
 use crate::findings::{Damage, Salvaged};
-use crate::format::CHUNK_SINCE;
-use crate::lineage::{Entry, Found, Kept, Outline, keep_old};
 use crate::messages::Topic;
 use crate::metadata;
 use crate::pieces::{Content, Pieces};
@@ -42,7 +40,7 @@ pub enum SalvageError {
         /// The reason.
         error: io::Error,
     },
-    /// Neither header nor scenario is left, or their version is unknown.
+    /// No message that a checksum confirms is left, or neither header nor scenario, or their version is unknown.
     #[error("{path}: {problem}")]
     Hopeless {
         /// The file.
@@ -63,8 +61,8 @@ pub type Settle<'a> =
 /// Writes what is left of the log `input` to a new log `output`; all of it for a whole log.
 ///
 /// # Errors
-/// If `input` cannot be read or nothing left in it identifies its run, or `output` exists or cannot
-/// be written.
+/// If `input` cannot be read, nothing left in it identifies its run, or none of its messages is left, or
+/// `output` exists or cannot be written.
 pub fn salvage(
     input: &Path,
     output: &Path,
@@ -73,28 +71,36 @@ pub fn salvage(
 ) -> Result<Salvaged, SalvageError> {
     let name = input.display().to_string();
     let read_error = |error| SalvageError::Read { path: name.clone(), error };
-    let mut pieces = Pieces::open(input).map_err(read_error)?;
-    let found = find(&mut pieces).map_err(read_error)?;
     let hopeless = |problem: String| SalvageError::Hopeless { path: name.clone(), problem };
-    let Basis { header, scenario, end, mut kept } =
-        basis(found, &mut pieces, events, settle).map_err(|problem| match problem {
-            Unsettled::Read(error) => read_error(error),
-            Unsettled::Hopeless(problem) => hopeless(problem),
-        })?;
+    let mut pieces = Pieces::open(input).map_err(read_error)?;
+    let Found { header, scenario, end, entries, newer } = find(&mut pieces).map_err(read_error)?;
+    if let (None, Some(version)) = (&header, newer) {
+        return Err(hopeless(LogProblem::Version(version).to_string()));
+    }
+    let (mut header, mut remarks) = settle(header, scenario.as_deref()).map_err(hopeless)?;
+    // The new log is of the present version, whatever the damaged one was.
+    header.record_schema_version = RECORD_SCHEMA_VERSION;
+    if scenario.is_none() {
+        remarks.push("the scenario is lost".to_owned());
+    }
 
     let events: Vec<EventKind> = events.iter().map(|kind| kind.clone().with(header.parts())).collect();
     let events = &events[..];
-    let gaps = gaps(&kept, &mut pieces, Walk::new(events, &header)).map_err(read_error)?;
+    let gaps = gaps(&entries, &mut pieces, Walk::new(events, &header)).map_err(read_error)?;
     // The first walk finds the gaps, which are written first; the second walk writes.
     let mut walk = Walk::new(events, &header);
     let mut damage = std::mem::take(&mut pieces.damage);
-    damage.append(&mut kept.damage);
-    for entry in kept.entries.iter().filter(|entry| entry.is_chunk) {
+    let mut digests = Digests::default();
+    for entry in entries.iter().filter(|entry| entry.is_chunk) {
         let Some(mut chunk) = pieces.chunk(entry.at).map_err(read_error)? else { continue };
         if gaps.contains(&entry.at) {
             walk.begin_gap();
         }
-        match walk.chunk(entry.at, &mut chunk, &mut |_| Ok(())) {
+        let mut keep = |message: &Message| {
+            digests.add(&message.topic, &message.payload);
+            Ok(())
+        };
+        match walk.chunk(entry.at, &mut chunk, &mut keep) {
             Ok(()) => {}
             Err(ChunkProblem::Content(what)) => {
                 damage.push(Damage { from_byte: entry.at, to_byte: entry.end, what });
@@ -103,172 +109,114 @@ pub fn salvage(
         }
     }
     let (mut salvaged, foreign) = walk.finish(end.as_ref());
+    if salvaged.kept.is_empty() {
+        return Err(hopeless("no message is left that a checksum confirms".to_owned()));
+    }
+    if let Some(topic) = end.as_ref().and_then(|end| changed(end, &salvaged, &mut digests)) {
+        let problem =
+            "has all of its messages with right checksums, but others than metadata `run_end` names";
+        return Err(hopeless(format!("{topic} {problem}")));
+    }
     damage.sort_by_key(|damage| damage.from_byte);
     salvaged.damage = damage;
-    salvaged.remarks.splice(0..0, kept.remarks);
+    salvaged.remarks.splice(0..0, remarks);
 
     let topics = events.iter().map(Topic::of).chain(foreign.into_values());
+    let scenario = scenario.unwrap_or_default();
     let mut writer = RunWriter::create_salvaged(output, input, &header, &scenario, topics)?;
     let report = end.map_or(SolverReport::default(), |end| end.solver);
     let written = writer
         .salvaged(&salvaged)
         .map_err(SalvageError::from)
-        .and_then(|()| {
-            write(&kept.entries, &gaps, &mut pieces, Walk::new(events, &header), &mut writer, &name)
-        })
+        .and_then(|()| write(&entries, &gaps, &mut pieces, Walk::new(events, &header), &mut writer, &name))
         .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
     // Leaves nothing behind on failure: it can be repeated from the input.
     written.map(|_end| salvaged)
 }
 
-/// Finds everything with a right checksum in a file, and its records `chunk`.
+/// A topic of which no message is lost, and some are not those of the run.
+fn changed(end: &RunEnd, salvaged: &Salvaged, digests: &mut Digests) -> Option<String> {
+    let (_, found) = digests.finish(salvaged.kept.keys());
+    let is_all = |topic: &String| salvaged.kept.get(topic) == end.message_counts.get(topic);
+    let is_other =
+        |(topic, digest): &(String, String)| end.topic_digests.get(topic).is_some_and(|said| said != digest);
+    found.into_iter().filter(|(topic, _)| is_all(topic)).find(is_other).map(|(topic, _)| topic)
+}
+
+/// What is left of a file.
+#[derive(Default)]
+struct Found {
+    /// The first header.
+    header: Option<RunHeader>,
+    /// The unknown format version of a header, if there is one.
+    newer: Option<u32>,
+    /// The first scenario.
+    scenario: Option<String>,
+    /// The last end.
+    end: Option<RunEnd>,
+    /// In their order.
+    entries: Vec<Entry>,
+}
+
+/// A chunk or checkpoint whose checksum is right.
+struct Entry {
+    at: u64,
+    end: u64,
+    is_chunk: bool,
+    /// Whether there is damage right before it.
+    is_after_damage: bool,
+}
+
+/// Finds everything with a right checksum in a file.
 fn find(pieces: &mut Pieces) -> io::Result<Found> {
-    let mut found = Found { seals: pieces.seals()?, ..Found::default() };
-    if !found.seals.is_empty() {
-        let before = found.seals.iter().filter(|(_, seal)| seal.number > 0).map(|(_, seal)| seal.before_crc);
-        let named = found.seals.iter().map(|(_, seal)| seal.crc).chain(before).collect();
-        pieces.search_only(named);
-    }
+    let mut found = Found::default();
+    let mut damages = 0;
     while let Some(piece) = pieces.next()? {
-        let mut entry =
-            |is_chunk| found.entries.push(Entry { at: piece.at, end: piece.end, crc: piece.crc, is_chunk });
         match piece.content {
             Content::Run(map) => match versions::check(&map) {
                 Err(LogProblem::Version(version)) => found.newer = found.newer.or(Some(version)),
-                _ => found.headers.extend(metadata::header_from_map(&map).ok()),
+                _ => found.header = found.header.or(metadata::header_from_map(&map).ok()),
             },
-            Content::Scenario(text) => {
-                // A log has one; a few more are examined in case others were added.
-                if found.scenarios.len() < MOST_SCENARIOS {
-                    found.scenarios.push((piece.crc, text));
-                }
+            Content::Scenario(text) => found.scenario = found.scenario.or(Some(text)),
+            Content::End(end) => found.end = Some(*end),
+            Content::Chunk(_) | Content::Checkpoint(_) => {
+                let is_chunk = matches!(piece.content, Content::Chunk(_));
+                let is_after_damage =
+                    pieces.damage.len() > std::mem::replace(&mut damages, pieces.damage.len());
+                found.entries.push(Entry { at: piece.at, end: piece.end, is_chunk, is_after_damage });
             }
-            Content::End(end) => found.ends.push((piece.crc, *end)),
-            Content::Chunk(_) => entry(true),
-            Content::Checkpoint(_) => entry(false),
-            Content::Seal => {}
         }
     }
     Ok(found)
 }
 
-/// Most scenarios examined to find that of the run.
-const MOST_SCENARIOS: usize = 4;
-
-/// The basis of the new log.
-struct Basis {
-    header: RunHeader,
-    scenario: String,
-    end: Option<RunEnd>,
-    kept: Kept,
-}
-
-enum Unsettled {
-    Read(io::Error),
-    Hopeless(String),
-}
-
-/// Determines the run, and what belongs to it.
-fn basis(
-    mut found: Found,
-    pieces: &mut Pieces,
-    events: &[EventKind],
-    settle: &Settle<'_>,
-) -> Result<Basis, Unsettled> {
-    use Unsettled::{Hopeless, Read};
-    if let Some(version) = found.newer.filter(|_| found.headers.is_empty()) {
-        return Err(Hopeless(LogProblem::Version(version).to_string()));
-    }
-    let run = found.run();
-    let (header, scenario) = match &run {
-        Some(run) => {
-            let header = found.headers.iter().find(|header| header.run_id == run.id);
-            (header.or(found.headers.first()).cloned(), found.scenario_of(run).map(str::to_owned))
-        }
-        None => (found.headers.first().cloned(), found.scenarios.first().map(|(_, text)| text.clone())),
-    };
-    let logged_version = header.as_ref().map(|header| header.record_schema_version);
-    let (mut header, mut remarks) = settle(header, scenario.as_deref()).map_err(Hopeless)?;
-    let blocks_of_seals = logged_version.unwrap_or(header.record_schema_version) >= CHUNK_SINCE;
-    let (mut kept, end) = match &run {
-        Some(run) => (found.keep(run), found.end_of(run).cloned()),
-        None if blocks_of_seals && !found.seals.is_empty() => {
-            let what = "its records `chunk` are of another run than metadata `run` and the scenario";
-            return Err(Hopeless(what.to_owned()));
-        }
-        None if blocks_of_seals => (found.keep_none(), None),
-        None => {
-            let end = found.ends.pop().map(|(_, end)| end);
-            (keep_without_seals(&found, pieces, events, &header).map_err(Read)?, end)
-        }
-    };
-    // The new log is of the present version, whatever the damaged one was.
-    header.record_schema_version = RECORD_SCHEMA_VERSION;
-    if scenario.is_none() {
-        remarks.push("the scenario is lost".to_owned());
-    }
-    kept.remarks.splice(0..0, remarks);
-    Ok(Basis { header, scenario: scenario.unwrap_or_default(), end, kept })
-}
-
-/// Selects the chunks of a log of a version without records `chunk`. Nothing identifies the run of
-/// its checkpoints, and no program resumes from them.
-fn keep_without_seals(
-    found: &Found,
-    pieces: &mut Pieces,
-    events: &[EventKind],
-    header: &RunHeader,
-) -> io::Result<Kept> {
-    let mut walk = Walk::new(events, header);
-    let mut messages = |entry: &Entry| -> io::Result<Result<Vec<Message>, String>> {
-        let chunk = pieces.chunk(entry.at)?;
-        Ok(chunk.map_or(Ok(Vec::new()), |mut chunk| walk.messages(entry.at, &mut chunk)))
-    };
-    let mut outlines = Vec::new();
-    let mut damage = Vec::new();
-    let named: BTreeSet<u32> = found.seals.iter().map(|(_, seal)| seal.crc).collect();
-    for entry in found.entries.iter().filter(|entry| entry.is_chunk) {
-        let read = match named.contains(&entry.crc) {
-            true => Err("a chunk of a run of a later version".to_owned()),
-            false => messages(entry)?,
-        };
-        match read {
-            Ok(messages) => outlines.push(Outline::new(*entry, &messages)),
-            Err(what) => damage.push(Damage { from_byte: entry.at, to_byte: entry.end, what }),
-        }
-    }
-    let mut kept = keep_old(outlines, |entry| Ok::<_, io::Error>(messages(entry)?.unwrap_or_default()))?;
-    kept.damage.append(&mut damage);
-    Ok(kept)
-}
-
-/// The offsets of chunks before which messages are missing. The number of a piece reveals that it
-/// is missing; that it contained messages is revealed by the numbers of a topic, possibly only some
-/// chunks later.
-fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTreeSet<u64>> {
+/// The offsets of chunks before which messages are missing. That they are is revealed by the numbers of a
+/// topic, possibly only some chunks after damage.
+fn gaps(entries: &[Entry], pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTreeSet<u64>> {
     let mut gaps = BTreeSet::new();
-    if kept.after_missing.is_empty() {
-        return Ok(gaps);
-    }
-    // The chunks after a missing piece, by index.
+    // The chunks before which something may be missing, by index.
     let mut doubtful: Vec<(usize, u64)> = Vec::new();
     // The next number of each topic, and the index of the chunk after its last message.
     let mut next: BTreeMap<String, (u32, usize)> = BTreeMap::new();
-    let (mut place, mut is_missing) = (0, false);
-    for entry in &kept.entries {
-        is_missing |= kept.after_missing.contains(&entry.at);
+    let (mut place, mut is_after_damage) = (0, false);
+    for entry in entries {
+        is_after_damage |= entry.is_after_damage;
         if !entry.is_chunk {
             continue;
         }
-        if std::mem::take(&mut is_missing) {
+        if std::mem::take(&mut is_after_damage) {
             doubtful.push((place, entry.at));
         }
         if let Some(mut chunk) = pieces.chunk(entry.at)? {
             // The first walk reports what cannot be read.
             for message in walk.messages(entry.at, &mut chunk).unwrap_or_default() {
                 let (expected, since) = next.get(&message.topic).copied().unwrap_or_default();
-                if message.sequence > expected {
+                if message.sequence > expected && since <= place {
                     let from = doubtful.partition_point(|(place, _)| *place < since);
+                    if from == doubtful.len() {
+                        // A chunk that was cut out leaves no damage.
+                        doubtful.push((place, entry.at));
+                    }
                     gaps.extend(doubtful[from..].iter().map(|(_, at)| *at));
                 }
                 next.insert(message.topic, (message.sequence.saturating_add(1), place + 1));

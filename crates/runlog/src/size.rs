@@ -10,11 +10,10 @@ use asperity_record::{
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::announced::{Announced, announcements};
+use crate::announced::Announced;
 use crate::format::{CHUNK_BYTES, RECORD_HEAD_BYTES};
-use crate::messages::{StepMessage, SwitchMessage};
+use crate::messages::{StepMessage, SwitchMessage, Topic, record_topics};
 use crate::metadata::header_to_map;
-use crate::seal::LONGEST_SEAL_BYTES;
 
 /// The longest double in JSON, `-2.2250738585072014e-308`; whole numbers are shorter.
 const LONGEST_NUMBER: u64 = 24;
@@ -30,9 +29,9 @@ const AROUND_A_MESSAGE: u64 = (RECORD_HEAD_BYTES + 2 + 4 + 8 + 8 + 8 + 8) as u64
 /// summary.
 const TOPIC_IN_A_CHUNK: u64 = (RECORD_HEAD_BYTES + 2 + 4 + 2 + 8) as u64;
 
-/// Overhead of a chunk besides messages and topics: its head, its record `chunk`, the summary of
-/// both, and the compressor's overhead on incompressible data, without a 256th of the data.
-const AROUND_A_CHUNK: u64 = LONGEST_SEAL_BYTES as u64 + 512;
+/// Overhead of a chunk besides messages and topics: its head, the summary of it, and the compressor's
+/// overhead on incompressible data, without a 256th of the data.
+const AROUND_A_CHUNK: u64 = 512;
 
 /// Keys, counts and digests of a topic at the end of a log, and in its statistics.
 const TOPIC_AT_THE_END: u64 = 512;
@@ -52,7 +51,9 @@ pub struct MostBytes {
 impl MostBytes {
     /// The bounds for the log of a run with that header and scenario, and events of these kinds.
     pub fn of(header: &RunHeader, scenario_toml: &str, kinds: &[EventKind]) -> MostBytes {
-        let announced = announcements(header, kinds);
+        let events = kinds.iter().map(Topic::of);
+        let announced: Vec<Announced> =
+            record_topics(header).into_iter().chain(events).map(|topic| Announced::of(&topic)).collect();
         let topics = announced.len() as u64;
         let said = |announced: &Announced| {
             let Announced { topic, message_encoding, schema_name, schema_encoding, schema, metadata } =

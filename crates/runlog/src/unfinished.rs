@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use asperity_files::{Existing, FileSet, Inputs, LockedFile, create_folder, is_taken, partial_path};
 use asperity_record::RunHeader;
 
+use crate::ahead::Ahead;
 use crate::problem::{LogError, LogProblem, NoRunLog, WriteError};
 use crate::read::RunReader;
 use crate::records::Records;
@@ -231,7 +232,9 @@ fn emptied(path: &Path) -> Result<LockedFile, WriteError> {
 /// # Errors
 /// If it is of another program, or cannot be read.
 pub fn must_be_ours(path: &Path) -> Result<(), LogError> {
-    let foreign = Records::open(path).map_err(LogProblem::from).and_then(|mut records| records.foreign());
+    let foreign = Records::open(path, &Ahead::default())
+        .map_err(LogProblem::from)
+        .and_then(|mut records| records.foreign());
     let problem = match foreign {
         Ok(None | Some(NoRunLog::Empty | NoRunLog::Torn)) => return Ok(()),
         Ok(Some(foreign)) => foreign.into(),

@@ -74,6 +74,8 @@ pub(crate) struct Walk<'a> {
     missing_switches: u32,
     last_step: Option<u64>,
     last_step_record: Option<u64>,
+    /// The time of the last message kept.
+    last_ns: u64,
     /// Whether something is missing since the last message kept.
     in_gap: bool,
     repeated: u64,
@@ -103,6 +105,7 @@ impl<'a> Walk<'a> {
             missing_switches: 0,
             last_step: None,
             last_step_record: None,
+            last_ns: 0,
             in_gap: false,
             repeated: 0,
             contrary: 0,
@@ -331,7 +334,7 @@ impl<'a> Walk<'a> {
                 before.is_some_and(|before| step < before) || last.is_some_and(|last| step <= last)
             }
             Kind::Switch { step } | Kind::State { step } => before.is_some_and(|before| step < before),
-            Kind::Event => false,
+            Kind::Event => message.time_ns < self.last_ns,
         }
     }
 
@@ -345,6 +348,7 @@ impl<'a> Walk<'a> {
                 self.last_step_record = Some(step);
             }
         }
+        self.last_ns = message.time_ns;
         // Again, because the number of gaps may have grown.
         self.note(message);
         *self.salvaged.kept.entry(message.topic.clone()).or_default() += 1;

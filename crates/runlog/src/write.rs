@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Seek};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -20,13 +20,12 @@ use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Salvaged;
 use crate::format::{
-    CHECKPOINT, CHUNK_BYTES, FIELDS, LONGEST_CHECKPOINT_BYTES, LONGEST_METADATA_BYTES, PROFILE,
-    RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    BYTES, CHECKPOINT, CHUNK_BYTES, FIELDS, LIBRARY, LONGEST_CHECKPOINT_BYTES, LONGEST_METADATA_BYTES,
+    PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
 };
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
 use crate::problem::WriteError;
-use crate::seal::{Sealer, Tee};
 use crate::unfinished::{Place, Unfinished};
 
 /// Work that a crash of the machine may lose.
@@ -35,10 +34,9 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 /// Writes one run log. If dropped before [`RunWriter::finish`], it leaves a file without `run_end`
 /// under the temporary name, recognisable as unfinished.
 pub struct RunWriter {
-    writer: Writer<Tee<BufWriter<UntilRefused<File>>>>,
+    writer: Writer<BufWriter<UntilRefused<File>>>,
     /// After the writer, which writes when it is dropped, since this unlocks the file.
     place: Place,
-    sealer: Sealer,
     /// Uncompressed bytes in the current chunk.
     chunk_bytes: u64,
     channels: BTreeMap<String, Channel>,
@@ -109,12 +107,11 @@ impl RunWriter {
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
         check_toml(scenario_toml).map_err(|error| WriteError::TooLong(SCENARIO, error.to_string()))?;
-        let file = Tee::new(BufWriter::new(UntilRefused::new(place.writer()?)));
-        let mut sealer = Sealer::new(&file, &header.run_id);
+        let file = BufWriter::new(UntilRefused::new(place.writer()?));
         let at = |error| WriteError::of_mcap(place.path(), error);
         let mut writer = WriteOptions::new()
             .profile(PROFILE)
-            .library(concat!("asperity-runlog ", env!("CARGO_PKG_VERSION")))
+            .library([LIBRARY, env!("CARGO_PKG_VERSION")].concat())
             .compression(Some(Compression::Zstd))
             // For digits and repeated keys, higher levels are slower and give longer logs.
             .compression_level(1)
@@ -136,7 +133,7 @@ impl RunWriter {
                 data: Cow::Borrowed(scenario_toml.as_bytes()),
             })
             .map_err(at)?;
-        sealer.close(&mut writer).map_err(at)?;
+        writer.flush().map_err(at)?;
         let mut chunk_bytes = 0;
         let mut topics = messages::record_topics(header);
         topics.extend(events);
@@ -153,7 +150,6 @@ impl RunWriter {
         Ok(RunWriter {
             place,
             writer,
-            sealer,
             chunk_bytes,
             channels,
             digests: Digests::default(),
@@ -200,7 +196,7 @@ impl RunWriter {
         };
         self.close_chunk()?;
         self.writer.attach(&attachment).map_err(|error| self.at(error))?;
-        self.vouch()?;
+        self.flush()?;
         self.sync()?;
         self.place.has_caught_up()
     }
@@ -272,20 +268,19 @@ impl RunWriter {
 
     /// Closes the chunk, unless it is empty.
     fn close_chunk(&mut self) -> Result<(), WriteError> {
-        if std::mem::take(&mut self.chunk_bytes) == 0 { Ok(()) } else { self.vouch() }
+        if std::mem::take(&mut self.chunk_bytes) == 0 { Ok(()) } else { self.flush() }
     }
 
-    /// Seals the piece written last.
-    fn vouch(&mut self) -> Result<(), WriteError> {
-        self.sealer.close(&mut self.writer).map_err(|error| self.at(error))
+    /// Ends the chunk, and passes all bytes to the file.
+    fn flush(&mut self) -> Result<(), WriteError> {
+        self.writer.flush().map_err(|error| self.at(error))
     }
 
     /// Writes what is missing, before all salvaged messages.
     pub(crate) fn salvaged(&mut self, salvaged: &Salvaged) -> Result<(), WriteError> {
         let metadata = metadata(SALVAGE, metadata::salvaged_to_map(salvaged))?;
         self.close_chunk()?;
-        self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
-        self.vouch()
+        self.writer.write_metadata(&metadata).map_err(|error| self.at(error))
     }
 
     /// Writes a salvaged message with its number and time.
@@ -368,13 +363,16 @@ impl RunWriter {
             topic_digests,
             solver,
         };
-        let metadata = metadata(RUN_END, metadata::end_to_map(&end))?;
-        self.close_chunk()?;
+        self.flush()?;
+        let bytes = self.place.writer()?.stream_position();
+        let bytes = bytes.map_err(|error| WriteError::Io { path: self.place.path().to_owned(), error })?;
+        let mut map = metadata::end_to_map(&end);
+        map.insert(BYTES.to_owned(), bytes.to_string());
+        let metadata = metadata(RUN_END, map)?;
         self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
-        self.vouch()?;
         self.writer.finish().map_err(|error| self.at(error))?;
         let place = self.place;
-        let written = self.writer.into_inner().into_inner().into_inner();
+        let written = self.writer.into_inner().into_inner();
         written
             .map_err(|error| WriteError::Io { path: place.path().to_owned(), error: error.into_error() })?;
         if status == RunStatus::Interrupted { place.leave() } else { place.publish() }?;

@@ -20,8 +20,6 @@ pub(crate) struct Size {
     pub(crate) full: bool,
     pub(crate) flips: usize,
     pub(crate) mixes: usize,
-    pub(crate) forgeries: usize,
-    pub(crate) checkpoints: usize,
     /// Of each kind of harm to studies.
     pub(crate) studies: usize,
     /// Rounds over all commands, of pairs and of eights.
@@ -41,8 +39,6 @@ impl Size {
         full: false,
         flips: 200,
         mixes: 60,
-        forgeries: 100,
-        checkpoints: 20,
         studies: 60,
         pairs: 5,
         kills: 24,
@@ -56,8 +52,6 @@ impl Size {
         full: true,
         flips: 2000,
         mixes: 600,
-        forgeries: 1000,
-        checkpoints: 300,
         studies: 1000,
         pairs: 200,
         kills: 1000,

@@ -323,7 +323,7 @@ fn many(log: &Log, count: usize, each: &dyn Fn(usize) -> Part) -> Result<Vec<u8>
             records.splice(0..0, (0..count).map(each));
         }
         _ => {
-            let more = (0..count).map(|number| Item::Record { part: each(number), as_is: false });
+            let more = (0..count).map(|number| Item::Record(each(number)));
             log.items.splice(first..first, more);
         }
     }
@@ -333,32 +333,28 @@ fn many(log: &Log, count: usize, each: &dyn Fn(usize) -> Part) -> Result<Vec<u8>
 
 /// Chunks that unpack to fifty million bytes of events each.
 fn packed(log: &Log) -> Result<Vec<u8>, Error> {
-    let mut parts = log.places().into_iter().filter_map(|place| log.at(place));
-    let event = parts
+    let mut log = log.clone();
+    let event = log
+        .in_chunks()
         .find(|part| part.payload().is_some_and(|text| text.starts_with(b"{\"onset_s\"")))
+        .cloned()
         .ok_or("the log has a slip event")?;
     let mut records = Vec::new();
     while records.len() < 50_000_000 {
         event.put(&mut records);
     }
-    with_chunks(log, &records, 8)
+    with_chunks(&log, &records, 8)
 }
 
-/// The log with `times` chunks of these records after its last one, each followed by its seal if
-/// the format has one.
+/// The log with `times` chunks of these records after its last one.
 fn with_chunks(log: &Log, records: &[u8], times: usize) -> Result<Vec<u8>, Error> {
     let packed = zstd::bulk::compress(records, 1)?;
     let crc = crc32fast::hash(records);
     let chunk = Part::chunk_of(records.len() as u64, crc, "zstd", packed.len() as u64, &packed);
     let mut log = log.clone();
-    let is_link = |item: &&Item| matches!(item, Item::Record { part, .. } if part.name() == Some("chunk"));
-    let link = log.items.iter().find(is_link).cloned();
     let last = log.items.iter().rposition(|item| matches!(item, Item::Chunk { .. }));
-    let at = last.ok_or("the log has a chunk")? + 1 + usize::from(link.is_some());
-    let one = [Some(Item::Record { part: chunk, as_is: false }), link];
-    let one: Vec<Item> = one.into_iter().flatten().collect();
-    log.items.splice(at..at, std::iter::repeat_n(one, times).flatten());
-    // Without a summary: to make one, all of it would have to be unpacked here.
+    let at = last.ok_or("the log has a chunk")? + 1;
+    log.items.splice(at..at, std::iter::repeat_n(Item::Record(chunk), times));
     Ok(log.unfinished_bytes()?)
 }
 
@@ -377,26 +373,19 @@ fn chunk_heads(sound: &[u8]) -> Vec<u8> {
 
 fn with_scenario(log: &Log, text: &str) -> Result<Vec<u8>, Error> {
     let mut log = log.clone();
-    for item in &mut log.items {
-        if let Item::Record { part, .. } = item
-            && part.name() == Some("scenario.toml")
-        {
-            *part = Part::attachment("scenario.toml", text.as_bytes());
-        }
+    if let Some(part) = log.named("scenario.toml") {
+        *part = Part::attachment("scenario.toml", text.as_bytes());
     }
     Ok(log.bytes()?)
 }
 
 fn with_key(log: &Log, key: &str, value: &str) -> Result<Vec<u8>, Error> {
     let mut log = log.clone();
-    for item in &mut log.items {
-        if let Item::Record { part, .. } = item
-            && part.name() == Some("run")
-            && let Some(mut map) = part.map()
-        {
-            map.insert(key.to_owned(), value.to_owned());
-            *part = Part::metadata("run", &map);
-        }
+    if let Some(part) = log.named("run")
+        && let Some(mut map) = part.map()
+    {
+        map.insert(key.to_owned(), value.to_owned());
+        *part = Part::metadata("run", &map);
     }
     Ok(log.bytes()?)
 }
@@ -404,9 +393,7 @@ fn with_key(log: &Log, key: &str, value: &str) -> Result<Vec<u8>, Error> {
 /// The log with its first message saying something else.
 fn with_message(log: &Log, payload: &str) -> Result<Vec<u8>, Error> {
     let mut log = log.clone();
-    let first =
-        log.places().into_iter().find(|place| log.at(*place).is_some_and(|part| part.opcode == op::MESSAGE));
-    if let Some(part) = first.and_then(|place| log.at_mut(place)) {
+    if let Some(part) = log.in_chunks().find(|part| part.opcode == op::MESSAGE) {
         *part = part.with_payload(payload.as_bytes());
     }
     log.correct_end();

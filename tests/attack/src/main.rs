@@ -14,7 +14,6 @@ mod faults;
 mod file;
 mod flips;
 mod forge;
-mod forgeries;
 #[path = "../../fuzz/src/frames.rs"]
 #[expect(unreachable_pub, reason = "the fuzzers share it")]
 mod frames;
@@ -54,11 +53,10 @@ use tally::{Tally, say};
 
 /// The attacks, in the order in which they are made.
 type Attack = fn(&Ground) -> Result<(), Error>;
-const ATTACKS: [(&str, Attack); 12] = [
+const ATTACKS: [(&str, Attack); 11] = [
     ("chunks", chunks::attack),
     ("flips", flips::attack),
     ("mixes", mixes::attack),
-    ("forgeries", forgeries::attack),
     ("studies", studies::attack),
     ("pairs", pairs::attack),
     ("kills", kills::attack),

@@ -9,7 +9,6 @@ pub mod edits;
 pub mod frames;
 pub mod packing;
 pub mod parts;
-pub mod seal;
 pub mod thin;
 
 use std::fs;

@@ -3,7 +3,6 @@
 use mcap::records::op;
 
 use super::parts::Part;
-use super::seal::{is_sealed, seal};
 
 /// How a log is put together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,12 +18,8 @@ impl Packing {
     pub const USUAL: Packing = Packing { per_chunk: 1000, data_crc: true };
 }
 
-/// A file of these records, with messages in chunks; without a summary, unless their format version
-/// verifies it.
+/// A file of these records, with messages in chunks; without a summary.
 pub fn put_together(parts: &[Part], packing: Packing) -> Vec<u8> {
-    if is_sealed(parts) {
-        return seal(&chunked(parts, packing.per_chunk), packing.data_crc);
-    }
     let mut out = mcap::MAGIC.to_vec();
     chunked(parts, packing.per_chunk).iter().for_each(|part| part.put(&mut out));
     let crc = if packing.data_crc { crc32fast::hash(&out) } else { 0 };

@@ -126,12 +126,6 @@ impl Part {
         self.body.get(type_end + 8..self.body.len().checked_sub(4)?)
     }
 
-    /// The kind of an attachment.
-    pub fn media_type(&self) -> Option<&str> {
-        let (_, name_end) = text_at(&self.body, 16).filter(|_| self.opcode == op::ATTACHMENT)?;
-        text_at(&self.body, name_end).map(|(text, _)| text)
-    }
-
     /// The content of a message.
     pub fn payload(&self) -> Option<&[u8]> {
         self.body.get(MESSAGE_HEAD..).filter(|_| self.opcode == op::MESSAGE)

@@ -16,7 +16,6 @@ impl Forge {
         let mut forge = Forge { sound: sound.to_vec(), made: Vec::new() };
         forge.own_numbers();
         forge.own_scenario();
-        forge.own_topics();
         forge.own_ruptures();
         forge.own_links();
         forge.made
@@ -146,33 +145,6 @@ impl Forge {
         });
     }
 
-    fn own_topics(&mut self) {
-        let schema = "has another schema than this program gives it";
-        self.parts("own-schema", "a schema that says something else", schema, |parts| {
-            replace(parts, op::SCHEMA, b"Total normal load", b"Local normal load");
-        });
-        let units = "has other units than this program gives it";
-        self.parts("own-unit", "a force in kelvin", units, |parts| {
-            replace(
-                parts,
-                op::CHANNEL,
-                b"unit:driving_force_n\x01\0\0\0N",
-                b"unit:driving_force_n\x01\0\0\0K",
-            );
-        });
-        self.parts("own-encoding", "messages in another encoding", "is encoded otherwise", |parts| {
-            replace(parts, op::CHANNEL, b"/step\x04\0\0\0json", b"/step\x04\0\0\0cbor");
-        });
-        self.parts("own-topic-more", "a topic that no run has", "is a topic that no run has", |parts| {
-            let at = messages(parts, "/fields")[0];
-            parts.insert(at, Part::channel(77, 1, "/more"));
-        });
-        self.parts("own-events-without-schema", "events of no schema", "or no schema", |parts| {
-            let at = messages(parts, "/fields")[0];
-            parts.insert(at, Part::channel(77, 0, "/events/more"));
-        });
-    }
-
     fn own_ruptures(&mut self) {
         let what = "an anchor that the energies of its rupture do not have";
         self.parts("own-anchor", what, "other events", |parts| {
@@ -285,19 +257,6 @@ fn change_step(parts: &mut [Part], number: usize, with: impl FnOnce(&mut Value))
         let load = |key: &str| message[key].as_f64().expect("it is a number");
         message["ft_fn"] = json!(load("driving_force_n") / load("normal_load_n"));
     });
-}
-
-/// Replaces bytes in the first record of a kind that has them.
-fn replace(parts: &mut [Part], opcode: u8, old: &[u8], new: &[u8]) {
-    assert_eq!(old.len(), new.len());
-    let place = |part: &Part| part.body.windows(old.len()).position(|bytes| bytes == old);
-    let (at, place) = parts
-        .iter()
-        .enumerate()
-        .filter(|(_, part)| part.opcode == opcode)
-        .find_map(|(at, part)| Some((at, place(part)?)))
-        .unwrap_or_else(|| panic!("no record has {}", String::from_utf8_lossy(old)));
-    parts[at].body[place..place + old.len()].copy_from_slice(new);
 }
 
 /// Changes the header.

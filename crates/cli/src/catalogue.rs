@@ -5,9 +5,10 @@ use std::io::Write;
 use std::path::Path;
 
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_numbers::catalogue::{Catalogue, Entry, FEWEST_MAGNITUDES, GutenbergRichter};
+use asperity_numbers::catalogue::{Catalogue, Entry};
 use asperity_numbers::distributions::{TimeFit, TimeLaw};
 use asperity_numbers::goodness::Test;
+use asperity_numbers::gutenberg_richter::{FEWEST_MAGNITUDES, GutenbergRichter};
 use asperity_numbers::omori::{Aftershocks, FEWEST_AFTERSHOCKS, MAIN_SHOCKS_WITHIN, Omori, Shock};
 use asperity_numbers::{radiated_energy_j, radiation_efficiency};
 use asperity_record::{Cell, Column, Event, EventKind, Observer, RunHeader, Rupture, counted};
@@ -266,26 +267,15 @@ fn statistics(source: &Source, completeness: Option<f64>) -> Vec<String> {
         Some(completeness) => GutenbergRichter::above(&magnitudes, completeness),
         None => GutenbergRichter::complete(&magnitudes),
     };
-    lines.push(match &fit {
-        Some(fit) => {
-            let above = format!("above {:.3}, n = {} ({})", fit.completeness, fit.count, fit.test.words());
-            if fit.test.rejects() {
-                format!("  sizes: no law of Gutenberg and Richter {above}")
-            } else {
-                format!("  sizes: b = {:.3} ± {:.3} {above}", fit.b.value, fit.b.error)
-            }
-        }
-        None => {
-            let least = completeness
-                .map(|least| format!("fewer than {FEWEST_MAGNITUDES} above {least}, or all are equal"));
-            let no_law = || {
-                format!("no completeness above which {FEWEST_MAGNITUDES} or more follow the law of Gutenberg and Richter")
-            };
-            format!("  sizes: {}", least.unwrap_or_else(no_law))
-        }
-    });
+    let too_few = || {
+        let above = completeness.map_or(String::new(), |least| format!(" above {least}"));
+        let fewest = FEWEST_MAGNITUDES + usize::from(completeness.is_none());
+        format!("fewer than {fewest}{above}, or all are equal")
+    };
+    lines.push(format!("  sizes: {}", fit.as_ref().map_or_else(too_few, GutenbergRichter::words)));
     if !source.is_study {
-        let least = fit.as_ref().map(|fit| fit.completeness).or(completeness).unwrap_or(f64::NEG_INFINITY);
+        let found = fit.as_ref().filter(|fit| fit.b.is_ok()).map(|fit| fit.completeness);
+        let least = found.or(completeness).unwrap_or(f64::NEG_INFINITY);
         let counted: Vec<Shock> = all.into_iter().filter(|shock| shock.magnitude > least).collect();
         let onsets: Vec<f64> = counted.iter().map(|shock| shock.onset_s).collect();
         lines.push(format!("  times between them: {}", times_between(&onsets)));

@@ -1,20 +1,11 @@
-//! Ruptures as seismology describes earthquakes: magnitudes, stress drops, and the law of Gutenberg and Richter.
+//! Ruptures as seismology describes earthquakes: magnitudes and stress drops.
 
 use std::collections::BTreeMap;
 
 use asperity_model::Scenario;
 use asperity_record::{Arrival, Contacts, Event, Observer, RunHeader, Rupture};
 
-use crate::distributions::{TimeFit, TimeLaw};
-use crate::estimate::Estimate;
-use crate::goodness::Test;
 use crate::rupture_numbers;
-
-/// Fewest magnitudes that the law of Gutenberg and Richter is fitted to.
-pub const FEWEST_MAGNITUDES: usize = 50;
-
-/// How many magnitudes are tried as the completeness, at most.
-const CANDIDATES: usize = 50;
 
 /// The moment magnitude, `(2/3) (log10 M_0 - 9.1)` with the moment in N m: the standard of IASPEI (2013), after Hanks
 /// and Kanamori, J. Geophys. Res. 84, 2348 (1979). Of slip backwards the moment counts by its size; none without any.
@@ -167,62 +158,9 @@ fn skewness(slips: &[ContactSlip]) -> Option<f64> {
     (variance > 0.0).then(|| mean(&|column| (column - centre).powi(3)) / variance.powf(1.5))
 }
 
-/// The law of Gutenberg and Richter among magnitudes: as many lie above `M` as `10^(-b M)` says.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GutenbergRichter {
-    /// The magnitudes above this one are counted.
-    pub completeness: f64,
-    /// How many there are.
-    pub count: usize,
-    /// `b` by maximum likelihood, `log10(e) / (mean M - completeness)`: Aki, Bull. Earthq. Res. Inst. 43, 237 (1965). Its
-    /// standard error, `b / sqrt(n)`, is one only if the test does not reject the law.
-    pub b: Estimate,
-    /// The test of the law.
-    pub test: Test,
-}
-
-impl GutenbergRichter {
-    /// Fits the magnitudes above a completeness; `None` if there are fewer than [`FEWEST_MAGNITUDES`], or all are equal.
-    pub fn above(magnitudes: &[f64], completeness: f64) -> Option<GutenbergRichter> {
-        let over = magnitudes.iter().map(|magnitude| magnitude - completeness);
-        let excess: Vec<f64> = over.filter(|excess| *excess > 0.0).collect();
-        let fit = TimeFit::of(&excess, TimeLaw::Exponential).filter(|_| excess.len() >= FEWEST_MAGNITUDES)?;
-        let TimeFit::Exponential { mean_s: mean } = fit else { return None };
-        let value = std::f64::consts::LOG10_E / mean.value;
-        Some(GutenbergRichter {
-            completeness,
-            count: excess.len(),
-            b: Estimate { value, error: value * mean.error / mean.value },
-            test: Test::of_times(&fit, &excess, TimeLaw::Exponential),
-        })
-    }
-
-    /// Fits the magnitudes above the smallest one from which on the test does not reject the law. `None` if it does so
-    /// from every one of up to 50, evenly spaced by rank, that leave enough magnitudes, and of fewer than 51 magnitudes.
-    pub fn complete(magnitudes: &[f64]) -> Option<GutenbergRichter> {
-        let mut ascending = magnitudes.to_vec();
-        ascending.sort_by(f64::total_cmp);
-        let last = ascending.len().checked_sub(FEWEST_MAGNITUDES + 1)?;
-        let ranks = (0..CANDIDATES.min(last + 1)).map(|n| n * (last + 1) / CANDIDATES.min(last + 1));
-        let mut excess = Vec::with_capacity(ascending.len());
-        ranks
-            .map(|rank| ascending[rank])
-            .filter(|completeness| {
-                let from = ascending.partition_point(|magnitude| magnitude <= completeness);
-                excess.clear();
-                excess.extend(ascending[from..].iter().map(|magnitude| magnitude - completeness));
-                let mean = excess.iter().sum::<f64>() / excess.len() as f64;
-                excess.len() >= FEWEST_MAGNITUDES && !Test::surely_rejects_exponential(mean, &excess)
-            })
-            // The sum of the magnitudes in their order decides the last digits.
-            .filter_map(|completeness| GutenbergRichter::above(magnitudes, completeness))
-            .find(|fit| !fit.test.rejects())
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{ContactSlip, GutenbergRichter, moment_magnitude, skewness, weighted_drop_n};
+    use super::{ContactSlip, moment_magnitude, skewness, weighted_drop_n};
 
     fn near(found: Option<f64>, expected: f64) {
         let found = found.expect("there is one");
@@ -250,34 +188,5 @@ mod tests {
         near(skewness(&of), 6.0 / 3f64.powf(1.5));
         assert_eq!(skewness(&slips(&[(1, 1e-6, 2.0)])), None, "one column");
         assert_eq!([weighted_drop_n(&[]), skewness(&[])], [None, None]);
-    }
-
-    /// Magnitudes at the quantiles of the law with this b, from a completeness on.
-    fn of_law(b: f64, from: f64, count: usize) -> impl Iterator<Item = f64> {
-        (0..count).map(move |n| from - ((n as f64 + 0.5) / count as f64).log10() / b)
-    }
-
-    #[test]
-    fn b_is_found_again_and_its_error_falls_with_the_number() {
-        let magnitudes: Vec<f64> = of_law(0.8, -6.0, 400).collect();
-        let fit = GutenbergRichter::above(&magnitudes, -6.0).expect("there are enough");
-        // Quantiles have a mean a little below that of the law.
-        assert!((fit.b.value - 0.8).abs() < 2e-3, "{}", fit.b.value);
-        assert!((fit.b.error - fit.b.value / 20.0).abs() < 1e-12);
-        assert!(fit.count == 400 && !fit.test.rejects());
-        assert_eq!(GutenbergRichter::above(&magnitudes[..49], -7.0), None);
-    }
-
-    #[test]
-    fn the_completeness_lies_where_the_law_begins() {
-        // As many small ones of equal frequency, over half a magnitude below.
-        let small = (0..400).map(|n| -6.5 + 0.5 * n as f64 / 400.0);
-        let magnitudes: Vec<f64> = small.chain(of_law(1.0, -6.0, 800)).collect();
-        assert!(GutenbergRichter::above(&magnitudes, -6.5).expect("there are enough").test.rejects());
-        let fit = GutenbergRichter::complete(&magnitudes).expect("the larger ones follow the law");
-        assert!((-6.15..=-5.95).contains(&fit.completeness), "{}", fit.completeness);
-        assert!((fit.b.value - 1.0).abs() < 3.0 * fit.b.error, "{}", fit.b.value);
-        let even: Vec<f64> = (0..1000).map(|n| f64::from(n) * 1e-3).collect();
-        assert_eq!(GutenbergRichter::complete(&even), None);
     }
 }

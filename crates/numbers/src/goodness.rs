@@ -20,7 +20,7 @@ use asperity_model::mixed;
 use crate::distributions::{SizeFit, SizeLaw, TimeFit, TimeLaw};
 
 /// The share of samples from the law that is rejected.
-const LEVEL: f64 = 0.05;
+pub(crate) const LEVEL: f64 = 0.05;
 
 /// How many samples are drawn for a critical value: its own level is then 5.0 ± 0.7 %.
 pub(crate) const DRAWS: usize = 999;
@@ -29,9 +29,6 @@ pub(crate) const DRAWS: usize = 999;
 /// which it does within a per cent from some hundred values on (Stephens, J. Am. Stat. Assoc. 69,
 /// 730 (1974)).
 const LARGEST: usize = 400;
-
-/// A distance, times the square root of the number, that no critical value for 50 or more exponential values reaches.
-const CLEARLY: f64 = 1.25;
 
 /// The fit of a law to its sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,25 +80,6 @@ impl Test {
         }
     }
 
-    /// Whether the test surely rejects an exponential fit to ascending values of a mean, 50 or more. The critical value is
-    /// needed, and the distance of every value, only if the fit is not far worse.
-    pub(crate) fn surely_rejects_exponential(mean: f64, ascending: &[f64]) -> bool {
-        let count = ascending.len();
-        let is_beyond = |bound: f64, n: usize| {
-            let p = TimeFit::exponential_survival(ascending[n], mean);
-            let above = |n: usize| (1.0 - n as f64 / count as f64 - p).abs();
-            above(n).max(above(n + 1)) > bound
-        };
-        let clearly = CLEARLY / (count as f64).sqrt();
-        // A hundred of many values show most bad fits.
-        if (0..count).step_by(count / 100 + 1).chain(0..count).any(|n| is_beyond(clearly, n)) {
-            return true;
-        }
-        // The margin is over the rounding of a mean that is summed in another order.
-        let critical = critical_of_times(count, TimeLaw::Exponential) + 1e-6;
-        (0..count).any(|n| is_beyond(critical, n))
-    }
-
     /// Whether the sample is not from the law.
     pub fn rejects(&self) -> bool {
         // A law of two sizes fits every sample up to rounding.
@@ -144,11 +122,11 @@ fn critical_of_times(count: usize, law: TimeLaw) -> f64 {
 }
 
 /// Pseudo-random numbers, a function of their index.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     /// From 0 up to 1, without 1.
-    fn share(&mut self) -> f64 {
+    pub(crate) fn share(&mut self) -> f64 {
         self.0 += 1;
         (mixed(self.0) >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -307,32 +285,6 @@ mod tests {
             assert!((test.critical / table - 1.0).abs() < 0.05, "{law:?}: {test:?}");
             assert!(test.critical < 0.85 * half_band(25) && test == test_of_times(&times, law), "{law:?}");
         }
-    }
-
-    #[test]
-    fn clear_rejections_are_rejections() {
-        for count in (50..LARGEST).step_by(25).chain([LARGEST, 3000]) {
-            let times: Vec<f64> = (1..=count as u32).map(f64::from).collect();
-            let critical = test_of_times(&times, TimeLaw::Exponential).critical * (count as f64).sqrt();
-            assert!((1.0..super::CLEARLY - 0.05).contains(&critical), "{count}: {critical}");
-        }
-    }
-
-    /// The quick test rejects what the whole one does, and nothing else, near the critical value too.
-    #[test]
-    fn sure_rejections_are_those_of_the_test() {
-        let mut random = Random::new(9);
-        let mut rejected = 0;
-        for count in [50, 77, 400, 1000].repeat(60) {
-            let mut times: Vec<f64> =
-                (0..count).map(|_| (-random.uniform(0.0, 1.0).ln()).powf(0.9)).collect();
-            times.sort_by(f64::total_cmp);
-            let mean = times.iter().sum::<f64>() / f64::from(count);
-            let rejects = test_of_times(&times, TimeLaw::Exponential).rejects();
-            assert_eq!(Test::surely_rejects_exponential(mean, &times), rejects);
-            rejected += usize::from(rejects);
-        }
-        assert!((20..220).contains(&rejected), "{rejected}");
     }
 
     #[test]

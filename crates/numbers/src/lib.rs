@@ -71,6 +71,7 @@ pub mod estimate;
 pub mod fronts;
 pub mod goodness;
 mod growth;
+pub mod gutenberg_richter;
 mod hold_phase;
 mod junctions;
 mod key;
@@ -105,7 +106,9 @@ pub use asperity_record::RupturesFrom;
 pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
 pub use number::Number;
-pub use rupture_numbers::{WIDE_BLOCKS, front_speed_m_per_s, radiated_energy_j, radiation_efficiency};
+pub use rupture_numbers::{
+    WIDE_BLOCKS, front_speed_m_per_s, front_speeds_m_per_s, radiated_energy_j, radiation_efficiency,
+};
 pub use statistics::{median, quantile};
 pub use summarizer::{Slider, Summarizer};
 pub use summary::Summary;

@@ -2,8 +2,9 @@
 
 use asperity_record::Rupture;
 
-use crate::catalogue::{GutenbergRichter, moment_magnitude};
-use crate::rupture_numbers::{radiated_energy_j, released_energy_j};
+use crate::catalogue::moment_magnitude;
+use crate::gutenberg_richter::GutenbergRichter;
+use crate::rupture_numbers::{energy_error_j, radiated_energy_j, released_energy_j};
 
 /// Collects one number of each rupture, and two sums.
 #[derive(Debug, Default)]
@@ -12,6 +13,7 @@ pub(crate) struct Magnitudes {
     sizes: Vec<Size>,
     radiated_j: f64,
     released_j: f64,
+    error_j: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -28,6 +30,7 @@ impl Magnitudes {
         {
             self.radiated_j += radiated_j;
             self.released_j += released_j;
+            self.error_j += energy_error_j(rupture).unwrap_or(0.0);
         }
     }
 
@@ -40,15 +43,17 @@ impl Magnitudes {
         self.sizes.iter().filter_map(moment).filter_map(moment_magnitude).collect()
     }
 
-    /// The largest magnitude, and the law of Gutenberg and Richter, where it is not rejected.
+    /// The largest magnitude, and the law of Gutenberg and Richter, where there are enough to test it.
     pub(crate) fn sizes(&self, modulus_n_per_m: Option<f64>) -> (Option<f64>, Option<GutenbergRichter>) {
         let magnitudes = self.magnitudes(modulus_n_per_m);
         let largest = magnitudes.iter().copied().max_by(f64::total_cmp);
         (largest, GutenbergRichter::complete(&magnitudes))
     }
 
-    /// Radiated over released energy of the ruptures of which both are known.
+    /// Radiated over released energy of the ruptures of which both are known: 0, or above what the finite step and rounding
+    /// added to it.
     pub(crate) fn radiated_ratio(&self) -> Option<f64> {
-        (self.released_j > 0.0).then(|| self.radiated_j / self.released_j)
+        let is_known = self.radiated_j == 0.0 || self.radiated_j > self.error_j.abs();
+        (self.released_j > 0.0 && is_known).then(|| self.radiated_j / self.released_j)
     }
 }

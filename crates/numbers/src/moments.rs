@@ -9,8 +9,8 @@
 
 use asperity_record::Rupture;
 
-use crate::catalogue::FEWEST_MAGNITUDES;
 use crate::estimate::Estimate;
+use crate::gutenberg_richter::FEWEST_MAGNITUDES;
 use crate::run_data::RunEvents;
 use crate::statistics::median;
 

@@ -35,6 +35,13 @@ pub(crate) fn released_energy_j(rupture: &Rupture) -> Option<f64> {
     Some(rupture.drive_work_j? + rupture.prestress_work_j? - rupture.elastic_change_j?)
 }
 
+/// What the finite time step added to these energies, and what they do not add up to, J.
+pub(crate) fn energy_error_j(rupture: &Rupture) -> Option<f64> {
+    let scheme_j = rupture.scheme_work_j?;
+    let spent_j = released_energy_j(rupture)? + rupture.anchor_change_j? + scheme_j;
+    Some(scheme_j.abs() + (spent_j - rupture.friction_heat_j? - radiated_energy_j(rupture)?).abs())
+}
+
 /// Radiated energy over itself and the fracture energy, the energy that friction springs lost at detachments less what
 /// they gained at re-attachments. None unless both are above 0, so by laws without friction springs.
 pub fn radiation_efficiency(rupture: &Rupture) -> Option<f64> {
@@ -43,16 +50,26 @@ pub fn radiation_efficiency(rupture: &Rupture) -> Option<f64> {
     (radiated_j > 0.0 && fracture_j > 0.0).then(|| radiated_j / (radiated_j + fracture_j))
 }
 
-/// The speed of a rupture's front along the slider, on the side where it ran farther, or on the other if only
-/// that has one, m/s.
-pub fn front_speed_m_per_s(rupture: &Rupture, contacts: Contacts) -> Option<f64> {
+/// The speeds of a rupture's front towards higher and towards lower columns, m/s. None of a front that outruns the grid: so
+/// fast that it would pass all columns it reached sooner than waves of this speed pass from one to the next.
+pub fn front_speeds_m_per_s(
+    rupture: &Rupture,
+    contacts: Contacts,
+    wave_m_per_s: Option<f64>,
+) -> [Option<f64>; 2] {
     let nucleation = contacts.column(rupture.nucleation_block);
-    let up = rupture.last_block.saturating_sub(nucleation);
-    let down = nucleation.saturating_sub(rupture.first_block);
-    let (farther, other) = if up >= down {
-        (rupture.front_speed_up_m_per_s, rupture.front_speed_down_m_per_s)
-    } else {
-        (rupture.front_speed_down_m_per_s, rupture.front_speed_up_m_per_s)
-    };
-    farther.or(other)
+    let up = (rupture.last_block.saturating_sub(nucleation), rupture.front_speed_up_m_per_s);
+    let down = (nucleation.saturating_sub(rupture.first_block), rupture.front_speed_down_m_per_s);
+    [up, down].map(|(spacings, speed)| {
+        speed.filter(|speed| wave_m_per_s.is_none_or(|wave| *speed <= f64::from(spacings) * wave))
+    })
+}
+
+/// The speed of its front on the side where it ran farther, or on the other if only that has one, m/s.
+pub fn front_speed_m_per_s(rupture: &Rupture, contacts: Contacts, wave_m_per_s: Option<f64>) -> Option<f64> {
+    let [up, down] = front_speeds_m_per_s(rupture, contacts, wave_m_per_s);
+    let nucleation = contacts.column(rupture.nucleation_block);
+    let is_up =
+        rupture.last_block.saturating_sub(nucleation) >= nucleation.saturating_sub(rupture.first_block);
+    if is_up { up.or(down) } else { down.or(up) }
 }

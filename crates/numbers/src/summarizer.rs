@@ -194,7 +194,10 @@ impl Summarizer {
         let simulated_s = grid.time_s(last_step);
         let contacts = header.contacts();
         let length_ratio = |rupture: &Rupture| rupture.reach().length_ratio(contacts.columns());
-        let speed_m_per_s = |rupture: &Rupture| measures::front_speed_m_per_s(rupture, contacts);
+        let scales = header.scales.or(slider.scales);
+        let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
+        let speed_m_per_s =
+            |rupture: &Rupture| measures::front_speed_m_per_s(rupture, contacts, wave_speed_m_per_s);
 
         let farthest = || growth.iter().map(|(_, rupture)| rupture);
         let precursors: Vec<&Rupture> = farthest().filter(|rupture| !rupture.reached_every_block).collect();
@@ -219,12 +222,10 @@ impl Summarizer {
         let creeps = creep_front_block.is_some_and(|block| {
             block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(contacts.columns())
         });
-        let scales = header.scales.or(slider.scales);
         // Before version 6 only the scenario has it.
         let modulus_n_per_m =
             [header.scales, slider.scales].into_iter().flatten().find_map(|scales| scales.modulus_n_per_m);
         let (largest_magnitude, sizes) = self.magnitudes.sizes(modulus_n_per_m);
-        let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
         let wave_s =
             scales.map(|scales| f64::from(contacts.columns().saturating_sub(1)) * scales.block_time_s);
         let front_speed_m_per_s = median_of(&growing, speed_m_per_s);
@@ -312,8 +313,10 @@ impl Summarizer {
             largest_magnitude,
             completeness_magnitude: sizes.as_ref().map(|sizes| sizes.completeness),
             complete_rupture_count: sizes.as_ref().map(|sizes| sizes.count as u64),
-            gutenberg_richter_b: sizes.as_ref().map(|sizes| sizes.b.value),
-            gutenberg_richter_b_error: sizes.as_ref().map(|sizes| sizes.b.error),
+            gutenberg_richter_b: sizes.as_ref().and_then(|sizes| Some(sizes.b.ok()?.value)),
+            gutenberg_richter_b_error: sizes.as_ref().and_then(|sizes| Some(sizes.b.ok()?.error)),
+            // Without commas, as cells of tables are.
+            gutenberg_richter_test: sizes.as_ref().map(|sizes| sizes.words().replace(',', ";")),
             radiated_over_released_energy_ratio: self.magnitudes.radiated_ratio(),
             drive_work_j: energy.map(|energy| energy.drive_work_j),
             prestress_work_j: energy.map(|energy| energy.prestress_work_j),

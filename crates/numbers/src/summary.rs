@@ -158,16 +158,18 @@ summary! {
         "Magnitudes" {
             /// Largest moment magnitude of a rupture, `(2/3) (log10 M_0 - 9.1)`.
             largest_magnitude: Option<f64> [unit = "1"],
-            /// Smallest magnitude above which 50 or more magnitudes follow the law of Gutenberg and Richter, the completeness,
-            /// of up to 50 candidates, evenly spaced by rank; null, as are the three below, if the law is rejected from all of
-            /// them, and of fewer than 51 magnitudes.
+            /// The completeness, the magnitude above which the law of Gutenberg and Richter fits best and is tested; null, as are
+            /// the four below, of fewer than 51 magnitudes.
             completeness_magnitude: Option<f64> [unit = "1"],
             /// Number of magnitudes above the completeness.
             complete_rupture_count: Option<u64>,
-            /// `b` of these magnitudes by maximum likelihood.
+            /// `b` of these magnitudes by maximum likelihood; null if the law is rejected, if they span less than 1, or if all
+            /// magnitudes may be normal.
             gutenberg_richter_b: Option<f64> [unit = "1"],
-            /// Standard error of `b`.
+            /// Standard error of `b`, which contains the search for the completeness.
             gutenberg_richter_b_error: Option<f64> [unit = "1"],
+            /// `b`, or why there is none, with the completeness, the number and the test.
+            gutenberg_richter_test: Option<String>,
             /// Radiated energy over the elastic energy released and the work of drive and prestress, summed over ruptures during
             /// which no other one slid.
             radiated_over_released_energy_ratio: Option<f64>,

@@ -475,9 +475,37 @@ fn full() -> Summary {
         complete_rupture_count: Some(60),
         gutenberg_richter_b: Some(0.8),
         gutenberg_richter_b_error: Some(0.1),
+        gutenberg_richter_test: Some("b = 0.8".to_owned()),
         radiated_over_released_energy_ratio: summary.radiated_over_released_energy_ratio.or(Some(0.01)),
         ..summary
     }
+}
+
+/// A front of 10 blocks over which it would run sooner than waves pass one, and energies no larger than their errors.
+#[test]
+fn what_the_grid_or_the_step_does_not_resolve_is_no_number() {
+    let wave_m_per_s = slider().scales.expect("it has them").wave_speed_m_per_s();
+    let of = |over_wave: f64, viscous_j: f64| {
+        let mut run = Summarizer::new("mine", &header(), slider());
+        run.rupture(&Rupture {
+            front_speed_up_m_per_s: Some(over_wave * wave_m_per_s),
+            drive_work_j: Some(1.0),
+            prestress_work_j: Some(0.0),
+            friction_heat_j: Some(3.0 - viscous_j),
+            anchor_change_j: Some(0.0),
+            viscous_loss_j: Some(viscous_j),
+            kinetic_change_j: Some(0.0),
+            elastic_change_j: Some(-2.0 - 1e-3),
+            scheme_work_j: Some(-1e-3),
+            ..rupture(0, 100, 110, 130, 10, 0.4)
+        });
+        let summary = run.finish(RupturesFrom::Log, Some(&end(RunStatus::Complete, 10_000, &[])));
+        let ratio = summary.radiated_over_released_energy_ratio.map(|ratio| (ratio * 3.001 * 1e4).round());
+        (summary.front_speed_over_wave_speed_ratio, ratio)
+    };
+    assert_eq!(of(8.0, 0.5), (Some(8.0), Some(5000.0)));
+    assert_eq!(of(9.1, 0.0), (None, Some(0.0)));
+    assert_eq!([0.9e-3, -0.5, 1.1e-3].map(|viscous_j| of(1.0, viscous_j).1), [None, None, Some(11.0)]);
 }
 
 #[test]

@@ -91,7 +91,7 @@ pub(crate) fn data(run: &Run) -> (String, String) {
             u8::from(rupture.open),
             digits(rupture.ft_fn_onset),
             rupture.ft_fn_end.map(digits),
-            front_speed_m_per_s(rupture, contacts).map(digits),
+            front_speed_m_per_s(rupture, contacts, run.summary.wave_speed_m_per_s).map(digits),
             rupture.mean_slip_m.map(|slip| round(slip, 4)),
             seen.front.as_ref().map(|front| {
                 let since = |step: u64| step.saturating_sub(rupture.onset_step);
@@ -339,7 +339,7 @@ fn widest(run: &Run) -> String {
             None => Cell::None,
         };
         let drop = rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end);
-        let speed = front_speed_m_per_s(rupture, run.header.contacts());
+        let speed = front_speed_m_per_s(rupture, run.header.contacts(), run.summary.wave_speed_m_per_s);
         Row::from(vec![
             Cell::number(rupture.rupture),
             Cell::text(kind(seen).1),

@@ -59,6 +59,9 @@ const MOST_ORDERS: usize = 4;
 /// Most orders in any case, for steps so long that orders hardly decrease.
 const LAST_ORDER: usize = 40;
 
+/// A remainder of the balance below this share of its terms is rounding.
+const ROUNDING: f64 = 1e-13;
+
 /// How the work of single steps is added up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Bookkeeping {
@@ -107,6 +110,8 @@ pub(crate) struct Accounts {
     by_steps: bool,
     /// Whether the viscous loss, or the radiated energy, follows from the balance.
     balances: bool,
+    /// Whether there are dampers between blocks, or to a wall or around the end.
+    has_dampers: bool,
     radiated: Radiated,
     radiation_kg_per_s: f64,
     orders: usize,
@@ -167,6 +172,7 @@ impl Accounts {
                 || plan.has_contact_courses()
                 || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
+            has_dampers: chain.damping_kg_per_s > 0.0 && plan.blocks > 1,
             radiated: Radiated::of(plan, &chain),
             radiation_kg_per_s: plan.friction.law.radiation_kg_per_s(),
             orders,
@@ -378,13 +384,22 @@ impl Accounts {
         energy
     }
 
-    /// Sets the viscous loss, or the radiated energy, to the remainder of the balance.
+    /// Sets the viscous loss, or the radiated energy, to the remainder of the balance; to 0 without any damper, and where the
+    /// remainder is rounding.
     fn balance(&self, energy: &mut Energy) {
-        let lost_j = (energy.drive_work_j + energy.prestress_work_j)
-            + (energy.anchor_change_j + energy.scheme_work_j)
-            - (energy.friction_heat_j + energy.radiated_j.unwrap_or(0.0))
-            - (energy.kinetic_j - self.initial_kinetic_j)
-            - (energy.elastic_j - self.initial_elastic_j);
+        if self.radiated != Radiated::Rest && !self.has_dampers {
+            return;
+        }
+        let terms_j = [
+            energy.drive_work_j + energy.prestress_work_j,
+            energy.anchor_change_j + energy.scheme_work_j,
+            -(energy.friction_heat_j + energy.radiated_j.unwrap_or(0.0)),
+            -(energy.kinetic_j - self.initial_kinetic_j),
+            -(energy.elastic_j - self.initial_elastic_j),
+        ];
+        let rest_j = terms_j.iter().sum::<f64>();
+        let size_j = terms_j.iter().map(|term_j| term_j.abs()).sum::<f64>();
+        let lost_j = if rest_j.abs() <= ROUNDING * size_j { 0.0 } else { rest_j };
         match self.radiated {
             Radiated::Rest => energy.radiated_j = Some(lost_j),
             Radiated::None | Radiated::Apart => energy.viscous_loss_j = lost_j,

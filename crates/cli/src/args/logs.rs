@@ -126,8 +126,8 @@ pub(crate) struct CatalogueArguments {
     /// How to print it.
     #[arg(long, value_enum, default_value = "csv")]
     pub(crate) format: CatalogueFormat,
-    /// The magnitude above which statistics are made [default: the smallest one above which the test does not
-    /// reject the law of Gutenberg and Richter].
+    /// The magnitude above which statistics are made [default: the one above which the law of Gutenberg and
+    /// Richter fits best].
     #[arg(long, value_name = "MAGNITUDE", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) completeness: Option<f64>,
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use asperity_model::front::{Front, relative_prestress};
+use asperity_numbers::front_speeds_m_per_s;
 use asperity_numbers::fronts::crossing_s;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
@@ -63,7 +64,8 @@ impl FrontProfile {
         let about = if run.of_one_row().is_some() { "between neighbours" } else { "of each contact" };
         let mut rows = vec![(Sample::Marks(Marker::Circle, INK), about.to_owned())];
         let mut items = vec![Item::Line(vec![(first, 1.0), (last, 1.0)], Dash::Dashed, GREY)];
-        let ways = [(rupture.front_speed_up_m_per_s, last), (rupture.front_speed_down_m_per_s, first)];
+        let [up, down] = front_speeds_m_per_s(rupture, run.header.contacts(), Some(c_m_per_s));
+        let ways = [(up, last), (down, first)];
         let edge = |block: f64| (block, AT_THE_EDGE * to);
         for (speed, end) in ways {
             match speed.map(|speed| speed / c_m_per_s) {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use asperity_numbers::distributions::{SizeLaw, TimeLaw};
+use asperity_numbers::front_speeds_m_per_s;
 use asperity_numbers::fronts::crossing_s;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
@@ -77,7 +78,8 @@ fn numbers(run: &RunData) -> Result<Vec<(String, String)>, String> {
     let friction = &run.plan.friction;
     let largest = run.loads()?.iter().map(|load| load.load_ratio()).fold(f64::NEG_INFINITY, f64::max);
     let c_m_per_s = run.plan.spacing_m / crossing_s(run);
-    let speed = first_global.and_then(|rupture| rupture.front_speed_up_m_per_s);
+    let speeds = |rupture| front_speeds_m_per_s(rupture, run.header.contacts(), Some(c_m_per_s));
+    let speed = first_global.and_then(|rupture| speeds(rupture)[0]);
     let place = if run.of_one_row().is_some() { "block" } else { "column" };
     let rows = [
         match friction.law.rate_and_state() {

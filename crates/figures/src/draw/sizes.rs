@@ -44,8 +44,8 @@ pub(crate) struct Part {
     blocks: u32,
     /// What they are called.
     unit: &'static str,
-    /// `b` of the magnitudes of all ruptures, and the completeness, where the law is not rejected.
-    b: Option<(Estimate, f64)>,
+    /// `b` of the magnitudes of all ruptures, or why there is none, in the words of the summary.
+    b: Option<String>,
 }
 
 impl Figure for Sizes {
@@ -75,15 +75,8 @@ pub(super) fn part(run: &RunData, from_blocks: u32) -> Result<Part, String> {
         global_slips: after.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count(),
         blocks: run.header.blocks,
         unit: if run.of_one_row().is_some() { "blocks" } else { "contacts" },
-        b: gutenberg_richter(run),
+        b: run.summary.gutenberg_richter_test.clone(),
     })
-}
-
-/// The law of Gutenberg and Richter, as in the summary.
-fn gutenberg_richter(run: &RunData) -> Option<(Estimate, f64)> {
-    let summary = &run.summary;
-    let b = Estimate { value: summary.gutenberg_richter_b?, error: summary.gutenberg_richter_b_error? };
-    Some((b, summary.completeness_magnitude?))
 }
 
 /// A number with its error, both to two digits of the error.
@@ -135,9 +128,9 @@ pub(super) fn distribution(
         if let Some(before) = part.before {
             rows.push((Sample::Nothing, format!("global slips: {}, before: {before}", part.global_slips)));
         }
-        if let Some((b, completeness)) = part.b {
-            let above = format!("b = {} for M > {completeness:.2}", with_error(b)).replace("> -", "> −");
-            rows.push((Sample::Nothing, above));
+        if let Some(b) = &part.b {
+            let lines = b.replace(" above ", "\nabove ").replace(": ", ":\n").replace('-', "−");
+            rows.extend(lines.lines().map(|line| (Sample::Nothing, line.to_owned())));
         }
         match SizeFit::of(&part.sizes, law, from_blocks, part.blocks - 1) {
             _ if law == SizeLaw::None => {}

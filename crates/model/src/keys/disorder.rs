@@ -14,7 +14,8 @@ pub(super) const DISORDER: &[Key] = &[
         symbol: "",
         doc: "How all that is drawn is distributed (friction.static_spread, dynamic_spread, stiffness_spread, \
               load_spread): uniform, from mean - spread to mean + spread; normal, lognormal and weibull, with \
-              the spread as standard deviation; two-valued, mean + spread in asperities, mean - spread elsewhere.",
+              the spread as standard deviation; two-valued, mean + spread in asperities, mean - spread elsewhere, so \
+              that the mean of all shifts by (2 asperity_share - 1) spread.",
         kind: Word(&["uniform", "normal", "lognormal", "weibull", "two-valued"]),
         default: Is(Value::Text("uniform")),
     },

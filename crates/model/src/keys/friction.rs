@@ -261,8 +261,8 @@ pub(super) const FRICTION: &[Key] = &[
     Key {
         path: "friction.static_spread",
         symbol: "",
-        doc: "Half the width of a uniform random spread that is added to mu_s, block by block; what was drawn \
-              stands in the table drawn.",
+        doc: "Random spread that is added to mu_s, block by block: by disorder.distribution half the width, the standard \
+              deviation, or half the distance of two values; what was drawn stands in the table drawn.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },

@@ -60,7 +60,10 @@ impl<const D: usize> Account<'_, D> {
         let stored_j = (here.kinetic_j - start.kinetic_j) + (here.elastic_j - start.elastic_j);
         ledger.drive_work_j.add(drive_j);
         ledger.load_work_j.add(load_j);
-        ledger.viscous_loss_j.add((drive_j + load_j) + scheme_j - stored_j);
+        // Without dampers the rest is rounding.
+        if self.plan.elastic.damping_kg_per_s() > 0.0 {
+            ledger.viscous_loss_j.add((drive_j + load_j) + scheme_j - stored_j);
+        }
         ledger.scheme_work_j.add(scheme_j + (here.ahead_j - start.ahead_j));
         state.energy = ledger;
     }

@@ -309,7 +309,6 @@ mod tests {
             let within = off.iter().filter(|off| off.abs() <= 2.0).count();
             let mean = off.iter().sum::<f64>() / off.len() as f64;
             let words = format!("b = {b} of {of}, {width}: {} have one, {within} near, {mean:.2}", off.len());
-            println!("{words}");
             assert!(off.len() >= 90 && within * 10 >= off.len() * 9 && mean.abs() <= 0.5, "{words}");
         }
     }

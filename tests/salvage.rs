@@ -241,6 +241,11 @@ fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
     assert!(!said.contains(" lost") && !said.contains("nothing between"), "{said}");
     assert_eq!(read_until_problem(&out).0, log.items);
 
+    let last = log.chunks[log.chunks.len() - 1].0.clone();
+    let moved = [&b[..third.start], &b[last.clone()], &b[third.start..last.start], &b[last.end..]].concat();
+    let (said, out) = log.salvage(&moved);
+    assert_eq!(read_until_problem(&out).0, log.items, "{said}");
+
     let other = ["recording.fields_s=0.0005", "time.duration_s=0.6", "slider.blocks=50"];
     let other = Log::with(&[&["default"][..], &other.map(|set| ["--set", set]).concat()].concat());
     let foreign = &other.bytes[other.chunks[1].0.clone()];

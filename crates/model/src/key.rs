@@ -52,7 +52,7 @@ pub enum Kind {
     Word(&'static [&'static str]),
     /// `true` or `false`.
     Flag,
-    /// Any text on one line, of at most so many bytes.
+    /// Any text on one line, of at most this number of bytes.
     Text(usize),
     /// A list of finite numbers within bounds, empty or of a length defined elsewhere.
     Numbers(Bound, Bound),

@@ -23,7 +23,7 @@ use crate::digest::Digests;
 use crate::findings::{Damage, Salvaged};
 use crate::messages::Topic;
 use crate::metadata;
-use crate::pieces::{Content, Pieces};
+use crate::pieces::{Content, Piece, Pieces};
 use crate::problem::{LogProblem, WriteError};
 use crate::versions;
 use crate::walk::{ChunkProblem, Message, Walk};
@@ -154,7 +154,7 @@ struct Found {
     scenario: Option<String>,
     /// The last end.
     end: Option<RunEnd>,
-    /// In their order.
+    /// In the order of their times.
     entries: Vec<Entry>,
 }
 
@@ -162,6 +162,8 @@ struct Found {
 struct Entry {
     at: u64,
     end: u64,
+    /// The time of its first message.
+    time_ns: u64,
     is_chunk: bool,
     /// Whether there is damage right before it.
     is_after_damage: bool,
@@ -179,14 +181,23 @@ fn find(pieces: &mut Pieces) -> io::Result<Found> {
             },
             Content::Scenario(text) => found.scenario = found.scenario.or(Some(text)),
             Content::End(end) => found.end = Some(*end),
-            Content::Chunk(_) | Content::Checkpoint(_) => {
-                let is_chunk = matches!(piece.content, Content::Chunk(_));
+            content @ (Content::Chunk(_) | Content::Checkpoint(_)) => {
                 let is_after_damage =
                     pieces.damage.len() > std::mem::replace(&mut damages, pieces.damage.len());
-                found.entries.push(Entry { at: piece.at, end: piece.end, is_chunk, is_after_damage });
+                let (is_chunk, first_ns) = match content {
+                    Content::Chunk(mut chunk) => (true, chunk.first_ns()),
+                    _ => (false, None),
+                };
+                // A checkpoint belongs behind what stands before it.
+                let before_ns = found.entries.last().map(|entry| entry.time_ns);
+                let time_ns = first_ns.or(before_ns).unwrap_or_default();
+                let Piece { at, end, .. } = piece;
+                found.entries.push(Entry { at, end, time_ns, is_chunk, is_after_damage });
             }
         }
     }
+    // Chunks that were moved, or stand there twice.
+    found.entries.sort_by_key(|entry| entry.time_ns);
     Ok(found)
 }
 

@@ -179,7 +179,7 @@ impl RunWriter {
     }
 
     /// Writes a checkpoint, and syncs the log to disk. Leaves out one that is longer than readers accept, as of a body
-    /// of half a million nodes: such a run begins anew.
+    /// of half a million nodes: such a run starts again from its beginning.
     ///
     /// # Errors
     /// If the file cannot be written.

@@ -38,7 +38,7 @@ fn a_stop_ends_each_solver_after_bounded_work_and_changes_nothing() {
 
         let mut solver = kind.start(plan.clone());
         let (mut found, mut stops, mut restored) = (Vec::new(), 0_u64, 0);
-        // The modes of a lattice take many looks, and begin anew after each stop.
+        // The modes of a lattice take many looks, and start again after each stop.
         let mut patience = 1_u64;
         loop {
             let (before, looks) = (solver.counters(), std::cell::Cell::new(0));

@@ -30,7 +30,7 @@ const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 const LONGEST: usize = 10_000_000;
 
 /// The commands that read a kind of file, with FILE in place of its name.
-const ON_LOGS: [&[&str]; 14] = [
+const ON_LOGS: [&[&str]; 15] = [
     &["check", "FILE"],
     &["salvage", "FILE", "--out", "salvaged.mcap"],
     &["events", "FILE"],

@@ -1,6 +1,6 @@
 //! Misplaced chunks and halves: of another run, moved, doubled, dropped, and logs cut at every border of
 //! records. Raw, as after a fault of the file system, and with a corrected checksum of the data. None counts as
-//! complete. Of this run alone, salvage keeps messages once and in order, and all unless a chunk was moved.
+//! complete. Of this run alone, salvage keeps all that is there, once and in order.
 
 use std::fs;
 use std::ops::Range;
@@ -57,7 +57,7 @@ impl Run {
 struct Mix {
     what: String,
     bytes: Vec<u8>,
-    /// The chunks that are lost; None if their order tells less, or another run is in it.
+    /// The chunks that are lost; None if another run is in it.
     lost: Option<Vec<usize>>,
 }
 
@@ -101,7 +101,7 @@ fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
             let last = ours.blocks.last().map_or(0, |block| block.end);
             let bytes = [&a[..ours.blocks[0].start], &between, &middle, &a[last..]].concat();
             let what = format!("chunk {i} moved before what was chunk {to}");
-            ("a chunk moved", Mix { what, bytes, lost: None })
+            ("a chunk moved", Mix { what, bytes, lost: Some(Vec::new()) })
         }
         4 => {
             let to = random.below(count as u64) as usize;

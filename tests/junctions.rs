@@ -28,7 +28,8 @@ const LOAD_TOLERANCE: f64 = 1e-7;
 
 #[test]
 fn a_chain_gives_the_rows_of_an_independent_program() {
-    compare("chain-n50", &["chain-junctions", "--set", "friction.junction_width=0.1"]);
+    let sets = ["--set", "friction.junction_width=0.1", "--set", "time.step_s=1e-7"];
+    compare("chain-n50", &[&["chain-junctions"], &sets[..]].concat());
 }
 
 #[test]
@@ -102,7 +103,9 @@ fn slow_slip_of_every_rupture_is_that_of_the_recorded_states() {
     let folder = asperity_testkit::folder();
     let (log, out, all) =
         (folder.path().join("run.mcap"), folder.path().join("out"), folder.path().join("all"));
-    run(&["chain-junctions", "--set", "time.duration_s=0.1", "--set", "recording.fields_s=1e-4"], &log);
+    let sets = ["time.step_s=1e-7", "time.duration_s=0.1", "recording.fields_s=1e-4"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", *set]).collect();
+    run(&[&["chain-junctions"], &sets[..]].concat(), &log);
     succeed(&["reduce", text(&log), "-o", text(&out), "--quiet"]);
     succeed(&["export", text(&log), "--to", "csv", "-o", text(&all), "--quiet"]);
     let read = |path: std::path::PathBuf| Table::of(&std::fs::read_to_string(path).expect("it is there"));
@@ -193,7 +196,8 @@ name = "sliding"
 scenario = "junction-slider"
 set = [
   "slider.length_m=0.01", "slider.width_m=0.01", "slider.height_m=0.01", "slider.mass_kg=1e-3",
-  "drive.stiffness_n_per_m=1e8", "drive.velocity_m_per_s=1e-4", "time.duration_s=2", "recording.sample_s=1e-3",
+  "drive.stiffness_n_per_m=1e8", "drive.velocity_m_per_s=1e-4", "time.step_s=1e-6", "time.duration_s=2",
+  "recording.sample_s=1e-3",
 ]
 
 [[run]]

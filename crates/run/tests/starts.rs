@@ -113,6 +113,7 @@ fn cases() -> Vec<(&'static str, Vec<&'static str>)> {
         (
             "chain-junctions",
             vec![
+                "time.step_s=1e-7",
                 "slider.blocks=10",
                 "friction.junction_count=20",
                 "time.duration_s=0.1",

@@ -72,6 +72,7 @@ fn balance_j(energy: Energy) -> f64 {
 fn energies_balance_and_no_anchor_returns_energy() {
     let coarse = owned(&["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.25"]);
     let unloaded = owned(&[
+        "time.step_s=1e-7",
         "time.duration_s=0.1",
         "prestress.ratio=0.05",
         "normal_load.schedule_s=[0.03,0.06,0.09]",
@@ -100,7 +101,7 @@ fn energies_balance_and_no_anchor_returns_energy() {
 #[test]
 fn both_solvers_and_restored_ones_yield_the_same_records_to_the_bit() {
     let coarse = owned(&["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.178"]);
-    let chain = owned(&["time.duration_s=0.08", "friction.junction_start=drawn"]);
+    let chain = owned(&["time.step_s=1e-7", "time.duration_s=0.08", "friction.junction_start=drawn"]);
     for (scenario, sets) in [("slab-junctions", coarse), ("chain-junctions", chain)] {
         let plan = plan(scenario, &sets);
         let mut plain = SolverKind::Plain.start(plan.clone());

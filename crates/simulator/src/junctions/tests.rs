@@ -9,7 +9,10 @@ use super::{JunctionLoops, JunctionState, Loaded, Stored};
 use crate::kernels::Simd;
 
 fn plan(sets: &[&str]) -> Plan {
-    Plan::new(&resolve("chain-junctions", sets).unwrap_or_else(|error| panic!("{error}")))
+    Plan::new(
+        &resolve("chain-junctions", &[&["time.step_s=1e-7"], sets].concat())
+            .unwrap_or_else(|error| panic!("{error}")),
+    )
 }
 
 fn law(plan: &Plan) -> Junctions {
@@ -240,7 +243,11 @@ fn behind_an_arrested_front_contacts_slip_slowly() {
         [(13.5e6, 0.30591, 0.30689), (4e6, 0.66945, 0.67472), (2e6, 0.93919, 0.95125)]
     {
         let slow_slip = |seed: u64| {
-            let mut rig = single(&[&format!("friction.junction_seed={seed}"), "time.duration_s=0.01"]);
+            let mut rig = single(&[
+                &format!("friction.junction_seed={seed}"),
+                "time.step_s=1e-6",
+                "time.duration_s=0.01",
+            ]);
             let (p, contact) = (rig.plan.normal_load_n[0], rig.plan.friction.contact_stiffness_n_per_m[0]);
             let (k, d) = (contact / 100.0, 0.17 * p / contact);
             let law = law(&rig.plan);

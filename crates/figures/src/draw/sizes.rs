@@ -260,10 +260,11 @@ mod tests {
 
     #[test]
     fn the_key_has_b_where_the_summary_has() {
-        let b = Some((Estimate { value: 0.8, error: 0.1 }, -6.0));
+        let b = Some("b = 0.80 ± 0.10 above -6.00, n = 60 (KS 0.05 < 0.11)".to_owned());
         let of_run = super::Part { b, ..slipped(&[]) };
         let words = words_of(&of_run, SizeLaw::None);
-        assert_eq!(words, ["A: 3", "b = 0.80 ± 0.10 for M > −6.00", "95 %"]);
+        let key = ["A: 3", "b = 0.80 ± 0.10", "above −6.00, n = 60 (KS 0.05 < 0.11)", "95 %"];
+        assert_eq!(words, key);
     }
 
     /// As many of one block as of all the others together, which are large: no power law has that.

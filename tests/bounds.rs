@@ -169,7 +169,7 @@ fn what_is_accepted_is_read_at_every_bound() {
     let csv = |name: &str, header: &str, rows: &mut dyn Iterator<Item = String>| {
         let text = format!("{header}\n{}\n", rows.collect::<Vec<_>>().join("\n"));
         fs::write(folder.join(name), text).expect("the folder can be written");
-        text_of(&folder.join(name))
+        text(&folder.join(name)).to_owned()
     };
     let state = "displacement_m,velocity_m_per_s,stick_position_m,slides";
     let ends = |of: &'static str| {
@@ -194,7 +194,7 @@ fn what_is_accepted_is_read_at_every_bound() {
                    disorder.load_spread=0.05";
     let short = "slider.blocks=10 time.duration_s=1e-6";
     for (sets, refused_key) in [
-        (format!("{spreads}"), ""),
+        (spreads.to_owned(), ""),
         (format!("{spreads} disorder.contacts_csv={uneven}"), "a log of this scenario would hold "),
         (
             format!(
@@ -226,10 +226,6 @@ fn what_is_accepted_is_read_at_every_bound() {
             assert!(said.len() < 20_000 && !log.exists(), "{short}");
         }
     }
-}
-
-fn text_of(path: &Path) -> String {
-    text(path).to_owned()
 }
 
 #[test]

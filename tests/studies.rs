@@ -407,7 +407,7 @@ fn studies_are_read_in_bounds_whatever_they_unpack_to() {
     // The length of the first frame is that of four gigabytes.
     let first = made.all.first_line.len();
     long_head[first + 9..first + 13].fill(0xff);
-    let long = "x".repeat(40_000_000);
+    let long = "x".repeat(60_000_000);
     let rows =
         format!("{}\n{}", body(&made.plan).lines().next().expect("it has lines"), "[".repeat(10_000_000));
     for (plan, segment, says) in [

@@ -1,5 +1,6 @@
 //! Rules between keys, each with its own error.
 
+use asperity_record::bounds::LEAST_MAGNITUDE;
 use asperity_record::{MOST_STEPS, TimeGrid, counted, rounded, short};
 
 use crate::choices::{Distribution, DriveKind, Start};
@@ -7,7 +8,6 @@ use crate::derive::longest_stable_step_s;
 use crate::disorder::{Quantity, coefficients};
 use crate::end_keys;
 use crate::given_state;
-use crate::keys::LEAST_MAGNITUDE;
 use crate::lattice_keys::{self, Refusal};
 use crate::one_block;
 use crate::plan::Plan;

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::bounds::LONGEST_NAME_BYTES;
+use asperity_record::bounds::{LEAST_MAGNITUDE, LONGEST_NAME_BYTES, MOST_MAGNITUDE};
 use asperity_record::unit_of;
 
-use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind, LEAST_MAGNITUDE, MOST_MAGNITUDE};
+use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind};
 use crate::source::{Entries, Entry, ScenarioError, Written};
 use crate::suggest;
 use crate::typed::whole;
@@ -157,17 +157,16 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
 
 /// Why a number cannot be one of a key, and what is accepted.
 pub(crate) fn unusable(kind: Kind, value: f64) -> Option<(String, String)> {
-    if !kind.accepts_number(value) {
-        return Some((format!("{value} is not accepted"), kind.to_string()));
+    if kind.is_usable(value) {
+        let refused = !kind.accepts_number(value);
+        return refused.then(|| (format!("{value} is not accepted"), kind.to_string()));
     }
     let size = if value.abs() < 1.0 { "small" } else { "large" };
     let unless_zero = if kind.accepts_number(0.0) { " unless it is 0" } else { "" };
-    (!kind.is_usable(value)).then(|| {
-        (
-            format!("{value:e} is too {size} to calculate with"),
-            format!("{kind}, of a magnitude from {LEAST_MAGNITUDE:e} to {MOST_MAGNITUDE:e}{unless_zero}"),
-        )
-    })
+    Some((
+        format!("{value:e} is too {size} to calculate with"),
+        format!("{kind}, of a magnitude from {LEAST_MAGNITUDE:e} to {MOST_MAGNITUDE:e}{unless_zero}"),
+    ))
 }
 
 /// Whether a text is meant as a number, as `100mm` and `1,5` are.

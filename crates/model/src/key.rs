@@ -1,14 +1,10 @@
 //! What a key of a scenario is: its type, its range, its default.
 
+use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
+
 use self::Default::{BySet, Is};
 use Bound::{Excluding, Including, Open};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
-
-/// The least and the greatest magnitude of a number that is not 0. All that follows from the keys, as
-/// stiffnesses, displacements and energies, is a product of a few of them and of their squares. With
-/// these bounds it is finite, and far from the numbers below 2e-308 that have fewer digits.
-pub(crate) const LEAST_MAGNITUDE: f64 = 1e-30;
-pub(crate) const MOST_MAGNITUDE: f64 = 1e30;
 
 /// Most nodes upwards, and most across the sliding direction.
 pub(crate) const MOST_ROWS: u64 = 10_000;

@@ -11,7 +11,7 @@ mod slider;
 
 pub use crate::drawn_keys::DRAWN_KEYS;
 pub use crate::key::{AS_CODED, AS_STATED, Bound, Default, Key, Kind, PARAMETER_SETS, Value};
-pub(crate) use crate::key::{LEAST_MAGNITUDE, MOST_MAGNITUDE, NOT_NEGATIVE, POSITIVE};
+pub(crate) use crate::key::{NOT_NEGATIVE, POSITIVE};
 pub(crate) use forces::FOUNDATION_RATIO;
 
 /// The parts of the table.

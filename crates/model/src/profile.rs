@@ -1,5 +1,7 @@
 //! Reads a profile along the slider from a CSV file.
 
+use asperity_record::bounds::MOST_COURSE_VALUES;
+
 use crate::elastic::gaps;
 use crate::rows::Rows;
 
@@ -39,9 +41,6 @@ pub(crate) fn accepted_course(value: &str) -> String {
          x_over_l, the first 0, the last 1"
     )
 }
-
-/// Most values of a course, which a log stores as text.
-const MOST_COURSE_VALUES: usize = 200_000;
 
 /// Reads profiles over time, and interpolates each to all blocks: the times, and the values of all blocks, time by time.
 ///

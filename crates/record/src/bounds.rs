@@ -1,5 +1,5 @@
 //! Bounds that all who write and all who read obey, so that what is accepted can be read: of TOML texts (scenarios,
-//! pipelines, policies and settings, in files and in logs), and of texts in them.
+//! pipelines, policies and settings, in files and in logs) and what is in them, of run logs, and of studies.
 //!
 //! A parser uses some ten bytes per byte of comments, and some hundred per value. So the length is checked before
 //! parsing.
@@ -18,6 +18,74 @@ pub const LONGEST_NAME_BYTES: usize = 4096;
 
 /// The longest text of a state in a scenario, in bytes.
 pub const LONGEST_STATE_BYTES: usize = 7 << 20;
+
+/// Bound on the length of any record. The largest, a state of the longest chain, has some fifteen
+/// million bytes; a greater length is damage and must not be allocated.
+pub const LONGEST_RECORD_BYTES: usize = 1 << 26;
+
+/// The longest checkpoint, with room for what is beside it in its record.
+pub const LONGEST_CHECKPOINT_BYTES: usize = LONGEST_RECORD_BYTES - (1 << 10);
+
+/// Most bytes allocated at once while reading: memory grows with bytes read, not with stated
+/// lengths.
+pub const LONGEST_READ_BYTES: usize = 1 << 20;
+
+/// Most bytes stored of the schemas of a log's topics; ours have some thousand.
+pub const MOST_SCHEMA_BYTES: usize = 1 << 20;
+
+/// Most channels, and so topics, of a log: four of records, and one per detector. Each needs a hash state
+/// of some two thousand bytes.
+pub const MOST_CHANNELS: usize = 1000;
+
+/// Most schemas: one for each channel.
+pub const MOST_SCHEMAS: usize = MOST_CHANNELS;
+
+/// The longest topic, in bytes: it is repeated in counts, digests and names of files.
+pub const LONGEST_TOPIC_BYTES: usize = 256;
+
+/// The longest metadata record, in bytes: `run_end` has two entries per topic, `salvage` a line per
+/// damage.
+pub const LONGEST_METADATA_BYTES: usize = 1 << 22;
+
+/// The longest payload of an event, in bytes: a flat object of some twenty numbers. Parsing needs ten times
+/// as much memory.
+pub const LONGEST_EVENT_BYTES: usize = 1 << 16;
+
+/// The longest payload of a step or a switch, in bytes: some twenty numbers.
+pub const LONGEST_STEP_BYTES: usize = 1 << 12;
+
+/// Most bytes per block in a state: eleven numbers of at most 25 characters each, a count of junctions,
+/// and whether the block slides.
+pub const LONGEST_STATE_OF_BLOCK_BYTES: usize = 292;
+
+/// The longest first line of a plan: the texts of scenarios, of a sweep and of the files that they name, in which JSON escapes
+/// line breaks and quotation marks as two bytes.
+pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;
+
+/// The longest line of a run in a plan; only the error of a refused scenario can be long.
+pub const LONGEST_ROW_BYTES: usize = 1 << 20;
+
+/// Most runs of a sweep.
+pub const MOST_RUNS: u64 = 1_000_000;
+
+/// The longest line of a segment that says whose the result is.
+pub const LONGEST_OWNER_BYTES: usize = 256;
+
+/// The longest line of a result in a segment. A summary has some three thousand bytes, an event some hundred.
+pub const LONGEST_LINE_BYTES: usize = 1 << 20;
+
+/// The longest reason of a failed run.
+pub const LONGEST_REASON_BYTES: usize = 1 << 16;
+
+/// Most values of a course, which a log stores as text.
+pub const MOST_COURSE_VALUES: usize = 200_000;
+
+/// The least and the greatest magnitude of a number that is not 0. All that follows from the keys, as
+/// stiffnesses, displacements and energies, is a product of a few of them and of their squares. With
+/// these bounds it is finite, and far from the numbers below 2e-308 that have fewer digits.
+pub const LEAST_MAGNITUDE: f64 = 1e-30;
+/// See [`LEAST_MAGNITUDE`].
+pub const MOST_MAGNITUDE: f64 = 1e30;
 
 /// A TOML text that is too long to be parsed.
 #[derive(Debug, Clone, PartialEq, Eq)]

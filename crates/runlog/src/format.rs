@@ -1,5 +1,10 @@
-//! The names and bounds of the format, which reader and writer obey. The bound of a scenario's text is in
-//! `asperity_record::bounds`. The documentation of the crate describes the layout.
+//! The names of the format. Its bounds, which reader and writer obey, are in `asperity_record::bounds`. The documentation of the crate describes the layout.
+
+pub(crate) use asperity_record::bounds::{
+    LONGEST_CHECKPOINT_BYTES, LONGEST_EVENT_BYTES, LONGEST_METADATA_BYTES, LONGEST_READ_BYTES,
+    LONGEST_RECORD_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES, LONGEST_TOPIC_BYTES,
+    MOST_CHANNELS, MOST_SCHEMA_BYTES, MOST_SCHEMAS,
+};
 
 /// The first bytes of every MCAP file, and the last.
 pub(crate) const MAGIC: &[u8] = mcap::MAGIC;
@@ -56,42 +61,3 @@ pub(crate) const EVENTS: &str = "/events/";
 /// Uncompressed size at which a chunk is closed: large enough to compress well, small enough that
 /// losing one costs little.
 pub(crate) const CHUNK_BYTES: u64 = 1 << 20;
-
-/// Bound on the length of any record. The largest, a state of the longest chain, has some fifteen
-/// million bytes; a greater length is damage and must not be allocated.
-pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
-
-/// The longest checkpoint, with room for what is beside it in its record.
-pub(crate) const LONGEST_CHECKPOINT_BYTES: usize = LONGEST_RECORD_BYTES - (1 << 10);
-
-/// Most bytes allocated at once while reading: memory grows with bytes read, not with stated
-/// lengths.
-pub(crate) const LONGEST_READ_BYTES: usize = 1 << 20;
-
-/// Most bytes stored of the schemas of a log's topics; ours have some thousand.
-pub(crate) const MOST_SCHEMA_BYTES: usize = 1 << 20;
-
-/// Most channels, and so topics, of a log: four of records, and one per detector. Each needs a hash state
-/// of some two thousand bytes.
-pub(crate) const MOST_CHANNELS: usize = 1000;
-
-/// Most schemas: one for each channel.
-pub(crate) const MOST_SCHEMAS: usize = MOST_CHANNELS;
-
-/// The longest topic, in bytes: it is repeated in counts, digests and names of files.
-pub(crate) const LONGEST_TOPIC_BYTES: usize = 256;
-
-/// The longest metadata record, in bytes: `run_end` has two entries per topic, `salvage` a line per
-/// damage.
-pub(crate) const LONGEST_METADATA_BYTES: usize = 1 << 22;
-
-/// The longest payload of an event, in bytes: a flat object of some twenty numbers. Parsing needs ten times
-/// as much memory.
-pub(crate) const LONGEST_EVENT_BYTES: usize = 1 << 16;
-
-/// The longest payload of a step or a switch, in bytes: some twenty numbers.
-pub(crate) const LONGEST_STEP_BYTES: usize = 1 << 12;
-
-/// Most bytes per block in a state: eleven numbers of at most 25 characters each, a count of junctions,
-/// and whether the block slides.
-pub(crate) const LONGEST_STATE_OF_BLOCK_BYTES: usize = 292;

@@ -10,11 +10,9 @@ use asperity_model::keys::{KEYS, Key, Kind};
 use asperity_model::rows::{Row, Rows};
 use asperity_model::typed::whole;
 use asperity_model::{key_suggestion, mixed, suggestion, text};
+use asperity_record::bounds::MOST_RUNS;
 use asperity_record::{Column, ColumnKind, counted, rounded};
 use serde::{Deserialize, Serialize};
-
-/// Most runs of a sweep.
-pub const MOST_RUNS: u64 = 1_000_000;
 
 /// The value of a key in one run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

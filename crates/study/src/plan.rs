@@ -16,12 +16,12 @@ use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::files::UnfitState;
 use asperity_model::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
-use asperity_record::bounds::LONGEST_TOML_BYTES;
+use asperity_record::bounds::{LONGEST_COMMON_BYTES, LONGEST_ROW_BYTES, MOST_RUNS};
 use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Opened, Task, at_once};
 use serde::{Deserialize, Serialize};
 
-use crate::axis::{MOST_RUNS, Value, check_value, key_of, names, runs_at};
+use crate::axis::{Value, check_value, key_of, names, runs_at};
 use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
 use crate::runs::Named;
@@ -35,13 +35,6 @@ const FORMAT: u32 = 2;
 
 /// The version in which scenarios without `parameter_set` mean `as-coded`.
 const FORMAT_AS_CODED: u32 = 1;
-
-/// The longest first line: the texts of scenarios, of a sweep and of the files that they name, in which JSON escapes
-/// line breaks and quotation marks as two bytes.
-pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;
-
-/// The longest line of a run; only the error of a refused scenario can be long.
-pub const LONGEST_ROW_BYTES: usize = 1 << 20;
 
 /// Characters of an id.
 const ID_LENGTH: usize = 64;

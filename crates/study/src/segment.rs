@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use asperity_files::{FileError, LockedFile, create_folder, fill};
+use asperity_record::bounds::LONGEST_OWNER_BYTES;
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Row;
@@ -34,9 +35,6 @@ const HEAD: usize = 17;
 
 /// The supported versions; the last one is written.
 const VERSIONS: [u32; 2] = [1, 2];
-
-/// The longest owner line.
-const LONGEST_OWNER_BYTES: usize = 256;
 
 /// The kind of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use std::io::{self, BufRead, BufReader};
 
 use asperity_numbers::Summary;
+use asperity_record::bounds::{LONGEST_LINE_BYTES, LONGEST_REASON_BYTES};
 use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Rupture, SlipEvent};
 use asperity_run::CODE_VERSION;
 use serde_json::Value as Json;
@@ -18,12 +19,6 @@ use crate::axis::Value;
 use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
 use crate::plan::{Common, Plan, Row};
-
-/// The longest line. A summary has some three thousand bytes, an event some hundred.
-pub const LONGEST_LINE_BYTES: usize = 1 << 20;
-
-/// The longest reason of a failed run.
-pub const LONGEST_REASON_BYTES: usize = 1 << 16;
 
 /// The level of compression: higher ones need more time than a short run.
 const LEVEL: i32 = 1;

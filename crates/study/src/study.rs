@@ -7,12 +7,13 @@ use std::path::Path;
 
 use asperity_figures::Figure;
 use asperity_model::text;
+use asperity_record::bounds::MOST_RUNS;
 use asperity_run::Opened;
 use asperity_run::study::Job;
 
 #[cfg(feature = "analysis")]
 use crate::axis;
-use crate::axis::{Axis, MOST_RUNS, Value};
+use crate::axis::{Axis, Value};
 use crate::file::File;
 pub use crate::file::Keep;
 #[cfg(feature = "analysis")]

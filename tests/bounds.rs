@@ -167,8 +167,8 @@ fn what_is_accepted_is_read_at_every_bound() {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
     let csv = |name: &str, header: &str, rows: &mut dyn Iterator<Item = String>| {
-        let text = format!("{header}\n{}\n", rows.collect::<Vec<_>>().join("\n"));
-        fs::write(folder.join(name), text).expect("the folder can be written");
+        let rows = format!("{header}\n{}\n", rows.collect::<Vec<_>>().join("\n"));
+        fs::write(folder.join(name), rows).expect("the folder can be written");
         text(&folder.join(name)).to_owned()
     };
     let state = "displacement_m,velocity_m_per_s,stick_position_m,slides";

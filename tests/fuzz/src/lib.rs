@@ -15,7 +15,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource, Texts};
 use asperity_record::{Event, EventPayload, Record, SlipEvent};
 use asperity_run::{Forecast, detectors};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
@@ -152,11 +152,8 @@ pub fn scenario(input: &[u8]) {
     let text = pieces.next().unwrap_or_default();
     let source = ScenarioSource::new("fuzz.toml", text);
     let source = pieces.fold(source, |source, assignment| source.with_override(assignment));
-    // The choice of files is up to the user, and their contents are checked by `profile`.
-    if input.contains("_csv") {
-        return;
-    }
-    resolve(&source);
+    // No file is opened; `profile` checks their contents.
+    resolved(Scenario::resolve(&source));
 }
 
 /// A shear profile.
@@ -166,7 +163,7 @@ pub fn profile(text: &[u8]) {
     let set = format!("initial_shear.profile_csv={}", path.display());
     for blocks in [2, 100] {
         let source = ScenarioSource::new("fuzz.toml", format!("slider.blocks = {blocks}"));
-        if let Some(scenario) = resolve(&source.with_override(&set)) {
+        if let Some(scenario) = resolved(Scenario::resolve_with(&source.with_override(&set), &Texts)) {
             assert_eq!(scenario.initial_shear.profile.len(), blocks);
             assert!(scenario.initial_shear.profile.iter().all(|ratio| ratio.is_finite()));
         }
@@ -174,9 +171,9 @@ pub fn profile(text: &[u8]) {
     fs::remove_file(&path).expect("the file was just written");
 }
 
-/// Resolves a scenario as far as the first step of its run.
-fn resolve(source: &ScenarioSource) -> Option<Scenario> {
-    let scenario = match Scenario::resolve(source) {
+/// Follows a scenario as far as the first step of its run.
+fn resolved(scenario: Result<Scenario, ScenarioErrors>) -> Option<Scenario> {
+    let scenario = match scenario {
         Ok(scenario) => scenario,
         Err(errors) => {
             assert!(!errors.0.is_empty());

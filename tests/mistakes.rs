@@ -96,7 +96,7 @@ fn mistaken_values_are_refused_where_they_stand() {
         ("normal_load.tilt=2", &["2 is not accepted (accepted: a number from -1 to 1)"]),
         ("slider.blocks", &["KEY=VALUE"]),
         ("drive.kind=botom", &["\"side\" or \"top\" or \"left-right\""]),
-        ("time.step_s=7e-8", &["recording.sample_s", "the nearest is 0.00100002)"]),
+        ("time.step_s=7e-8", &["time.duration_s", "the nearest is 0.00999999)"]),
     ] {
         refused(folder.path(), &format!("run mine.toml -o x.mcap --set {set}"), words);
     }

@@ -1,6 +1,6 @@
 //! Reads a profile along the slider from a CSV file.
 
-use asperity_record::bounds::MOST_COURSE_VALUES;
+use asperity_record::bounds::{MOST_COURSE_VALUES, MOST_MAGNITUDE};
 
 use crate::elastic::gaps;
 use crate::rows::Rows;
@@ -141,6 +141,13 @@ fn push(pairs: &mut Vec<(f64, f64)>, [x, value]: [f64; 2], line: usize) -> Resul
     match pairs.last() {
         None if x != 0.0 => return Err((line, format!("the first row is at {x}"))),
         Some((before, _)) if x <= *before => return Err((line, format!("{x} is not above the row before"))),
+        // Between larger ones, nothing can be interpolated.
+        _ if value.abs() > MOST_MAGNITUDE => {
+            return Err((
+                line,
+                format!("{value:e} is too large to calculate with, beyond {MOST_MAGNITUDE:e}"),
+            ));
+        }
         _ => pairs.push((x, value)),
     }
     Ok(())

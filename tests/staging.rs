@@ -233,11 +233,11 @@ fn what_is_missing_is_named_as_arrays_of_a_batch_system() {
     let study = Study::of(&LONG.replace("[-0.4, 0.3]", "[-0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2]"));
     let out = study.plan("study");
     let of = |more: &[&str]| sweep(&[&["status", text(&out), "--tasks"], more].concat());
-    assert_eq!(of(&["7"]), (3, "0 1-7\n".to_owned(), String::new()));
+    assert_eq!(of(&["7"]), (3, "0 1-7 1-7\n".to_owned(), String::new()));
     assert_eq!(of(&["7", "--array-size", "4"]).1, "0 1-3 1-3\n3 1-3 4-6\n6 1 7\n");
     succeed(&["sweep", "run", text(&out), "--index", "2,4-5"]);
     assert_eq!(of(&["7", "--array-size", "4"]).1, "0 1,3 1,3\n3 3 6\n6 1 7\n");
-    assert_eq!(of(&["3"]).1, "0 1,3\n");
+    assert_eq!(of(&["3"]).1, "0 1,3 1,3\n");
     succeed(&["sweep", "run", text(&out)]);
     assert_eq!(of(&["7"]), (0, String::new(), String::new()));
     for (more, problem) in [(&["0"][..], "0"), (&["3", "--array-size", "1"], "1")] {

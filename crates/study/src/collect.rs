@@ -9,6 +9,7 @@ use std::fmt;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use asperity_files::{FileError, FileSet};
 use asperity_model::keys::{KEYS, Key};
@@ -125,10 +126,9 @@ pub fn collect(
         observer.begin(kind.table, &columns);
         of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
     }
-    let mut words = Words::default();
     for row in &plan.rows[..plan.numbered() as usize] {
         let state = results.state(row.run);
-        let common = common_cells(row, &common_columns, &mut words);
+        let common = common_cells(row, &common_columns);
         let opened = |place| {
             let (spot, run) = (results.spot(place), row.run);
             results.content(place).map_err(|error| CollectError::Io { spot, run, error })
@@ -138,8 +138,7 @@ pub fn collect(
             CollectError::Faults(vec![Fault::Stray { spot, run, problem }])
         };
         let mut cells = common.clone();
-        let word =
-            |text: &str, words: &mut Words| if text.is_empty() { Cell::Empty } else { words.cell(text) };
+        let word = |text: &str| if text.is_empty() { Cell::Empty } else { interned(text) };
         let mut reason_of = row.refused.clone().unwrap_or_default();
         let mut summary = None;
         match state {
@@ -164,13 +163,13 @@ pub fn collect(
         }
         cells.extend([
             Cell::Word(state.word()),
-            word(&reason_of, &mut words),
-            word(row.id.as_deref().unwrap_or_default(), &mut words),
-            word(summary.as_ref().map_or("", |(summary, _)| &summary.status), &mut words),
+            word(&reason_of),
+            word(row.id.as_deref().unwrap_or_default()),
+            word(summary.as_ref().map_or("", |(summary, _)| &summary.status)),
         ]);
         cells.extend(summary_columns.iter().map(|n| {
             let value = summary.as_ref().map_or(&serde_json::Value::Null, |(_, values)| &values[*n]);
-            cell(value, Summary::KEYS[*n].column.kind, &mut words)
+            cell(value, Summary::KEYS[*n].column.kind)
         }));
         observer.row(RUNS, &cells);
         runs.push(&cells)?;
@@ -192,18 +191,18 @@ fn common_columns(keys: &[&Key]) -> Vec<Column> {
     std::iter::once(run).chain(keys.iter().map(|key| axis::column(key))).collect()
 }
 
-fn common_cells(row: &Row, columns: &[Column], words: &mut Words) -> Vec<Cell> {
+fn common_cells(row: &Row, columns: &[Column]) -> Vec<Cell> {
     let value = |(column, value): (&Column, &Value)| match (column.kind, value) {
         (ColumnKind::Number, Value::Whole(number)) => Cell::Number(*number as f64),
         (_, Value::Whole(number)) => Cell::Step(number.unsigned_abs()),
         (_, Value::Number(number)) => Cell::Number(*number),
         (_, Value::Flag(flag)) => Cell::Flag(*flag),
-        (_, Value::Text(text)) => words.cell(text),
+        (_, Value::Text(text)) => interned(text),
     };
     std::iter::once(Cell::Step(row.run)).chain(columns[1..].iter().zip(&row.values).map(value)).collect()
 }
 
-fn cell(value: &serde_json::Value, kind: ColumnKind, words: &mut Words) -> Cell {
+fn cell(value: &serde_json::Value, kind: ColumnKind) -> Cell {
     match kind {
         ColumnKind::Count => {
             value.as_u64().and_then(|count| u32::try_from(count).ok()).map_or(Cell::Empty, Cell::Count)
@@ -211,23 +210,20 @@ fn cell(value: &serde_json::Value, kind: ColumnKind, words: &mut Words) -> Cell 
         ColumnKind::Step => value.as_u64().map_or(Cell::Empty, Cell::Step),
         ColumnKind::Number => value.as_f64().map_or(Cell::Empty, Cell::Number),
         ColumnKind::Flag => value.as_bool().map_or(Cell::Empty, Cell::Flag),
-        ColumnKind::Word => value.as_str().map_or(Cell::Empty, |word| words.cell(word)),
+        ColumnKind::Word => value.as_str().map_or(Cell::Empty, interned),
     }
 }
 
-/// Interned words of cells, which live as long as the program.
-#[derive(Debug, Default)]
-struct Words(BTreeSet<&'static str>);
-
-impl Words {
-    fn cell(&mut self, text: &str) -> Cell {
-        if let Some(known) = self.0.get(text) {
-            return Cell::Word(known);
-        }
-        let word: &'static str = Box::leak(text.to_owned().into_boxed_str());
-        self.0.insert(word);
-        Cell::Word(word)
+/// A word as a cell, kept as long as the program lives, but once, however often tables are made.
+fn interned(text: &str) -> Cell {
+    static WORDS: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut words = WORDS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = words.get(text) {
+        return Cell::Word(known);
     }
+    let word: &'static str = Box::leak(text.to_owned().into_boxed_str());
+    words.insert(word);
+    Cell::Word(word)
 }
 
 /// A table in progress, in every format.
@@ -284,5 +280,21 @@ impl Tables {
             paths.push(path);
         }
         Ok(paths)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::Cell;
+
+    use super::interned;
+
+    /// Fuzzing found that every table of a study left its words behind.
+    #[test]
+    fn a_word_is_kept_once() {
+        let [Cell::Word(one), Cell::Word(other)] = [interned("own"), interned("own")] else {
+            panic!("no words")
+        };
+        assert!(std::ptr::eq(one, other));
     }
 }

@@ -63,22 +63,20 @@ impl<W: Write> CsvRows<W> {
         for cell in row {
             self.text.clear();
             write!(self.text, "{cell}").expect("numbers and words can be written to a text");
-            self.writer.write_field(&self.text).map_err(as_io)?;
+            let is_word = matches!(cell, Cell::Word(_));
+            let text = if is_word { no_formula(&self.text) } else { Cow::Borrowed(&*self.text) };
+            self.writer.write_field(&*text).map_err(as_io)?;
         }
         self.writer.write_record(None::<&[u8]>).map_err(as_io)
     }
 
-    /// Writes a row of texts; those that spreadsheets would compute, such as the name `=1+1`, behind an apostrophe.
+    /// Writes a row of texts.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn push_texts<T: AsRef<str>>(&mut self, row: impl IntoIterator<Item = T>) -> io::Result<()> {
         for cell in row {
-            let cell = cell.as_ref();
-            let is_formula =
-                cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && cell.parse::<f64>().is_err();
-            let written = if is_formula { Cow::Owned(format!("'{cell}")) } else { Cow::Borrowed(cell) };
-            self.writer.write_field(&*written).map_err(as_io)?;
+            self.writer.write_field(&*no_formula(cell.as_ref())).map_err(as_io)?;
         }
         self.writer.write_record(None::<&[u8]>).map_err(as_io)
     }
@@ -91,6 +89,12 @@ impl<W: Write> CsvRows<W> {
         self.writer.flush()?;
         self.writer.into_inner().map_err(|error| error.into_error())
     }
+}
+
+/// A text, behind an apostrophe if spreadsheets would compute it, such as the name `=1+1`. Numbers stay numbers.
+fn no_formula(text: &str) -> Cow<'_, str> {
+    let is_formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();
+    if is_formula { Cow::Owned(format!("'{text}")) } else { Cow::Borrowed(text) }
 }
 
 /// The error of the system, which identifies a closed pipe.
@@ -163,7 +167,8 @@ mod tests {
         for row in [["=1+1", "-0.5", "-1e-7"], ["@sum", "-a", "a=b"], ["+cmd", "\tx", ""]] {
             rows.push_texts(row).unwrap();
         }
+        rows.push(&[Cell::Word("=1"), Cell::Number(-0.5), Cell::Empty]).unwrap();
         let written = String::from_utf8(rows.finish().unwrap()).unwrap();
-        assert_eq!(written, "a,b,c\n'=1+1,-0.5,-1e-7\n'@sum,'-a,a=b\n'+cmd,'\tx,\n");
+        assert_eq!(written, "a,b,c\n'=1+1,-0.5,-1e-7\n'@sum,'-a,a=b\n'+cmd,'\tx,\n'=1,-0.5,\n");
     }
 }

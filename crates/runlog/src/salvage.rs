@@ -121,7 +121,8 @@ pub fn salvage(
     salvaged.damage = damage;
     salvaged.remarks.splice(0..0, remarks);
 
-    let topics = events.iter().map(Topic::of).chain(foreign.into_values());
+    let own = events.iter().map(Topic::of).filter(|topic| !foreign.contains_key(&topic.topic));
+    let topics = own.chain(foreign.values().cloned());
     let scenario = scenario.unwrap_or_default();
     let mut writer = RunWriter::create_salvaged(output, input, &header, &scenario, topics)?;
     let report = end.map_or(SolverReport::default(), |end| end.solver);

@@ -61,7 +61,7 @@ pub(crate) struct Walk<'a> {
     /// JSON schemas by their number in the file, up to the bound on their size.
     schemas: BTreeMap<u16, Schema>,
     schema_bytes: usize,
-    /// Announced topics of events that are not among `events`.
+    /// Announced topics of events that are not among `events`, or have other fields there, as other code wrote them.
     foreign: BTreeMap<String, Topic>,
     foreign_bytes: usize,
     /// Number of unidentified events: their announcement is lost or exceeded the bound.
@@ -174,7 +174,12 @@ impl<'a> Walk<'a> {
 
     fn channel(&mut self, channel: Channel) {
         let Channel { id, topic, schema_id, .. } = channel;
-        if topic.starts_with(EVENTS) && !self.is_known(&topic) {
+        let has_other_fields = |kind: &EventKind| {
+            let announced = self.schemas.get(&schema_id);
+            kind.topic == topic && announced.is_some_and(|schema| schema.text != kind.schema().to_string())
+        };
+        let is_foreign = !self.is_known(&topic) || self.events.iter().any(has_other_fields);
+        if topic.starts_with(EVENTS) && is_foreign && !self.foreign.contains_key(&topic) {
             let (schema_name, schema) = match self.schemas.get(&schema_id) {
                 Some(Schema { name, text }) => (name.as_str(), text.as_str()),
                 None => (topic.as_str(), ANY_OBJECT),

@@ -20,7 +20,7 @@ Examples:
 
 The stages run in order, the quick ones first; the first failure ends the
 command. The time of each stage is listed at the end. With ASPERITY_NO_SKIPS=1,
-a skipped test is a failure. A stage that lacks its data is listed as not checked.")]
+a skipped test is a failure. A stage without its data is listed as not checked.")]
 pub(crate) struct CiArguments {}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);

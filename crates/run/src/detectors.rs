@@ -322,7 +322,7 @@ mod tests {
         for (text, place, problem) in [
             ("merge_gap_s = -1.0", 14, "merge_gap_s = -1 (accepted: a number of seconds from 0)"),
             ("merge_gap_s = nan", 14, "merge_gap_s = NaN"),
-            ("min_blocks = 0", 13, "min_blocks = 0 (accepted: a whole number from 1)"),
+            ("min_blocks = 0", 13, "min_blocks = 0 (accepted: a whole number from 1 to 4294967295)"),
             ("min_blocks = 99999999999", 13, "min_blocks = 99999999999"),
             (
                 "detectors = [\"onset\", \"slip\"]",

@@ -394,12 +394,12 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
         );
         // Short texts that ask for much: long overrides of each of a thousand, long lists of them.
         let many = format!("values = [{}]", "1,".repeat(1000));
-        let long = format!("set = [\"{}\"]", "a".repeat(10_000));
+        let long = format!("set = [\"{}\"]", "a".repeat(20_000));
         let told = "ensembles and set: more than 12582912 bytes when written out (accepted: fewer)";
         let text = TEXT.replace("values = [1e-9, 2e-9]", &many);
         assert!(Pipeline::parse(&text).is_ok());
         assert_eq!(Pipeline::parse(&text.replace("set = [\"time.step_s=1e-7\"]", &long)).unwrap_err(), told);
-        let top = format!("title = \"t\"\nset = [\"{}\"]", "a".repeat(10_000));
+        let top = format!("title = \"t\"\nset = [\"{}\"]", "a".repeat(20_000));
         assert_eq!(Pipeline::parse(&text.replace("title = \"t\"", &top)).unwrap_err(), told);
         let lists = format!("runs = [{}]", "\"kicked\",".repeat(2000));
         assert_eq!(

@@ -175,8 +175,10 @@ impl<'a> Walk<'a> {
     fn channel(&mut self, channel: Channel) {
         let Channel { id, topic, schema_id, .. } = channel;
         let has_other_fields = |kind: &EventKind| {
-            let announced = self.schemas.get(&schema_id);
-            kind.topic == topic && announced.is_some_and(|schema| schema.text != kind.schema().to_string())
+            let announced =
+                self.schemas.get(&schema_id).map(|schema| serde_json::from_str(&schema.text).ok());
+            kind.topic == topic
+                && announced.is_some_and(|schema: Option<Value>| schema.as_ref() != Some(kind.schema()))
         };
         let is_foreign = !self.is_known(&topic) || self.events.iter().any(has_other_fields);
         if topic.starts_with(EVENTS) && is_foreign && !self.foreign.contains_key(&topic) {

@@ -140,7 +140,9 @@ fn refused(case: &mut Case<'_>, inputs: &Path, point: &Point, alone: &Alone) -> 
         told,
     );
     if !is_same {
-        case.hold(outcome.err.len() > 10, &format!("{name}: fails without a message"), told);
+        // `check` says it in its verdict.
+        let is_said = outcome.err.len() > 10 || outcome.out.contains("unreadable: ");
+        case.hold(is_said, &format!("{name}: fails without a message"), told);
     }
     let now = found(&folder)?.written;
     let stray = now.iter().find(|(path, digest)| alone.written.get(*path) != Some(digest));

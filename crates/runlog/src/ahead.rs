@@ -56,7 +56,8 @@ impl Ahead {
             }
             let is_read = match opcode {
                 op::HEADER | op::METADATA => size <= LONGEST_METADATA_BYTES as u64,
-                op::ATTACHMENT => size <= LONGEST_RECORD_BYTES as u64,
+                // Checkpoints follow the scenario, and are long.
+                op::ATTACHMENT => ahead.scenario.is_none() && size <= LONGEST_RECORD_BYTES as u64,
                 _ => false,
             };
             if is_read {

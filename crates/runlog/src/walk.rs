@@ -176,11 +176,11 @@ impl<'a> Walk<'a> {
         let Channel { id, topic, schema_id, .. } = channel;
         let has_other_fields = |kind: &EventKind| {
             let announced =
-                self.schemas.get(&schema_id).map(|schema| serde_json::from_str(&schema.text).ok());
-            kind.topic == topic
-                && announced.is_some_and(|schema: Option<Value>| schema.as_ref() != Some(kind.schema()))
+                self.schemas.get(&schema_id).map(|schema| serde_json::from_str::<Value>(&schema.text));
+            announced.is_some_and(|schema| schema.is_ok_and(|schema| schema != *kind.schema()))
         };
-        let is_foreign = !self.is_known(&topic) || self.events.iter().any(has_other_fields);
+        let own = self.events.iter().find(|kind| kind.topic == topic);
+        let is_foreign = own.map_or(!self.is_known(&topic), has_other_fields);
         if topic.starts_with(EVENTS) && is_foreign && !self.foreign.contains_key(&topic) {
             let (schema_name, schema) = match self.schemas.get(&schema_id) {
                 Some(Schema { name, text }) => (name.as_str(), text.as_str()),

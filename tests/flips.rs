@@ -186,6 +186,31 @@ fn flip_the_log_of(scenario: &str, sets: &[&str], flips: u64) {
     });
 }
 
+/// This reader compares no header with a scenario, as is so for logs by other code.
+#[test]
+fn no_flipped_bit_of_the_header_of_an_unfinished_log_changes_it() {
+    let folder = asperity_testkit::folder();
+    let mut bytes = sound(folder.path());
+    let kinds = kinds(&bytes);
+    let first =
+        |from: usize, is: &dyn Fn(u8) -> bool| (from..).find(|&at| is(kinds[at])).expect("it has one");
+    let header = first(0, &|kind| kind == op::METADATA);
+    let behind = first(header, &|kind| kind != op::METADATA);
+    let chunk = first(behind, &|kind| kind == op::CHUNK);
+    bytes.truncate(first(chunk, &|kind| kind != op::CHUNK));
+    let path = folder.path().join("begun.mcap");
+    let read = |bytes: &[u8]| {
+        fs::write(&path, bytes).expect("the folder can be written");
+        RunReader::open(&path, Topics::ALL).map(|reader| reader.header().clone())
+    };
+    let genuine = read(&bytes).expect("it has a header");
+    for place in header..behind {
+        bytes[place] ^= 1 << (place % 8);
+        assert!(read(&bytes).map_or(true, |found| found == genuine), "bit {} of byte {place}", place % 8);
+        bytes[place] ^= 1 << (place % 8);
+    }
+}
+
 /// A truncated log counts as one that is being written. Of a checkpoint, all that precedes it is read.
 fn flip_an_unfinished_log(flips: u64) {
     let folder = asperity_testkit::folder();

@@ -239,7 +239,7 @@ fn a_script_keeps_what_is_accepted_and_says_what_is_left() {
     let (code, parts, err, calls) = submit(&["--tasks", "5"], "50", ten, unknown);
     assert_eq!((code, parts, calls.len()), (Some(0), none.clone(), 1), "{err}");
     // Two tasks are not over, the others have left runs.
-    let queue = "printf '101 3\\n103 5\\n999 7\\n'";
+    let queue = "printf '101 3\\n101 3\\n103 5\\n999 7\\n'";
     let (code, parts, err, calls) = submit(&["--at-once", "4"], "50", ten, queue);
     let left = ["1-2,4-10", "11-14,16-20", "21-25"].map(ToOwned::to_owned).to_vec();
     assert_eq!((code, parts, err.as_str()), (Some(0), left, ""));

@@ -43,17 +43,17 @@ impl Taken {
     }
 }
 
-/// Refuses a path that is clearly of a kind that the command does not accept.
+/// Refuses a path that is clearly of a kind that the command does not accept, and returns the kind of others.
 ///
 /// # Errors
 /// If it is, with the command for it.
-pub(crate) fn check(path: &Path, taken: Taken) -> Result<(), Failure> {
+pub(crate) fn check(path: &Path, taken: Taken) -> Result<Given, Failure> {
     let given = Given::of(path);
     match said(path, given).filter(|_| !taken.accepts(given)) {
         Some(said) => {
             Err(Failure::BadInput(format!("{}: {said} (accepted: {})", path.display(), taken.words())))
         }
-        None => Ok(()),
+        None => Ok(given),
     }
 }
 

@@ -1,5 +1,6 @@
 //! `asperity note`: the note of a log.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use asperity_run::{Verdict, check};
@@ -21,15 +22,20 @@ pub(crate) fn command(arguments: &NoteArguments) -> Result<(), Failure> {
     if !checked.verdict.holds_all() && checked.verdict != Verdict::Stopped {
         return Err(verdict_exit::failure(run, &checked));
     }
-    if !changes.is_empty() {
-        annotate(run, &changes).map_err(Failure::failed)?;
-    }
-    show(run)
+    let noted = match changes.is_empty() {
+        true => note(run),
+        false => annotate(run, &changes).map_err(Failure::failed)?,
+    };
+    print(run, &noted)
 }
 
 /// Prints the note of a log, a line for each key.
 pub(crate) fn show(run: &Path) -> Result<(), Failure> {
-    note(run)
+    print(run, &note(run))
+}
+
+fn print(run: &Path, noted: &BTreeMap<String, String>) -> Result<(), Failure> {
+    noted
         .iter()
         .try_for_each(|(key, value)| Ok(say(format_args!("{}: note: {key} = {value}", run.display()))?))
 }

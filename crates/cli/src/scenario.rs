@@ -76,10 +76,9 @@ pub(crate) fn resolve(name: impl AsRef<OsStr>, set: &[String]) -> Result<Scenari
 
 /// A scenario as written, and whether it is from a run log.
 fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
-    if path.to_str().and_then(builtin::find).is_none() {
-        given::check(path, Taken::Scenario)?;
-    }
-    if Given::of(path) == Given::Log {
+    let is_built_in = path.to_str().and_then(builtin::find).is_some();
+    let given = if is_built_in { Given::of(path) } else { given::check(path, Taken::Scenario)? };
+    if given == Given::Log {
         // What follows the scenario may be cut off or damaged.
         let Ok(toml) = RunReader::scenario_of(path) else {
             return Err(verdict_exit::failure(path, &check(path)));

@@ -565,7 +565,7 @@ fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
             return Err(Failure::BadInput(format!("--verify {sample} (accepted: with slurm)")));
         }
     }
-    if let (Some(most), SweepEngine::List | SweepEngine::Row) = (at_once, engine) {
+    if let Some(most) = at_once.filter(|_| *engine != SweepEngine::Slurm) {
         return Err(Failure::BadInput(format!("--at-once {most} (accepted: with slurm)")));
     }
     let program = std::env::current_exe().map_err(Failure::failed)?;

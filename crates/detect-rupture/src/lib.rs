@@ -183,7 +183,8 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let sum = |values: &Vec<f64>| values.iter().sum::<f64>();
     let weighted = |(drops, slips): (&Vec<f64>, &Vec<f64>)| {
         let weighted: f64 = drops.iter().zip(slips).map(|(drop, slip)| drop * slip).sum();
-        (sum(slips) > 0.0).then(|| weighted / sum(slips))
+        let sum_m = sum(slips);
+        (sum_m > 0.0).then(|| weighted / sum_m)
     };
     let count = passages.len() as f64;
     // Over the width of the slider, or of a contact.

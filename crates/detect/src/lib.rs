@@ -1,4 +1,4 @@
-//! The interface between a stream of step records and event detectors, and the slip events and ruptures
+//! The interface between a stream of records and event detectors, and the slip events and ruptures
 //! that detectors read from.
 //!
 //! A detector depends on records alone, so a live run and a replayed log use the same code and give the same
@@ -87,8 +87,8 @@ pub trait Detector: Send {
     /// passes events that are now certain to `emit`.
     fn slip(&mut self, _change: &Change, _emit: &mut dyn FnMut(Event)) {}
 
-    /// Receives a rupture that the next record makes certain, before that record is observed, and passes
-    /// events that are now certain to `emit`.
+    /// Receives a rupture that is certain, with the state at its end if that is recorded, before the step record
+    /// that shows this is observed or with that state, and passes events that are now certain to `emit`.
     fn rupture(&mut self, _rupture: &Slipped, _emit: &mut dyn FnMut(Event)) {}
 
     /// Processes the next record, and passes events that are now certain to `emit`.
@@ -107,7 +107,7 @@ pub struct Detectors {
     changes: Vec<Change>,
     /// None where the scales that link detachments are unknown; then no ruptures are found.
     ruptures: Option<RuptureTracker>,
-    /// Ruptures that the current record makes certain; a reused buffer.
+    /// Ruptures that the current record makes final; a reused buffer.
     slipped: Vec<Slipped>,
     list: Vec<Box<dyn Detector>>,
 }
@@ -198,7 +198,8 @@ impl Detectors {
         self.slipped.clear();
     }
 
-    /// Runs over records in memory, to the end of the run: for tests and analyses.
+    /// Runs over step records in memory, to the end of the run, without states and so without the forces before
+    /// and after ruptures: for tests and analyses.
     pub fn all_events<'a>(&mut self, records: impl IntoIterator<Item = &'a StepRecord>) -> Vec<Event> {
         let mut events = Vec::new();
         for record in records {

@@ -2,14 +2,15 @@
 //!
 //! Only the last detachment of each block can link to later ones: if an earlier one is close enough in
 //! time, so is the last one. A rupture is certain once `t_link` has passed since its last detachment and
-//! all of its blocks are stuck again. So only blocks and uncertain ruptures are stored.
+//! all of its blocks are stuck again. So only blocks, uncertain ruptures and those that wait for the state at
+//! their end are stored, with the states at their onsets.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use asperity_record::{Contacts, Direction, Energy, Extent, FieldRecord, StepRecord, Switch};
+use asperity_record::{Contacts, Direction, Energy, Extent, FieldRecord, StepRecord, Switch, drop_n};
 
-/// Derives ruptures from step records.
+/// Derives ruptures from step records, and from states the forces before and after them.
 #[derive(Debug, Clone)]
 pub struct RuptureTracker {
     contacts: Contacts,
@@ -228,12 +229,12 @@ impl Passage {
     /// Strength before less resistance after, N: the fall of the tangential force from detachment to re-attachment,
     /// in the direction that it had.
     pub fn strength_drop_n(&self) -> Option<f64> {
-        self.stop.map(|stop| (self.force_detach_n - stop.force_n) * self.force_detach_n.signum())
+        self.stop.map(|stop| drop_n(self.force_detach_n, stop.force_n, self.force_detach_n))
     }
 
     /// Shear force before less that after the rupture, in the same direction, N.
     pub fn shear_force_drop_n(&self) -> Option<f64> {
-        self.states_n.map(|[before_n, after_n]| (before_n - after_n) * self.force_detach_n.signum())
+        self.states_n.map(|[before_n, after_n]| drop_n(before_n, after_n, self.force_detach_n))
     }
 
     /// Merges the passages of a block in two ruptures that are united.
@@ -288,7 +289,7 @@ impl RuptureTracker {
         self.spring_factors = factors;
     }
 
-    /// Processes the next record, and adds the ruptures that it makes certain to `slipped`.
+    /// Processes the next record, and adds the ruptures that are now certain and wait for no state to `slipped`.
     pub fn observe(&mut self, record: &StepRecord, slipped: &mut Vec<Slipped>) {
         let mut ended = Vec::new();
         while let Some(&(step, id)) = self.growing.first()

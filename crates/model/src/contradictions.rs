@@ -105,12 +105,7 @@ struct Refusals<'a> {
 
 impl Refusals<'_> {
     fn refuse(&mut self, key: &str, problem: impl Into<String>, accepted: impl Into<String>) {
-        self.errors.push(ScenarioError {
-            place: self.entries.place(key),
-            key: Some(key.to_owned()),
-            problem: problem.into(),
-            accepted: Some(accepted.into()),
-        });
+        self.errors.push(self.entries.error(key, problem, accepted));
     }
 
     fn refuse_all(&mut self, refused: Vec<Refusal>) {

@@ -84,12 +84,7 @@ impl Reading<'_> {
     }
 
     pub(crate) fn error(&self, key: &str, problem: String, accepted: String) -> ScenarioError {
-        ScenarioError {
-            place: self.entries.place(key),
-            key: Some(key.to_owned()),
-            problem,
-            accepted: Some(accepted),
-        }
+        self.entries.error(key, problem, accepted)
     }
 
     /// Reads the lists of a file that a key names, each a value of a key as if it were written there.

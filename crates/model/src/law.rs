@@ -206,6 +206,12 @@ pub fn resisting_n(sliding: &Sliding<'_>, at_rest: bool) -> f64 {
     select_unpredictable(at_rest & (v == 0.0), resisting, amontons_coulomb_n(sliding))
 }
 
+/// Whether a block that drag keeps at rest from the start does not slide.
+#[inline(always)]
+pub fn kept_at_rest(turn: &Turn, at_rest: bool) -> bool {
+    at_rest & (turn.new_velocity_m_per_s[0] == 0.0)
+}
+
 /// Code to compile for each law.
 pub trait WithLaw {
     /// The result.

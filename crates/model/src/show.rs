@@ -94,14 +94,10 @@ impl Scenario {
             let drawn: Vec<String> = of.drawn(self).iter().map(f64::to_string).collect();
             (drawn.join(", ").len(), of.spread_key())
         });
-        let windows = toml::Value::try_from(&self.recording).map_or(0, |all| all.to_string().len());
+        let windows = value.get("recording").map_or(0, |all| all.to_string().len());
         let (bytes, key) = own.chain(of_draws).chain([(windows, WINDOW)]).max()?;
-        Some(ScenarioError {
-            place: entries.place(key),
-            key: Some(key.to_owned()),
-            problem: format!("with {bytes} bytes for it, a log of this scenario would hold {too_long}"),
-            accepted: Some("fewer blocks, times or windows, or shorter numbers".to_owned()),
-        })
+        let problem = format!("with {bytes} bytes for it, a log of this scenario would hold {too_long}");
+        Some(entries.error(key, problem, "fewer blocks, times or windows, or shorter numbers"))
     }
 
     /// Formats a dense window over the whole run and all blocks, commented out.

@@ -207,6 +207,21 @@ impl Entries {
         self.values.get(key).map(|entry| entry.place.clone())
     }
 
+    /// An error in the value of a key.
+    pub(crate) fn error(
+        &self,
+        key: &str,
+        problem: impl Into<String>,
+        accepted: impl Into<String>,
+    ) -> ScenarioError {
+        ScenarioError {
+            place: self.place(key),
+            key: Some(key.to_owned()),
+            problem: problem.into(),
+            accepted: Some(accepted.into()),
+        }
+    }
+
     /// Whether a key was written for this run alone, and another one was not.
     pub(crate) fn overrides(&self, key: &str, other: &str) -> bool {
         let is_override =

@@ -324,7 +324,7 @@ fn nucleation_length(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// Warns of blocks without a static threshold.
+/// Warns of a drive that is faster somewhere than the threshold of events.
 fn event_speed(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let law = plan.friction.law.rate_and_state()?;
     let (fastest_m_per_s, event_speed_m_per_s) = (scenario.drive.fastest_m_per_s(), law.event_speed_m_per_s);
@@ -336,6 +336,7 @@ fn event_speed(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
+/// Warns of blocks without a static threshold.
 fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
     if !plan.friction.law.word().sticks() {
         return None;
@@ -430,6 +431,20 @@ mod tests {
         assert_eq!(of("1e-8", "recording.fields_s=0.1"), [expected]);
         assert_eq!(of("2e-6", "recording.fields_s=0.1"), Vec::<String>::new());
         assert!(of("2e-6", "recording.fields_s=1e-8")[0].starts_with("recording.fields_s: 1e12 rows"));
+    }
+
+    #[test]
+    fn a_drive_above_the_threshold_of_events_is_warned_of() {
+        let of = |event_speed: &str| {
+            let course = ["drive.course_s=[0,1]", "drive.course_m_per_s=[1e-4,-0.01]", event_speed];
+            let source = ScenarioSource::new("test", "friction.law = 'rate-and-state'");
+            let source = course.iter().fold(source, |source, set| source.with_override(set));
+            Scenario::resolve(&source).unwrap().warnings().into_iter().map(|w| w.text).collect::<Vec<_>>()
+        };
+        let start = "drive.course_m_per_s = 0.01 is above V_th = 1.0000e-3 m/s";
+        let is_said = |warnings: &[String]| warnings.iter().any(|warning| warning.starts_with(start));
+        assert!(is_said(&of("friction.event_speed_m_per_s=1e-3")));
+        assert!(!is_said(&of("friction.event_speed_m_per_s=2e-2")));
     }
 
     #[test]

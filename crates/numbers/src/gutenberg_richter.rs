@@ -1,8 +1,8 @@
 //! The law of Gutenberg and Richter among magnitudes, and the magnitude from which on it holds, the completeness.
 //!
-//! The completeness is where the law fits best by the distance of Kolmogorov and Smirnov, or higher and as good, as Clauset, Shalizi and Newman choose the
-//! beginning of a power law (SIAM Rev. 51, 661 (2009), section 3.3). A test above a completeness that was chosen for its fit
-//! rejects too rarely, and the error of b above it is too small. So, as in their section 4.1, catalogues are drawn with the
+//! The completeness is where the law fits best by the distance of Kolmogorov and Smirnov, or higher and as good, as
+//! Clauset, Shalizi and Newman choose the beginning of a power law (SIAM Rev. 51, 661 (2009), section 3.3). A test above
+//! a completeness that was chosen for its fit rejects too rarely, and the error of b above it is too small. So, as in their section 4.1, catalogues are drawn with the
 //! law above the completeness and the magnitudes found below it, and the whole search is repeated in each of them: these
 //! give the critical value, and how far b lies from that of the law. The draws are the same every time and on every machine.
 //!
@@ -37,8 +37,10 @@ const TIMES: usize = 4;
 pub enum Refusal {
     /// The test rejects the law.
     Test,
-    /// The largest magnitude lies this far above the completeness, which is less than [`SPAN`], or is alone there.
+    /// The largest magnitude lies this far above the completeness, which is less than [`SPAN`].
     Span(f64),
+    /// Without their largest the magnitudes span less: most catalogues of such a law do not reach so far.
+    LargestAlone,
     /// The skewness of all magnitudes, which is less than [`SKEWED`] of its standard errors, and its standard error.
     Skewness(f64, f64),
 }
@@ -100,7 +102,7 @@ impl GutenbergRichter {
                         fit.b = Err(Refusal::Test);
                     }
                 }
-                None => fit.b = Err(Refusal::Span(ascending[ascending.len() - 1] - found.completeness)),
+                None => fit.b = Err(Refusal::LargestAlone),
             },
         }
         Some(fit)
@@ -112,10 +114,10 @@ impl GutenbergRichter {
         match self.b {
             Ok(b) => format!("b = {:.3} ± {:.3} {above}", b.value, b.error),
             Err(Refusal::Test) => format!("no law of Gutenberg and Richter {above}"),
-            Err(Refusal::Span(span)) if span < SPAN => {
+            Err(Refusal::Span(span)) => {
                 format!("no b {above}: they span {span:.3}, less than {SPAN} magnitude")
             }
-            Err(Refusal::Span(_)) => {
+            Err(Refusal::LargestAlone) => {
                 format!("no b {above}: without their largest they span less than {SPAN} magnitude")
             }
             Err(Refusal::Skewness(value, error)) => {

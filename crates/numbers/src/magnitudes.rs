@@ -53,7 +53,7 @@ impl Magnitudes {
     /// Radiated over released energy of the ruptures of which both are known: 0, or above what the finite step and rounding
     /// added to it.
     pub(crate) fn radiated_ratio(&self) -> Option<f64> {
-        let is_known = self.radiated_j == 0.0 || self.radiated_j > self.error_j.abs();
+        let is_known = self.radiated_j == 0.0 || self.radiated_j > self.error_j;
         (self.released_j > 0.0 && is_known).then(|| self.radiated_j / self.released_j)
     }
 }

@@ -57,10 +57,9 @@ pub fn front_speeds_m_per_s(
     contacts: Contacts,
     wave_m_per_s: Option<f64>,
 ) -> [Option<f64>; 2] {
-    let nucleation = contacts.column(rupture.nucleation_block);
-    let up = (rupture.last_block.saturating_sub(nucleation), rupture.front_speed_up_m_per_s);
-    let down = (nucleation.saturating_sub(rupture.first_block), rupture.front_speed_down_m_per_s);
-    [up, down].map(|(spacings, speed)| {
+    let [up, down] = reached(rupture, contacts);
+    let sides = [(up, rupture.front_speed_up_m_per_s), (down, rupture.front_speed_down_m_per_s)];
+    sides.map(|(spacings, speed)| {
         speed.filter(|speed| wave_m_per_s.is_none_or(|wave| *speed <= f64::from(spacings) * wave))
     })
 }
@@ -68,8 +67,12 @@ pub fn front_speeds_m_per_s(
 /// The speed of its front on the side where it ran farther, or on the other if only that has one, m/s.
 pub fn front_speed_m_per_s(rupture: &Rupture, contacts: Contacts, wave_m_per_s: Option<f64>) -> Option<f64> {
     let [up, down] = front_speeds_m_per_s(rupture, contacts, wave_m_per_s);
+    let [farther_up, farther_down] = reached(rupture, contacts);
+    if farther_up >= farther_down { up.or(down) } else { down.or(up) }
+}
+
+/// How many columns it reached towards higher and towards lower ones from where it began.
+fn reached(rupture: &Rupture, contacts: Contacts) -> [u32; 2] {
     let nucleation = contacts.column(rupture.nucleation_block);
-    let is_up =
-        rupture.last_block.saturating_sub(nucleation) >= nucleation.saturating_sub(rupture.first_block);
-    if is_up { up.or(down) } else { down.or(up) }
+    [rupture.last_block.saturating_sub(nucleation), nucleation.saturating_sub(rupture.first_block)]
 }

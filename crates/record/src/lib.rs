@@ -72,7 +72,7 @@ pub use parts::{Part, Parts};
 #[doc(hidden)]
 pub use payload::macros;
 pub use printable::printable;
-pub use rupture::{Arrival, Rupture, RupturesFrom};
+pub use rupture::{Arrival, Rupture, RupturesFrom, drop_n};
 pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, JunctionTotals, StepRecord, Switch, SwitchAcross};

@@ -187,6 +187,11 @@ payload! {
     }
 }
 
+/// The fall of a tangential force, N, in the direction of that at the detachment: mirror images have the same.
+pub fn drop_n(before_n: f64, after_n: f64, detach_n: f64) -> f64 {
+    (before_n - after_n) * detach_n.signum()
+}
+
 impl Arrival {
     /// How far the block slid, m, whichever way; over an area the size of the vector. `None` if it still slid at
     /// the end of the run.
@@ -197,7 +202,7 @@ impl Arrival {
 
     /// Its part of [`Rupture::mean_strength_drop_n`].
     pub fn strength_drop_n(&self) -> Option<f64> {
-        Some((self.force_detach_n - self.force_attach_n?) * self.force_detach_n.signum())
+        Some(drop_n(self.force_detach_n, self.force_attach_n?, self.force_detach_n))
     }
 }
 

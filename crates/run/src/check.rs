@@ -44,7 +44,7 @@ impl fmt::Display for Checked {
 /// - structure and checksums, counts and digests, every message against its schema;
 /// - the order of steps and their times, switches against the states of the blocks, and that all
 ///   numbers are finite;
-/// - the events against those that the detectors find in the step records;
+/// - the events against those that the detectors find in the step records and states;
 /// - header and topics of a log of this code version against its own scenario.
 ///
 /// Only [`check_again`] compares the records with the run itself.
@@ -159,7 +159,7 @@ pub enum CheckProblem {
         /// The name of the value.
         what: &'static str,
     },
-    /// The step records give other events.
+    /// The step records and states give other events.
     #[error("its steps give {0}")]
     Events(#[from] Difference),
     /// Topics of events that every log of this code version has, and this one lacks.

@@ -12,7 +12,7 @@ use std::path::Path;
 use asperity_model::{Plan, RecordingPlan, Scenario, WindowPlan};
 use asperity_record::{Contacts, Record};
 use asperity_runlog::{RunReader, Topics};
-use asperity_simulator::{Next, Snapshot, SolverKind, Stop};
+use asperity_simulator::{Snapshot, SolverKind};
 
 use crate::states::{self, StatesError};
 
@@ -198,12 +198,8 @@ fn compute(
         solver.restore(state);
     }
     let mut found = Collected { span, quantity, contacts, steps: Vec::new(), values: Vec::new() };
-    loop {
-        match solver.next_record_unless(&Stop::when(stop))? {
-            Next::Record(record) if !stop() => found.add(&record),
-            Next::End => break,
-            Next::Record(_) | Next::Stopped => return Err(StatesError::Interrupted),
-        }
+    while let Some(record) = states::next(&mut *solver, stop)? {
+        found.add(&record);
     }
     Ok(found.field(|step| grid.time_s(step), spacing_m))
 }

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use asperity_model::{NodeState, Plan, Scenario};
 use asperity_runlog::{RunReader, Topics};
-use asperity_simulator::{Next, Snapshot, Solver, SolverKind, Stop, contact_loads_n};
+use asperity_simulator::{Snapshot, Solver, SolverKind, contact_loads_n};
 
 use crate::states::{self, StatesError};
 
@@ -92,7 +92,7 @@ impl Nodes {
             if solver.step() <= step {
                 last = Some(solver.snapshot());
             }
-            if solver.step() >= step || !goes_on(solver, stop)? {
+            if solver.step() >= step || states::next(&mut **solver, stop)?.is_none() {
                 break;
             }
         }
@@ -103,7 +103,7 @@ impl Nodes {
             let plan = Arc::new(Plan { steps: step, ..(*self.plan).clone() });
             let mut there = self.kind.start(plan);
             there.restore(&state);
-            while goes_on(&mut *there, stop)? {}
+            while states::next(&mut *there, stop)?.is_some() {}
             state = there.snapshot();
         }
         Ok(Some(NodeState {
@@ -117,15 +117,6 @@ impl Nodes {
             displacement_m: state.slider.displacement_m,
             velocity_m_per_s: state.slider.velocity_m_per_s,
         }))
-    }
-}
-
-/// Goes on to the next record, unless the run is over.
-fn goes_on(solver: &mut dyn Solver, stop: &dyn Fn() -> bool) -> Result<bool, StatesError> {
-    match solver.next_record_unless(&Stop::when(stop))? {
-        Next::Record(_) if !stop() => Ok(true),
-        Next::End => Ok(false),
-        Next::Record(_) | Next::Stopped => Err(StatesError::Interrupted),
     }
 }
 

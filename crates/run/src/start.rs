@@ -142,7 +142,9 @@ impl Parent {
         if text.len() > LONGEST_STATE_BYTES {
             return Err(refuse(
                 format!("its state has {} bytes as text", text.len()),
-                "a state of up to 7340032 bytes, as of a chain or a sheet of 100000 blocks",
+                &format!(
+                    "a state of up to {LONGEST_STATE_BYTES} bytes, as of a chain or a sheet of 100000 blocks"
+                ),
             ));
         }
         Ok(text)

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use asperity_model::Plan;
 use asperity_record::{Record, RunHeader};
 use asperity_runlog::{LogError, LogItem, RunReader};
-use asperity_simulator::{SimulationError, Snapshot, SolverKind};
+use asperity_simulator::{Next, SimulationError, Snapshot, Solver, SolverKind, Stop};
 
 use crate::header::CODE_VERSION;
 use crate::resume::Saved;
@@ -73,6 +73,18 @@ pub enum StatesError {
     /// The solver stops before the requested time.
     #[error(transparent)]
     Stopped(#[from] SimulationError),
+}
+
+/// The next record; none at the end.
+///
+/// # Errors
+/// If the solver stops before, or the caller stops it.
+pub(crate) fn next(solver: &mut dyn Solver, stop: &dyn Fn() -> bool) -> Result<Option<Record>, StatesError> {
+    match solver.next_record_unless(&Stop::when(stop))? {
+        Next::Record(record) if !stop() => Ok(Some(record)),
+        Next::End => Ok(None),
+        Next::Record(_) | Next::Stopped => Err(StatesError::Interrupted),
+    }
 }
 
 /// The solver that made a run.

@@ -3,7 +3,7 @@
 //! | in the file | what |
 //! |---|---|
 //! | MCAP header | the profile `asperity` |
-//! | metadata `run` | the [`RunHeader`](asperity_record::RunHeader), first |
+//! | metadata `run` | the [`RunHeader`](asperity_record::RunHeader), first; `crc32` is the checksum of its other keys |
 //! | metadata `salvage` | in a salvaged log: what it lacks |
 //! | attachment `scenario.toml` | the resolved scenario, every key |
 //! | attachments `checkpoint` | the solver's state, about once a second of work: from which an unfinished run resumes |

@@ -27,6 +27,7 @@ const BLOCK_TIME: &str = "block_time_s";
 const LINK_TIME_RATIO: &str = "link_time_ratio";
 const MODULUS: &str = "modulus_n_per_m";
 const INTERFACIAL_STIFFNESS: &str = "interfacial_stiffness_n_per_m";
+const CRC: &str = "crc32";
 const LONGEST_STABLE_STEP: &str = "longest_stable_step_s";
 const STOPPED: &str = "stopped";
 const BETWEEN_FALLBACKS: &str = "; ";
@@ -74,7 +75,20 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
         let said = scales.parts().into_iter().chain([link_s]);
         map.extend(said.filter_map(|(key, value)| Some((key.to_owned(), value?.to_string()))));
     }
+    let crc = crc_of(&map);
+    map.insert(CRC.to_owned(), crc);
     map
+}
+
+/// CRC-32 of all keys but its own and their values, in order, each behind its length. MCAP has none for metadata, and
+/// that of all data stands at the end of a file, which an unfinished log lacks.
+fn crc_of(map: &BTreeMap<String, String>) -> String {
+    let mut crc = crc32fast::Hasher::new();
+    for text in map.iter().filter(|(key, _)| *key != CRC).flat_map(|(key, value)| [key, value]) {
+        crc.update(&(text.len() as u64).to_le_bytes());
+        crc.update(text.as_bytes());
+    }
+    format!("{:08x}", crc.finalize())
 }
 
 /// The format version of a log.
@@ -83,7 +97,12 @@ pub(crate) fn version(run: &BTreeMap<String, String>) -> Result<u32, MetadataErr
 }
 
 pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeader, MetadataError> {
+    let expected = crc_of(map);
     let map = Reader { record: RUN, map };
+    // None in logs that were written before it was added.
+    if map.map.get(CRC).is_some_and(|crc| *crc != expected) {
+        return Err(map.invalid(CRC, format!("{expected}, that of the other keys")));
+    }
     let header = RunHeader {
         record_schema_version: map.parse("record_schema_version", "a whole number")?,
         scenario: map.text("scenario")?,
@@ -117,7 +136,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     }
     // Derived words must agree with the rest. Older programs may have used other words.
     if header.record_schema_version == RECORD_SCHEMA_VERSION {
-        for (key, expected) in header_to_map(&header) {
+        for (key, expected) in header_to_map(&header).into_iter().filter(|(key, _)| key != CRC) {
             if map.map.get(&key) != Some(&expected) {
                 return Err(map.invalid(&key, format!("{expected:?}, which the other keys give")));
             }

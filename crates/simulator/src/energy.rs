@@ -384,8 +384,8 @@ impl Accounts {
         energy
     }
 
-    /// Sets the viscous loss, or the radiated energy, to the remainder of the balance; to 0 without any damper, and where the
-    /// remainder is rounding.
+    /// Sets the viscous loss, or the radiated energy, to the remainder of the balance, and to 0 where that is rounding.
+    /// Without any damper the loss stays as it is counted, 0.
     fn balance(&self, energy: &mut Energy) {
         if self.radiated != Radiated::Rest && !self.has_dampers {
             return;

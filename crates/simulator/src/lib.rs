@@ -1,9 +1,9 @@
 //! The slider and its solvers.
 //!
 //! A solver is a state machine: a call for the next [`Record`](asperity_record::Record) advances it as far
-//! as necessary, or until the caller wants it back ([`Stop`]). It does no I/O, reads no clock and starts no thread, so that the same plan gives the same
-//! records wherever it runs; threads that are handed in ([`Crew`]) compute parts of a step without a change of
-//! its bits.
+//! as necessary, or until the caller wants it back ([`Stop`]). It does no I/O, reads no clock and starts no
+//! thread, so that the same plan gives the same records wherever it runs; threads that are handed in ([`Crew`])
+//! compute parts of a step without a change of its bits.
 //!
 //! [`Plain`] takes every step; it is the oracle. [`SolverKind::Fast`] computes the same discrete trajectory
 //! for a cost that follows the switches: certified windows where no contact switches, certified

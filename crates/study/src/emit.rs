@@ -3,7 +3,7 @@
 //! Paths are written as [`Word`]s, which every shell reads literally; paths without such a form are
 //! refused.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::fmt::{self, Write};
 
@@ -95,9 +95,9 @@ pub fn arrays(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<
     arrays.into_iter().map(array).collect()
 }
 
-/// Parts that jobs of an earlier call of a script make: which, and of how many.
+/// Parts that jobs of an earlier call of a script make, by the number of parts.
 #[derive(Debug, Clone, Default)]
-pub struct UnderWay(Vec<(Vec<u64>, u64)>);
+pub struct UnderWay(BTreeMap<u64, BTreeSet<u64>>);
 
 impl UnderWay {
     /// Reads lines of parts of a number of parts, as in `3,7-9/12`, which is at most that of the runs.
@@ -105,20 +105,22 @@ impl UnderWay {
     /// # Errors
     /// A message with the line.
     pub fn read(text: &str, runs: u64) -> Result<UnderWay, String> {
-        let line = |(index, line): (usize, &str)| {
+        let mut under_way = UnderWay::default();
+        for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.is_empty()) {
+            let number = index + 1;
             let (parts, of) = line.split_once('/').unwrap_or((line, ""));
             let accepted =
-                format!("line {}: {line} (accepted: parts of 1 to {runs}, as in 3,7-9/12)", index + 1);
-            let of = of.parse().ok().filter(|of| (1..=runs).contains(of)).ok_or(accepted)?;
-            Ok((parse_ranges(parts, of)?, of))
-        };
-        let lines = text.lines().enumerate().filter(|(_, line)| !line.is_empty());
-        Ok(UnderWay(lines.map(line).collect::<Result<_, String>>()?))
+                || format!("line {number}: {line} (accepted: parts of 1 to {runs}, as in 3,7-9/12)");
+            let of = of.parse().ok().filter(|of| (1..=runs).contains(of)).ok_or_else(accepted)?;
+            let parts = parse_ranges(parts, of).map_err(|error| format!("line {number}: {error}"))?;
+            under_way.0.entry(of).or_default().extend(parts);
+        }
+        Ok(under_way)
     }
 
     /// Whether a run is in one of them; `number` is what divides runs into a number of parts.
     pub fn has(&self, number: impl Fn(u64) -> u64) -> bool {
-        self.0.iter().any(|(parts, of)| parts.binary_search(&part(number(*of), *of)).is_ok())
+        self.0.iter().any(|(of, parts)| parts.contains(&part(number(*of), *of)))
     }
 }
 

@@ -40,7 +40,7 @@ impl Record {
 }
 
 /// The kind of the record, in words; metadata and attachments by their names.
-pub(crate) fn kind(part: &Part) -> String {
+fn kind(part: &Part) -> String {
     let word = match part.opcode {
         op::HEADER => "header",
         op::FOOTER => "footer",

@@ -123,7 +123,7 @@ fn regions(bytes: &[u8]) -> Vec<(String, Vec<Range<usize>>)> {
 
 /// An unfinished log to be flipped.
 fn stopped(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Target>, Error> {
-    let Some(bytes) = stopped_log(ground, signal, from_bytes, &[])? else { return Ok(None) };
+    let Some(bytes) = stopped_log(ground, signal, from_bytes)? else { return Ok(None) };
     // Under the name of the flipped ones, since messages begin with it.
     fs::write(ground.work.join("flipped.mcap.partial"), &bytes)?;
     let events = Call::new(&ground.program, &ground.work, &["events", "flipped.mcap.partial"])?.run()?;
@@ -134,18 +134,13 @@ fn stopped(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Targ
 
 /// The log that a run of the default scenario leaves when it is stopped once its log has this many
 /// bytes; None if it finished before.
-pub(crate) fn stopped_log(
-    ground: &Ground,
-    signal: &str,
-    from_bytes: u64,
-    set: &[&str],
-) -> Result<Option<Vec<u8>>, Error> {
+fn stopped_log(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Vec<u8>>, Error> {
     let folder = ground.logs.join(format!("stopped-{signal}-{from_bytes}"));
     let log = folder.join("run.mcap.partial");
     // A few attempts: on a busy machine the run may be done before the signal comes.
     for _ in 0..5 {
         crate::ground::emptied(&folder)?;
-        let run = [&RUN[..], &["--checkpoint-s", "0.02"], set].concat();
+        let run = [&RUN[..], &["--checkpoint-s", "0.02"]].concat();
         let mut run = Call::new(&ground.program, &folder, &run)?.start()?;
         while !run.has_ended()? && fs::metadata(&log).map_or(0, |file| file.len()) < from_bytes {
             thread::sleep(Duration::from_millis(1));

@@ -260,10 +260,10 @@ mod tests {
 
     #[test]
     fn the_key_has_b_where_the_summary_has() {
-        let b = Some("b = 0.80 ± 0.10 above -6.00, n = 60 (KS 0.05 < 0.11)".to_owned());
+        let b = Some("b = 0.800 ± 0.100 above -6.000; n = 60 (KS 0.050 ≤ 0.110)".to_owned());
         let of_run = super::Part { b, ..slipped(&[]) };
         let words = words_of(&of_run, SizeLaw::None);
-        let key = ["A: 3", "b = 0.80 ± 0.10", "above −6.00, n = 60 (KS 0.05 < 0.11)", "95 %"];
+        let key = ["A: 3", "b = 0.800 ± 0.100", "above −6.000; n = 60 (KS 0.050 ≤ 0.110)", "95 %"];
         assert_eq!(words, key);
     }
 

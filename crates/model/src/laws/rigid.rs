@@ -1,7 +1,7 @@
 //! Rigid Amontons-Coulomb (2.7), Maegawa's: a stuck contact does not move, a sliding one feels
 //! `-mu_d p sign(v) - E v` and re-attaches, at rest, in the step in which its velocity would change sign.
 
-use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n, resisting_n};
+use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n, kept_at_rest, resisting_n};
 
 /// Friction without springs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,8 +28,7 @@ impl ContactLaw for Rigid {
 
     #[inline(always)]
     fn re_attaches(&self, turn: &Turn) -> bool {
-        // A block that drag keeps at rest from the start does not slide.
-        Silent.re_attaches(turn) | (self.at_rest & (turn.new_velocity_m_per_s[0] == 0.0))
+        Silent.re_attaches(turn) | kept_at_rest(turn, self.at_rest)
     }
 
     #[inline(always)]

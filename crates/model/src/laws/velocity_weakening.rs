@@ -2,7 +2,7 @@
 //! `-mu_d p sign(v) / (1 + |v| / v_c) - E v`.
 
 use crate::laws::rigid::Silent;
-use crate::law::{ContactLaw, LawKeys, Sliding, Turn, resisting_n};
+use crate::law::{ContactLaw, LawKeys, Sliding, Turn, kept_at_rest, resisting_n};
 
 /// Friction that falls with velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,8 +36,7 @@ impl ContactLaw for VelocityWeakening {
 
     #[inline(always)]
     fn re_attaches(&self, turn: &Turn) -> bool {
-        // A block that drag keeps at rest from the start does not slide.
-        Silent.re_attaches(turn) | (self.at_rest & (turn.new_velocity_m_per_s[0] == 0.0))
+        Silent.re_attaches(turn) | kept_at_rest(turn, self.at_rest)
     }
 
     #[inline(always)]

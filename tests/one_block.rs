@@ -4,7 +4,7 @@ use std::fs;
 
 use asperity_testkit::folder;
 
-use crate::support::binary::{as_given, succeed, text};
+use crate::support::binary::{as_given, asperity, succeed, text};
 
 const SCENARIO: &str = "name = \"slider\"
 parameter_set = \"as-stated\"
@@ -79,4 +79,17 @@ fn one_block_is_a_slider_for_every_command() {
     succeed(&["sweep", "go", text(&sweep), "-o", text(&path("study")), "--to", "csv"]);
     let runs = fs::read_to_string(path("study/tables/runs.csv")).expect("there is a table");
     assert_eq!(runs.lines().count(), 3, "{runs}");
+}
+
+#[test]
+fn a_run_without_a_speed_above_the_threshold_of_events_says_so() {
+    let folder = asperity_testkit::folder();
+    let said = |event_speed: &str, name: &str| {
+        let out = folder.path().join(name);
+        let output = asperity(&["run", "spring-slider", "--set", event_speed, "--out", text(&out)]);
+        String::from_utf8(output.stderr).expect("the binary writes UTF-8")
+    };
+    let note = "spring-slider: no block came above V_th = 5.0000e0 m/s; the largest speed was 2.9411e-1 m/s";
+    assert!(said("friction.event_speed_m_per_s=5", "none.mcap").contains(note));
+    assert!(!said("friction.event_speed_m_per_s=0.2", "some.mcap").contains("no block came above"));
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use crate::laws::packing::{Packing, put_together};
-use crate::laws::parts::take_apart;
+use crate::laws::parts::{Part, take_apart};
 use crate::support::binary::{asperity, succeed, text};
 use crate::support::{binary, small};
 use asperity_run::Verdict;
@@ -238,6 +238,17 @@ fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
     let twice = [&b[..third.end], &b[third.clone()], &b[third.end..]].concat();
     let (said, out) = log.salvage(&twice);
     assert!(said.contains("messages stood there twice"), "{said}");
+    assert!(!said.contains(" lost") && !said.contains("nothing between"), "{said}");
+    assert_eq!(read_until_problem(&out).0, log.items);
+
+    let all: Vec<Part> = take_apart(b).into_iter().filter(|part| part.opcode == op::MESSAGE).collect();
+    let until_third: usize = log.chunks[..3].iter().map(|(_, messages)| messages.len()).sum();
+    let late = &all[until_third - 1];
+    let early = all.iter().find(|part| part.channel_id() == late.channel_id()).expect("there is one");
+    let mut both = Vec::new();
+    Part::chunk(&[late.clone(), early.clone()]).put(&mut both);
+    let (said, out) = log.salvage(&[&b[..third.end], &both, &b[third.end..]].concat());
+    assert!(said.contains("2 messages stood there twice"), "{said}");
     assert!(!said.contains(" lost") && !said.contains("nothing between"), "{said}");
     assert_eq!(read_until_problem(&out).0, log.items);
 

@@ -131,6 +131,18 @@ def test_ctrl_c_raises_keyboard_interrupt_and_the_log_resumes(unbroken: asperity
     assert resumed.digest == unbroken.digest
 
 
+def test_ctrl_c_ends_a_run_whose_next_record_is_far_away(tmp_path: Path) -> None:
+    rare = {"drive.velocity_m_per_s": 1e-9, "time.duration_s": 1000, "recording.sample_s": 0, "recording.fields_s": 0}
+    code = f"import asperity; asperity.run('chain-junctions', {rare}, log='rare.mcap')"
+    process = run_in(tmp_path, code)
+    while not (tmp_path / "rare.mcap.partial").exists():
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert b"KeyboardInterrupt" in said
+    assert asperity.open(tmp_path / "rare.mcap.partial").verdict == "incomplete"
+
+
 @pytest.mark.parametrize("call", ["run('default', detectors=Endless())", "open('a.mcap').detect(Endless())"])
 def test_ctrl_c_ends_a_detector_that_does_not(call: str, tmp_path: Path) -> None:
     asperity.run(asperity.Scenario("default", SMALL), log=tmp_path / "a.mcap")

@@ -222,6 +222,7 @@ fn gaps(entries: &[Entry], pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Resul
         if let Some(mut chunk) = pieces.chunk(entry.at)? {
             // The first walk reports what cannot be read.
             for message in walk.messages(entry.at, &mut chunk).unwrap_or_default() {
+                walk.note(&message);
                 let (expected, since) = next.get(&message.topic).copied().unwrap_or_default();
                 if message.sequence > expected && since <= place {
                     let from = doubtful.partition_point(|(place, _)| *place < since);

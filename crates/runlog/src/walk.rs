@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use asperity_record::{EventKind, FieldRecord, RunEnd, RunHeader, WindowRecord, counted};
-use mcap::records::{Channel, Record, SchemaHeader};
+use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use serde_json::{Map, Value};
 
 use crate::agree;
@@ -130,15 +130,16 @@ impl<'a> Walk<'a> {
         messages.into_iter().try_for_each(|message| self.take(message, keep)).map_err(ChunkProblem::Write)
     }
 
-    /// Returns the messages of a chunk; an error if one does not match its topic, or is of another
-    /// number of blocks or time step.
+    /// Returns the messages of a chunk, without those of which a chunk before it has the numbers; an error
+    /// if one does not match its topic, or is of another number of blocks or time step.
     pub(crate) fn messages(&mut self, at: u64, chunk: &mut Chunk) -> Result<Vec<Message>, String> {
         let mut messages = Vec::new();
-        let mut nameless = 0;
+        let (mut nameless, mut repeated) = (0, 0);
         while let Some((opcode, body)) = chunk.next_record().map_err(|error| error.to_string())? {
             match parse(opcode, body, at).map_err(|error| error.to_string())? {
                 Record::Schema { header, data } => self.schema(header, &data),
                 Record::Channel(channel) => self.channel(channel),
+                Record::Message { header, .. } if self.is_repeated(&header) => repeated += 1,
                 Record::Message { header, data } => {
                     let payload = data.into_owned();
                     let (sequence, time_ns) = (header.sequence, header.log_time);
@@ -157,7 +158,14 @@ impl<'a> Walk<'a> {
             }
         }
         self.nameless += nameless;
+        self.repeated += repeated;
         Ok(messages)
+    }
+
+    /// Whether a message of this topic with this number was noted.
+    fn is_repeated(&self, header: &MessageHeader) -> bool {
+        let next = self.topics.get(&header.channel_id).and_then(|topic| self.expected.get(topic));
+        next.is_some_and(|&(next, _)| header.sequence < next)
     }
 
     fn schema(&mut self, header: SchemaHeader, text: &[u8]) {
@@ -362,7 +370,8 @@ impl<'a> Walk<'a> {
         keep(message)
     }
 
-    fn note(&mut self, message: &Message) {
+    /// Notes the number of a message.
+    pub(crate) fn note(&mut self, message: &Message) {
         // An event does not end a gap, but messages missing before it lie in the gap.
         let gaps = self.salvaged.gaps.len() + usize::from(self.in_gap);
         let next = (message.sequence.saturating_add(1), gaps);

@@ -591,12 +591,22 @@ const NOT_HELD: &str = "a file that the plan names, and does not hold";
 struct Holding(Mutex<Held>);
 
 impl Holding {
-    fn get<E>(&self, name: String, read: impl FnOnce() -> Result<String, E>) -> Result<String, E> {
+    /// The text of that name, read once. What a plan is too short for is refused by `full`, before it fills the memory.
+    fn get<E>(
+        &self,
+        name: String,
+        read: impl FnOnce() -> Result<String, E>,
+        full: impl FnOnce(String) -> E,
+    ) -> Result<String, E> {
         let mut held = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(text) = held.0.get(&name) {
             return Ok(text.clone());
         }
         let text = read()?;
+        let bytes = held.0.values().map(String::len).sum::<usize>() + text.len();
+        if bytes > LONGEST_COMMON_BYTES {
+            return Err(full(format!("{bytes} bytes of files and states in a plan")));
+        }
         held.0.insert(name, text.clone());
         Ok(text)
     }
@@ -604,11 +614,23 @@ impl Holding {
 
 impl Files for Holding {
     fn text(&self, path: &Path) -> io::Result<String> {
-        self.get(path.to_string_lossy().into_owned(), || Opened.text(path))
+        self.get(
+            path.to_string_lossy().into_owned(),
+            || Opened.text(path),
+            |problem| io::Error::other(format!("{problem} (accepted: up to {LONGEST_COMMON_BYTES})")),
+        )
     }
 
     fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
-        self.get(Held::state_name(scenario), || Opened.state(scenario))
+        self.get(
+            Held::state_name(scenario),
+            || Opened.state(scenario),
+            |problem| UnfitState {
+                key: "initial.from",
+                problem,
+                accepted: format!("up to {LONGEST_COMMON_BYTES}, fewer states or smaller ones"),
+            },
+        )
     }
 }
 
@@ -630,7 +652,16 @@ mod tests {
 
     use asperity_model::ParameterSet;
 
-    use super::Plan;
+    use super::{Holding, LONGEST_COMMON_BYTES, Plan};
+
+    #[test]
+    fn more_than_a_plan_has_room_for_is_refused_while_it_is_read() {
+        let (holding, half) = (Holding::default(), "x".repeat(LONGEST_COMMON_BYTES / 2));
+        let get = |name: &str| holding.get(name.to_owned(), || Ok(half.clone()), |problem| problem);
+        assert!(["a", "b", "a"].iter().all(|name| get(name).is_ok()));
+        let problem = get("c").unwrap_err();
+        assert_eq!(problem, format!("{} bytes of files and states in a plan", LONGEST_COMMON_BYTES / 2 * 3));
+    }
 
     /// Its scenario names no parameter set, which meant `as-coded` at the time of planning.
     #[test]

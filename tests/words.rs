@@ -15,10 +15,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::binary;
 use crate::support::clients::{file, said};
 use crate::support::markdown::{anchors, blocks, code, links, paragraphs};
-use crate::tidy;
 
 /// Most lines of the README: what a visitor reads before deciding to try it.
 const README_LINES: usize = 130;
@@ -28,146 +26,6 @@ const OWN_PROGRAM: &str = "out/own/src/main.rs";
 
 /// What a skipped block may begin its lines with.
 const NOT_RUN: [&str; 4] = ["cargo", "git", "export", "#"];
-
-/// Phrases that were here once and that no physicist would use.
-const ODD: [&str; 93] = [
-    "taken down",
-    "takes down",
-    "moves no blame",
-    "times as fast",
-    "with time without the blocks",
-    "vouches for",
-    "it is open what is best",
-    "held against",
-    "holds it against",
-    "holds the one against",
-    "so many switches",
-    " anew",
-    "is gone on with",
-    "for its modes to pay",
-    "is told of a rupture",
-    "quoted to the letter",
-    "the same wherever the words are",
-    "less than a standard error away from what was measured",
-    "as physics that misleads",
-    "by slip events it slips as a whole",
-    "of those in one step the one",
-    "was over before; those come last",
-    "a detector does no more than this",
-    "they close as those of the run do",
-    "unite those that overlap",
-    "shows as ruptures of single blocks",
-    "so there is no g to take",
-    "over the value to which they lead",
-    "so of a rupture",
-    "have no drive that moves",
-    "without step records of their own",
-    "in proportion to the way",
-    "what the drive already pulls with",
-    "where one run proves little",
-    "or of a folder a study",
-    "what it leads to stays",
-    "csv and json all of them",
-    "have three columns more",
-    "what the thesis counts are slip events",
-    "made to fit by a choice of ours",
-    "a folder need not be your own",
-    "the page says of how many ruptures",
-    "for that many there are",
-    "is checked for less",
-    "costs its own messages and no others",
-    "checksums of all that stands before",
-    "for whose each is",
-    "keys are written here as there",
-    "what lacks a neighbour",
-    "a step is one of sliding",
-    "the programs of other people",
-    "what tables are joined by",
-    "what those here say",
-    "all three of the same paths and pixels",
-    "would let the page shine through",
-    "what the run has nothing for",
-    "has a part in it: as",
-    "a place of which no run is done",
-    "however the runs were made",
-    "that is no word; yes is 1",
-    "have them in words of their own",
-    "name the other: the one for",
-    "which need not, are read as before",
-    "where we read something other",
-    "with a hair more",
-    "the work done and where it went",
-    "whoever studies friction",
-    "a run fails if its numbers do",
-    "goes on with a run, another leaves it",
-    "so is a result named",
-    "what tasks have to say",
-    "one that a script cannot hold",
-    "through no elasticity",
-    "has to be put in by hand",
-    "springs pull along themselves",
-    "and that leaves a shear which is",
-    "what rings on",
-    "in single steps' worth",
-    "what is waited less",
-    "the more the faster",
-    "takes events for independent",
-    "says on what the pairing rests",
-    "that both runs have time for",
-    "what makes two events the same",
-    "asks this of the default slider",
-    "what is not the thesis'",
-    "only their own scenario gives away",
-    "holds every command to the verdict",
-    "whoever makes something of them",
-    "says which there are, for those who plan",
-    "it judges what it did not help to make",
-    "of which waves go half",
-    "windows are shorter than they cost",
-];
-
-/// Phrases that comments avoid as well. They say of software what people do, or leave open what is meant.
-const ODD_IN_COMMENTS: [&str; 21] = [
-    "as it is told",
-    "are told",
-    "be told",
-    "by whatever",
-    "go on with",
-    "goes on with",
-    "goes past",
-    "gone on with",
-    "has been told",
-    "is told",
-    "lets go",
-    "of one's own",
-    "of the caller's own",
-    "says of itself",
-    "sees to it",
-    "sees to that",
-    "so many",
-    "takes hold",
-    "takes note",
-    "this very program",
-    "told of",
-];
-
-/// How no comment begins: it would need the one before to be understood.
-const NO_BEGINNING: &str = "the same";
-
-/// Sources whose comments are printed, as help, schemas or pages, and so are no comments.
-const PRINTED: [&str; 11] = [
-    "crates/numbers/src/claims.rs",
-    "crates/numbers/src/measure.rs",
-    "crates/cli/src/args.rs",
-    "crates/cli/src/args/",
-    "crates/record/src/header.rs",
-    "crates/record/src/rupture.rs",
-    "crates/runlog/src/messages.rs",
-    "crates/numbers/src/summary.rs",
-    "tests/attack/src/main.rs",
-    "xtask/src/attack.rs",
-    "xtask/src/main.rs",
-];
 
 fn read(name: &str) -> String {
     fs::read_to_string(file(name)).unwrap_or_else(|error| panic!("failed to read {name}: {error}"))
@@ -271,70 +129,6 @@ fn one_notation_everywhere() {
         }
     }
     assert_eq!(said.len(), 3, "explained in README.md and docs/model.md, and its errata: {said:?}");
-}
-
-#[test]
-fn no_odd_phrases() {
-    for name in pages().iter().filter(|name| *name != "fixtures/golden/CHANGES.md") {
-        let flowing = flowing(&read(name));
-        for odd in ODD {
-            assert!(!flowing.contains(odd), "{name}: {odd:?}");
-        }
-    }
-}
-
-/// A text on one line, in small letters: phrases are found across line breaks.
-fn flowing(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
-}
-
-/// The comments of a source, each with its first line: lines in a row that begin alike are one.
-fn comments(source: &str) -> Vec<(usize, String)> {
-    let mut found: Vec<(usize, String)> = Vec::new();
-    let mut before = None;
-    for (number, line) in source.lines().map(str::trim_start).enumerate() {
-        let mark = ["///", "//!", "//"].into_iter().find(|mark| line.starts_with(mark));
-        if let Some(mark) = mark {
-            if mark != before.unwrap_or_default() {
-                found.push((number + 1, String::new()));
-            }
-            let (_, comment) = found.last_mut().expect("one has begun");
-            comment.push_str(&line[mark.len()..]);
-            comment.push('\n');
-        }
-        before = mark;
-    }
-    found.into_iter().map(|(line, comment)| (line, flowing(&comment))).collect()
-}
-
-#[test]
-fn no_odd_phrases_in_comments() {
-    let sources = tidy::files_in(&["crates", "tests", "xtask"]);
-    let names = sources.iter().filter(|path| path.extension().is_some_and(|ending| ending == "rs"));
-    let mut odd: Vec<String> = Vec::new();
-    for path in names {
-        let name = tidy::short(path);
-        if PRINTED.iter().any(|left_out| name.starts_with(left_out)) {
-            continue;
-        }
-        for (line, comment) in comments(&tidy::read(path)) {
-            let phrases = ODD.iter().chain(&ODD_IN_COMMENTS).filter(|phrase| comment.contains(**phrase));
-            odd.extend(phrases.map(|phrase| format!("{name}:{line}: {phrase:?}")));
-            if comment.starts_with(NO_BEGINNING) {
-                odd.push(format!("{name}:{line}: begins with {NO_BEGINNING:?}"));
-            }
-        }
-    }
-    assert!(odd.is_empty(), "odd phrases in comments:\n{}", odd.join("\n"));
-}
-
-#[test]
-fn comments_are_joined_over_lines() {
-    let source =
-        "//! One\n//! file.\n\n/// Two  lines,\n    /// one comment.\n// Another.\nfn f() {} // None.\n";
-    let found = comments(source);
-    let expected = [(1, "one file."), (4, "two lines, one comment."), (6, "another.")];
-    assert_eq!(found, expected.map(|(line, text)| (line, text.to_owned())));
 }
 
 /// The score counts every claim of every pipeline once.
@@ -668,22 +462,4 @@ fn write_if_other(path: &Path, text: &str) {
     }
     fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("folders can be made");
     fs::write(path, text).expect("files can be written");
-}
-
-/// What the program itself says is held to the same words.
-#[test]
-fn no_odd_phrases_in_the_help() {
-    let all = binary::succeed(&["--help"]);
-    let commands = all.lines().skip_while(|line| *line != "Commands:").skip(1);
-    let commands = commands.take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("   "));
-    let mut seen = 0;
-    for command in commands.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help") {
-        let help = binary::succeed(&[command, "--help"]);
-        let flowing = flowing(&help);
-        for odd in ODD {
-            assert!(!flowing.contains(odd), "asperity {command} --help: {odd:?}");
-        }
-        seen += 1;
-    }
-    assert!(seen >= 10, "{seen} commands were found");
 }

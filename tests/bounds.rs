@@ -40,7 +40,7 @@ fn no_mutant_of_a_parquet_table_makes_its_reader_panic() {
 
 #[test]
 #[cfg(feature = "analysis")]
-#[ignore = "a thousand calls: a stage of cargo xtask ci"]
+#[ignore = "a thousand calls: cargo xtask nightly"]
 fn none_of_five_hundred_mutants_of_a_parquet_table_makes_its_reader_panic() {
     mutate_a_table(500);
 }
@@ -337,7 +337,7 @@ fn a_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
 }
 
 #[test]
-#[ignore = "half a minute, hundreds of runs: a stage of cargo xtask ci"]
+#[ignore = "half a minute, hundreds of runs: cargo xtask nightly"]
 fn every_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
     forge_checkpoints(1);
 }

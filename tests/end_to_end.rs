@@ -403,7 +403,7 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
 
 /// A pipeline that is killed continues its run, and gives the same tables.
 #[test]
-#[ignore = "seconds of single steps, twice: a stage of cargo xtask ci"]
+#[ignore = "seconds of single steps, twice: cargo xtask nightly"]
 fn a_killed_pipeline_goes_on_with_its_run() {
     let folder = folder();
     let pipeline = folder.path().join("pipeline.toml");

@@ -2,8 +2,8 @@
 //! scenario and friction law. Each gives a result or a reason why there is none; none panics or is killed.
 //!
 //! Scenarios, laws and commands are queried and not listed here, so new ones are tested automatically.
-//! `every_command_on_every_log` is the whole matrix, which `cargo xtask ci` runs as a stage of its own; the
-//! representative part is among the tests.
+//! `every_command_on_every_log` is the whole matrix, for `cargo xtask nightly`; the representative part is
+//! among the tests.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -335,7 +335,7 @@ fn commands_have_a_result_on_small_logs() {
 }
 
 #[test]
-#[ignore = "the whole matrix takes most of a minute on both cores; a stage of cargo xtask ci runs it"]
+#[ignore = "the whole matrix takes most of a minute on both cores: cargo xtask nightly"]
 fn every_command_on_every_log() {
     matrix(&cases(), 1);
 }

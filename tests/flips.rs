@@ -145,7 +145,7 @@ fn no_flipped_bit_of_an_unfinished_log_changes_what_is_read() {
 }
 
 #[test]
-#[ignore = "half a minute of reading: a stage of cargo xtask ci"]
+#[ignore = "half a minute of reading: cargo xtask nightly"]
 fn two_thousand_flipped_bits_are_seen() {
     flip_a_whole_log(4 * FLIPS);
     flip_the_log_of_a_slab(FLIPS);

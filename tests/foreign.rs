@@ -222,7 +222,7 @@ fn some_are_left_alone_by_all_commands() {
 }
 
 #[test]
-#[ignore = "a minute of starting commands: a stage of cargo xtask ci"]
+#[ignore = "a minute of starting commands: cargo xtask nightly"]
 fn all_are_left_alone_by_all_commands() {
     are_left_alone(&all().into_iter().map(|(bytes, name)| (name, bytes)).collect::<Vec<_>>());
 }

@@ -220,7 +220,7 @@ fn committed_forgeries_are_those_that_are_made() {
 }
 
 #[test]
-#[ignore = "half a minute, a thousand calls: a stage of cargo xtask ci"]
+#[ignore = "half a minute, a thousand calls: cargo xtask nightly"]
 fn committed_forgeries_are_refused_by_all_commands() {
     hold_committed(1);
 }

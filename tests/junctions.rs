@@ -41,7 +41,7 @@ fn a_coarse_slab_gives_the_rows_of_an_independent_program() {
 }
 
 #[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "half a minute of single steps: cargo xtask nightly"]
 fn the_default_slab_gives_the_rows_of_an_independent_program() {
     compare("slab-57x31", &["slab-junctions", "--solver", "plain"]);
 }

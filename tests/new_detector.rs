@@ -365,7 +365,7 @@ fn the_guide_names_places_that_are_there() {
 }
 
 #[test]
-#[ignore = "a minute of compiling: a stage of cargo xtask ci"]
+#[ignore = "a minute of compiling: cargo xtask nightly"]
 fn the_guide_gives_a_detector_and_a_law_that_runs_and_logs_have() {
     let asperity = Copy::make(Path::new(env!("CARGO_TARGET_TMPDIR")).join("new-detector")).build();
     let scratch = folder();

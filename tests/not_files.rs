@@ -197,7 +197,7 @@ fn with_little_memory_commands_fail_without_a_panic() {
 
 #[test]
 #[cfg(all(target_os = "linux", feature = "analysis"))]
-#[ignore = "half a minute of calls: a stage of cargo xtask ci"]
+#[ignore = "half a minute of calls: cargo xtask nightly"]
 fn with_any_little_memory_commands_fail_without_a_panic() {
     lack_memory(1);
 }

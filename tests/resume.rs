@@ -252,7 +252,7 @@ fn killed_often_a_run_ends_as_if_never_killed() {
 }
 
 #[test]
-#[ignore = "a minute of kills: a stage of cargo xtask ci"]
+#[ignore = "a minute of kills: cargo xtask nightly"]
 fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
     killed_a_run_ends_as_if_never_killed(42);
 }

@@ -176,7 +176,7 @@ fn a_program_written_from_the_rules_gets_the_same_events() {
 }
 
 #[test]
-#[ignore = "a minute of a slow program: a stage of cargo xtask ci"]
+#[ignore = "a minute of a slow program: cargo xtask nightly"]
 fn a_program_written_from_the_rules_gets_the_same_events_in_all_cases() {
     compare_with_the_program(|_| true);
 }

@@ -186,7 +186,7 @@ fn ruptures_and_what_lies_between_them_add_up_to_the_run() {
 }
 
 #[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "half a minute of single steps: cargo xtask nightly"]
 fn by_single_steps_ruptures_add_up_to_the_run() {
     let (ruptures, overlapping) = all_add_up("plain");
     assert!(ruptures > 50 && overlapping > 10, "{ruptures} ruptures, {overlapping} overlapping");

@@ -102,7 +102,7 @@ fn ruptures_are_those_of_the_definition() {
 
 /// The comparison must detect differences: one wrong value of each table, one row more.
 #[test]
-#[ignore = "fifty calls of another program: a stage of cargo xtask ci"]
+#[ignore = "fifty calls of another program: cargo xtask nightly"]
 fn the_program_of_the_definition_sees_what_differs() {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
@@ -193,7 +193,7 @@ fn counts_hardly_depend_on_what_links_detachments() {
 }
 
 #[test]
-#[ignore = "half a minute: `cargo xtask test -- --ignored` when the definition or its detector changes"]
+#[ignore = "half a minute: cargo xtask nightly, and when the definition or its detector changes"]
 fn counts_hardly_depend_on_what_links_detachments_as_stated_and_creeping() {
     let folder = asperity_testkit::folder();
     let as_stated = [
@@ -219,7 +219,7 @@ fn counts_hardly_depend_on_what_links_detachments_as_stated_and_creeping() {
 
 /// Every run of Chapter 5, at its own resolution.
 #[test]
-#[ignore = "minutes: `cargo xtask test -- --ignored` when the definition or its detector changes"]
+#[ignore = "minutes: cargo xtask nightly, and when the definition or its detector changes"]
 fn ruptures_of_chapter_5_are_those_of_the_definition() {
     for set in ["as-coded", "as-stated"] {
         let folder = asperity_testkit::folder();

@@ -135,7 +135,7 @@ fn what_is_not_hit_is_kept() {
 }
 
 #[test]
-#[ignore = "most of a minute of salvaging: a stage of cargo xtask ci"]
+#[ignore = "most of a minute of salvaging: cargo xtask nightly"]
 fn what_is_not_hit_anywhere_is_kept() {
     hit(1);
 }
@@ -199,7 +199,7 @@ fn a_broken_chunk_costs_its_messages_and_nothing_else() {
 }
 
 #[test]
-#[ignore = "a minute of salvaging: a stage of cargo xtask ci"]
+#[ignore = "a minute of salvaging: cargo xtask nightly"]
 fn every_broken_chunk_costs_its_messages_and_nothing_else() {
     break_chunks(1);
 }
@@ -336,7 +336,7 @@ fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
 }
 
 #[test]
-#[ignore = "half a minute of salvaging: a stage of cargo xtask ci"]
+#[ignore = "half a minute of salvaging: cargo xtask nightly"]
 fn whichever_of_two_hundred_chunks_is_lost_the_rest_is_salvaged_with_gaps() {
     lose_chunks(70);
 }

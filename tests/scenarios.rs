@@ -13,7 +13,7 @@ fn every_scenario_begins_to_run_checks_and_replays() {
 }
 
 #[test]
-#[ignore = "most of a minute: a stage of cargo xtask ci"]
+#[ignore = "most of a minute: cargo xtask nightly"]
 fn every_scenario_runs_checks_and_replays() {
     run_all(1.0);
 }

@@ -52,7 +52,7 @@ fn a_run_that_goes_on_gives_what_an_unbroken_one_gives() {
 }
 
 #[test]
-#[ignore = "half a minute of runs: a stage of cargo xtask ci"]
+#[ignore = "half a minute of runs: cargo xtask nightly"]
 fn wherever_a_run_breaks_off_it_goes_on_and_gives_what_an_unbroken_one_gives() {
     break_off(&[0.0, 0.01, 0.2, 0.5, 0.7, 0.9, 0.999, 1.0]);
 }

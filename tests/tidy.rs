@@ -2,7 +2,6 @@
 //! dependencies, files that may be long) are read from ARCHITECTURE.md (`tidy/page.rs`) and compared with
 //! cargo and the sources; the rules for files are here.
 
-mod circles;
 mod page;
 
 use std::collections::BTreeSet;
@@ -18,12 +17,12 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace is there")
 }
 
-pub(crate) fn read(path: &Path) -> String {
+fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("failed to read {}: {error}", path.display()))
 }
 
 /// A path as it is written in messages: from the root folder.
-pub(crate) fn short(path: &Path) -> String {
+fn short(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).display().to_string()
 }
 
@@ -44,7 +43,7 @@ fn files(path: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-pub(crate) fn files_in(parts: &[&str]) -> Vec<PathBuf> {
+fn files_in(parts: &[&str]) -> Vec<PathBuf> {
     let mut found = Vec::new();
     parts.iter().for_each(|part| files(&root().join(part), &mut found));
     found
@@ -136,29 +135,6 @@ fn wrapped_dependencies_have_one_user() {
             "users of {dependency}; ARCHITECTURE.md says {wrapper} is the only one"
         );
     }
-}
-
-/// The files of a crate import one way. `tidy/circles.rs` defines what counts as use.
-#[test]
-fn no_file_uses_one_that_uses_it() {
-    let mut found = String::new();
-    for member in members() {
-        let folder = member.manifest.with_file_name("src");
-        for crate_root in ["lib.rs", "main.rs"].map(|name| folder.join(name)) {
-            if !crate_root.exists() {
-                continue;
-            }
-            let uses = circles::uses(&crate_root);
-            for circle in circles::circles(&uses) {
-                found += &format!("in {}:\n", member.name);
-                let uses = circle.iter().flat_map(|file| uses[file].iter().map(move |used| (file, used)));
-                for (file, (used, line)) in uses.filter(|(_, (used, _))| circle.contains(*used)) {
-                    found += &format!("  {}:{line} uses {}\n", short(file), short(used));
-                }
-            }
-        }
-    }
-    assert!(found.is_empty(), "circles of files:\n{found}");
 }
 
 #[test]
@@ -447,38 +423,4 @@ fn every_pipeline_resolves_in_both_parameter_sets() {
             study.jobs().unwrap_or_else(|problem| panic!("{}: {problem}", short(&path)));
         }
     }
-}
-
-/// Tests that `cargo xtask test` leaves to `cargo xtask ci` must exist: an unknown name would run nothing,
-/// and pass.
-#[test]
-fn long_tests_are_run_by_ci() {
-    let list = read(&root().join("xtask/src/ci.rs"));
-    let (_, list) = list.split_once("const LONG_TESTS").expect("it lists them");
-    let (list, _) = list.split_once("];").expect("the list ends");
-    let listed: BTreeSet<String> = list.split('"').skip(1).step_by(2).map(str::to_owned).collect();
-    let mut left_out = BTreeSet::new();
-    let parts = ["tests", "crates"];
-    for path in files_in(&parts).iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
-        let file = path.file_stem().expect("it has a name").to_string_lossy().into_owned();
-        let place = short(path);
-        // A file of this program is a module of it, one of a crate's sources a module of its unit tests,
-        // one of a crate's folder `tests` a program.
-        let before = match place.strip_prefix("crates/").and_then(|place| place.split_once("/src/")) {
-            _ if place.starts_with("tests/") => format!("root {file}::"),
-            Some((name, module)) => {
-                let module = module.trim_end_matches(".rs").replace('/', "::");
-                format!("asperity_{} {module}::", name.replace('-', "_"))
-            }
-            None => file + " ",
-        };
-        for test in read(path).split("#[ignore = \"").skip(1) {
-            let (reason, test) = test.split_once("\"]").expect("a reason ends");
-            let name = test.split_once("fn ").and_then(|(_, test)| test.split_once('(')).expect("a test").0;
-            if reason.contains("a stage of cargo xtask ci") {
-                left_out.insert(format!("{before}{name}"));
-            }
-        }
-    }
-    assert_eq!(listed, left_out);
 }

@@ -25,13 +25,13 @@ fn verify(set: &str) {
 }
 
 #[test]
-#[ignore = "a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "a minute of single steps: cargo xtask nightly"]
 fn chapter_5_begins_alike_as_coded() {
     verify("as-coded");
 }
 
 #[test]
-#[ignore = "a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "a minute of single steps: cargo xtask nightly"]
 fn chapter_5_begins_alike_as_stated() {
     verify("as-stated");
 }

@@ -406,7 +406,7 @@ pages_that_run! {
 /// is built into the target folder of the workspace with the workspace's profile, so that
 /// dependencies that are compiled already are used again.
 #[test]
-#[ignore = "a minute of compiling: a stage of cargo xtask ci"]
+#[ignore = "a minute of compiling: cargo xtask nightly"]
 fn own_program_builds() {
     let page = read("docs/extending.md");
     let blocks = blocks(&page);

@@ -16,6 +16,7 @@ mod golden;
 #[path = "../../tests/support/golden.rs"]
 mod golden_tables;
 mod interrupt;
+mod nightly;
 mod notices;
 mod python;
 mod reproduce;
@@ -53,7 +54,8 @@ Examples:
   cargo xtask fuzz --for-s 600
   cargo xtask attack --for-s 600
   cargo xtask notices
-  cargo xtask ci"
+  cargo xtask ci
+  cargo xtask nightly"
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -122,6 +124,8 @@ enum Command {
     Advisories(advisories::AdvisoriesArguments),
     /// Run all checks that a change must pass.
     Ci(ci::CiArguments),
+    /// Run the ignored tests, and all attacks with a new seed.
+    Nightly(nightly::NightlyArguments),
 }
 
 fn main() -> ExitCode {
@@ -154,6 +158,7 @@ fn main() -> ExitCode {
         Command::Notices(arguments) => notices::command(&arguments),
         Command::Advisories(arguments) => advisories::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
+        Command::Nightly(arguments) => nightly::command(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -59,7 +59,7 @@ impl Job {
     /// The selected tests of one program, a job per module; tests outside modules form one job.
     pub(crate) fn all_of(program: &Program) -> Result<Vec<Job>, Failure> {
         let mut modules: Vec<(String, Vec<String>)> = Vec::new();
-        for test in tests(program)? {
+        for test in tests(program, &[])? {
             let module = test.split_once("::").map_or(test.as_str(), |(module, _)| module).to_owned();
             match modules.iter_mut().find(|(name, _)| *name == module) {
                 Some((_, tests)) => tests.push(test),
@@ -73,13 +73,12 @@ impl Job {
         Ok(modules.into_iter().map(job).collect())
     }
 
-    /// One test that is left out otherwise.
-    pub(crate) fn long(program: &Program, test: &str) -> Result<Job, Failure> {
-        if !tests(program)?.iter().any(|name| name == test) {
-            return Err(Failure::Check(format!("{} has no test {test}", program.name)));
-        }
-        let arguments = [test, "--exact", "--ignored"].map(str::to_owned);
-        Ok(Job::of(program, test, arguments.to_vec()))
+    /// The ignored tests of one program, a job each: all, or those in modules with that name.
+    pub(crate) fn ignored(program: &Program, module: Option<&str>) -> Result<Vec<Job>, Failure> {
+        let tests = tests(program, &["--ignored"])?.into_iter();
+        let chosen = tests.filter(|test| module.is_none_or(|module| is_in(test, module)));
+        let arguments = |test: &str| [test, "--exact", "--ignored"].map(str::to_owned).to_vec();
+        Ok(chosen.map(|test| Job::of(program, &test, arguments(&test))).collect())
     }
 
     fn of(program: &Program, what: &str, arguments: Vec<String>) -> Job {
@@ -95,9 +94,16 @@ impl Job {
     }
 }
 
-/// The names of a program's tests.
-fn tests(of: &Program) -> Result<Vec<String>, Failure> {
-    let list = output(program(&of.path).current_dir(&of.folder).args(["--list", "--format", "terse"]))?;
+/// Whether a test is in a module with that name, however deep.
+fn is_in(test: &str, module: &str) -> bool {
+    format!("::{test}").contains(&format!("::{module}::"))
+}
+
+/// The names of a program's tests, of all or of those that options choose.
+fn tests(of: &Program, options: &[&str]) -> Result<Vec<String>, Failure> {
+    let mut list = program(&of.path);
+    let list = list.current_dir(&of.folder).args(["--list", "--format", "terse"]).args(options);
+    let list = output(list)?;
     Ok(list.lines().filter_map(|line| line.strip_suffix(": test")).map(str::to_owned).collect())
 }
 
@@ -223,6 +229,13 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+
+    #[test]
+    fn tests_are_in_their_modules() {
+        assert!(is_in("in_ci::random", "in_ci") && is_in("reference::in_ci::as_coded", "in_ci"));
+        assert!(!is_in("reference::as_coded", "in_ci") && !is_in("reference::in_ci", "in_ci"));
+        assert!(!is_in("not_in_ci::random", "in_ci"));
+    }
 
     #[test]
     fn programs_of_tests_are_found_among_what_cargo_says() {

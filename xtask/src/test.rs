@@ -1,6 +1,5 @@
 //! `cargo xtask test`: all tests, with the clients of the run log at hand.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
@@ -26,8 +25,8 @@ Any arguments are passed to cargo test, which then runs the tests.
 Without python3, or node and npm, or their packages, the tests of those clients
 are skipped, and without Chromium those of the page that asperity diff writes.
 A skipped test prints a note; with ASPERITY_NO_SKIPS=1 in the environment it
-fails instead. Only cargo xtask ci runs the tests that take minutes and rarely
-fail.")]
+fails instead. Ignored tests, which take long and rarely fail, are run by
+cargo xtask nightly, and those in modules named in_ci by cargo xtask ci too.")]
 pub(crate) struct TestArguments {
     /// Arguments for cargo test.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
@@ -60,6 +59,13 @@ const FIRST: [&str; 17] = [
     "root page",
 ];
 
+/// The same of ignored tests.
+const LONGEST: [&str; 3] = [
+    "root reference::in_ci::the_plain_solver_gives_the_table_as_coded",
+    "root reference::the_plain_solver_gives_the_table_as_stated",
+    "root reference::the_plain_solver_gives_the_other_tables",
+];
+
 /// The module for Python has no tests in Rust, see `cargo xtask python`.
 const ALL_PACKAGES: [&str; 3] = ["--workspace", "--exclude", "asperity-python"];
 
@@ -88,52 +94,51 @@ pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
         (variables.join().unwrap_or_else(|panic| resume_unwind(panic)), root)
     });
     run_all(started, &FIRST, &variables, |add| {
-        let hand_over = |programs: Vec<Program>| -> Result<(), Failure> {
-            programs.iter().try_for_each(|program| {
-                add(Job::all_of(program)?);
-                Ok(())
-            })
-        };
-        hand_over(root?)?;
-        for package in LIGHT {
-            let opt_level = format!("--config=profile.dev.package.{package}.opt-level=0");
-            hand_over(of_packages(&[package], &[opt_level, "--lib".to_owned()])?)?;
-        }
-        // The command is among all packages, see `of_packages`, but not the tests `root`.
-        let mut units = cargo(&["test", "--no-run", "--locked", MESSAGES]);
-        units.args(ALL_PACKAGES).args(["--lib", "--bins"]);
-        units.args(LIGHT.iter().flat_map(|package| ["--exclude", package]));
-        hand_over(programs(&output(&mut units)?))?;
-        let mut others = cargo(&["test", "--no-run", "--locked", MESSAGES, "--examples"]);
-        others.args(ALL_PACKAGES).args(tests_of_crates()?.iter().flat_map(|name| ["--test", name]));
-        hand_over(programs(&output(&mut others)?))?;
+        compile(root?, |program| {
+            add(Job::all_of(program)?);
+            Ok(())
+        })?;
         let mut examples = cargo(&["test", "--doc", "--locked", "--quiet"]);
         add(vec![Job::call(EXAMPLES, examples.args(ALL_PACKAGES))]);
         Ok(())
     })
 }
 
-/// Runs tests that `cargo xtask test` leaves out, given by program and name, in their order.
-pub(crate) fn long(tests: &[&str]) -> Result<(), Failure> {
-    run_all(Instant::now(), tests, &variables(), |add| {
-        let mut all = root_tests()?;
-        let names = tests.iter().filter_map(|test| Some(test.split_once(' ')?.0));
-        let of_crates = names.filter(|name| *name != "root" && !name.starts_with("asperity_"));
-        let of_crates: BTreeSet<String> = of_crates.map(|name| format!("--test={name}")).collect();
-        let of_crates: Vec<String> = of_crates.into_iter().collect();
-        all.extend(of_packages(&["asperity-run", "asperity-simulator"], &of_crates)?);
-        all.extend(of_packages(&["asperity-figures", "asperity-simulator"], &["--lib".to_owned()])?);
+/// Runs tests that are ignored otherwise: all, or those in modules with that name.
+pub(crate) fn ignored(module: Option<&str>) -> Result<(), Failure> {
+    run_all(Instant::now(), &LONGEST, &variables(), |add| {
         let mut jobs = Vec::new();
-        for test in tests {
-            let found = test.split_once(' ').and_then(|(program, test)| {
-                let program = all.iter().find(|other| other.name == program)?;
-                Some(Job::long(program, test))
-            });
-            jobs.push(found.unwrap_or_else(|| Err(Failure::Check(format!("no program has {test}"))))?);
+        compile(root_tests()?, |program| {
+            jobs.extend(Job::ignored(program, module)?);
+            Ok(())
+        })?;
+        if jobs.is_empty() {
+            return Err(Failure::Check("no program has an ignored test to run".to_owned()));
         }
         add(jobs);
         Ok(())
     })
+}
+
+/// Hands over every test program, as soon as it is compiled; those that call the command are.
+fn compile(
+    root: Vec<Program>,
+    mut hand_over: impl FnMut(&Program) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let mut hand_over = |programs: Vec<Program>| programs.iter().try_for_each(&mut hand_over);
+    hand_over(root)?;
+    for package in LIGHT {
+        let opt_level = format!("--config=profile.dev.package.{package}.opt-level=0");
+        hand_over(of_packages(&[package], &[opt_level, "--lib".to_owned()])?)?;
+    }
+    // The command is among all packages, see `of_packages`, but not the tests `root`.
+    let mut units = cargo(&["test", "--no-run", "--locked", MESSAGES]);
+    units.args(ALL_PACKAGES).args(["--lib", "--bins"]);
+    units.args(LIGHT.iter().flat_map(|package| ["--exclude", package]));
+    hand_over(programs(&output(&mut units)?))?;
+    let mut others = cargo(&["test", "--no-run", "--locked", MESSAGES, "--examples"]);
+    others.args(ALL_PACKAGES).args(tests_of_crates()?.iter().flat_map(|name| ["--test", name]));
+    hand_over(programs(&output(&mut others)?))
 }
 
 /// Makes cargo report its artefacts in JSON, and other messages as usual.

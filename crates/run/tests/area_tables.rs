@@ -114,13 +114,13 @@ fn the_fast_solver_gives_the_tables() {
 }
 
 #[test]
-#[ignore = "half a minute: a stage of cargo xtask ci"]
+#[ignore = "half a minute: cargo xtask nightly"]
 fn the_fast_solver_gives_the_table_of_a_fine_body() {
     compare(&FINE_BODY, SolverKind::Fast);
 }
 
 #[test]
-#[ignore = "a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "a minute of single steps: cargo xtask nightly"]
 fn the_plain_solver_gives_the_tables() {
     TABLES.iter().for_each(|table| compare(table, SolverKind::Plain));
 }

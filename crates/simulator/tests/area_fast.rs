@@ -256,10 +256,15 @@ fn random_sheets_and_bodies_give_the_same_switches() {
     compare_random(0..8);
 }
 
-#[test]
-#[ignore = "minutes of single steps: a stage of cargo xtask ci"]
-fn more_random_sheets_and_bodies_give_the_same_switches() {
-    compare_random(8..48);
+/// Run by `cargo xtask ci`.
+mod in_ci {
+    use super::*;
+
+    #[test]
+    #[ignore = "minutes of single steps: cargo xtask ci"]
+    fn more_random_sheets_and_bodies_give_the_same_switches() {
+        compare_random(8..48);
+    }
 }
 
 fn compare_random(seeds: std::ops::Range<u64>) {

@@ -404,10 +404,15 @@ fn random_chains_with_any_ends_switch_alike() {
     compare(0..40);
 }
 
-#[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
-fn more_random_chains_with_any_ends_switch_alike() {
-    compare(40..240);
+/// Run by `cargo xtask ci`.
+mod in_ci {
+    use super::*;
+
+    #[test]
+    #[ignore = "half a minute of single steps: cargo xtask ci"]
+    fn more_random_chains_with_any_ends_switch_alike() {
+        compare(40..240);
+    }
 }
 
 /// Ten blocks with these ends.

@@ -223,10 +223,27 @@ fn random_scenarios_give_the_same_switches() {
     compare_random(0..20);
 }
 
-#[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
-fn more_random_scenarios_give_the_same_switches() {
-    compare_random(20..160);
+/// Run by `cargo xtask ci`.
+mod in_ci {
+    use super::*;
+
+    #[test]
+    #[ignore = "half a minute of single steps: cargo xtask ci"]
+    fn more_random_scenarios_give_the_same_switches() {
+        compare_random(20..160);
+    }
+
+    #[test]
+    #[ignore = "half a minute of single steps: cargo xtask ci"]
+    fn more_drives_with_a_course_give_the_same_switches() {
+        compare_random_courses(316..400);
+    }
+
+    #[test]
+    #[ignore = "half a minute of single steps: cargo xtask ci"]
+    fn more_random_long_chains_give_the_same_switches() {
+        compare_random_long(20..100);
+    }
 }
 
 /// Springs, loads and coefficients of their own at each block, of every distribution.
@@ -303,12 +320,6 @@ fn drives_with_a_course_give_the_same_switches() {
     compare_random_courses(300..316);
 }
 
-#[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
-fn more_drives_with_a_course_give_the_same_switches() {
-    compare_random_courses(316..400);
-}
-
 fn compare_random_courses(seeds: std::ops::Range<u64>) {
     let count = seeds.end - seeds.start;
     let (mut total, mut stopped) = (Counters::default(), 0);
@@ -363,7 +374,7 @@ fn the_thesis_slider_gives_the_same_switches_in_both_parameter_sets() {
 }
 
 #[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "half a minute of single steps: cargo xtask nightly"]
 fn the_thesis_slider_gives_the_same_switches_for_longer() {
     compare_the_thesis_slider(0.2);
 }
@@ -389,7 +400,7 @@ fn long_chains_jump_by_waves() {
 }
 
 #[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "half a minute of single steps: cargo xtask nightly"]
 fn long_chains_that_are_pushed_jump_by_waves() {
     jump_by_waves(&[
         ("as-coded", "side", 4e-4, 3_000_000, TOLERANCE),
@@ -478,12 +489,6 @@ fn compare_random_long(seeds: std::ops::Range<u64>) {
 #[test]
 fn random_long_chains_give_the_same_switches() {
     compare_random_long(0..20);
-}
-
-#[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
-fn more_random_long_chains_give_the_same_switches() {
-    compare_random_long(20..100);
 }
 
 #[test]

@@ -91,7 +91,7 @@ fn fronts_with_radiation_run_as_the_theory_says() {
 
 /// All rows of the table whose front runs steadily.
 #[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "half a minute of single steps: cargo xtask nightly"]
 fn all_steady_fronts_of_the_table_run_as_the_theory_says() {
     let mut steady = 0;
     for row in reference("fronts/front-speed-alpha.csv") {

@@ -44,7 +44,7 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
 }
 
 #[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "half a minute of single steps: cargo xtask nightly"]
 fn the_fast_solver_does_so_in_both_parameter_sets() {
     by_every_law_and_drive(1);
 }
@@ -182,7 +182,7 @@ fn a_slow_ramp_does_not_drift_over_a_long_jump() {
 }
 
 #[test]
-#[ignore = "a minute of single steps: a stage of cargo xtask ci"]
+#[ignore = "a minute of single steps: cargo xtask nightly"]
 fn a_ramp_of_200_million_steps_does_not_drift() {
     ramp(2.0);
 }

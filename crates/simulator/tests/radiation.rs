@@ -97,10 +97,15 @@ fn random_chains_that_radiate_switch_alike() {
     compare(0..24);
 }
 
-#[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
-fn more_random_chains_that_radiate_switch_alike() {
-    compare(24..200);
+/// Run by `cargo xtask ci`.
+mod in_ci {
+    use super::*;
+
+    #[test]
+    #[ignore = "half a minute of single steps: cargo xtask ci"]
+    fn more_random_chains_that_radiate_switch_alike() {
+        compare(24..200);
+    }
 }
 
 /// Ten blocks on friction springs, half critically damped by radiation where they slide.

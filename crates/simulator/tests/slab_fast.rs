@@ -170,10 +170,15 @@ fn random_slabs_give_the_same_switches() {
     compare_random(0..20);
 }
 
-#[test]
-#[ignore = "half a minute of single steps: a stage of cargo xtask ci"]
-fn more_random_slabs_give_the_same_switches() {
-    compare_random(20..60);
+/// Run by `cargo xtask ci`.
+mod in_ci {
+    use super::*;
+
+    #[test]
+    #[ignore = "half a minute of single steps: cargo xtask ci"]
+    fn more_random_slabs_give_the_same_switches() {
+        compare_random(20..60);
+    }
 }
 
 fn compare_random(seeds: std::ops::Range<u64>) {

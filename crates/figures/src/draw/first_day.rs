@@ -142,7 +142,7 @@ fn a_figure_of_any_run_is_drawn_or_says_what_lacks() {
 }
 
 #[test]
-#[ignore = "a minute of drawing: a stage of cargo xtask ci"]
+#[ignore = "a minute of drawing: cargo xtask nightly"]
 fn every_figure_of_every_run_is_drawn_or_says_what_lacks() {
     draw_one_in(1);
 }

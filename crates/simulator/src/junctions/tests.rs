@@ -64,7 +64,7 @@ fn contacts_do_what_all_of_their_junctions_do() {
 }
 
 #[test]
-#[ignore = "a minute: a stage of cargo xtask ci"]
+#[ignore = "a minute: cargo xtask nightly"]
 fn contacts_do_so_for_long() {
     by_random_motion(400_000);
 }

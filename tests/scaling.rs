@@ -13,11 +13,10 @@ use crate::support::binary::{asperity, run, succeed, text};
 /// are: the square roots of its factors would round otherwise.
 const SCALES: [[i32; 3]; 2] = [[3, 4, -2], [-5, -2, 3]];
 
-/// Scenarios, with overrides that make them short, and steps of powers of two.
+/// Scenarios, with overrides that make them short, and steps of powers of two. The first five have all bodies, and
+/// keys and columns of all units.
 const CASES: [&[&str]; 11] = [
-    &["default"],
     &["default", "parameter_set=\"as-coded\"", "normal_load.tilt=0.4", "drive.velocity_m_per_s=4e-4"],
-    &["rigid-contacts"],
     &[
         "velocity-weakening",
         "friction.weakening_velocity_m_per_s=0.01",
@@ -25,11 +24,7 @@ const CASES: [&[&str]; 11] = [
         "time.duration_s=0.1875",
         "slider.blocks=20",
     ],
-    &["ageing-contacts"],
-    &["default", "friction.radiation_kg_per_s=20", "initial_shear.beta=0.3"],
-    &["junction-slider"],
     &["rate-and-state", "slider.blocks=6", "friction.evolution_offsets=[]", "friction.radiation_kg_per_s=1"],
-    &["slab", "slider.blocks=13", "slider.rows=5", "slider.length_m=0.06", "slider.height_m=0.02"],
     &["sheet-coarse"],
     &[
         "slab-junctions",
@@ -40,6 +35,12 @@ const CASES: [&[&str]; 11] = [
         "time.duration_s=0.0625",
         "drive.velocity_m_per_s=2e-3",
     ],
+    &["default"],
+    &["rigid-contacts"],
+    &["ageing-contacts"],
+    &["default", "friction.radiation_kg_per_s=20", "initial_shear.beta=0.3"],
+    &["junction-slider"],
+    &["slab", "slider.blocks=13", "slider.rows=5", "slider.length_m=0.06", "slider.height_m=0.02"],
 ];
 
 /// The exponent of two of a unit, written as in tables; `None` of no unit.
@@ -155,8 +156,18 @@ fn tables(scenario: &[String], folder: &Path) -> BTreeMap<String, Vec<Vec<String
 
 #[test]
 fn tables_in_other_units_are_the_same_to_the_bit() {
+    compare(&CASES[..5]);
+}
+
+#[test]
+#[ignore = "half a minute: cargo xtask nightly"]
+fn tables_of_all_laws_in_other_units_are_the_same_to_the_bit() {
+    compare(&CASES);
+}
+
+fn compare(cases: &[&[&str]]) {
     let mut compared = BTreeMap::new();
-    for (case, scales) in CASES.iter().zip(SCALES.into_iter().cycle()) {
+    for (case, scales) in cases.iter().zip(SCALES.into_iter().cycle()) {
         let (name, settings) = case.split_first().expect("a scenario");
         let mut scenario = vec![(*name).to_owned()];
         let short = [
@@ -201,6 +212,6 @@ fn tables_in_other_units_are_the_same_to_the_bit() {
         }
     }
     for unit in ["s", "m", "m/s", "N", "J", "1", "m2", "m3", "N m", "Pa"] {
-        assert!(compared.get(unit) > Some(&100), "{unit}: {compared:?}");
+        assert!(compared.get(unit) > Some(&50), "{unit}: {compared:?}");
     }
 }

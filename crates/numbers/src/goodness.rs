@@ -223,31 +223,37 @@ mod tests {
         (1..60).take_while(larger).count() as u32 + 1
     }
 
-    /// The level is 5 %; 7 to 33 of 400 are within three standard deviations.
-    #[test]
-    fn samples_from_the_law_are_rejected_as_often_as_the_level_says() {
-        let is_level = |law: &str, count: usize| assert!((7..=33).contains(&count), "{law}: {count}");
-        for count in [10, 40] {
-            for (law, shape) in [(TimeLaw::Weibull, 7.0), (TimeLaw::Exponential, 1.0)] {
-                let sample = |random: &mut Random| -> Vec<f64> {
-                    (0..count).map(|_| weibull(random, shape)).collect()
-                };
-                let found = times_rejected(law, sample);
-                is_level(&format!("{law:?} of {count}"), found);
+    /// Calibration with thousands of samples.
+    mod in_ci {
+        use super::*;
+
+        /// The level is 5 %; 7 to 33 of 400 are within three standard deviations.
+        #[test]
+        #[ignore = "half a minute of drawing samples: cargo xtask ci"]
+        fn samples_from_the_law_are_rejected_as_often_as_the_level_says() {
+            let is_level = |law: &str, count: usize| assert!((7..=33).contains(&count), "{law}: {count}");
+            for count in [10, 40] {
+                for (law, shape) in [(TimeLaw::Weibull, 7.0), (TimeLaw::Exponential, 1.0)] {
+                    let sample = |random: &mut Random| -> Vec<f64> {
+                        (0..count).map(|_| weibull(random, shape)).collect()
+                    };
+                    let found = times_rejected(law, sample);
+                    is_level(&format!("{law:?} of {count}"), found);
+                }
+                let normal = |random: &mut Random| (0..12).map(|_| random.uniform(-0.5, 0.5)).sum::<f64>();
+                let found = times_rejected(TimeLaw::LogNormal, |random| {
+                    (0..count).map(|_| (0.5 * normal(random)).exp()).collect()
+                });
+                is_level(&format!("log-normal of {count}"), found);
             }
-            let normal = |random: &mut Random| (0..12).map(|_| random.uniform(-0.5, 0.5)).sum::<f64>();
-            let found = times_rejected(TimeLaw::LogNormal, |random| {
-                (0..count).map(|_| (0.5 * normal(random)).exp()).collect()
-            });
-            is_level(&format!("log-normal of {count}"), found);
-        }
-        for (law, weight) in [
-            (SizeLaw::PowerLaw, (|s: f64| s.powf(-0.7)) as fn(f64) -> f64),
-            (SizeLaw::Exponential, |s| (-s / 8.0).exp()),
-        ] {
-            let found =
-                sizes_rejected(SAMPLES, law, |random| (0..80).map(|_| size(random, weight)).collect());
-            is_level(&format!("{law:?}"), found);
+            for (law, weight) in [
+                (SizeLaw::PowerLaw, (|s: f64| s.powf(-0.7)) as fn(f64) -> f64),
+                (SizeLaw::Exponential, |s| (-s / 8.0).exp()),
+            ] {
+                let found =
+                    sizes_rejected(SAMPLES, law, |random| (0..80).map(|_| size(random, weight)).collect());
+                is_level(&format!("{law:?}"), found);
+            }
         }
     }
 

@@ -167,23 +167,23 @@ fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
 
 #[test]
 fn random_slabs_give_the_same_switches() {
-    compare_random(0..20);
+    compare_random(0..7);
 }
 
-/// Run by `cargo xtask ci`.
+/// The seeds that are left; `cargo xtask ci` runs them.
 mod in_ci {
     use super::*;
 
     #[test]
     #[ignore = "half a minute of single steps: cargo xtask ci"]
     fn more_random_slabs_give_the_same_switches() {
-        compare_random(20..60);
+        compare_random(7..60);
     }
 }
 
 fn compare_random(seeds: std::ops::Range<u64>) {
     let count = seeds.end - seeds.start;
-    let is_first = seeds.start == 0;
+    let has_17 = seeds.contains(&17);
     let mut compared = Compared::default();
     for seed in seeds {
         let set = random_slab(seed);
@@ -194,7 +194,7 @@ fn compare_random(seeds: std::ops::Range<u64>) {
     // The comparison is meaningful only if jumps were used between many switches.
     let Compared { total, stopped, ties, parted } = compared;
     assert!(total.switches > 200 * count && total.jump_steps > 50_000 * count, "{total:?}");
-    assert_eq!(stopped, if is_first { &[17][..] } else { &[] });
+    assert_eq!(stopped, if has_17 { &[17][..] } else { &[] });
     // Rounding decides in a few that switch back and forth all the time.
     assert!(ties.len() + parted.len() <= 4, "{ties:?} {parted:?}");
 }

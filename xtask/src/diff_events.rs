@@ -4,7 +4,6 @@
 //! Old means the other revision, new this checkout, including changes that are not committed. The diff
 //! itself is always the present one.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -29,9 +28,8 @@ Examples:
   cargo xtask diff-events --clean
 
 Both sides run the pipeline file of this checkout. A revision that refuses it
-runs its own version of the file, or only the runs if it has none; words that it
-does not know are named, with the commit that introduced them. The outputs stay
-in out/diff-events/PIPELINE/REVISION, with a page of both timelines beside them.
+runs its own version of the file. The outputs stay in
+out/diff-events/PIPELINE/REVISION, with a page of both timelines beside them.
 Builds stay in target/diff-events, so that a second call is quick. This
 checkout, its index and its branches are left unchanged.
 
@@ -141,28 +139,9 @@ fn run_both(
     say!("==> new: {}", new.title());
     let programs = [old.asperity(repository)?, new.asperity(repository)?];
     for (side, program) in [&old, &new].into_iter().zip(programs) {
-        if !commands(&program)?.contains("reproduce") {
-            return Err(Failure::Check(format!(
-                "{} knows no `asperity reproduce`{}",
-                side.title(),
-                revision::from_when(repository.first_with(
-                    &side.commit,
-                    "HEAD",
-                    "Reproduce(",
-                    &["crates/cli"]
-                )?)
-            )));
-        }
         run_side(repository, side, &program, arguments)?;
     }
     Ok(Sides { old, new })
-}
-
-/// The commands that a version has, out of its help.
-fn commands(asperity: &Path) -> Result<BTreeSet<String>, Failure> {
-    let help = crate::workspace::output(program(asperity).arg("--help"))?;
-    let indented = help.lines().filter_map(|line| line.strip_prefix("  "));
-    Ok(indented.filter_map(|line| line.split_whitespace().next()).map(ToOwned::to_owned).collect())
 }
 
 /// Runs the pipeline of this checkout, or the side's own if it refuses that one.
@@ -179,52 +158,23 @@ fn run_side(
     } else {
         None
     };
-    let alone = runs_alone(&present)?;
-    discard_others(&side.out, &[Some(present.as_str()), Some(alone.as_str()), own.as_deref()])?;
+    discard_others(&side.out, &[Some(present.as_str()), own.as_deref()])?;
 
     say!("==> {}: {path} of this checkout", side.title());
-    let refused = match reproduce(asperity, Path::new(&path), side, arguments)? {
-        Outcome::Done => return record(&side.out, &present),
-        Outcome::Refused(errors) => errors,
-    };
-    if side.is_checkout {
-        return Err(Failure::Check(format!("this checkout refuses {path}: {refused}")));
-    }
-    // It may refuse only a claim or a figure, and accept the runs. Its own pipeline has claims that it
-    // understands, so that is tried first.
-    let why = lacking(repository, &side.commit, &refused)?;
-    let (text, what) = match own {
-        Some(own) => (own, "its own"),
-        None => (alone, "the runs of it, for it has none of its own"),
-    };
-    say!("==> {}: refuses that pipeline, so it runs {what}{why}", side.title());
-    let file = revision::kept_of(&side.commit).join(format!("{}.toml", arguments.pipeline));
-    write(&file, &text)?;
-    match reproduce(asperity, &file, side, arguments)? {
-        Outcome::Done => record(&side.out, &text),
-        Outcome::Refused(refused) => Err(Failure::Check(format!(
-            "{} cannot make these runs{}",
-            side.title(),
-            lacking(repository, &side.commit, &refused)?
-        ))),
-    }
-}
-
-/// A pipeline with its runs only, without outputs. Common overrides are set in each run, as older versions
-/// require.
-fn runs_alone(text: &str) -> Result<String, Failure> {
-    let mut pipeline: toml::Table =
-        text.parse().map_err(|error| Failure::Check(format!("this checkout's pipeline: {error}")))?;
-    let in_all = pipeline.get("set").and_then(toml::Value::as_array).cloned().unwrap_or_default();
-    pipeline.retain(|key, _| matches!(key, "title" | "run"));
-    let runs = pipeline.get_mut("run").and_then(toml::Value::as_array_mut).into_iter().flatten();
-    for run in runs.filter_map(toml::Value::as_table_mut) {
-        let own = run.entry("set").or_insert_with(|| toml::Value::Array(Vec::new()));
-        if let Some(own) = own.as_array_mut() {
-            own.splice(..0, in_all.iter().cloned());
+    let refused = match (reproduce(asperity, Path::new(&path), side, arguments)?, own) {
+        (Outcome::Done, _) => return record(&side.out, &present),
+        (Outcome::Refused(refused), None) => refused,
+        (Outcome::Refused(refused), Some(own)) => {
+            say!("==> {}: runs its own pipeline, for it refuses that one: {refused}", side.title());
+            let file = revision::kept_of(&side.commit).join(format!("{}.toml", arguments.pipeline));
+            write(&file, &own)?;
+            match reproduce(asperity, &file, side, arguments)? {
+                Outcome::Done => return record(&side.out, &own),
+                Outcome::Refused(refused) => refused,
+            }
         }
-    }
-    Ok(pipeline.to_string())
+    };
+    Err(Failure::Check(format!("{} refuses {path}: {refused}", side.title())))
 }
 
 enum Outcome {
@@ -284,53 +234,6 @@ fn with_errors(command: &mut Command) -> Result<(Result<(), Failure>, String), F
     Ok((outcome, errors))
 }
 
-/// The words of an error that the old sources lack and the present ones have, and the commit that
-/// introduced each, one line each; the error itself if there are none.
-fn lacking(repository: &Repository, old: &Commit, errors: &str) -> Result<String, Failure> {
-    const SOURCES: [&str; 1] = ["crates"];
-    let mut lines = String::new();
-    for word in words(errors) {
-        for spelling in [Some(word.to_owned()), variant(word)].into_iter().flatten() {
-            let is_new = repository.mentions(None, &spelling, &SOURCES)?
-                && !repository.mentions(Some(old), &spelling, &SOURCES)?;
-            if is_new {
-                let from = revision::from_when(repository.first_with(old, "HEAD", &spelling, &SOURCES)?);
-                lines.push_str(&format!("\n    it does not know {word}{from}"));
-                break;
-            }
-        }
-    }
-    if lines.is_empty() {
-        errors.lines().for_each(|line| lines.push_str(&format!("\n    {line}")));
-    }
-    Ok(lines)
-}
-
-/// The spelling in sources of a word with hyphens in a file: the variant of an enumeration.
-fn variant(word: &str) -> Option<String> {
-    let capitalised = |part: &str| {
-        let mut letters = part.chars();
-        letters
-            .next()
-            .map_or(String::new(), |first| first.to_ascii_uppercase().to_string() + letters.as_str())
-    };
-    word.contains('-').then(|| word.split('-').map(capitalised).collect())
-}
-
-/// The words of a text that may name a key, a value or a scenario; each once, in order.
-fn words(text: &str) -> Vec<&str> {
-    let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-    let mut found: Vec<&str> = Vec::new();
-    for word in text.split(|c: char| !is_part(c)) {
-        let word = word.trim_matches(|c: char| !c.is_ascii_alphanumeric());
-        let is_name = word.len() > 2 && word.starts_with(|c: char| c.is_ascii_alphabetic());
-        if is_name && !found.contains(&word) {
-            found.push(word);
-        }
-    }
-    found
-}
-
 /// The pipeline of a folder, written once the folder is complete.
 fn record(out: &Path, text: &str) -> Result<(), Failure> {
     write(&root().join(out).join("pipeline.toml"), text)
@@ -375,33 +278,6 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn words_of_an_error_are_its_names() {
-        let error = "pipelines/old.toml: run a: --set normal_load.schedule_s=[0,1], line 1, column 1: \
-                     `normal_load.schedule_s` is no key (accepted: a.b, `unload-400`)";
-        let words = words(error);
-        for name in ["normal_load.schedule_s", "unload-400", "a.b", "pipelines"] {
-            assert_eq!(words.iter().filter(|word| **word == name).count(), 1, "{name}: {words:?}");
-        }
-        assert!(!words.contains(&"1"), "{words:?}");
-        assert_eq!(variant("load-at-first-slip").as_deref(), Some("LoadAtFirstSlip"));
-        assert_eq!(variant("load"), None);
-    }
-
-    #[test]
-    fn a_pipeline_can_be_cut_down_to_its_runs() {
-        let text = read(&root().join(pipeline(CHAPTER5))).expect("the pipeline is there");
-        let alone: toml::Table = runs_alone(&text).expect("it is TOML").parse().expect("so is this");
-        let whole: toml::Table = text.parse().expect("it is TOML");
-        assert_eq!(alone.keys().collect::<Vec<_>>(), ["run", "title"]);
-        let runs = |pipeline: &toml::Table| pipeline["run"].as_array().expect("it has runs").clone();
-        for (alone, whole) in runs(&alone).iter().zip(runs(&whole)) {
-            let mut set = whole.get("set").and_then(toml::Value::as_array).cloned().unwrap_or_default();
-            set.insert(0, "parameter_set=as-coded".into());
-            assert_eq!((&alone["name"], alone["set"].as_array()), (&whole["name"], Some(&set)));
-        }
-    }
 
     #[test]
     fn errors_are_kept_and_the_code_tells_a_refusal() {

@@ -104,50 +104,6 @@ impl Repository {
         self.output(&["show", &format!("{}:{path}", commit.id)])
     }
 
-    /// Whether a word occurs in one of the folders, of a commit or of the checkout.
-    pub(crate) fn mentions(
-        &self,
-        commit: Option<&Commit>,
-        word: &str,
-        folders: &[&str],
-    ) -> Result<bool, Failure> {
-        let mut arguments = vec!["grep", "--quiet", "--fixed-strings", "-e", word];
-        match commit {
-            Some(commit) => arguments.push(&commit.id),
-            None => arguments.push("--untracked"),
-        }
-        arguments.push("--");
-        arguments.extend_from_slice(folders);
-        self.says_yes(&arguments)
-    }
-
-    /// The first commit after `old` and up to `new` which brought a word into one of the folders.
-    pub(crate) fn first_with(
-        &self,
-        old: &Commit,
-        new: &str,
-        word: &str,
-        folders: &[&str],
-    ) -> Result<Option<String>, Failure> {
-        let range = format!("{}..{new}", old.id);
-        let pickaxe = format!("-S{word}");
-        let mut arguments = vec!["log", "--reverse", "--format=%h %s", &pickaxe, &range, "--"];
-        arguments.extend_from_slice(folders);
-        Ok(self.output(&arguments)?.lines().next().map(ToOwned::to_owned))
-    }
-
-    /// The first commit after `old` and up to `new` which touched a file.
-    pub(crate) fn first_touching(
-        &self,
-        old: &Commit,
-        new: &str,
-        path: &str,
-    ) -> Result<Option<String>, Failure> {
-        let range = format!("{}..{new}", old.id);
-        let touching = self.output(&["log", "--reverse", "--format=%h %s", &range, "--", path])?;
-        Ok(touching.lines().next().map(ToOwned::to_owned))
-    }
-
     /// Makes a checkout of a commit elsewhere, which belongs to no branch.
     ///
     /// One of an earlier call that was killed is replaced.
@@ -225,7 +181,7 @@ mod tests {
     use super::*;
     use std::fs;
 
-    /// A repository of two commits; the second introduces `colour`.
+    /// A repository of two commits.
     fn repository() -> (tempfile::TempDir, Repository) {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let repository = Repository::new(folder.path());
@@ -268,6 +224,8 @@ mod tests {
         }
         assert!(!path.exists());
         assert_eq!(state(&repository), before);
+        fs::write(folder.path().join("src/new"), "not even added\n").expect("the folder can be written");
+        assert_eq!(repository.changed_files().expect("git answers"), 2);
     }
 
     #[test]
@@ -295,23 +253,6 @@ mod tests {
         fs::create_dir_all(path.join("src")).expect("the folder can be written");
         drop(repository.worktree(&old, &path).expect("nor does a foreign folder"));
         assert_eq!(state(&repository), before);
-    }
-
-    #[test]
-    fn words_are_traced_to_the_commit_that_brought_them() {
-        let (folder, repository) = repository();
-        let old = repository.commit("HEAD~1").expect("the revision is there");
-        let new = repository.commit("main").expect("the revision is there");
-        let mentions = |commit, word| repository.mentions(commit, word, &["src"]).expect("git answers");
-        assert!(mentions(Some(&old), "shape") && !mentions(Some(&old), "colour"));
-        assert!(mentions(Some(&new), "colour"));
-        let first = |word| repository.first_with(&old, "HEAD", word, &["src"]).expect("git answers");
-        assert_eq!(first("colour"), Some(new.title.clone()));
-        assert_eq!(first("weight"), None);
-        // Not committed, not even added.
-        fs::write(folder.path().join("src/new"), "weight\n").expect("the folder can be written");
-        assert!(mentions(None, "weight") && !mentions(Some(&new), "weight"));
-        assert_eq!(repository.changed_files().expect("git answers"), 2);
     }
 
     #[test]

@@ -45,11 +45,7 @@ pub(crate) fn build(repository: &Repository, commit: &Commit) -> Result<PathBuf,
         move |error| Failure::Io { what, error }
     };
     if !repository.has(commit, PACKAGE_MANIFEST)? {
-        return Err(Failure::Check(format!(
-            "{} has no asperity command{}",
-            commit.title,
-            from_when(repository.first_touching(commit, "HEAD", PACKAGE_MANIFEST)?)
-        )));
+        return Err(Failure::Check(format!("{} has no asperity command", commit.title)));
     }
     fs::create_dir_all(&folder).map_err(io("create"))?;
     // Two calls at once would build in each other's checkout. The lock goes with the file.
@@ -125,13 +121,5 @@ pub(crate) fn clean(repository: &Repository, commit: Option<&Commit>) -> Result<
             Err(Failure::Io { what: format!("remove {}", folder.display()), error })
         }
         _ => Ok(()),
-    }
-}
-
-/// The end of a sentence about something that a revision lacks.
-pub(crate) fn from_when(commit: Option<String>) -> String {
-    match commit {
-        Some(commit) => format!(": it is there from {commit} on"),
-        None => ": it is in no later revision either, or in changes that are not committed".to_owned(),
     }
 }

@@ -15,8 +15,16 @@ use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in the parts of a solver's state.
 const SCENARIOS: [&[&str]; 3] = [
-    // Jumps, windows and single steps, a record about every twenty microseconds of work.
-    &["default", "--set", "time.duration_s=2"],
+    // Jumps, windows and single steps, a record about every twenty microseconds of work, under a force from outside.
+    &[
+        "default",
+        "--set",
+        "time.duration_s=2",
+        "--set",
+        "prestress.ratio=0.1",
+        "--set",
+        "prestress.first_block_ratio=0.05",
+    ],
     // A hold whose step is not known in advance, and every step taken.
     &[
         "ten-blocks",

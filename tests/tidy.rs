@@ -377,6 +377,7 @@ fn nothing_points_out_of_the_repository() {
     let parts = [
         ".cargo",
         ".ci",
+        ".github",
         "ARCHITECTURE.md",
         "Cargo.toml",
         "README.md",

@@ -35,7 +35,8 @@ pub(crate) struct TestArguments {
 
 /// Libraries that are optimised but whose unit tests are not: optimising takes longer than those tests.
 /// Each is compiled by a separate call, so that its dependencies stay optimised.
-const LIGHT: [&str; 4] = ["asperity-tables", "asperity-diff", "asperity-run", "asperity-runlog"];
+const LIGHT: [&str; 5] =
+    ["asperity-tables", "asperity-diff", "asperity-model", "asperity-run", "asperity-runlog"];
 
 /// The longest jobs, so that no core runs one alone at the end.
 const FIRST: [&str; 17] = [

@@ -15,8 +15,6 @@ mod bounds;
 mod catalogue;
 mod claims;
 mod cli;
-#[cfg(feature = "analysis")]
-mod clients;
 mod code_version;
 #[cfg(feature = "analysis")]
 mod colours;
@@ -43,6 +41,12 @@ mod given;
 #[cfg(feature = "analysis")]
 mod golden;
 mod hostile;
+/// What needs packages of Python and Node; `cargo xtask ci` sets them up.
+#[cfg(feature = "analysis")]
+mod in_ci {
+    mod clients;
+    mod recipes;
+}
 #[cfg(feature = "analysis")]
 mod junction_counts;
 #[cfg(feature = "analysis")]
@@ -61,8 +65,6 @@ mod parameter_sets;
 mod prestress;
 #[cfg(feature = "analysis")]
 mod print;
-#[cfg(feature = "analysis")]
-mod recipes;
 mod reference;
 #[cfg(feature = "analysis")]
 mod report;

@@ -8,7 +8,6 @@ use std::process::Command;
 use asperity_testkit::folder;
 
 use crate::support::binary::{self, succeed, text};
-use crate::support::clients;
 
 /// Growth that is none: less than the states of one more run take.
 const SLACK_MB: f64 = 10.0;
@@ -35,22 +34,22 @@ fn log(path: &Path, duration_s: &str) {
 /// The largest memory of a command, MB, by the system's own account.
 ///
 /// Of all programs that a shell can call only an interpreter gives it, so Python does.
-fn peak_mb(arguments: &[&str]) -> Option<f64> {
+fn peak_mb(arguments: &[&str]) -> f64 {
     const ASK: &str = "import resource, subprocess, sys\n\
                        code = subprocess.call(sys.argv[1:], stdout=subprocess.DEVNULL)\n\
                        print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)\n\
                        sys.exit(code)";
-    let mut asked = Command::new(clients::find("ASPERITY_CLIENTS", "Python")?);
+    let mut asked = Command::new("python3");
     asked.args(["-c", ASK, env!("CARGO_BIN_EXE_asperity")]).args(arguments);
     let output = asked.output().expect("Python starts");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "asperity {}: {}\n{said}", arguments.join(" "), output.status);
-    Some(String::from_utf8_lossy(&output.stdout).trim().parse().expect("Python prints a number"))
+    String::from_utf8_lossy(&output.stdout).trim().parse().expect("Python prints a number")
 }
 
 /// Reduces that many existing copies of a run, with a figure and a claim for each; returns the memory used,
 /// MB.
-fn reduce(folder: &Path, log: &Path, duration_s: &str, runs: usize) -> Option<f64> {
+fn reduce(folder: &Path, log: &Path, duration_s: &str, runs: usize) -> f64 {
     let out = folder.join(format!("{runs}-{duration_s}"));
     fs::create_dir_all(out.join("runs")).expect("the folder can be made");
     let mut pipeline = "title = \"memory\"\n".to_owned();
@@ -66,10 +65,10 @@ fn reduce(folder: &Path, log: &Path, duration_s: &str, runs: usize) -> Option<f6
     }
     let file = folder.join(format!("{runs}-{duration_s}.toml"));
     fs::write(&file, pipeline).expect("the pipeline can be written");
-    let peak = peak_mb(&["reproduce", text(&file), "--out", text(&out), "--jobs", "1"])?;
+    let peak = peak_mb(&["reproduce", text(&file), "--out", text(&out), "--jobs", "1"]);
     let claims = fs::read_to_string(out.join("tables/claims.csv")).expect("claims are judged");
     assert_eq!(claims.matches(",agrees,").count(), runs, "{claims}");
-    Some(peak)
+    peak
 }
 
 #[test]
@@ -79,9 +78,8 @@ fn twice_the_runs_or_a_run_of_twice_the_length_take_no_more_memory() {
     log(&short, "0.5");
     log(&long, "1");
     let reduce = |log, duration_s, runs| reduce(folder.path(), log, duration_s, runs);
-    let Some(one) = reduce(&short, "0.5", 1) else { return };
-    let [two, four, twice_as_long] =
-        [reduce(&short, "0.5", 2), reduce(&short, "0.5", 4), reduce(&long, "1", 1)].map(Option::unwrap);
+    let [one, two, four] = [1, 2, 4].map(|runs| reduce(&short, "0.5", runs));
+    let twice_as_long = reduce(&long, "1", 1);
     assert!(four - two < SLACK_MB, "two runs take {two} MB, four {four} MB");
     assert!(
         twice_as_long - one < SLACK_MB,

@@ -1,4 +1,4 @@
-//! Programs of other people, where `cargo xtask test` has set them up.
+//! Programs of other people, where `cargo xtask ci` has set them up.
 
 use std::env;
 use std::io::Write;
@@ -10,7 +10,7 @@ pub(crate) fn find(variable: &str, name: &str) -> Option<PathBuf> {
     let reason = match env::var_os(variable).map(PathBuf::from) {
         Some(path) if path.exists() => return Some(path),
         Some(path) => format!("{variable} is {}, which is not there", path.display()),
-        None => format!("{variable} is not set; `cargo xtask test` sets it"),
+        None => format!("{variable} is not set; `cargo xtask ci` sets it"),
     };
     let no_skips = env::var_os("ASPERITY_NO_SKIPS").is_some_and(|value| value == "1");
     assert!(!no_skips, "{name} clients must not be skipped: {reason}");

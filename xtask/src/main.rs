@@ -22,7 +22,6 @@ mod python;
 mod reproduce;
 mod revision;
 mod say;
-mod schedule;
 mod seed;
 mod test;
 mod verify;

@@ -15,8 +15,7 @@ Examples:
 
 Sets up an environment with locked packages under the target folder, installs
 the package in it and runs tests/python with pytest, which receives any
-arguments. cargo xtask ci runs it; cargo xtask test does not, since it compiles
-the libraries once more.")]
+arguments. cargo xtask ci runs it.")]
 pub(crate) struct PythonArguments {
     /// Arguments for pytest.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]

@@ -266,10 +266,15 @@ mod tests {
 
     #[test]
     fn built_in_scenarios_are_of_solids_and_slip() {
+        let mut without = 0;
         for (name, _) in builtin::all() {
-            for set in ["as-coded", "as-stated"] {
-                let scenario = resolve(name, &[&format!("parameter_set={set}")]).unwrap();
-                let kinds: Vec<&str> = scenario.warnings().iter().map(|warning| warning.kind).collect();
+            // Young's modulus of lattices, which take long, is the same in both sets.
+            let sets = ["parameter_set=as-stated", "parameter_set=as-coded"];
+            let is_lattice = resolve::<&str>(name, &[]).unwrap().slider.is_lattice();
+            for set in &sets[..if is_lattice { 1 } else { 2 }] {
+                let warnings = resolve(name, &[set]).unwrap().warnings();
+                without += usize::from(warnings.is_empty());
+                let kinds: Vec<&str> = warnings.iter().map(|warning| warning.kind).collect();
                 // Its units are those of a model without dimensions.
                 let is_of_numbers = name == "carlson-langer";
                 assert!(
@@ -278,5 +283,6 @@ mod tests {
                 );
             }
         }
+        assert!(without > 25, "only {without} have no warning");
     }
 }

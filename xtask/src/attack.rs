@@ -36,7 +36,7 @@ Each attack lists the broken promises by kind. The files of the first cases of
 each kind are kept in target/attack/found, with the calls that lead to them
 (what.txt). All randomness follows from the seed, which is printed; only races
 between processes do not repeat. Without --for-s and --full, the attacks end
-after five minutes; on a busy machine, the cases left out are listed.
+after 150 s; on a busy machine, the cases left out are listed.
 
 Exit codes:
   0  all promises were kept

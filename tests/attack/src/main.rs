@@ -69,7 +69,7 @@ const ATTACKS: [(&str, Attack); 11] = [
 
 /// What a call takes at most that says neither `--for-s` nor `--full`. An idle machine gets
 /// through all cases in that time; a busy one leaves some out, and says so.
-const USUAL_TIME: Duration = Duration::from_secs(320);
+const USUAL_TIME: Duration = Duration::from_secs(150);
 
 /// Tries to break the promises of the built command; see `cargo xtask attack --help`.
 #[derive(Debug, Parser)]

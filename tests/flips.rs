@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use crate::support::binary;
 use crate::support::binary::{asperity, text};
@@ -16,8 +17,8 @@ use mcap::records::op;
 /// How many bits are flipped in a log, each in a copy of its own. `cargo xtask attack flips` flips more.
 const FLIPS: u64 = 500;
 
-/// Number of records at a log's beginning whose length has every bit flipped.
-const FIRST_RECORDS: usize = 8;
+/// Of so many flips, one record at a log's beginning has every bit of its length flipped.
+const PER_LENGTH: u64 = 60;
 
 /// How many of the copies are given to the built command.
 const CHECKED: u64 = 40;
@@ -42,15 +43,17 @@ fn kinds(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// A small log of several chunks and checkpoints.
-fn sound(folder: &Path) -> Vec<u8> {
+fn sound() -> Vec<u8> {
+    static SOUND: OnceLock<Vec<u8>> = OnceLock::new();
     // The plain solver is slow enough for some checkpoints in its second or less.
     let often = ["--solver", "plain", "--checkpoint-s", "0.01", "--set", "time.duration_s=0.61"];
-    sound_of(folder, &[&small::SCENARIO[..5], &often].concat())
+    SOUND.get_or_init(|| sound_of(&[&small::SCENARIO[..5], &often].concat())).clone()
 }
 
 /// The bytes of a whole log of a scenario.
-fn sound_of(folder: &Path, scenario: &[&str]) -> Vec<u8> {
-    let path = folder.join("sound.mcap");
+fn sound_of(scenario: &[&str]) -> Vec<u8> {
+    let folder = asperity_testkit::folder();
+    let path = folder.path().join("sound.mcap");
     binary::run(scenario, &path);
     let bytes = fs::read(&path).expect("the log can be read");
     // Events of all kinds but slips of the whole slider.
@@ -102,7 +105,7 @@ fn flip(what: &str, bytes: &[u8], flips: u64, mut wrong: impl FnMut(&Path, Outco
     }
     // Whatever a record says of its length, even that it reaches beyond the end of the file.
     let first_records = kinds.iter().enumerate().skip(8).filter(|&(at, &kind)| kinds[at - 1] != kind);
-    for at in first_records.map(|(at, _)| at).take(FIRST_RECORDS) {
+    for at in first_records.map(|(at, _)| at).take((flips / PER_LENGTH) as usize) {
         for bit in 0..64 {
             let place = at + 1 + bit / 8;
             let path = folder.path().join("length.mcap");
@@ -126,9 +129,11 @@ fn flip(what: &str, bytes: &[u8], flips: u64, mut wrong: impl FnMut(&Path, Outco
 
 #[test]
 fn every_flipped_bit_of_a_whole_log_is_seen() {
-    let folder = asperity_testkit::folder();
-    let bytes = sound(folder.path());
-    flip("whole", &bytes, FLIPS, |_, (_, problem)| match problem {
+    flip_whole("whole", &sound(), FLIPS);
+}
+
+fn flip_whole(what: &str, bytes: &[u8], flips: u64) {
+    flip(what, bytes, flips, |_, (_, problem)| match problem {
         None => Some("called whole".to_owned()),
         Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
     });
@@ -138,33 +143,28 @@ fn every_flipped_bit_of_a_whole_log_is_seen() {
 #[test]
 fn every_flipped_bit_of_a_slabs_log_is_seen() {
     let sets = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.25"];
-    flip_the_log_of("slab", &sets, FLIPS / 8);
+    flip_the_log_of("slab", &sets);
 }
 
 /// Switches, states and events of a sheet have components across the sliding direction, or rows.
 #[test]
 fn every_flipped_bit_of_a_sheets_log_is_seen() {
-    flip_the_log_of("sheet-coarse", &SMALL_SHEET, FLIPS / 8);
+    flip_the_log_of("sheet-coarse", &SMALL_SHEET);
 }
 
-fn flip_the_log_of(scenario: &str, sets: &[&str], flips: u64) {
-    let folder = asperity_testkit::folder();
+fn flip_the_log_of(scenario: &str, sets: &[&str]) {
     let sets = sets.iter().flat_map(|set| ["--set", set]);
     // The plain solver is slow enough, see `sound`.
     let often = [scenario, "--solver", "plain", "--checkpoint-s", "0.05"];
     let arguments: Vec<&str> = often.into_iter().chain(sets).collect();
-    let bytes = sound_of(folder.path(), &arguments);
-    flip(scenario, &bytes, flips, |_, (_, problem)| match problem {
-        None => Some("called whole".to_owned()),
-        Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
-    });
+    flip_whole(scenario, &sound_of(&arguments), FLIPS / 8);
 }
 
 /// This reader compares no header with a scenario, as is so for logs by other code.
 #[test]
 fn no_flipped_bit_of_the_header_of_an_unfinished_log_changes_it() {
     let folder = asperity_testkit::folder();
-    let mut bytes = sound(folder.path());
+    let mut bytes = sound();
     let kinds = kinds(&bytes);
     let first =
         |from: usize, is: &dyn Fn(u8) -> bool| (from..).find(|&at| is(kinds[at])).expect("it has one");
@@ -189,7 +189,7 @@ fn no_flipped_bit_of_the_header_of_an_unfinished_log_changes_it() {
 #[test]
 fn no_flipped_bit_of_an_unfinished_log_changes_what_is_read() {
     let folder = asperity_testkit::folder();
-    let bytes = sound(folder.path());
+    let bytes = sound();
     let kinds = kinds(&bytes);
     let last = |kind: u8| {
         (1..bytes.len()).rfind(|&at| kinds[at] == kind && kinds[at - 1] != kind).expect("it has one")

@@ -9,8 +9,6 @@
 mod answers;
 #[cfg(feature = "analysis")]
 mod area_pictures;
-#[cfg(feature = "analysis")]
-mod area_records;
 mod bounds;
 mod catalogue;
 mod claims;
@@ -44,9 +42,9 @@ mod given;
 mod golden;
 mod hostile;
 #[cfg(feature = "analysis")]
-mod junction_counts;
-#[cfg(feature = "analysis")]
 mod junctions;
+#[cfg(feature = "analysis")]
+mod kinds;
 #[cfg(feature = "analysis")]
 mod look;
 mod mistakes;
@@ -77,7 +75,6 @@ mod rupture_fields;
 mod ruptures;
 mod salvage;
 mod scaling;
-mod scenarios;
 mod slab;
 mod slab_nodes;
 #[cfg(feature = "analysis")]

@@ -99,8 +99,8 @@ fn at_once(folder: &Path, command: &dyn Fn(usize, &str) -> Vec<String>, forced: 
         })
         .collect();
     assert_ne!(alone[0], alone[1]);
-    for round in 0..4 {
-        let replaces = forced && round >= 2;
+    for round in 0..if forced { 4 } else { 2 } {
+        let replaces = round >= 2;
         if !replaces && out.exists() {
             fs::remove_dir_all(&out).expect("it can be removed");
         }

@@ -442,19 +442,19 @@ fn forge_checkpoints(each: usize) {
 mod in_ci {
     #[test]
     #[cfg(feature = "analysis")]
-    #[ignore = "ci: a thousand calls"]
+    #[ignore = "a thousand calls: cargo xtask ci"]
     fn none_of_five_hundred_mutants_of_a_parquet_table_makes_its_reader_panic() {
         super::mutate_a_table(500);
     }
 
     #[test]
-    #[ignore = "ci: scenarios of megabytes"]
+    #[ignore = "scenarios of megabytes: cargo xtask ci"]
     fn what_is_accepted_is_read_at_the_largest_bounds() {
         super::hold_bounds(true);
     }
 
     #[test]
-    #[ignore = "ci: half a minute, hundreds of runs"]
+    #[ignore = "half a minute, hundreds of runs: cargo xtask ci"]
     fn every_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
         super::forge_checkpoints(1);
     }

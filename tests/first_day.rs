@@ -368,7 +368,7 @@ mod in_ci {
     use super::{Day, cases, is_of_the_whole, matrix};
 
     #[test]
-    #[ignore = "ci: most of a minute on both cores"]
+    #[ignore = "most of a minute on both cores: cargo xtask ci"]
     fn every_scenario_runs_checks_and_replays() {
         let mut cases = cases();
         cases.retain(|case| case.set.is_empty());

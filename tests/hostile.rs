@@ -436,19 +436,19 @@ mod in_ci {
     use super::Commands::All;
 
     #[test]
-    #[ignore = "ci: half a minute, a thousand calls"]
+    #[ignore = "half a minute, a thousand calls: cargo xtask ci"]
     fn committed_forgeries_are_refused_by_all_commands() {
         super::hold_committed(1, All);
     }
 
     #[test]
-    #[ignore = "ci: two hundred calls"]
+    #[ignore = "two hundred calls: cargo xtask ci"]
     fn forgeries_of_records_are_read_by_all_commands() {
         super::judge_again(1, All);
     }
 
     #[test]
-    #[ignore = "ci: two hundred calls"]
+    #[ignore = "two hundred calls: cargo xtask ci"]
     fn texts_are_refused_by_all_commands() {
         super::hold_texts(All);
         super::refuse_large(All);

@@ -361,7 +361,7 @@ fn check_again_compares_every_record_with_the_run_made_again() {
 
 mod in_ci {
     #[test]
-    #[ignore = "ci: three hundred calls"]
+    #[ignore = "three hundred calls: cargo xtask ci"]
     fn damaged_beginnings_are_judged_alike_by_all_commands() {
         super::judge_beginnings(1);
     }

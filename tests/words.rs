@@ -407,7 +407,7 @@ mod in_ci {
     use super::{FIRST_PAGES, pages_that_run, run};
 
     #[test]
-    #[ignore = "ci: half a minute of commands"]
+    #[ignore = "half a minute of commands: cargo xtask ci"]
     fn all_other_pages_run() {
         let mut pages = pages_that_run();
         pages.retain(|page| !FIRST_PAGES.contains(&page.as_str()));

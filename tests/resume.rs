@@ -25,7 +25,7 @@ const SCENARIOS: [&[&str]; 4] = [
         "--set",
         "time.duration_s=1.2",
         "--set",
-        "time.step_s=1e-7",
+        "time.step_s=2e-7",
         "--set",
         "drive.until_load_ratio=0.16",
         "--solver",

@@ -3,7 +3,8 @@
 //!
 //! Scenarios, laws and commands are queried and not listed here, so new ones are tested automatically.
 //! `every_command_on_every_log` is the whole matrix, for `cargo xtask nightly`; the representative part is
-//! among the tests.
+//! among the tests. Every scenario also runs as it is, and the CSV files that scenarios name are those of
+//! spreadsheets.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -45,6 +46,8 @@ fn cases() -> Vec<Case> {
 /// The overrides of a variant of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Day {
+    /// All of it, with slip events.
+    Whole,
     Thousandth,
     OneStep,
     NoEvent,
@@ -100,6 +103,13 @@ impl Case {
         let lasting = |duration_s: f64| format!("time.duration_s={duration_s:e}");
         let short = [1e3, 10.0].map(|part| lasting(duration_s / part));
         match day {
+            Day::Whole => {
+                // The slab needs a minute; running up to its first precursor is enough here.
+                let until = (self.scenario == "slab").then(|| lasting(0.2));
+                self.run(until.as_slice(), log)?;
+                // All but those that are about damping alone slip.
+                (self.name == "ring-down" || !onsets(log).is_empty()).then_some(())
+            }
             Day::Thousandth => short.iter().find_map(|short| self.run(std::slice::from_ref(short), log)),
             Day::OneStep => self.run(&[lasting(step_s)], log),
             Day::TwoBlocks => self.run(&[short[0].clone(), "slider.blocks=2".to_owned()], log),
@@ -253,7 +263,7 @@ fn entries(folder: &Path) -> BTreeSet<String> {
 }
 
 /// Does something for each of many things, on all cores.
-fn each<T: Sync, R: Send>(things: &[T], act: impl Fn(&T) -> R + Sync) -> Vec<R> {
+pub(crate) fn each<T: Sync, R: Send>(things: &[T], act: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let (next, done) = (Mutex::new(things.iter()), Mutex::new(Vec::new()));
     thread::scope(|scope| {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
@@ -275,12 +285,11 @@ fn folder() -> tempfile::TempDir {
     tempfile::tempdir_in("/dev/shm").unwrap_or_else(|_| asperity_testkit::folder())
 }
 
-/// Calls on a case in a variant, every `stride`-th from `first` on: their number, and what is wrong with
-/// their ends; none if there is no log.
-fn calls(case: &Case, day: Day, first: usize, stride: usize) -> Option<(usize, Vec<String>)> {
+/// Calls on a case in a variant: their number, and what is wrong with their ends; none if there is no log.
+fn calls(case: &Case, day: Day, asked: impl Fn(usize, &Call) -> bool) -> Option<(usize, Vec<String>)> {
     let folder = folder();
     let subject = Subject::of(case, day, folder.path())?;
-    let calls = CALLS.iter().enumerate().skip(first % stride).step_by(stride);
+    let calls = CALLS.iter().enumerate().filter(|(n, call)| asked(*n, call));
     let calls = calls.filter(|(_, call)| !(subject.is_long && is_plain(call)));
     // Only the adaptive solver solves laws with a state.
     let calls = calls.filter(|(_, (words, _))| !(subject.has_state && words.contains(&"plain")));
@@ -288,11 +297,15 @@ fn calls(case: &Case, day: Day, first: usize, stride: usize) -> Option<(usize, V
     Some((ends.len(), ends.into_iter().filter_map(Result::err).collect()))
 }
 
-/// Every `stride`-th call on every day of these, others on each next day.
-fn matrix(cases: &[Case], stride: usize) {
-    let days = cases.iter().flat_map(|case| DAYS.map(|day| (case, day)));
-    let days: Vec<(usize, (&Case, Day))> = days.enumerate().collect();
-    let ended = each(&days, |(n, (case, day))| (*day, case.name.as_str(), calls(case, *day, *n, stride)));
+/// The calls that are asked for, by the numbers of the log and of the call, on each of these days. At most this share of
+/// the cases may lack a day.
+fn matrix(cases: &[Case], days: &[Day], may_lack: f64, asked: impl Fn(usize, usize, &Call) -> bool + Sync) {
+    let logs: Vec<(&Case, Day)> =
+        cases.iter().flat_map(|case| days.iter().map(move |day| (case, *day))).collect();
+    let logs: Vec<(usize, (&Case, Day))> = logs.into_iter().enumerate().collect();
+    let ended = each(&logs, |(log, (case, day))| {
+        (*day, case.name.as_str(), calls(case, *day, |n, call| asked(*log, n, call)))
+    });
     let mut without: BTreeMap<Day, BTreeSet<&str>> = BTreeMap::new();
     let (mut cells, mut logs, mut flaws) = (0, 0, Vec::new());
     for (day, name, calls) in ended {
@@ -312,10 +325,15 @@ fn matrix(cases: &[Case], stride: usize) {
     // Not eprintln, which the test harness captures.
     std::io::stderr().write_all(said.as_bytes()).expect("stderr can be written");
     assert!(flaws.is_empty(), "{} flaws\n{}", flaws.len(), flaws.join("\n"));
-    for day in DAYS {
-        let lacking = without.get(&day).map_or(0, BTreeSet::len);
-        assert!(5 * lacking <= cases.len(), "{lacking} of {} have no {day:?}", cases.len());
+    for (day, lacking) in without {
+        let share = lacking.len() as f64 / cases.len() as f64;
+        assert!(share <= may_lack, "{} of {} have no {day:?}", lacking.len(), cases.len());
     }
+}
+
+/// Whether a call tells if a log is whole, or if its events come again.
+fn is_of_the_whole(_: usize, _: usize, (words, _): &Call) -> bool {
+    matches!(words, ["check" | "replay", "LOG"])
 }
 
 /// Whether a call takes every step of the run.
@@ -331,13 +349,32 @@ fn commands_have_a_result_on_small_logs() {
     let cases: Vec<Case> =
         cases().into_iter().filter(|case| REPRESENTATIVE.contains(&case.name.as_str())).collect();
     assert_eq!(cases.len(), REPRESENTATIVE.len());
-    matrix(&cases, 2);
+    // Others on each next day.
+    matrix(&cases, &DAYS, 0.2, |log, call, _| log % 2 == call % 2);
 }
 
 #[test]
 #[ignore = "the whole matrix takes most of a minute on both cores: cargo xtask nightly"]
 fn every_command_on_every_log() {
-    matrix(&cases(), 1);
+    matrix(&cases(), &DAYS, 0.2, |_, _, _| true);
+}
+
+#[test]
+fn every_scenario_begins_to_run_checks_and_replays() {
+    matrix(&cases(), &[Day::Thousandth], 0.0, is_of_the_whole);
+}
+
+mod in_ci {
+    use super::{Day, cases, is_of_the_whole, matrix};
+
+    #[test]
+    #[ignore = "most of a minute on both cores: cargo xtask ci"]
+    fn every_scenario_runs_checks_and_replays() {
+        let mut cases = cases();
+        cases.retain(|case| case.set.is_empty());
+        assert!(cases.len() >= 17, "{cases:?}");
+        matrix(&cases, &[Day::Whole], 0.0, is_of_the_whole);
+    }
 }
 
 #[test]
@@ -383,9 +420,45 @@ fn pages_show_small_runs() {
         assert_eq!(tab.says("document.documentElement.dataset.run"), name);
     }
     tab.assert_quiet();
-    for log in &paths {
+    for log in paths.iter().step_by(3) {
         let page = format!("{log}.html");
         succeed(&["diff", log, log, "--page", &page]);
         Tab::open(&browser, page.as_ref(), [1200, 900], "dark").assert_quiet();
+    }
+}
+
+/// All keys that name a CSV file read it as spreadsheets and people write it. Excel's mark, quoted headings and blanks
+/// behind commas were refused, with `\u{feff}` in messages.
+#[test]
+fn csv_files_of_spreadsheets_are_read() {
+    let folder = asperity_testkit::folder();
+    let file = folder.path().join("table.csv");
+    for (key, table) in [
+        ("initial_shear.profile_csv", "x_over_l,tau_over_p|0,0.2|1,0.1"),
+        ("prestress.profile_csv", "x_over_l,tau_over_p|0,0.2|1,0.1"),
+        ("normal_load.course_csv", "time_s,x_over_l,factor|0.1,0,1|0.1,1,1"),
+        ("prestress.course_csv", "time_s,x_over_l,ratio|0.1,0,1|0.1,1,1"),
+        ("disorder.contacts_csv", "static_offset,load_offset|0,0|0.01,0|0,0"),
+        (
+            "initial.state_csv",
+            "displacement_m,velocity_m_per_s,stick_position_m,slides|0,0,0,0|1e-6,0,1e-6,0|0,0,0,0",
+        ),
+    ] {
+        let set = format!("{key}={}", text(&file));
+        let read = |written: &str| {
+            fs::write(&file, written).expect("it can be written");
+            let show = ["--set", &set, "--set", "drive.kind=top", "--set", "slider.blocks=3"];
+            let output = asperity(&[&["scenario", "show", "default"], &show[..]].concat());
+            let [out, err] =
+                [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+            (output.status.code(), out, err)
+        };
+        let lines = |end: &str| table.replace('|', end);
+        let plain = read(&lines("\n"));
+        assert_eq!(plain.0, Some(0), "{key}: {}", plain.2);
+        assert_eq!(read(&format!("\u{feff}{}\r\n", lines("\r\n"))), plain);
+        assert_eq!(read(&format!(" \"{}\"", lines("\" \n\n \"").replace(',', "\" ,\t\""))), plain);
+        let (code, _, err) = read(&format!("\u{feff}{}", lines("\r\n").replace(',', ";").replace('.', ",")));
+        assert!(code == Some(2) && !err.contains("feff") && !err.contains('\u{feff}'), "{key}: {err}");
     }
 }

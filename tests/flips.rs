@@ -2,9 +2,10 @@
 //! follows it is missing, or nothing that is read has changed.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::Write;
-use std::path::Path;
+use std::fs::{self, OpenOptions};
+use std::io::{Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use crate::support::binary;
 use crate::support::binary::{asperity, text};
@@ -16,8 +17,8 @@ use mcap::records::op;
 /// How many bits are flipped in a log, each in a copy of its own. `cargo xtask attack flips` flips more.
 const FLIPS: u64 = 500;
 
-/// Number of records at a log's beginning whose length has every bit flipped.
-const FIRST_RECORDS: usize = 8;
+/// Of so many flips, one record at a log's beginning has every bit of its length flipped.
+const PER_LENGTH: u64 = 60;
 
 /// How many of the copies are given to the built command.
 const CHECKED: u64 = 40;
@@ -26,6 +27,30 @@ const CHECKED: u64 = 40;
 fn read(path: &Path) -> Outcome {
     let (items, error) = read_until_problem(path);
     (items, error.map(|error| error.problem))
+}
+
+/// A copy of a log of which one byte at a time is another.
+struct Altered(PathBuf);
+
+impl Altered {
+    fn of(bytes: &[u8], path: PathBuf) -> Altered {
+        fs::write(&path, bytes).expect("the folder can be written");
+        Altered(path)
+    }
+
+    fn put(&self, place: usize, byte: u8) {
+        let mut file = OpenOptions::new().write(true).open(&self.0).expect("it was just written");
+        file.seek(SeekFrom::Start(place as u64)).expect("it is a file");
+        file.write_all(&[byte]).expect("the folder can be written");
+    }
+
+    /// Does something with the log while a bit is flipped.
+    fn flipped<T>(&self, bytes: &[u8], place: usize, bit: usize, ask: impl FnOnce(&Path) -> T) -> T {
+        self.put(place, bytes[place] ^ 1 << bit);
+        let answer = ask(&self.0);
+        self.put(place, bytes[place]);
+        answer
+    }
 }
 
 /// The kind of top-level record that each byte of a file is in; that of the magics is 0.
@@ -42,15 +67,17 @@ fn kinds(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// A small log of several chunks and checkpoints.
-fn sound(folder: &Path) -> Vec<u8> {
+fn sound() -> Vec<u8> {
+    static SOUND: OnceLock<Vec<u8>> = OnceLock::new();
     // The plain solver is slow enough for some checkpoints in its second or less.
     let often = ["--solver", "plain", "--checkpoint-s", "0.01", "--set", "time.duration_s=0.61"];
-    sound_of(folder, &[&small::SCENARIO[..5], &often].concat())
+    SOUND.get_or_init(|| sound_of(&[&small::SCENARIO[..5], &often].concat())).clone()
 }
 
 /// The bytes of a whole log of a scenario.
-fn sound_of(folder: &Path, scenario: &[&str]) -> Vec<u8> {
-    let path = folder.join("sound.mcap");
+fn sound_of(scenario: &[&str]) -> Vec<u8> {
+    let folder = asperity_testkit::folder();
+    let path = folder.path().join("sound.mcap");
     binary::run(scenario, &path);
     let bytes = fs::read(&path).expect("the log can be read");
     // Events of all kinds but slips of the whole slider.
@@ -82,34 +109,32 @@ fn flip(what: &str, bytes: &[u8], flips: u64, mut wrong: impl FnMut(&Path, Outco
     let mut flipped: BTreeMap<u8, usize> = BTreeMap::new();
     let mut unseen = Vec::new();
     let mut arguments = vec!["check".to_owned()];
+    let copy = Altered::of(bytes, folder.path().join("copy.mcap"));
     for number in 0..flips {
         let place = match number % 2 {
             0 => random.below(bytes.len() as u64) as usize,
             _ => outside[random.below(outside.len() as u64) as usize],
         };
-        let bit = random.below(8) as u32;
-        let path = folder.path().join(format!("flipped-{}.mcap", number.min(CHECKED)));
-        let mut copy = bytes.to_vec();
-        copy[place] ^= 1 << bit;
-        fs::write(&path, copy).expect("the folder can be written");
+        let bit = random.below(8) as usize;
         *flipped.entry(kinds[place]).or_insert(0) += 1;
-        if number < CHECKED {
-            arguments.push(text(&path).to_owned());
-        }
-        if let Some(wrong) = wrong(&path, read(&path)) {
+        let said = copy.flipped(bytes, place, bit, |path| {
+            if number < CHECKED {
+                let kept = folder.path().join(format!("flipped-{number}.mcap"));
+                fs::copy(path, &kept).expect("the folder can be written");
+                arguments.push(text(&kept).to_owned());
+            }
+            wrong(path, read(path))
+        });
+        if let Some(wrong) = said {
             unseen.push(format!("bit {bit} of byte {place}, kind 0x{:02x}: {wrong}", kinds[place]));
         }
     }
     // Whatever a record says of its length, even that it reaches beyond the end of the file.
     let first_records = kinds.iter().enumerate().skip(8).filter(|&(at, &kind)| kinds[at - 1] != kind);
-    for at in first_records.map(|(at, _)| at).take(FIRST_RECORDS) {
+    for at in first_records.map(|(at, _)| at).take((flips / PER_LENGTH) as usize) {
         for bit in 0..64 {
-            let place = at + 1 + bit / 8;
-            let path = folder.path().join("length.mcap");
-            let mut copy = bytes.to_vec();
-            copy[place] ^= 1 << (bit % 8);
-            fs::write(&path, copy).expect("the folder can be written");
-            if let Some(wrong) = wrong(&path, read(&path)) {
+            let said = copy.flipped(bytes, at + 1 + bit / 8, bit % 8, |path| wrong(path, read(path)));
+            if let Some(wrong) = said {
                 unseen.push(format!("bit {bit} of the length at byte {at}: {wrong}"));
             }
         }
@@ -126,9 +151,11 @@ fn flip(what: &str, bytes: &[u8], flips: u64, mut wrong: impl FnMut(&Path, Outco
 
 #[test]
 fn every_flipped_bit_of_a_whole_log_is_seen() {
-    let folder = asperity_testkit::folder();
-    let bytes = sound(folder.path());
-    flip("whole", &bytes, FLIPS, |_, (_, problem)| match problem {
+    flip_whole("whole", &sound(), FLIPS);
+}
+
+fn flip_whole(what: &str, bytes: &[u8], flips: u64) {
+    flip(what, bytes, flips, |_, (_, problem)| match problem {
         None => Some("called whole".to_owned()),
         Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
     });
@@ -138,33 +165,27 @@ fn every_flipped_bit_of_a_whole_log_is_seen() {
 #[test]
 fn every_flipped_bit_of_a_slabs_log_is_seen() {
     let sets = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.25"];
-    flip_the_log_of("slab", &sets, FLIPS / 8);
+    flip_the_log_of("slab", &sets);
 }
 
 /// Switches, states and events of a sheet have components across the sliding direction, or rows.
 #[test]
 fn every_flipped_bit_of_a_sheets_log_is_seen() {
-    flip_the_log_of("sheet-coarse", &SMALL_SHEET, FLIPS / 8);
+    flip_the_log_of("sheet-coarse", &SMALL_SHEET);
 }
 
-fn flip_the_log_of(scenario: &str, sets: &[&str], flips: u64) {
-    let folder = asperity_testkit::folder();
+fn flip_the_log_of(scenario: &str, sets: &[&str]) {
     let sets = sets.iter().flat_map(|set| ["--set", set]);
-    // The plain solver is slow enough, see `sound`.
-    let often = [scenario, "--solver", "plain", "--checkpoint-s", "0.05"];
+    let often = [scenario, "--checkpoint-s", "0.005"];
     let arguments: Vec<&str> = often.into_iter().chain(sets).collect();
-    let bytes = sound_of(folder.path(), &arguments);
-    flip(scenario, &bytes, flips, |_, (_, problem)| match problem {
-        None => Some("called whole".to_owned()),
-        Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
-    });
+    flip_whole(scenario, &sound_of(&arguments), FLIPS / 8);
 }
 
 /// This reader compares no header with a scenario, as is so for logs by other code.
 #[test]
 fn no_flipped_bit_of_the_header_of_an_unfinished_log_changes_it() {
     let folder = asperity_testkit::folder();
-    let mut bytes = sound(folder.path());
+    let mut bytes = sound();
     let kinds = kinds(&bytes);
     let first =
         |from: usize, is: &dyn Fn(u8) -> bool| (from..).find(|&at| is(kinds[at])).expect("it has one");
@@ -172,16 +193,12 @@ fn no_flipped_bit_of_the_header_of_an_unfinished_log_changes_it() {
     let behind = first(header, &|kind| kind != op::METADATA);
     let chunk = first(behind, &|kind| kind == op::CHUNK);
     bytes.truncate(first(chunk, &|kind| kind != op::CHUNK));
-    let path = folder.path().join("begun.mcap");
-    let read = |bytes: &[u8]| {
-        fs::write(&path, bytes).expect("the folder can be written");
-        RunReader::open(&path, Topics::ALL).map(|reader| reader.header().clone())
-    };
-    let genuine = read(&bytes).expect("it has a header");
+    let copy = Altered::of(&bytes, folder.path().join("begun.mcap"));
+    let read = |path: &Path| RunReader::open(path, Topics::ALL).map(|reader| reader.header().clone());
+    let genuine = read(&copy.0).expect("it has a header");
     for place in header..behind {
-        bytes[place] ^= 1 << (place % 8);
-        assert!(read(&bytes).map_or(true, |found| found == genuine), "bit {} of byte {place}", place % 8);
-        bytes[place] ^= 1 << (place % 8);
+        let found = copy.flipped(&bytes, place, place % 8, read);
+        assert!(found.map_or(true, |found| found == genuine), "bit {} of byte {place}", place % 8);
     }
 }
 
@@ -189,7 +206,7 @@ fn no_flipped_bit_of_the_header_of_an_unfinished_log_changes_it() {
 #[test]
 fn no_flipped_bit_of_an_unfinished_log_changes_what_is_read() {
     let folder = asperity_testkit::folder();
-    let bytes = sound(folder.path());
+    let bytes = sound();
     let kinds = kinds(&bytes);
     let last = |kind: u8| {
         (1..bytes.len()).rfind(|&at| kinds[at] == kind && kinds[at - 1] != kind).expect("it has one")

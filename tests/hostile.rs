@@ -89,22 +89,72 @@ pub(crate) fn refused(folder: &Path, arguments: &[&str], file: &Path) -> String 
     said
 }
 
-/// Has all commands that read logs read one, which they must refuse or, if it may be, read.
-fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
+/// Which of the commands that read a kind of file are called.
+#[derive(Clone, Copy)]
+enum Commands {
+    All,
+    /// One for each file, in turn.
+    InTurn,
+}
+
+impl Commands {
+    fn of<'a>(self, number: usize, commands: &'a [&'a str]) -> impl Iterator<Item = &'a str> {
+        let is_one = matches!(self, Commands::InTurn);
+        let mine = move |n: &usize| !is_one || *n == number % commands.len();
+        (0..commands.len()).filter(mine).map(|n| commands[n])
+    }
+}
+
+/// Commands that read logs, texts, and files of TOML, with FILE for their name.
+const ON_LOGS: &[&str] = &[
+    "events FILE",
+    "events --format json FILE",
+    "summary FILE",
+    "catalogue FILE --format quakeml",
+    "replay FILE",
+    "note FILE",
+    "report FILE --out page.html",
+    #[cfg(feature = "analysis")]
+    "reduce FILE --out reduced",
+];
+const ON_TOML: &[&str] = &[
+    "scenario show FILE",
+    "sweep plan FILE --out never",
+    #[cfg(feature = "analysis")]
+    "reproduce FILE --out never",
+];
+const ON_TEXTS: &[(&str, &[&str])] = &[
+    ("scenarios", &["scenario show FILE", "scenario validate FILE", "run FILE --out never.mcap"]),
+    ("profiles", &["scenario show default --set initial_shear.profile_csv=FILE"]),
+    ("states", &["scenario show default --set slider.blocks=3 --set initial.state_csv=FILE"]),
+    ("settings", &["replay run.mcap --detectors FILE"]),
+    #[cfg(not(feature = "analysis"))]
+    ("sweeps", &["sweep plan FILE --out never"]),
+    #[cfg(feature = "analysis")]
+    ("sweeps", &["sweep plan FILE --out never", "sweep draw study --from FILE"]),
+    #[cfg(feature = "analysis")]
+    ("pipelines", &["reproduce FILE --out never"]),
+];
+
+/// The words of a command on a file.
+fn words<'a>(command: &'a str, file: &'a Path) -> Vec<&'a str> {
+    let of = |word: &'a str| if word == "FILE" { text(file) } else { word };
+    command.split(' ').map(of).collect()
+}
+
+/// Runs a command on a file, which it must refuse, leaving nothing.
+fn must_refuse(folder: &Path, command: &str, file: &Path) {
+    let key = command.split_once("=FILE").map(|(command, _)| format!("{command}={}", text(file)));
+    refused(folder, &words(key.as_deref().unwrap_or(command), file), file);
+    for out in ["never", "never.mcap", "study/figures"] {
+        assert!(!folder.join(out).exists(), "{command} leaves {out}");
+    }
+}
+
+/// Has commands that read logs read one, which they must refuse or, if it may be, read.
+fn read_by(commands: Commands, number: usize, file: &Path, is_refused: bool, consistent: bool) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
-    let mut commands = vec![
-        vec!["events", text(file)],
-        vec!["events", "--format", "json", text(file)],
-        vec!["summary", text(file)],
-        vec!["catalogue", text(file), "--format", "quakeml"],
-        vec!["replay", text(file)],
-        vec!["note", text(file)],
-        vec!["report", text(file), "--out", "page.html"],
-    ];
-    if cfg!(feature = "analysis") {
-        commands.push(vec!["reduce", text(file), "--out", "reduced"]);
-    }
     // The remaining part is a log, marked as incomplete.
     let out = folder.join("salvaged.mcap");
     let salvage = bounded(folder, &["salvage", text(file), "--out", "salvaged.mcap"]);
@@ -120,40 +170,31 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
             text(file)
         );
     }
-    for arguments in commands {
-        if must_refuse || bounded(folder, &arguments).code != Some(0) {
+    for command in commands.of(number, ON_LOGS) {
+        let words = words(command, file);
+        if is_refused || bounded(folder, &words).code != Some(0) {
             fs::remove_dir_all(folder.join("reduced")).ok();
             fs::remove_file(folder.join("page.html")).ok();
-            refused(folder, &arguments, file);
+            refused(folder, &words, file);
         }
     }
 }
 
-/// Compares the reports of `check` on forgeries with the required ones, all at once.
-fn judged(forgeries: &[Forgery]) {
-    judged_by(&[], forgeries);
-}
-
-/// Compares the reports of `check` with these options on forgeries with the required ones.
-fn judged_by(options: &[&str], forgeries: &[Forgery]) {
+/// Compares the reports of `check` with these options on forgeries with the required ones, all at once.
+fn judged(options: &[&str], forgeries: &[Forgery]) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
-    let mut arguments = vec!["check".to_owned()];
-    arguments.extend(options.iter().map(|option| (*option).to_owned()));
-    let first = arguments.len();
-    for forgery in forgeries {
-        let file = folder.join(format!("{}.mcap", forgery.name));
-        fs::write(&file, &forgery.bytes).expect("the folder can be written");
-        arguments.push(text(&file).to_owned());
+    let files: Vec<String> = forgeries.iter().map(|forgery| format!("{}.mcap", forgery.name)).collect();
+    for (file, forgery) in files.iter().zip(forgeries) {
+        fs::write(folder.join(file), &forgery.bytes).expect("the folder can be written");
     }
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let arguments: Vec<&str> =
+        ["check"].iter().chain(options).copied().chain(files.iter().map(String::as_str)).collect();
     let Outcome { out, err, .. } = bounded(folder, &arguments);
+    assert_eq!(out.lines().count(), files.len(), "{err}");
     let mut wrong = Vec::new();
-    for (number, forgery) in forgeries.iter().enumerate() {
-        let file = arguments[first + number];
-        let start = out.find(&format!("{file}: ")).unwrap_or_else(|| panic!("{file}: nothing said\n{err}"));
-        let next = arguments.get(first + number + 1).and_then(|next| out.find(&format!("{next}: ")));
-        let said = out[start + file.len() + 2..next.unwrap_or(out.len())].trim_end();
+    for ((said, file), forgery) in out.lines().zip(&files).zip(forgeries) {
+        let said = said.strip_prefix(&format!("{file}: ")).unwrap_or_else(|| panic!("{file}: {said}"));
         let verdict = format!("{}: ", forgery.verdict.word());
         if !said.starts_with(&verdict) || !forgery.says.split('|').any(|says| said.contains(says)) {
             let told: String = said.chars().take(300).collect();
@@ -177,31 +218,35 @@ fn golden() -> Vec<laws::parts::Part> {
 
 #[test]
 fn check_tells_every_forgery_of_a_log_by_what_is_wrong() {
-    judged(&Forge::all(&own_log(&[])));
+    judged(&[], &Forge::all(&own_log(&[])));
 }
 
 /// Logs with correct checksums, counts and digests that contradict their own scenario.
 #[test]
 fn check_holds_a_log_against_its_own_scenario() {
-    judged(&Forge::of_own(&own_log(&[])));
+    judged(&[], &Forge::of_own(&own_log(&[])));
 }
 
-/// Consistent logs are accepted, and read by all commands without a panic; only repeating the run shows
-/// that they differ from it.
 #[test]
 fn check_again_tells_every_forgery_of_records() {
+    judge_again(5, Commands::InTurn);
+}
+
+/// Consistent logs are accepted, and read without a panic, every `each`-th by these commands; only repeating
+/// the run shows that they differ from it.
+fn judge_again(each: usize, commands: Commands) {
     let forgeries = Forge::of_records(&own_log(&[]), &own_log(&["--set", "friction.static_coefficient=0.6"]));
-    judged_by(&["--again"], &forgeries);
+    judged(&["--again"], &forgeries);
     let believed: Vec<Forgery> = forgeries
         .into_iter()
         .map(|forgery| Forgery { verdict: Verdict::Whole, says: "up to step", ..forgery })
         .collect();
-    judged(&believed);
+    judged(&[], &believed);
     let scratch = asperity_testkit::folder();
-    for Forgery { name, bytes, .. } in &believed {
+    for (number, Forgery { name, bytes, .. }) in believed.iter().step_by(each).enumerate() {
         let file = scratch.path().join(format!("{name}.mcap"));
         fs::write(&file, bytes).expect("the folder can be written");
-        read_by_all(&file, false, true);
+        read_by(commands, number, &file, false, true);
     }
 }
 
@@ -216,17 +261,11 @@ fn own_log(more: &[&str]) -> Vec<laws::parts::Part> {
 /// The files in the repository are those that the code here generates.
 #[test]
 fn committed_forgeries_are_those_that_are_made() {
-    hold_committed(40);
+    hold_committed(10, Commands::InTurn);
 }
 
-#[test]
-#[ignore = "half a minute, a thousand calls: cargo xtask nightly"]
-fn committed_forgeries_are_refused_by_all_commands() {
-    hold_committed(1);
-}
-
-/// Compares the files with generated ones; all commands read every `each`-th of them.
-fn hold_committed(each: usize) {
+/// Compares the files with generated ones; every `each`-th of them is read by these commands.
+fn hold_committed(each: usize, commands: Commands) {
     let folder = fixtures().join("logs");
     let all = Forge::all(&golden());
     // Only where the program is that which made the log are its events compared with the steps.
@@ -256,56 +295,32 @@ fn hold_committed(each: usize) {
     }
     let committed = fs::read_to_string(fixtures().join("logs.csv")).expect("the list can be read");
     assert_eq!(committed, list);
-    judged(&others);
-    for Forgery { name, verdict, consistent, .. } in others.iter().step_by(each) {
-        let must_refuse = *verdict != Verdict::OtherCode;
-        read_by_all(&folder.join(format!("{name}.mcap")), must_refuse, *consistent);
+    judged(&[], &others);
+    let scratch = asperity_testkit::folder();
+    for (number, Forgery { name, verdict, consistent, .. }) in others.iter().step_by(each).enumerate() {
+        let file = folder.join(format!("{name}.mcap"));
+        read_by(commands, number, &file, *verdict != Verdict::OtherCode, *consistent);
+        must_refuse(scratch.path(), "scenario show default --set initial.from=FILE", &file);
     }
 }
 
-/// Texts: each folder with the command that reads it.
+/// Texts: each folder with the commands that read it.
 #[test]
 fn hostile_texts_are_refused_with_place_and_reason() {
+    hold_texts(Commands::InTurn);
+}
+
+fn hold_texts(commands: Commands) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
-    for file in files(&fixtures().join("scenarios")) {
-        refused(folder, &["scenario", "show", text(&file)], &file);
-        refused(folder, &["scenario", "validate", text(&file)], &file);
-        refused(folder, &["run", text(&file), "--out", "never.mcap"], &file);
-        assert!(!folder.join("never.mcap").exists());
-    }
-    for file in files(&fixtures().join("profiles")) {
-        let set = format!("initial_shear.profile_csv={}", text(&file));
-        refused(folder, &["scenario", "show", "default", "--set", &set], &file);
-    }
-    for file in files(&fixtures().join("states")) {
-        let set = format!("initial.state_csv={}", text(&file));
-        refused(folder, &["scenario", "show", "default", "--set", "slider.blocks=3", "--set", &set], &file);
-    }
-    for file in files(&fixtures().join("logs")) {
-        let set = format!("initial.from={}", text(&file));
-        refused(folder, &["scenario", "show", "default", "--set", &set], &file);
-    }
-    for file in files(&fixtures().join("settings")) {
-        let log = fixtures().join("../logs/v2/complete.mcap");
-        refused(folder, &["replay", text(&log), "--detectors", text(&file)], &file);
-    }
-    for file in files(&fixtures().join("sweeps")) {
-        refused(folder, &["sweep", "plan", text(&file), "--out", "never"], &file);
-        assert!(!folder.join("never").exists());
-    }
-    if cfg!(feature = "analysis") {
-        for file in files(&fixtures().join("pipelines")) {
-            refused(folder, &["reproduce", text(&file), "--out", "never"], &file);
-            assert!(!folder.join("never").exists());
-        }
-        let sweep = folder.join("sweep.toml");
-        fs::write(&sweep, SWEEP).expect("the folder can be written");
-        let planned = bounded(folder, &["sweep", "plan", text(&sweep), "--out", "study"]);
-        assert_eq!(planned.code, Some(0), "{}", planned.err);
-        for file in files(&fixtures().join("sweeps")) {
-            refused(folder, &["sweep", "draw", "study", "--from", text(&file)], &file);
-            assert!(!folder.join("study/figures").exists());
+    let sweep = folder.join("sweep.toml");
+    fs::write(&sweep, SWEEP).expect("the folder can be written");
+    let planned = bounded(folder, &["sweep", "plan", text(&sweep), "--out", "study"]);
+    assert_eq!(planned.code, Some(0), "{}", planned.err);
+    fs::copy(fixtures().join("../logs/v2/complete.mcap"), folder.join("run.mcap")).expect("it is there");
+    for (of, on_texts) in ON_TEXTS {
+        for (number, file) in files(&fixtures().join(of)).iter().enumerate() {
+            commands.of(number, on_texts).for_each(|command| must_refuse(folder, command, file));
         }
     }
 }
@@ -321,6 +336,10 @@ values = [0.1, 0.2]
 /// Too large to keep: made here.
 #[test]
 fn large_texts_are_refused_within_bounds() {
+    refuse_large(Commands::InTurn);
+}
+
+fn refuse_large(commands: Commands) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
     let large: [(&str, String); 6] = [
@@ -331,20 +350,15 @@ fn large_texts_are_refused_within_bounds() {
         ("nested-keys.toml", format!("{}a = 1", "a.".repeat(1_000_000))),
         ("many-errors.toml", "[[recording.window]]\nfrom_s = -1\n".repeat(1000)),
     ];
-    for (name, content) in large {
+    for (number, (name, content)) in large.iter().enumerate() {
         let file = folder.join(name);
         fs::write(&file, content).expect("the folder can be written");
-        refused(folder, &["scenario", "show", text(&file)], &file);
-        refused(folder, &["sweep", "plan", text(&file), "--out", "never"], &file);
-        if cfg!(feature = "analysis") {
-            refused(folder, &["reproduce", text(&file), "--out", "never"], &file);
-        }
+        commands.of(number, ON_TOML).for_each(|command| must_refuse(folder, command, &file));
     }
     let endless = Path::new("/dev/zero");
     if endless.exists() {
-        refused(folder, &["scenario", "show", text(endless)], endless);
-        refused(folder, &["sweep", "plan", text(endless), "--out", "never"], endless);
-        refused(folder, &["check", text(endless)], endless);
+        let on_any = ["check FILE", ON_TOML[0], ON_TOML[1]];
+        commands.of(0, &on_any).for_each(|command| must_refuse(folder, command, endless));
     }
 }
 
@@ -416,4 +430,27 @@ fn what_fuzzing_found_stays_mended() {
         }
     }
     assert!(read > 300, "{read} inputs are kept");
+}
+
+mod in_ci {
+    use super::Commands::All;
+
+    #[test]
+    #[ignore = "half a minute, a thousand calls: cargo xtask ci"]
+    fn committed_forgeries_are_refused_by_all_commands() {
+        super::hold_committed(1, All);
+    }
+
+    #[test]
+    #[ignore = "two hundred calls: cargo xtask ci"]
+    fn forgeries_of_records_are_read_by_all_commands() {
+        super::judge_again(1, All);
+    }
+
+    #[test]
+    #[ignore = "two hundred calls: cargo xtask ci"]
+    fn texts_are_refused_by_all_commands() {
+        super::hold_texts(All);
+        super::refuse_large(All);
+    }
 }

@@ -9,8 +9,6 @@
 mod answers;
 #[cfg(feature = "analysis")]
 mod area_pictures;
-#[cfg(feature = "analysis")]
-mod area_records;
 mod bounds;
 mod catalogue;
 mod claims;
@@ -48,9 +46,9 @@ mod in_ci {
     mod recipes;
 }
 #[cfg(feature = "analysis")]
-mod junction_counts;
-#[cfg(feature = "analysis")]
 mod junctions;
+#[cfg(feature = "analysis")]
+mod kinds;
 #[cfg(feature = "analysis")]
 mod look;
 mod mistakes;
@@ -79,7 +77,6 @@ mod rupture_fields;
 mod ruptures;
 mod salvage;
 mod scaling;
-mod scenarios;
 mod slab;
 mod slab_nodes;
 #[cfg(feature = "analysis")]

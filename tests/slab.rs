@@ -1,5 +1,5 @@
-//! A slab goes all the way that a chain goes: logged, checked, replayed, resumed, salvaged, exported,
-//! reduced, drawn.
+//! A slab goes all the way that a chain goes: logged, checked, replayed, exported, reduced, drawn. What is
+//! left of a log that breaks off is in `slab_nodes.rs`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,13 +12,15 @@ use asperity_record::Record;
 use asperity_runlog::LogItem;
 use asperity_testkit::{read_log, run_end};
 
-/// A coarse slab, up to its second precursor, with further overrides.
+/// A coarse slab, through its first precursor.
+pub(crate) const COARSE: [&str; 4] =
+    ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.21"];
+
+/// Runs it with further overrides.
 fn run(folder: &Path, name: &str, sets: &[&str]) -> PathBuf {
     let log = folder.join(name);
-    let coarse = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.21"];
-    let sets = coarse.iter().chain(sets).flat_map(|set| ["--set", *set]);
-    let arguments: Vec<&str> = std::iter::once("slab").chain(sets).collect();
-    binary::run(&arguments, &log);
+    let sets = COARSE.iter().chain(sets).flat_map(|set| ["--set", *set]);
+    binary::run(&["slab"].into_iter().chain(sets).collect::<Vec<&str>>(), &log);
     log
 }
 
@@ -213,26 +215,4 @@ fn what_a_slab_cannot_have_is_refused_with_the_reason() {
         assert!(words.contains(said), "{words}");
         assert!(!log.exists());
     }
-}
-
-/// Salvage of a damaged log of a slab keeps the sound part, and states the gaps.
-#[test]
-fn a_damaged_log_of_a_slab_is_salvaged() {
-    let folder = asperity_testkit::folder();
-    let log = run(folder.path(), "slab.mcap", &["recording.sample_s=1e-5"]);
-    let mut bytes = fs::read(&log).expect("the log can be read");
-    let middle = bytes.len() / 2;
-    bytes[middle..middle + 64].fill(0);
-    fs::write(&log, &bytes).expect("the log can be written");
-    let output = asperity(&["check", text(&log)]);
-    assert_eq!(output.status.code(), Some(4), "{}", String::from_utf8_lossy(&output.stdout));
-    let saved = folder.path().join("saved.mcap");
-    let output = asperity(&["salvage", text(&log), "--out", text(&saved)]);
-    assert!(saved.exists(), "{}", String::from_utf8_lossy(&output.stderr));
-    let output = asperity(&["check", text(&saved)]);
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(said.contains("salvaged"), "{said}");
-    let events = asperity(&["events", text(&saved)]);
-    assert_eq!(events.status.code(), Some(5), "{}", String::from_utf8_lossy(&events.stderr));
-    assert!(String::from_utf8_lossy(&events.stdout).lines().count() <= 2);
 }

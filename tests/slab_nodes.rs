@@ -6,20 +6,13 @@ use std::path::Path;
 
 use asperity_model::{Plan, resolve};
 
+use crate::slab::COARSE;
 use crate::support::binary::{asperity, run, succeed, text};
 use crate::support::clients::file;
 
-/// A coarse slab through its first precursor, with states all along.
-const COARSE: [&str; 5] = [
-    "slider.blocks=29",
-    "slider.rows=16",
-    "time.step_s=4e-7",
-    "time.duration_s=0.21",
-    "recording.fields_s=0.05",
-];
-
+/// Runs a coarse slab with states all along.
 fn slab(log: &Path, more: &[&str]) {
-    let sets = COARSE.iter().flat_map(|set| ["--set", *set]);
+    let sets = COARSE.iter().chain(&["recording.fields_s=0.05"]).flat_map(|set| ["--set", *set]);
     run(&["slab"].into_iter().chain(sets).chain(more.iter().copied()).collect::<Vec<&str>>(), log);
 }
 

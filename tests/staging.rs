@@ -189,7 +189,7 @@ fn two_that_make_the_same_runs_do_not_disturb_each_other() {
 const FAILING: &str = "
 title = 'Time steps'
 scenario = 'rigid-contacts'
-set = ['slider.blocks=24', 'time.duration_s=3']
+set = ['slider.blocks=24', 'time.duration_s=2']
 keep = [KEEP]
 [[axis]]
 key = 'time.step_s'
@@ -199,10 +199,12 @@ values = [2e-7, 2.5e-6]
 #[test]
 fn logs_are_kept_of_runs_that_fail_or_of_all() {
     let mut seen: BTreeMap<String, Vec<u8>> = BTreeMap::new();
-    for (keep, kept) in
-        [("'log-of-failed'", &["2.mcap"][..]), ("'log'", &["1.mcap", "2.mcap"]), ("'summary'", &[])]
-    {
-        for more in [&[][..], &AT_ONCE] {
+    for (keep, kept, at_once) in [
+        ("'log-of-failed'", &["2.mcap"][..], &[false, true][..]),
+        ("'log'", &["1.mcap", "2.mcap"], &[true]),
+        ("'summary'", &[], &[false]),
+    ] {
+        for more in at_once.iter().map(|&at_once| if at_once { &AT_ONCE[..] } else { &[] }) {
             let study = Study::of(&FAILING.replace("KEEP", keep));
             let out = study.plan("study");
             let (code, _, err) = sweep(&[&["run", text(&out)], more].concat());

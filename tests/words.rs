@@ -15,8 +15,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::support::binary::succeed;
 use crate::support::clients::{file, said};
-use crate::support::markdown::{anchors, blocks, code, links, paragraphs};
+use crate::support::markdown::{Block, anchors, blocks, code, links, paragraphs};
 
 /// Most lines of the README: what a visitor reads before deciding to try it.
 const README_LINES: usize = 130;
@@ -240,6 +241,69 @@ fn what_is_left_out_fits_anything() {
     assert!(!fits("a … a", "a"));
 }
 
+/// The commands that the program says it has.
+fn commands() -> BTreeSet<String> {
+    let help = succeed(&["--help"]);
+    let below =
+        help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    below.filter_map(|line| line.strip_prefix("  ")?.split(' ').next()).map(str::to_owned).collect()
+}
+
+/// The blocks of all pages can be run as the comment above says, and call commands that there are.
+#[test]
+fn every_block_can_be_run() {
+    let commands = commands();
+    let mut called = 0;
+    for name in pages_that_run() {
+        for block in blocks_that_run(&name).iter().filter(|block| block.language == "sh") {
+            for line in block.text.lines().filter_map(|line| line.strip_prefix("asperity ")) {
+                let command = line.split_whitespace().find(|word| !word.starts_with('-')).unwrap_or_default();
+                assert!(commands.contains(command), "{name}:{}: there is no asperity {line}", block.line);
+                called += 1;
+            }
+        }
+    }
+    assert!(called > 100, "{called} calls");
+}
+
+/// The blocks of a page, which are as they must be.
+fn blocks_that_run(name: &str) -> Vec<Block> {
+    let blocks = blocks(&read(name));
+    for (index, block) in blocks.iter().enumerate() {
+        let place = format!("{name}:{}", block.line);
+        let first_line = |mark: &str| block.text.lines().next().and_then(|line| line.strip_prefix(mark));
+        match (block.language.as_str(), note(block)) {
+            ("sh", Some(note)) if note.starts_with("skip, ") => skipped(&place, &block.text),
+            ("sh", note) => {
+                let is_known = note.is_none_or(|note| note == "fails");
+                assert!(is_known, "{place}: <!-- run: {note:?} --> (accepted: fails, skip)");
+            }
+            ("toml", _) => {
+                let path =
+                    first_line("# ").filter(|path| path.starts_with("out/") && path.ends_with(".toml"));
+                let path = path.unwrap_or_else(|| {
+                    panic!("{place}: the first line names no file (accepted: # out/NAME.toml)")
+                });
+                let used =
+                    blocks[index..].iter().any(|later| later.language == "sh" && later.text.contains(path));
+                assert!(used, "{place}: no command reads {path}");
+            }
+            ("rust", _) => assert_eq!(first_line("// "), Some(OWN_PROGRAM), "{place}: the first line"),
+            // `tests/python` runs those.
+            ("text" | "math" | "python", _) => {}
+            (other, _) => {
+                panic!("{place}: a block of {other:?} (accepted: sh, text, toml, rust, python, math)")
+            }
+        }
+    }
+    blocks
+}
+
+/// What a page says of how to run a block.
+fn note(block: &Block) -> Option<&str> {
+    block.before.strip_prefix("<!-- run: ").and_then(|note| note.strip_suffix(" -->"))
+}
+
 /// Runs the blocks of a page.
 fn run(name: &str) {
     let folder = copy();
@@ -250,14 +314,14 @@ fn run(name: &str) {
     let path = std::env::join_paths(std::iter::once(programs).chain(std::env::split_paths(&path)))
         .expect("folders have plain names");
 
-    let page = read(name);
-    let blocks = blocks(&page);
     let mut printed: Option<String> = None;
-    for (index, block) in blocks.iter().enumerate() {
+    for block in blocks_that_run(name) {
         let place = format!("{name}:{}", block.line);
-        let note = block.before.strip_prefix("<!-- run: ").and_then(|note| note.strip_suffix(" -->"));
+        let note = note(&block);
+        if note.is_some_and(|note| note.starts_with("skip, ")) {
+            continue;
+        }
         match block.language.as_str() {
-            "sh" if note.is_some_and(|note| note.starts_with("skip, ")) => skipped(&place, &block.text),
             "sh" => {
                 let output = Command::new("sh")
                     .args(["-euc", &format!("exec 2>&1\n{}", block.text)])
@@ -266,55 +330,22 @@ fn run(name: &str) {
                     .env("COLUMNS", "100")
                     .output()
                     .expect("the shell starts");
-                let fails = note == Some("fails");
-                assert!(
-                    note.is_none() || fails,
-                    "{place}: <!-- run: {} --> (accepted: fails, skip)",
-                    note.unwrap_or_default()
-                );
-                assert_eq!(output.status.success(), !fails, "{place}: {}", said(&output));
+                assert_eq!(output.status.success(), note != Some("fails"), "{place}: {}", said(&output));
                 printed = Some(String::from_utf8(output.stdout).expect("it prints UTF-8"));
             }
-            "text" if note.is_some_and(|note| note.starts_with("skip, ")) => {}
             "text" => {
                 let printed = printed.take().unwrap_or_else(|| panic!("{place}: nothing ran before this"));
-                let lines = |text: &'_ str| text.trim_end().lines().map(str::to_owned).collect::<Vec<_>>();
-                let (expected, found) = (lines(&block.text), lines(&printed));
-                let view =
-                    |lines: &'_ [String]| lines.iter().map(String::as_str).collect::<Vec<_>>().join("\n");
-                let fit = fits(
-                    &expected.iter().map(String::as_str).collect::<Vec<_>>(),
-                    &found.iter().map(String::as_str).collect::<Vec<_>>(),
-                );
+                let (page, printed): (&str, &str) = (block.text.trim_end(), printed.trim_end());
                 assert!(
-                    fit,
-                    "{place}: the page says\n{}\nbut what is printed is\n{}",
-                    view(&expected),
-                    view(&found)
+                    fits(&page.lines().collect::<Vec<_>>(), &printed.lines().collect::<Vec<_>>()),
+                    "{place}: the page says\n{page}\nbut what is printed is\n{printed}"
                 );
             }
             "toml" => {
-                let path = block.text.lines().next().and_then(|line| line.strip_prefix("# "));
-                let path = path.filter(|path| path.starts_with("out/") && path.ends_with(".toml"));
-                let path = path.unwrap_or_else(|| {
-                    panic!("{place}: the first line names no file (accepted: # out/NAME.toml)")
-                });
-                let used =
-                    blocks[index..].iter().any(|later| later.language == "sh" && later.text.contains(path));
-                assert!(used, "{place}: no command reads {path}");
-                let path = folder.path().join(path);
-                fs::create_dir_all(path.parent().expect("a file is in a folder"))
-                    .expect("folders can be made");
-                fs::write(path, &block.text).expect("files can be written");
+                let (first, _) = block.text.split_once('\n').expect("it has lines");
+                write_if_other(&folder.path().join(first.trim_start_matches("# ")), &block.text);
             }
-            "rust" => {
-                let path = block.text.lines().next().and_then(|line| line.strip_prefix("// "));
-                let path = path.filter(|path| *path == OWN_PROGRAM);
-                assert!(path.is_some(), "{place}: the first line names no file (accepted: // {OWN_PROGRAM})");
-            }
-            // `tests/python` runs those.
-            "math" | "python" => {}
-            other => panic!("{place}: a block of {other:?} (accepted: sh, text, toml, rust, python, math)"),
+            _ => {}
         }
     }
 }
@@ -353,51 +384,36 @@ fn capitalised(word: &str) -> String {
     letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect()
 }
 
-macro_rules! pages_that_run {
-    ($($test:ident: $page:literal),* $(,)?) => {
-        $(#[test]
-        fn $test() {
-            run($page);
-        })*
+/// Those that a visitor follows; the others take longer.
+const FIRST_PAGES: [&str; 2] = ["README.md", "docs/tutorial.md"];
 
-        /// Each in a test of its own, so that they run side by side.
-        #[test]
-        fn every_page_is_run() {
-            let run: BTreeSet<&str> = [$($page),*].into();
-            let pages: Vec<String> =
-                docs().into_iter().filter(|page| !read(page).contains("This page has moved to")).collect();
-            let there: BTreeSet<&str> = pages.iter().map(String::as_str).chain(["README.md"]).collect();
-            assert_eq!(run, there, "pages that are run (left)");
-        }
-    };
+/// All pages with blocks.
+fn pages_that_run() -> Vec<String> {
+    let stays = |page: &String| !read(page).contains("This page has moved to");
+    docs().into_iter().filter(stays).chain(["README.md".to_owned()]).collect()
 }
 
-pages_that_run! {
-    the_readme_runs: "README.md",
-    convergence_runs: "docs/internals/convergence.md",
-    formats_run: "docs/internals/formats.md",
-    performance_runs: "docs/internals/performance.md",
-    rules_run: "docs/internals/rules.md",
-    slab_checks_run: "docs/internals/slab-checks.md",
-    diff_runs: "docs/diff.md",
-    extending_runs: "docs/extending.md",
-    figures_run: "docs/figures.md",
-    glossary_runs: "docs/glossary.md",
-    junctions_run: "docs/junctions.md",
-    model_runs: "docs/model.md",
-    outputs_run: "docs/outputs.md",
-    precursor_study_runs: "docs/precursor-study.md",
-    python_runs: "docs/python.md",
-    rate_and_state_runs: "docs/rate-and-state.md",
-    report_runs: "docs/report.md",
-    run_logs_run: "docs/run-logs.md",
-    ruptures_run: "docs/ruptures.md",
-    slab_runs: "docs/slab.md",
-    area_runs: "docs/area.md",
-    carlson_langer_runs: "docs/carlson-langer.md",
-    scenarios_run: "docs/scenarios.md",
-    sweeps_run: "docs/sweeps.md",
-    tutorial_runs: "docs/tutorial.md",
+#[test]
+fn the_readme_runs() {
+    run(FIRST_PAGES[0]);
+}
+
+#[test]
+fn the_tutorial_runs() {
+    run(FIRST_PAGES[1]);
+}
+
+mod in_ci {
+    use super::{FIRST_PAGES, pages_that_run, run};
+
+    #[test]
+    #[ignore = "half a minute of commands: cargo xtask ci"]
+    fn all_other_pages_run() {
+        let mut pages = pages_that_run();
+        pages.retain(|page| !FIRST_PAGES.contains(&page.as_str()));
+        assert!(pages.len() > 20, "{pages:?}");
+        crate::first_day::each(&pages, |page| run(page));
+    }
 }
 
 /// The program of `docs/extending.md` builds outside the workspace and prints what the page says.

@@ -24,6 +24,7 @@ extern crate self as asperity_testkit;
 
 mod direct_junctions;
 mod grey;
+pub mod kinds;
 mod logs;
 pub mod made_up;
 mod plans;

@@ -439,23 +439,23 @@ fn forge_checkpoints(each: usize) {
     assert!(refusals > least && others > least, "{refusals} were refused, {others} made other runs");
 }
 
-mod in_ci {
-    #[test]
-    #[cfg(feature = "analysis")]
-    #[ignore = "a thousand calls: cargo xtask ci"]
-    fn none_of_five_hundred_mutants_of_a_parquet_table_makes_its_reader_panic() {
-        super::mutate_a_table(500);
-    }
+#[test]
+#[cfg(feature = "analysis")]
+#[ignore = "a thousand calls: cargo xtask nightly"]
+fn none_of_five_hundred_mutants_of_a_parquet_table_makes_its_reader_panic() {
+    mutate_a_table(500);
+}
 
+#[test]
+#[ignore = "half a minute, hundreds of runs: cargo xtask nightly"]
+fn every_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
+    forge_checkpoints(1);
+}
+
+mod in_ci {
     #[test]
     #[ignore = "scenarios of megabytes: cargo xtask ci"]
     fn what_is_accepted_is_read_at_the_largest_bounds() {
         super::hold_bounds(true);
-    }
-
-    #[test]
-    #[ignore = "half a minute, hundreds of runs: cargo xtask ci"]
-    fn every_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
-        super::forge_checkpoints(1);
     }
 }

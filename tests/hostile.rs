@@ -432,14 +432,14 @@ fn what_fuzzing_found_stays_mended() {
     assert!(read > 300, "{read} inputs are kept");
 }
 
+#[test]
+#[ignore = "half a minute, a thousand calls: cargo xtask nightly"]
+fn committed_forgeries_are_refused_by_all_commands() {
+    hold_committed(1, All);
+}
+
 mod in_ci {
     use super::Commands::All;
-
-    #[test]
-    #[ignore = "half a minute, a thousand calls: cargo xtask ci"]
-    fn committed_forgeries_are_refused_by_all_commands() {
-        super::hold_committed(1, All);
-    }
 
     #[test]
     #[ignore = "two hundred calls: cargo xtask ci"]

@@ -30,8 +30,16 @@ pub(crate) struct TestArguments {
 
 /// Libraries that are optimised but whose unit tests are not: optimising takes longer than those tests.
 /// Each is compiled by a separate call, so that its dependencies stay optimised.
-const LIGHT: [&str; 5] =
-    ["asperity-tables", "asperity-diff", "asperity-model", "asperity-run", "asperity-runlog"];
+const LIGHT: [&str; 8] = [
+    "asperity-tables",
+    "asperity-diff",
+    "asperity-model",
+    "asperity-numbers",
+    "asperity-report",
+    "asperity-run",
+    "asperity-runlog",
+    "asperity-study",
+];
 
 /// The module for Python has no tests in Rust, see `cargo xtask python`.
 const ALL_PACKAGES: [&str; 3] = ["--workspace", "--exclude", "asperity-python"];

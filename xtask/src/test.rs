@@ -162,7 +162,8 @@ fn tests_of_crates() -> Result<Vec<String>, Failure> {
         if folder.is_dir() {
             for file in fs::read_dir(folder).map_err(failed)? {
                 let path = file.map_err(failed)?.path();
-                let is_program = path.extension().is_some_and(|extension| extension == "rs");
+                let is_file = path.extension().is_some_and(|extension| extension == "rs");
+                let is_program = is_file || path.join("main.rs").is_file();
                 names.extend(path.file_stem().filter(|_| is_program).map(|name| name.display().to_string()));
             }
         }

@@ -1,13 +1,14 @@
 //! `cargo xtask test`: all tests, those of each library at the level of optimisation at which they are done first.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::Args;
+use tempfile::TempDir;
 
 use crate::clients;
 use crate::say::say;
-use crate::workspace::{Failure, cargo, run};
+use crate::workspace::{Failure, cargo, output, program, run};
 
 #[derive(Debug, Default, Args)]
 #[command(after_help = "\
@@ -70,12 +71,27 @@ pub(crate) fn ignored(module: Option<&str>) -> Result<(), Failure> {
 
 /// Runs all tests with these options, whether or not some fail.
 fn all(options: &[&str], variables: &[(&str, PathBuf)]) -> Result<(), Failure> {
+    let memory = in_memory();
+    let temporary = memory.as_ref().map(|folder| ("TMPDIR", folder.path()));
     let mut failed = Ok(());
     for mut call in calls() {
-        call.arg("--").args(options).envs(variables.iter().cloned());
+        call.arg("--").args(options).envs(variables.iter().cloned()).envs(temporary);
         failed = failed.and(run(&mut call));
     }
     failed
+}
+
+/// A folder for temporary files in memory, if 4 GiB of it are free: commands have each file written to the disk before they
+/// go on, and tests write ten thousand files.
+fn in_memory() -> Option<TempDir> {
+    const NEEDED_KIB: u64 = 4 << 20;
+    let shared = Path::new("/dev/shm");
+    if !shared.is_dir() {
+        return None;
+    }
+    let free = output(program("df").args(["-P", "-k"]).arg(shared)).ok()?;
+    let free_kib: u64 = free.lines().nth(1)?.split_whitespace().nth(3)?.parse().ok()?;
+    if free_kib < NEEDED_KIB { None } else { tempfile::tempdir_in(shared).ok() }
 }
 
 fn calls() -> Vec<Command> {

@@ -5,9 +5,11 @@
 
 use asperity_model::Plan;
 use asperity_model::front::{Front, relative_prestress};
-use asperity_record::{Direction, Record};
+use asperity_record::Record;
 use asperity_simulator::SolverKind;
 use asperity_testkit::{plan, reference};
+
+use crate::fast_and_plain::{detachments, records};
 
 /// A chain without drive or dampers, with that step and duration, and more overrides.
 fn chain(blocks: usize, [step, duration]: [f64; 2], more: &[String]) -> Plan {
@@ -34,13 +36,8 @@ fn starts(tau: f64) -> f64 {
 
 /// How far a rupture came behind a barrier, in blocks, with `tau` on the blocks before it and `tau_b` behind.
 fn blocks_behind_barrier(plan: &Plan, before: usize) -> usize {
-    let mut last = 0;
-    let mut solver = SolverKind::Fast.start(plan.clone());
-    while let Some(record) = solver.next_record().expect("it goes on") {
-        let Record::Step(step) = record else { continue };
-        let detached = step.switches.iter().filter(|switch| switch.direction == Direction::Detach);
-        last = detached.map(|switch| switch.block as usize).fold(last, usize::max);
-    }
+    let records = records(SolverKind::Fast.start(plan.clone()));
+    let last = detachments(&records).map(|(_, switch)| switch.block as usize).max().unwrap_or(0);
     assert!(last < plan.blocks, "it stops before the end");
     last.saturating_sub(before)
 }

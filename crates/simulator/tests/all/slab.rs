@@ -1,12 +1,12 @@
 //! Slabs, compared with an independent implementation bond by bond, and with physical laws.
 
-use std::sync::Arc;
-
 use asperity_model::lattice::Bond;
 use asperity_model::{Lattice, Plan, resolve};
-use asperity_record::{Direction, Record, StepRecord};
+use asperity_record::Direction;
 use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
 use asperity_testkit::SMALL_SLAB;
+
+use crate::fast_and_plain::{assert_balanced, last_energy, records, steps, switched};
 
 fn plan(sets: &[&str]) -> Plan {
     let sets: Vec<&str> = SMALL_SLAB.iter().chain(sets).copied().collect();
@@ -15,16 +15,6 @@ fn plan(sets: &[&str]) -> Plan {
 
 fn lattice(plan: &Plan) -> Lattice {
     plan.elastic.as_lattice()
-}
-
-fn steps(mut solver: Box<dyn Solver>) -> Vec<StepRecord> {
-    let mut found = Vec::new();
-    while let Some(record) = solver.next_record().unwrap_or_else(|error| panic!("{error}")) {
-        if let Record::Step(record) = record {
-            found.push(record);
-        }
-    }
-    found
 }
 
 /// The equations of docs/slab.md literally: one bond and one contact after the other.
@@ -162,22 +152,14 @@ fn slabs_do_what_the_page_says() {
         let (mut switches, mut largest_n) = (0, 0.0_f64);
         for step in 1..=plan.steps {
             let driving = plain.take_step().total_n;
-            let (switched, expected) = page.step();
+            let (expected_switches, expected) = page.step();
             largest_n = largest_n.max(expected.abs());
             assert!(
                 near(driving, expected, largest_n.max(1.0)),
                 "{sets:?}, step {step}: {driving} {expected}"
             );
-            let state = plain.state();
-            let found: Vec<(u32, Direction)> = plain
-                .switched()
-                .iter()
-                .map(|&n| {
-                    let detached = state.slip[n] != 0.0;
-                    (n as u32 + 1, if detached { Direction::Detach } else { Direction::Attach })
-                })
-                .collect();
-            assert_eq!(found, switched, "{sets:?}, step {step}");
+            let found = switched(&plain);
+            assert_eq!(found, expected_switches, "{sets:?}, step {step}");
             switches += found.len();
         }
         let state = plain.state();
@@ -199,17 +181,9 @@ fn energies_of_a_slab_close() {
         &["normal_load.schedule_s=[0.05,0.15]", "normal_load.schedule_n=[1920,600]"],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3", "slider.relative_damping=0.05"],
     ] {
-        let plan = plan(sets);
-        let found = steps(SolverKind::Plain.start(plan.clone()));
-        let first = found[0].energy.expect("energies are kept").balance_j();
-        let mut largest_j = 0.0_f64;
-        for record in &found {
-            let energy = record.energy.expect("energies are kept");
-            largest_j = energy.parts().fold(largest_j, |most, (_, part)| most.max(part.abs()));
-            let left_over_j = energy.balance_j() - first;
-            assert!(left_over_j.abs() < 1e-11 * largest_j, "{sets:?}, step {}: {left_over_j}", record.step);
-        }
-        let last = found.last().and_then(|record| record.energy).expect("energies are kept");
+        let records = records(Plain::new(plan(sets)));
+        assert_balanced(&records, 1e-11, &format!("{sets:?}"));
+        let last = last_energy(&records);
         assert!(last.friction_heat_j > 1e-2 * last.drive_work_j, "{sets:?}: {last:?}");
         assert!(last.viscous_loss_j > 0.0 && last.anchor_change_j < 0.0, "{sets:?}: {last:?}");
         assert!(last.scheme_work_j.abs() < 0.02 * last.drive_work_j, "{sets:?}: {last:?}");
@@ -223,8 +197,7 @@ fn energies_of_a_slab_close() {
 #[test]
 fn the_scheme_does_less_work_in_shorter_steps() {
     let of = |step: &str| {
-        let found = steps(SolverKind::Plain.start(plan(&[step, "time.duration_s=0.05"])));
-        let energy = found.last().and_then(|record| record.energy).expect("energies are kept");
+        let energy = last_energy(&records(Plain::new(plan(&[step, "time.duration_s=0.05"]))));
         energy.scheme_work_j / energy.drive_work_j
     };
     let (long, short) = (of("time.step_s=1e-5"), of("time.step_s=2.5e-6"));
@@ -245,24 +218,10 @@ fn a_slab_at_rest_stays_there_without_a_drive() {
 }
 
 #[test]
-fn a_restored_slab_goes_on_to_the_bit() {
-    let plan = Arc::new(plan(&["friction.ageing_coefficient=0.02"]));
-    let mut whole = Plain::new(Arc::clone(&plan));
-    let mut saved = None;
-    for step in 1..=plan.steps {
-        whole.take_step();
-        if step == plan.steps / 2 + 7 {
-            saved = Some(whole.snapshot());
-        }
-    }
-    let state = saved.expect("it came by");
+fn states_that_no_slab_has_do_not_fit() {
+    let plan = plan(&[]);
+    let state = Plain::new(plan.clone()).snapshot();
     assert!(state.fits(&plan));
-    let mut other = Plain::new(Arc::clone(&plan));
-    other.restore(&state);
-    while other.step() < plan.steps {
-        other.take_step();
-    }
-    assert_eq!(other.snapshot(), whole.snapshot());
     let state = state.slider;
     let short = SliderState { displacement_m: state.displacement_m[..9].to_vec(), ..state.clone() };
     assert!(!short.fits(&plan), "a state of the contacts alone is none");
@@ -274,13 +233,12 @@ fn a_restored_slab_goes_on_to_the_bit() {
 /// equal.
 #[test]
 fn a_run_too_short_for_modes_is_stepped_openly() {
-    let plan = Arc::new(plan(&["time.duration_s=0.05"]));
-    let (fast, plain) =
-        (SolverKind::Fast.start(Arc::clone(&plan)), SolverKind::Plain.start(Arc::clone(&plan)));
+    let plan = plan(&["time.duration_s=0.05"]);
+    let [fast, plain] = [SolverKind::Fast, SolverKind::Plain].map(|kind| kind.start(plan.clone()));
     assert_eq!((fast.name(), plain.name()), ("fast", "plain"));
     assert!(plain.fallbacks().is_empty());
     assert!(fast.fallbacks()[0].starts_with("single steps instead of jumps: the modes"));
-    assert_eq!(steps(fast), steps(plain));
+    assert_eq!(steps(&records(fast)), steps(&records(plain)));
 }
 
 /// A step from a state with one modified contact; returns the states before and after, and the switches.

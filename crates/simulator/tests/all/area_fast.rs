@@ -1,17 +1,14 @@
 //! Compares the fast solver of sheets and bodies with single steps: equal switches in equal steps, and equal
 //! numbers within rounding.
 
-mod fast_and_plain;
-
 use std::sync::Arc;
 use std::thread;
 
-use asperity_model::Plan;
 use asperity_simulator::{Crew, SliderState, Solver, SolverKind, most_threads};
 use asperity_testkit::{Random, plan};
-use fast_and_plain::{
-    Compared, entries, from_state, recording_changes_nothing, resumes_to_the_bit, run, samples_agree,
-};
+
+use crate::every_body::{BODY, SHEET};
+use crate::fast_and_plain::{compare_random, entries, fields, run, vibrations};
 
 /// Steps of a random sheet or body.
 const STEPS: u64 = 150_000;
@@ -92,77 +89,12 @@ fn random_area(seed: u64) -> (&'static str, Vec<String>) {
     (if is_body { "body-coarse" } else { "sheet-coarse" }, sets)
 }
 
-/// A small body whose run is long enough for modes.
-fn body(sets: &[&str]) -> Plan {
-    let small = [
-        "slider.blocks=5",
-        "slider.across=3",
-        "slider.rows=3",
-        "slider.width_m=0.07",
-        "slider.height_m=0.07",
-        "slider.mass_kg=7.56",
-        "drive.height_m=0.035",
-        "drive.velocity_m_per_s=2e-3",
-        "time.step_s=5e-6",
-        "time.duration_s=0.5",
-        "recording.fields_s=0",
-    ];
-    plan("body-coarse", &[&small[..], sets].concat())
-}
-
-/// A small sheet, likewise.
-fn sheet(sets: &[&str]) -> Plan {
-    let small = [
-        "slider.blocks=9",
-        "slider.across=4",
-        "slider.width_m=0.0375",
-        "drive.velocity_m_per_s=2e-3",
-        "time.step_s=1e-6",
-        "time.duration_s=0.1",
-        "recording.fields_s=0",
-    ];
-    plan("sheet-coarse", &[&small[..], sets].concat())
-}
-
-#[test]
-fn what_is_recorded_changes_nothing() {
-    for plan in [body, sheet] {
-        let counters = recording_changes_nothing(plan);
-        assert!(counters.jumps > 5 && counters.jump_steps > 80_000 && counters.switches > 50, "{counters:?}");
-    }
-}
-
-#[test]
-fn samples_are_those_of_single_steps() {
-    let samples = ["recording.sample_s=1e-3", "recording.fields_s=1e-2"];
-    for sets in [
-        &[][..],
-        &["drive.across=1"],
-        &["drive.kind=top", "drive.height_m=0"],
-        &["drive.hold_from_s=0.3"],
-        &["friction.static_spread=0.1", "normal_load.tilt=0.3", "time.duration_s=0.8"],
-        &["normal_load.schedule_s=[0.1,0.4]", "normal_load.schedule_n=[6400,4000]"],
-    ] {
-        samples_agree(&body(&[sets, &samples[..]].concat()), 10_000);
-    }
-    let samples = ["recording.sample_s=2e-4", "recording.fields_s=2e-3"];
-    for sets in [
-        &[][..],
-        &["drive.across=1"],
-        &["drive.kind=top", "drive.velocity_m_per_s=1e-2"],
-        &["drive.hold_from_s=0.06"],
-        &["friction.static_spread=0.1", "normal_load.tilt=0.3"],
-        &["normal_load.schedule_s=[0.02,0.08]", "normal_load.schedule_n=[400,300]"],
-    ] {
-        samples_agree(&sheet(&[sets, &samples[..]].concat()), 20_000);
-    }
-}
-
 /// Pulled at its top edge, the body tilts, and its trailing contacts lift off and land again.
 #[test]
 fn contacts_that_lift_off_are_followed() {
     let sets = ["drive.height_m=0.07", "normal_load.total_n=2000", "friction.static_coefficient=0.8"];
-    let plan = body(&[&sets[..], &["friction.dynamic_coefficient=0.3", "recording.sample_s=0"]].concat());
+    let plan =
+        BODY.plan(&[&sets[..], &["friction.dynamic_coefficient=0.3", "recording.sample_s=0"]].concat());
     let (fast, counters, _) = run(&plan, SolverKind::Fast);
     let (plain, of_plain, _) = run(&plan, SolverKind::Plain);
     assert_eq!(entries(&fast), entries(&plain));
@@ -170,29 +102,16 @@ fn contacts_that_lift_off_are_followed() {
     assert_eq!(counters.contact_steps_in_air, of_plain.contact_steps_in_air);
 }
 
-#[test]
-fn a_run_that_is_resumed_is_the_run() {
-    for plan in [
-        body(&["recording.sample_s=5e-3"]),
-        body(&["recording.sample_s=5e-3", "drive.across=1"]),
-        sheet(&["recording.sample_s=2e-3"]),
-        sheet(&["recording.sample_s=2e-3", "drive.across=1"]),
-    ] {
-        let inside = resumes_to_the_bit(&plan, 11);
-        assert!(inside > 3, "{inside}");
-    }
-}
-
 /// With drive and contacts that are their own mirror images, so is every state, to the bit.
 #[test]
 fn runs_stay_symmetric_through_jumps() {
-    for plan in [body(&["recording.fields_s=1e-3"]), sheet(&["recording.fields_s=1e-3"])] {
+    for body in [BODY, SHEET] {
+        let plan = body.plan(&["recording.fields_s=1e-3"]);
         let (records, counters, _) = run(&plan, SolverKind::Fast);
         assert!(counters.jumps > 3, "{counters:?}");
         let lattice = plan.elastic.as_lattice();
         let (mut compared, mut largest_m) = (0, 0.0_f64);
-        for record in &records {
-            let asperity_record::Record::Fields(state) = record else { continue };
+        for state in fields(&records) {
             for n in 0..lattice.contacts() {
                 let [column, lane, _] = lattice.place(n);
                 let mirrored = (lattice.lanes - 1 - lane) * lattice.columns + column;
@@ -211,49 +130,36 @@ fn runs_stay_symmetric_through_jumps() {
 /// the drive would bring them there later.
 #[test]
 fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
-    let quick = ["recording.sample_s=0", "slider.relative_damping=0.05"];
-    for (plan, speed) in [
-        (body(&[&quick[..], &["time.duration_s=0.5"]].concat()), 0.06),
-        (sheet(&[&quick[..], &["time.duration_s=0.1"]].concat()), 0.1),
-    ] {
-        let (start, lattice) = (SliderState::initial(&plan), plan.elastic.as_lattice());
+    for (body, speed) in [(BODY, 0.06), (SHEET, 0.1)] {
+        let plan = body.plan(&["recording.sample_s=0", "slider.relative_damping=0.05"]);
+        let lattice = plan.elastic.as_lattice();
         let nodes = lattice.nodes();
-        let mut jumped = 0;
-        for shape in 0..3 {
-            let (mut quiet, mut loud) = (0, 0);
-            for amplitude in 1..=6 {
-                let mut state = start.clone();
-                for node in 0..nodes {
-                    let counts = [lattice.columns, lattice.lanes, lattice.rows];
-                    let place = lattice.place(node);
-                    // From -1 to 1, and up from the bottom.
-                    let at = |axis: usize| 2.0 * place[axis] as f64 / (counts[axis] - 1) as f64 - 1.0;
-                    let height = if lattice.rows > 1 { place[2] as f64 } else { 1.0 };
-                    let v = speed * f64::from(amplitude) * height;
-                    let (along, across) = (&mut 0.0, &mut 0.0);
-                    match shape {
-                        // Stretched along and across, and sheared.
-                        0 => *along = v * at(0),
-                        1 => *across = v * at(1),
-                        _ => *along = v * at(1),
-                    }
-                    state.velocity_m_per_s[node] = *along;
-                    state.velocity_m_per_s[nodes + node] = *across;
+        let shaken = |shape: u32, amplitude: f64| {
+            let mut state = SliderState::initial(&plan);
+            for node in 0..nodes {
+                let counts = [lattice.columns, lattice.lanes, lattice.rows];
+                let place = lattice.place(node);
+                // From -1 to 1, and up from the bottom.
+                let at = |axis: usize| 2.0 * place[axis] as f64 / (counts[axis] - 1) as f64 - 1.0;
+                let v = speed * amplitude * if lattice.rows > 1 { place[2] as f64 } else { 1.0 };
+                match shape {
+                    // Stretched along and across, and sheared.
+                    0 => state.velocity_m_per_s[node] = v * at(0),
+                    1 => state.velocity_m_per_s[nodes + node] = v * at(1),
+                    _ => state.velocity_m_per_s[node] = v * at(1),
                 }
-                let (found, counters) = from_state(&plan, &state);
-                let switched = found.iter().any(|(step, _, switches)| *step < 1000 && !switches.is_empty());
-                (quiet, loud) = if switched { (quiet, loud + 1) } else { (quiet + 1, loud) };
-                jumped += counters.jump_steps;
             }
-            assert!(quiet > 0 && loud > 0, "{nodes} nodes, shape {shape}: {quiet} {loud}");
-        }
-        assert!(jumped > 50_000, "{jumped}");
+            state
+        };
+        let jumped: u64 =
+            (0..3).map(|shape| vibrations(&plan, 6, |amplitude| shaken(shape, amplitude))).sum();
+        assert!(jumped > 50_000, "{nodes} nodes: {jumped}");
     }
 }
 
 #[test]
 fn random_sheets_and_bodies_give_the_same_switches() {
-    compare_random(0..3);
+    compare_areas(0..3);
 }
 
 /// The seeds that are left; `cargo xtask ci` runs them.
@@ -263,20 +169,15 @@ mod in_ci {
     #[test]
     #[ignore = "minutes of single steps: cargo xtask ci"]
     fn more_random_sheets_and_bodies_give_the_same_switches() {
-        compare_random(3..48);
+        compare_areas(3..48);
     }
 }
 
-fn compare_random(seeds: std::ops::Range<u64>) {
-    let count = seeds.end - seeds.start;
-    let mut compared = Compared::default();
-    for seed in seeds {
-        let (scenario, set) = random_area(seed);
-        compared.add(seed, &set, &plan(scenario, &set), false);
-    }
-    let Compared { total, stopped, ties, .. } = compared;
-    assert!(total.switches > 20 * count && total.jump_steps > 50_000 * count, "{total:?}");
-    assert!(stopped.is_empty() && ties.len() as u64 <= count / 8, "{stopped:?} {ties:?}");
+fn compare_areas(seeds: std::ops::Range<u64>) {
+    let count = (seeds.end - seeds.start) as usize;
+    let found = compare_random(seeds, random_area, [20, 0, 50_000], |_, _| {});
+    assert!(found.stopped.is_empty() && found.ties.len() <= count / 8, "{found:?}");
+    assert!(found.parted.is_empty() && found.amplified.is_empty(), "{found:?}");
 }
 
 /// Threads that are started for each step, or the calling thread from the last part to the first.

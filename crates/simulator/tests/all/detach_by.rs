@@ -1,9 +1,10 @@
 //! Contacts that detach by the force of their friction springs: speeds of fronts, and the step of each detachment.
 
 use asperity_model::{Plan, resolve};
-use asperity_record::{Direction, Record};
 use asperity_simulator::{Plain, SolverKind};
 use asperity_testkit::plan;
+
+use crate::front_speed::front_speed;
 
 /// The speed over `c` of a front between the middle and eleven twelfths of a chain at `tau = 0.6`, by the definition of
 /// docs/model.md.
@@ -23,20 +24,7 @@ fn speed(blocks: u32, ratio: &str, detach_by: &str, kind: SolverKind) -> f64 {
         format!("time.duration_s={}", (1.3 * n / 1e-3).round() * step_s),
     ];
     let plan = Plan::new(&resolve("front", &sets).unwrap_or_else(|errors| panic!("{errors}")));
-    let (first, last) = (blocks / 2, blocks * 11 / 12);
-    let mut solver = kind.start(plan.clone());
-    let mut at = [None; 2];
-    while let Some(record) = solver.next_record().expect("it goes on") {
-        let Record::Step(step) = record else { continue };
-        for switch in step.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
-            for (at, block) in at.iter_mut().zip([first, last]) {
-                *at = at.or((switch.block == block).then_some(step.step));
-            }
-        }
-    }
-    let [from, to] = at.map(|step| step.expect("the front comes so far"));
-    let took_s = plan.grid.step_s() * (to - from) as f64;
-    f64::from(last - first) * plan.scales.block_time_s / took_s
+    front_speed(&plan, kind).expect("the front comes so far")
 }
 
 /// The speeds that a short program found which differs only in the test of detachment (docs/model.md): softer springs

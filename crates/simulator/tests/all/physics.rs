@@ -5,13 +5,7 @@ use asperity_record::{Direction, Record, WindowRecord};
 use asperity_simulator::{Plain, Solver, SolverKind};
 use asperity_testkit::plan;
 
-fn records(plan: Plan) -> Vec<Record> {
-    records_of(Plain::new(plan))
-}
-
-fn records_of(mut solver: impl Solver) -> Vec<Record> {
-    std::iter::from_fn(|| solver.next_record().unwrap()).collect()
-}
+use crate::fast_and_plain::{fields, records, run, steps, windows};
 
 /// Energies of a chain: kinetic, in the springs between blocks, in the driving
 /// spring, and in the friction springs of stuck blocks.
@@ -70,7 +64,12 @@ fn energy_is_accounted_for_to_first_order_in_dt() {
         let balance = |dt: &str| {
             energy_balance_j(&plan(
                 "ten-blocks",
-                &[&format!("parameter_set={set}"), "time.duration_s=1", &format!("time.step_s={dt}")],
+                &[
+                    &format!("parameter_set={set}"),
+                    "time.duration_s=0.5",
+                    "drive.velocity_m_per_s=8e-4",
+                    &format!("time.step_s={dt}"),
+                ],
             ))
         };
         let ((work_j, coarse_j), (_, fine_j)) = (balance("4e-7"), balance("1e-7"));
@@ -151,7 +150,10 @@ fn force_in_a_stuck_chain_decays_by_the_discrete_factor() {
 
 #[test]
 fn blocks_detach_at_their_threshold_and_attach_at_rest() {
-    let plan = plan("ten-blocks", &["normal_load.tilt=0.3", "time.step_s=1e-7", "time.duration_s=2"]);
+    let plan = plan(
+        "ten-blocks",
+        &["normal_load.tilt=0.3", "time.step_s=1e-7", "time.duration_s=0.5", "drive.velocity_m_per_s=1.6e-3"],
+    );
     let mut solver = Plain::new(plan.clone());
     let (mut detached, mut attached) = (0, 0);
     let mut before = solver.state().clone();
@@ -227,50 +229,6 @@ fn the_two_rules_differ_for_a_block_that_slides_backwards() {
 }
 
 #[test]
-fn a_restored_state_continues_to_the_bit() {
-    let plan = plan("ten-blocks", &["time.step_s=1e-7", "time.duration_s=0.8", "recording.sample_s=1e-4"]);
-    let whole = records(plan.clone());
-    let mut solver = Plain::new(plan.clone());
-    let half = whole.len() / 2;
-    for _ in 0..half {
-        solver.next_record().unwrap();
-    }
-    // Returns the remaining records of that step, then continues with another solver.
-    let snapshot = solver.snapshot();
-    let mut other = Plain::new(plan);
-    other.restore(&snapshot);
-    let rest: Vec<Record> = std::iter::from_fn(|| other.next_record().unwrap()).collect();
-    let expected: Vec<Record> =
-        whole.into_iter().filter(|record| record.step() > snapshot.slider.step).collect();
-    assert!(expected.len() > 1000);
-    assert_eq!(rest, expected);
-}
-
-#[test]
-fn recording_never_changes_the_run() {
-    let switches = |set: &[&str]| {
-        let mut all = vec!["time.step_s=1e-7", "time.duration_s=0.6", "slider.blocks=20"];
-        all.extend(set);
-        records(plan("default", &all))
-            .into_iter()
-            .filter_map(|record| match record {
-                Record::Step(record) if !record.switches.is_empty() => Some(record),
-                _ => None,
-            })
-            .collect::<Vec<_>>()
-    };
-    let often = switches(&["recording.sample_s=1e-6", "recording.fields_s=1e-5"]);
-    let never = switches(&["recording.sample_s=0", "recording.fields_s=0", "recording.event_fields=false"]);
-    let odd = switches(&[
-        "recording.sample_s=7e-7",
-        "recording.window=[{from_s=0.1, to_s=0.3, every_s=3e-6, first_block=2, last_block=5}]",
-    ]);
-    assert!(often.len() > 20);
-    assert_eq!(often, never);
-    assert_eq!(often, odd);
-}
-
-#[test]
 fn records_hold_every_onset_and_end_and_the_cadences() {
     let plan = plan(
         "ten-blocks",
@@ -282,11 +240,8 @@ fn records_hold_every_onset_and_end_and_the_cadences() {
             "recording.window=[{from_s=0.2, to_s=0.2001, every_s=1e-5, first_block=3, last_block=4}]",
         ],
     );
-    let records = records(plan);
-    let steps: Vec<_> = records
-        .iter()
-        .filter_map(|record| if let Record::Step(record) = record { Some(record) } else { None })
-        .collect();
+    let records = records(Plain::new(plan));
+    let steps = steps(&records);
     let samples = steps.iter().filter(|record| record.step % 10_000 == 0).count();
     assert_eq!(samples, 900);
     assert_eq!(steps.last().unwrap().step, 9_000_000);
@@ -299,27 +254,16 @@ fn records_hold_every_onset_and_end_and_the_cadences() {
             assert!(pair[1].sliding > 0);
         }
     }
-    let fields: Vec<u64> = records
-        .iter()
-        .filter_map(|record| if let Record::Fields(record) = record { Some(record.step) } else { None })
-        .collect();
+    let fields: Vec<u64> = fields(&records).iter().map(|state| state.step).collect();
     assert_eq!(fields.iter().filter(|step| *step % 1_000_000 == 0).count(), 10, "0, 0.1, ... 0.9 s");
     assert!(fields.len() > 10, "and the edges of events");
-    let windows = records.iter().filter(|record| matches!(record, Record::Window(_))).count();
-    assert_eq!(windows, 11);
+    assert_eq!(windows(&records).len(), 11);
 }
 
 /// The states of ruptures are those of an always open window, restricted to steps in which enough blocks
 /// slide; nothing else changes in the records of either solver.
 #[test]
 fn ruptures_are_recorded_while_they_are_large() {
-    let windows = |records: &[Record], number: u32| -> Vec<WindowRecord> {
-        let of = records.iter().filter_map(|record| match record {
-            Record::Window(record) if record.window == number => Some(record.clone()),
-            _ => None,
-        });
-        of.collect()
-    };
     let plan = |sets: &[&str]| {
         let short = ["slider.blocks=12", "time.step_s=1e-7", "time.duration_s=0.1"];
         plan("default", &[&short[..], &["drive.velocity_m_per_s=2e-3"], sets].concat())
@@ -327,17 +271,16 @@ fn ruptures_are_recorded_while_they_are_large() {
     // While three blocks slide at once.
     let ruptures = ["recording.rupture_fields_from_blocks=3", "recording.rupture_fields_s=2e-5"];
     let open = "recording.window=[{from_s=0,to_s=0.1,every_s=2e-5,first_block=1,last_block=12}]";
-    let all = windows(&records(plan(&[open])), 0);
-    let expected: Vec<WindowRecord> = all.into_iter().filter(|record| record.sliding >= 3).collect();
+    let all = records(Plain::new(plan(&[open])));
+    let expected: Vec<&WindowRecord> =
+        windows(&all).into_iter().filter(|record| record.sliding >= 3).collect();
     assert!(expected.len() > 30, "{} records", expected.len());
     let bare = plan(&[]);
     let with = plan(&ruptures);
-    for (plain, dense) in [
-        (records(bare.clone()), records(with.clone())),
-        (records_of(SolverKind::Fast.start(bare)), records_of(SolverKind::Fast.start(with))),
-    ] {
-        assert_eq!(windows(&dense, 0).len(), expected.len());
-        for (found, expected) in windows(&dense, 0).iter().zip(&expected) {
+    for kind in [SolverKind::Plain, SolverKind::Fast] {
+        let [(bare, ..), (dense, ..)] = [&bare, &with].map(|plan| run(plan, kind));
+        assert_eq!(windows(&dense).len(), expected.len());
+        for (found, expected) in windows(&dense).iter().zip(&expected) {
             assert_eq!((found.step, found.sliding), (expected.step, expected.sliding));
             // The fast solver rounds differently.
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs().max(1e-6);
@@ -346,7 +289,7 @@ fn ruptures_are_recorded_while_they_are_large() {
         }
         let others: Vec<Record> =
             dense.into_iter().filter(|record| !matches!(record, Record::Window(_))).collect();
-        assert!(others == plain, "the other records are the same to the bit");
+        assert!(others == bare, "the other records are the same to the bit");
     }
 }
 
@@ -355,14 +298,8 @@ fn a_run_that_overflows_says_where() {
     // A scenario with such a velocity is refused.
     let mut plan = plan("ten-blocks", &["time.duration_s=1e-3"]);
     plan.drive.velocity_m_per_s = 1e308;
-    let mut solver = Plain::new(plan);
-    let error = loop {
-        match solver.next_record() {
-            Ok(Some(_)) => {}
-            Ok(None) => panic!("an overflow must not pass unseen"),
-            Err(error) => break error.to_string(),
-        }
-    };
+    let (_, _, error) = run(&plan, SolverKind::Plain);
+    let error = error.expect("an overflow must not pass unseen").to_string();
     assert!(error.contains("in step 1 ") && error.contains("is no longer finite: block 1 is at"), "{error}");
 }
 

@@ -8,8 +8,10 @@
 
 use asperity_model::Plan;
 use asperity_model::laws::FrictionLaw;
-use asperity_record::{Direction, Record, StepRecord};
-use asperity_simulator::{Plain, Solver, SolverKind, equality};
+use asperity_record::{Direction, StepRecord};
+use asperity_simulator::{Solver, SolverKind};
+
+use crate::fast_and_plain::{agree, run, switching};
 
 const DRIVE_N_PER_M: f64 = 8e5;
 const VELOCITY_M_PER_S: f64 = 2e-3;
@@ -53,16 +55,6 @@ fn expected(law: FrictionLaw) -> (&'static [&'static str], f64, f64) {
     }
 }
 
-/// The step records in which the block switches.
-fn switches(mut solver: impl Solver) -> Vec<StepRecord> {
-    let all = std::iter::from_fn(|| solver.next_record().unwrap());
-    all.filter_map(|record| match record {
-        Record::Step(step) if !step.switches.is_empty() => Some(step),
-        _ => None,
-    })
-    .collect()
-}
-
 #[test]
 fn every_law_sticks_and_slips_as_algebra_says() {
     // Junctions have closed forms of their own (`src/junctions/tests.rs`).
@@ -70,7 +62,8 @@ fn every_law_sticks_and_slips_as_algebra_says() {
     for &law in FrictionLaw::ALL.iter().filter(is_one_contact) {
         let (sets, loading_n_per_m, overshoot) = expected(law);
         let plan = plan(law, sets);
-        let found = switches(Plain::new(plan.clone()));
+        let (records, ..) = run(&plan, SolverKind::Plain);
+        let found = switching(&records);
         let is = |found: f64, expected: f64, what: &str| {
             assert!((found / expected - 1.0).abs() < 5e-3, "{law:?}, {what}: {found}, not {expected}");
         };
@@ -78,7 +71,7 @@ fn every_law_sticks_and_slips_as_algebra_says() {
         let after_n = SLIDING_N - overshoot * DROP_N;
         let rate_n_per_s = loading_n_per_m * VELOCITY_M_PER_S;
         is(found[0].time_s, STATIC_N / rate_n_per_s, "the first slip");
-        let slips: Vec<[&StepRecord; 2]> = found.chunks_exact(2).map(|pair| [&pair[0], &pair[1]]).collect();
+        let slips: Vec<[&StepRecord; 2]> = found.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
         assert!(slips.len() >= 3, "{law:?}: {} slips", slips.len());
         for (number, [detached, attached]) in slips.iter().enumerate() {
             let [before, after] = [&detached.switches[0], &attached.switches[0]];
@@ -122,10 +115,8 @@ fn the_fast_solver_does_what_the_plain_one_does() {
         let of_springs = springs.iter().filter(|_| law == FrictionLaw::InterfacialSprings);
         for sets in cases.iter().chain(of_springs) {
             let plan = plan(law, sets);
-            let agreement = equality::compare(&plan, |_, _| {}, |_| {})
-                .unwrap_or_else(|error| panic!("{law:?}, {sets:?}: {error}"));
-            assert_eq!(agreement.near_ties, [], "{law:?}, {sets:?}");
-            assert!(agreement.switches > 0, "{law:?}, {sets:?}");
+            let what = format!("{law:?}, {sets:?}");
+            assert!(agree(&plan, &what).switches > 0, "{what}");
             let mut fast = SolverKind::Fast.start(plan.clone());
             while fast.next_record().unwrap().is_some() {}
             assert!(fast.snapshot().fits(&plan) && fast.counters().fit(plan.steps - plan.initial.step));

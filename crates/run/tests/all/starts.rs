@@ -126,13 +126,15 @@ fn cases() -> Vec<(&'static str, Vec<&'static str>)> {
     ]
 }
 
-#[test]
-fn a_branch_without_change_is_the_rest_of_the_run() {
+/// Branches of runs of the cases with these numbers, each by all solvers that can make it.
+fn branches_without_change_are_the_rest_of_the_run(numbers: &[usize]) {
     let folder = tempfile::tempdir().unwrap();
-    let mut compared = [0; 3];
-    for (number, (name, sets)) in cases().into_iter().enumerate() {
+    let (mut compared, mut runs) = ([0; 3], 0);
+    let cases = cases().into_iter().enumerate();
+    for (number, (name, sets)) in cases.filter(|(number, _)| numbers.contains(number)) {
         let scenario = accepted(name, &sets);
         for solver in SolverKind::of(scenario.friction.law) {
+            runs += 1;
             let log = folder.path().join(format!("{number}-{}.mcap", solver.name()));
             let whole = made(&scenario, *solver, Some(&log));
             let plan = Plan::new(&scenario);
@@ -177,8 +179,25 @@ fn a_branch_without_change_is_the_rest_of_the_run() {
             }
         }
     }
-    // Of twenty-five runs; which checkpoints there are depends on the time that they take.
-    assert!(compared[0] > 14 && compared[1] > 10 && compared[2] == 25, "{compared:?}");
+    // Which checkpoints there are depends on the time that the runs take.
+    let [at_rest, sliding, between] = compared;
+    assert!(2 * at_rest > runs && 3 * sliding > runs && between == runs, "{compared:?} of {runs}");
+}
+
+#[test]
+fn a_branch_without_change_is_the_rest_of_the_run() {
+    branches_without_change_are_the_rest_of_the_run(&[1, 10, 11, 12]);
+}
+
+/// The cases that are left; `cargo xtask ci` runs them.
+mod in_ci {
+    use super::*;
+
+    #[test]
+    #[ignore = "seconds of many runs: cargo xtask ci"]
+    fn branches_of_further_laws_are_the_rest_of_the_run() {
+        branches_without_change_are_the_rest_of_the_run(&[0, 2, 3, 4, 5, 6, 7, 8, 9]);
+    }
 }
 
 /// The default chain at a time when nothing slides, and at one when something does, and its log.

@@ -1,8 +1,10 @@
 //! Courses in time: drives by force, and forces and loads of single contacts, against closed forms.
 
 use asperity_model::Plan;
-use asperity_record::{Energy, Record, StepRecord};
-use asperity_simulator::{SolverKind, equality};
+use asperity_record::{Energy, StepRecord};
+use asperity_simulator::{Solver, SolverKind};
+
+use crate::fast_and_plain::{agree, fields, run, steps};
 
 /// One rigid block of 1 kg under 400 N, in steps of a microsecond.
 const BLOCK: [&str; 8] = [
@@ -22,13 +24,9 @@ fn plan(sets: &[&str]) -> Plan {
 
 /// All step records by both solvers, which must be the same.
 fn records(plan: &Plan) -> Vec<StepRecord> {
-    let [fast, plain] = [SolverKind::Fast, SolverKind::Plain].map(|kind| {
-        let mut solver = kind.start(plan.clone());
-        let records = std::iter::from_fn(|| solver.next_record().unwrap());
-        let steps =
-            records.filter_map(|record| if let Record::Step(step) = record { Some(step) } else { None });
-        steps.collect::<Vec<StepRecord>>()
-    });
+    let [fast, plain] = [SolverKind::Fast, SolverKind::Plain].map(|kind| run(plan, kind).0);
+    let [fast, plain] =
+        [&fast, &plain].map(|records| steps(records).into_iter().cloned().collect::<Vec<_>>());
     assert_eq!(fast.len(), plain.len());
     for (a, b) in fast.iter().zip(&plain) {
         assert_eq!((a.step, &a.switches, a.driving_force_n), (b.step, &b.switches, b.driving_force_n));
@@ -136,17 +134,14 @@ fn loads_and_forces_of_single_blocks_are_theirs() {
     let expected_s = 0.1 + 0.8 * (1.0 - 3.0 / 7.0) / 0.8;
     assert!((first.time_s - expected_s).abs() < 2e-6, "{}", first.time_s);
     // Its load is recorded, and the total.
-    let mut solver = SolverKind::Plain.start(plan.clone());
-    let fields = std::iter::from_fn(|| solver.next_record().unwrap());
-    let last =
-        fields.filter_map(|record| if let Record::Fields(fields) = record { Some(fields) } else { None });
-    let loads_n = last.last().expect("fields are recorded").normal_load_n;
+    let (all, ..) = run(&plan, SolverKind::Plain);
+    let loads_n = &fields(&all).last().expect("fields are recorded").normal_load_n;
     let of = |factor: f64| factor * 400.0 / 3.0;
     for (found, expected) in loads_n.iter().zip([of(1.2), of(0.2), of(1.0)]) {
         assert!((found - expected).abs() < 1e-10, "{loads_n:?}");
     }
     assert!((records.last().unwrap().normal_load_n - of(2.4)).abs() < 1e-10);
-    equality::compare(&plan, |_, _| {}, |_| {}).unwrap();
+    agree(&plan, "three blocks");
 }
 
 /// Blocks of a given state without anchors stay where they are, whatever pulls at them.

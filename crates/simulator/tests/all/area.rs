@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use asperity_model::lattice::Bond;
 use asperity_model::{Plan, resolve};
-use asperity_record::{Direction, Record, StepRecord};
-use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
+use asperity_record::Direction;
+use asperity_simulator::{Plain, SliderState, Solver};
+
+use crate::fast_and_plain::{assert_balanced, last_energy, records, switched};
 
 /// A scenario, and what is set in all cases of it.
 type Base = (&'static str, &'static [&'static str]);
@@ -208,14 +210,6 @@ fn near(a: f64, b: f64, largest: f64) -> bool {
     (a - b).abs() <= 1e-8 * largest
 }
 
-fn switches_of(plain: &Plain) -> Vec<(u32, Direction)> {
-    let direction = |n: usize| match plain.state().slip[n] != 0.0 {
-        true => Direction::Detach,
-        false => Direction::Attach,
-    };
-    plain.switched().iter().map(|&n| (n as u32 + 1, direction(n))).collect()
-}
-
 /// Equal switches in equal steps, and equal numbers.
 #[test]
 fn sheets_and_bodies_do_what_the_page_says() {
@@ -226,16 +220,16 @@ fn sheets_and_bodies_do_what_the_page_says() {
         let (mut switches, mut largest_n) = (0, 0.0_f64);
         for step in 1..=plan.steps {
             let driving = plain.take_step().total_n;
-            let (switched, expected) = page.step();
+            let (expected_switches, expected) = page.step();
             largest_n = largest_n.max(expected.abs());
             assert!(
                 near(driving, expected, largest_n.max(1.0)),
                 "{sets:?}, step {step}: {driving} {expected}"
             );
-            assert_eq!(switches_of(&plain), switched, "{sets:?}, step {step}");
-            switches += switched.len();
+            assert_eq!(switched(&plain), expected_switches, "{sets:?}, step {step}");
+            switches += expected_switches.len();
             let tau_n = &plain.state().tangential_force_n;
-            for n in switched.iter().filter(|(_, direction)| *direction == Direction::Detach) {
+            for n in expected_switches.iter().filter(|(_, direction)| *direction == Direction::Detach) {
                 let n = n.0 as usize - 1;
                 backwards += usize::from(tau_n[n] < 0.0);
                 across += usize::from(tau_n[plan.blocks + n].abs() > 0.1 * tau_n[n].abs());
@@ -280,9 +274,9 @@ fn a_mirrored_drive_gives_the_mirrored_run() {
             let [a, b] = &mut runs;
             assert_eq!(a.take_step(), b.take_step(), "{sets:?}, step {step}");
             let mut expected: Vec<_> =
-                switches_of(a).into_iter().map(|(n, way)| (mirrored(plan, n), way)).collect();
+                switched(a).into_iter().map(|(n, way)| (mirrored(plan, n), way)).collect();
             expected.sort_unstable_by_key(|(n, _)| *n);
-            assert_eq!(switches_of(b), expected, "{sets:?}, step {step}");
+            assert_eq!(switched(b), expected, "{sets:?}, step {step}");
             switches += expected.len();
         }
         let [u, of_mirrored] = runs.each_ref().map(|run| &run.state().displacement_m);
@@ -310,7 +304,7 @@ fn a_symmetric_run_stays_symmetric() {
         let mut switches = 0;
         for step in 1..=plan.steps {
             plain.take_step();
-            let found = switches_of(&plain);
+            let found = switched(&plain);
             for (contact, way) in &found {
                 assert!(
                     found.contains(&(mirrored(&plan, *contact), *way)),
@@ -329,29 +323,12 @@ fn a_symmetric_run_stays_symmetric() {
     }
 }
 
-fn steps(mut solver: Box<dyn Solver>) -> Vec<StepRecord> {
-    let mut found = Vec::new();
-    while let Some(record) = solver.next_record().unwrap_or_else(|error| panic!("{error}")) {
-        if let Record::Step(record) = record {
-            found.push(record);
-        }
-    }
-    found
-}
-
 #[test]
 fn energies_over_an_area_close() {
     for (base, sets) in CASES {
-        let found = steps(SolverKind::Plain.start(plan(base, sets)));
-        let first = found[0].energy.expect("energies are kept").balance_j();
-        let mut largest_j = 0.0_f64;
-        for record in &found {
-            let energy = record.energy.expect("energies are kept");
-            largest_j = energy.parts().fold(largest_j, |most, (_, part)| most.max(part.abs()));
-            let left_over_j = energy.balance_j() - first;
-            assert!(left_over_j.abs() < 1e-11 * largest_j, "{sets:?}, step {}: {left_over_j}", record.step);
-        }
-        let last = found.last().and_then(|record| record.energy).expect("energies are kept");
+        let records = records(Plain::new(plan(base, sets)));
+        assert_balanced(&records, 1e-11, &format!("{sets:?}"));
+        let last = last_energy(&records);
         assert!(last.friction_heat_j > 1e-3 * last.drive_work_j, "{sets:?}: {last:?}");
         assert!(last.viscous_loss_j > 0.0 && last.anchor_change_j < 0.0, "{sets:?}: {last:?}");
     }

@@ -110,7 +110,18 @@ const TABLES: [&Table; 5] = [&SHEET_SIDE, &SHEET_ROW_1, &BODY_SIDE, &BODY_ROW_1,
 
 #[test]
 fn the_fast_solver_gives_the_tables() {
-    TABLES.iter().for_each(|table| compare(table, SolverKind::Fast));
+    [&SHEET_ROW_1, &BODY_SIDE, &BODY_ROW_1].iter().for_each(|table| compare(table, SolverKind::Fast));
+}
+
+/// The tables that are left; `cargo xtask ci` runs them.
+mod in_ci {
+    use super::*;
+
+    #[test]
+    #[ignore = "seconds of two runs: cargo xtask ci"]
+    fn the_fast_solver_gives_the_other_tables() {
+        [&SHEET_SIDE, &BODY_LIFT].iter().for_each(|table| compare(table, SolverKind::Fast));
+    }
 }
 
 #[test]

@@ -1,20 +1,9 @@
 //! Energies: their balance, and the agreement of both solvers on them.
 
-use std::sync::Arc;
-
 use asperity_model::Plan;
-use asperity_record::{Energy, Record, StepRecord};
-use asperity_simulator::{Plain, Solver, SolverKind};
+use asperity_simulator::SolverKind;
 
-fn steps(mut solver: impl Solver) -> Vec<StepRecord> {
-    let mut steps = Vec::new();
-    while let Some(record) = solver.next_record().unwrap() {
-        if let Record::Step(step) = record {
-            steps.push(step);
-        }
-    }
-    steps
-}
+use crate::fast_and_plain::{run, steps};
 
 /// Scenarios of every kind, with a hundred thousand steps or more and a hundred times the drive
 /// velocity.
@@ -56,7 +45,7 @@ fn scenarios() -> Vec<(&'static str, Vec<&'static str>)> {
     ]
 }
 
-fn plan(name: &str, sets: &[&str]) -> Arc<Plan> {
+fn plan(name: &str, sets: &[&str]) -> Plan {
     let quick = [
         "time.step_s=1e-7",
         "time.duration_s=0.03",
@@ -64,25 +53,22 @@ fn plan(name: &str, sets: &[&str]) -> Arc<Plan> {
         "recording.sample_s=1e-4",
         "recording.fields_s=0",
     ];
-    Arc::new(asperity_testkit::plan(name, &quick.iter().chain(sets).copied().collect::<Vec<_>>()))
-}
-
-/// The scale of energies: the energy put in, and that at the start.
-fn scale_j(energy: &Energy, initial: &Energy) -> f64 {
-    energy.drive_work_j + energy.prestress_work_j.abs() + initial.kinetic_j + initial.elastic_j
+    asperity_testkit::plan(name, &[&quick[..], sets].concat())
 }
 
 #[test]
-fn both_solvers_tell_the_same_energies() {
+fn both_solvers_tell_the_same_energies_and_the_plain_ones_balance() {
     for (name, sets) in scenarios() {
         let plan = plan(name, &sets);
         let name = format!("{name} {sets:?}");
-        let (plain, fast) =
-            (steps(Plain::new(Arc::clone(&plan))), steps(SolverKind::Fast.start(Arc::clone(&plan))));
+        let [(plain, ..), (fast, ..)] = [SolverKind::Plain, SolverKind::Fast].map(|kind| run(&plan, kind));
+        let (plain, fast) = (steps(&plain), steps(&fast));
         assert_eq!(plain.len(), fast.len(), "{name}");
         let first = plain[0].energy.unwrap();
         let last = plain.last().unwrap().energy.unwrap();
-        let scale = scale_j(&last, &first);
+        // The energy put in, and that at the start.
+        let put_in_j = last.drive_work_j + last.prestress_work_j.abs();
+        let scale = put_in_j + first.kinetic_j + first.elastic_j;
         let mut worst = vec![0.0f64; last.parts().count()];
         // Without dampers, and where all blocks move alike, nothing is lost in them.
         if plan.elastic.damping_kg_per_s() == 0.0 || name == "top-driven []" {
@@ -90,28 +76,15 @@ fn both_solvers_tell_the_same_energies() {
         }
         for (plain, fast) in plain.iter().zip(&fast) {
             assert_eq!((plain.step, plain.switches.len()), (fast.step, fast.switches.len()), "{name}");
-            let both = plain.energy.unwrap().parts().zip(fast.energy.unwrap().parts());
-            for (worst, ((_, plain), (_, fast))) in worst.iter_mut().zip(both) {
+            let [plain, fast] = [plain, fast].map(|step| step.energy.unwrap());
+            for (worst, ((_, plain), (_, fast))) in worst.iter_mut().zip(plain.parts().zip(fast.parts())) {
                 *worst = worst.max((plain - fast).abs() / scale);
             }
+            let off = (plain.balance_j() - first.balance_j()).abs() / scale;
+            assert!(off < 1e-12, "{name}: {off:e} of {scale:e} are out of balance");
         }
         for (worst, (what, value)) in worst.into_iter().zip(last.parts()) {
             assert!(worst < 1e-11, "{name}, {what}: {worst:e} of {scale:e}, {value:e} at the end");
         }
-    }
-}
-
-#[test]
-fn the_plain_solvers_energies_balance() {
-    for (name, sets) in scenarios() {
-        let plan = plan(name, &sets);
-        let name = format!("{name} {sets:?}");
-        let steps = steps(Plain::new(plan));
-        let first = steps[0].energy.unwrap();
-        let scale = scale_j(&steps.last().unwrap().energy.unwrap(), &first);
-        let start = first.balance_j();
-        let worst = steps.iter().map(|step| (step.energy.unwrap().balance_j() - start).abs());
-        let worst = worst.fold(0.0, f64::max);
-        assert!(worst / scale < 1e-12, "{name}: {worst:e} of {scale:e}");
     }
 }

@@ -2,44 +2,21 @@
 //! the two promises of the solver: its error follows the tolerance, and a restored run has the same bits.
 
 use asperity_model::Plan;
-use asperity_record::{Direction, Energy, Record, RunStatus, StepRecord, WindowRecord};
-use asperity_simulator::{AdaptiveState, Crossing, SimulationError, Snapshot, Solver, SolverKind};
-use asperity_testkit::reference;
+use asperity_record::RunStatus;
+use asperity_simulator::{AdaptiveState, Crossing, SimulationError, Solver, SolverKind};
+use asperity_testkit::{balance_j, plan, reference};
 
-fn plan(name: &str, sets: &[&str]) -> Plan {
-    asperity_testkit::plan(name, sets)
-}
+use crate::fast_and_plain::{
+    detachments, fields, last_energy, left_of, records, steps, to_its_error, windows,
+};
 
 fn solver(plan: &Plan) -> Box<dyn Solver> {
     SolverKind::Adaptive.start(plan.clone())
 }
 
-fn records(solver: &mut dyn Solver) -> Vec<Record> {
-    std::iter::from_fn(|| solver.next_record().unwrap_or_else(|error| panic!("{error}"))).collect()
-}
-
-fn steps(records: &[Record]) -> impl Iterator<Item = &StepRecord> {
-    records.iter().filter_map(|record| match record {
-        Record::Step(step) => Some(step),
-        _ => None,
-    })
-}
-
-fn window(records: &[Record]) -> impl Iterator<Item = &WindowRecord> {
-    records.iter().filter_map(|record| match record {
-        Record::Window(window) => Some(window),
-        _ => None,
-    })
-}
-
 /// Times and blocks of the detachments: where the speed rises above the event speed.
-fn onsets(records: &[Record]) -> Vec<(f64, u32)> {
-    let mut all = Vec::new();
-    for step in steps(records) {
-        let detached = step.switches.iter().filter(|switch| switch.direction == Direction::Detach);
-        all.extend(detached.map(|switch| (step.time_s, switch.block)));
-    }
-    all
+fn onsets(plan: &Plan) -> Vec<(f64, u32)> {
+    detachments(&records(solver(plan))).map(|(step, switch)| (step.time_s, switch.block)).collect()
 }
 
 fn number(cell: &str) -> f64 {
@@ -56,8 +33,7 @@ fn slips_behind_a_pulse_of_the_drive_are_events() {
         "time.tolerance=1e-9",
         "recording.fields_s=0",
     ];
-    let plan = plan("spring-slider", &pulse);
-    let all = onsets(&records(&mut *solver(&plan)));
+    let all = onsets(&plan("spring-slider", &pulse));
     let found: Vec<f64> = all.iter().map(|(time_s, _)| *time_s).filter(|time_s| *time_s > 110.1).collect();
     let expected = [118.375160, 140.219350, 162.875369];
     assert_eq!(found.len(), expected.len(), "{all:?}");
@@ -100,7 +76,7 @@ fn cycles_of_a_slider_are_those_of_other_integrators() {
         ("laws/rsf-cycles-inertial.csv", "S3", &s3, 1e-8),
     ] {
         let sets = [sets, &["time.tolerance=1e-10"]].concat();
-        let found = onsets(&records(&mut *solver(&plan("spring-slider", &sets))));
+        let found = onsets(&plan("spring-slider", &sets));
         let rows = reference(file);
         let row = rows.iter().find(|row| row[0] == name).expect("the table has it");
         let [events, first_s, last_s, period_s] =
@@ -139,7 +115,7 @@ fn chains_slip_as_by_other_integrators() {
         [("laws/rsf-chain-top-16.csv", &[][..], 4e-10), ("laws/rsf-chain-top-6.csv", &chain_6, 4e-10)]
     {
         let sets = [sets, &["time.tolerance=1e-9", "time.step_s=1e-10"]].concat();
-        let mut found = onsets(&records(&mut *solver(&plan("rate-and-state", &sets))));
+        let mut found = onsets(&plan("rate-and-state", &sets));
         let mut expected: Vec<(f64, u32)> =
             reference(file).iter().map(|row| (number(&row[2]), row[1].parse().unwrap())).collect();
         assert!(expected.len() >= 12, "{file}");
@@ -162,7 +138,7 @@ fn chains_slip_as_by_other_integrators() {
 #[test]
 fn slips_have_the_peaks_of_another_integrator() {
     let peaks = |sets: &[&str]| {
-        let all = records(&mut *solver(&plan("rate-and-state", sets)));
+        let all = records(solver(&plan("rate-and-state", sets)));
         let mut peaks = Vec::new();
         let (mut slid, mut before) = (false, 0.0);
         for step in steps(&all) {
@@ -201,7 +177,8 @@ fn steps_and_errors_follow_the_tolerance() {
     let run = |tolerance: &str| {
         let sets = [&format!("time.tolerance={tolerance}")[..], "time.step_s=1e-10"];
         let mut solver = solver(&plan("rate-and-state", &sets));
-        let found = onsets(&records(&mut *solver));
+        let records = left_of(&mut *solver);
+        let found: Vec<f64> = detachments(&records).map(|(step, _)| step.time_s).collect();
         (found, solver.counters().adaptive_steps)
     };
     let (exact, _) = run("1e-9");
@@ -209,7 +186,7 @@ fn steps_and_errors_follow_the_tolerance() {
         let (found, taken) = run(tolerance);
         assert!(taken as f64 <= 1.05 * f64::from(steps), "{tolerance}: {taken} steps");
         assert_eq!(found.len(), exact.len());
-        let worst_s = found.iter().zip(&exact).map(|(a, b)| (a.0 - b.0).abs()).fold(0.0, f64::max);
+        let worst_s = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(worst_s < error_s, "{tolerance}: {worst_s}");
     }
 }
@@ -230,10 +207,10 @@ fn at_the_critical_stiffness_each_amplitude_has_its_period() {
             "recording.window=[{ from_s = 0, to_s = 60, every_s = 1e-4, first_block = 1, last_block = 1 }]"
                 .to_owned(),
         ];
-        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
-        let all = records(&mut *solver(&plan("spring-slider", &sets)));
+        let all = records(solver(&plan("spring-slider", &sets)));
+        let ln = windows(&all).into_iter();
         let ln: Vec<(f64, f64)> =
-            window(&all).map(|window| (window.time_s, (window.velocity_m_per_s[0] / 1e-5).ln())).collect();
+            ln.map(|window| (window.time_s, (window.velocity_m_per_s[0] / 1e-5).ln())).collect();
         let upwards: Vec<f64> = ln
             .windows(2)
             .filter(|pair| pair[0].1 < 0.0 && pair[1].1 >= 0.0)
@@ -262,15 +239,12 @@ fn energies_close_to_the_tolerance() {
         ] {
             let tolerance = format!("time.tolerance={tolerance}");
             let sets = [sets, &[&tolerance, "time.duration_s=1.2", "recording.sample_s=0.01"]].concat();
-            let all = records(&mut *solver(&plan("rate-and-state", &sets)));
-            let energies: Vec<Energy> =
-                steps(&all).map(|step| step.energy.expect("it has energies")).collect();
-            let from_j = energies[0].balance_j();
-            let worst_j =
-                energies.iter().map(|energy| (energy.balance_j() - from_j).abs()).fold(0.0, f64::max);
-            let largest_j = energies.last().map_or(0.0, |energy| energy.drive_work_j.abs());
+            let all = records(solver(&plan("rate-and-state", &sets)));
+            let (worst_j, _) = balance_j(&all);
+            let last = last_energy(&all);
+            let largest_j = last.drive_work_j.abs();
             assert!(worst_j < share * largest_j, "{sets:?}: {worst_j} of {largest_j}");
-            assert!(energies.last().unwrap().friction_heat_j > 0.1 * largest_j, "{sets:?}");
+            assert!(last.friction_heat_j > 0.1 * largest_j, "{sets:?}");
         }
     }
 }
@@ -296,14 +270,10 @@ fn the_state_follows_velocity_steps_and_holds_in_closed_form() {
             "recording.fields_s=0.05",
             "recording.sample_s=0",
         ];
-        let mut solver = solver(&plan("spring-slider", &sets));
+        let records = records(solver(&plan("spring-slider", &sets)));
         let (v1, v2, slip_m, b, v0) = (1e-5_f64, 1e-4_f64, 1e-5, 0.015, 1e-5);
         let mut checked = 0;
-        while let Some(record) = solver.next_record().unwrap() {
-            let Record::Fields(fields) = record else { continue };
-            if fields.time_s <= 1.0 {
-                continue;
-            }
+        for fields in fields(&records).into_iter().filter(|fields| fields.time_s > 1.0) {
             let d = (fields.time_s - 1.0) * v2;
             let decay = (-d / slip_m).exp();
             let expected = match evolution {
@@ -336,13 +306,11 @@ fn a_held_slider_runs_away_beyond_a_threshold() {
             "drive.hold_from_s=1e-9".to_owned(),
             "recording.fields_s=1e-2".to_owned(),
         ];
-        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
-        let mut solver = solver(&plan("spring-slider", &sets));
+        let records = records(solver(&plan("spring-slider", &sets)));
         let (a, b, slip_m, v0) = (0.01, 0.015, 1e-5, 1e-5);
         let (mut from_m, mut slips, mut worst) = (None, 0.0_f64, 0.0_f64);
         let (mut last, mut rise) = (f64::INFINITY, f64::NEG_INFINITY);
-        while let Some(record) = solver.next_record().unwrap() {
-            let Record::Fields(fields) = record else { continue };
+        for fields in fields(&records) {
             let (u, v, state) = (fields.displacement_m[0], fields.velocity_m_per_s[0], fields.state[0]);
             let d = u - *from_m.get_or_insert(u);
             slips = slips.max(d / slip_m);
@@ -367,45 +335,6 @@ fn a_held_slider_runs_away_beyond_a_threshold() {
     for kick in [1.6, 6.0] {
         let (_, _, rise) = run("ageing", kick);
         assert!(rise < 0.0, "{kick}: {rise}");
-    }
-}
-
-/// As with a log that was killed: each of twenty saved states, through JSON, yields the rest of the run to the bit.
-#[test]
-fn a_restored_run_has_the_same_bits() {
-    for sets in [
-        &["time.duration_s=1", "normal_load.schedule_s=[0.1, 0.9]", "normal_load.schedule_n=[400, 300]"][..],
-        &[
-            "friction.inertia=false",
-            "friction.radiation_kg_per_s=20",
-            "slider.relative_damping=0",
-            "drive.course_s=[0.2, 0.3]",
-            "drive.course_m_per_s=[1e-4, 2e-4]",
-            "time.duration_s=1",
-        ],
-    ] {
-        let plan =
-            plan("rate-and-state", &[sets, &["recording.sample_s=2e-3", "time.tolerance=1e-5"]].concat());
-        let mut whole = solver(&plan);
-        let mut texts = Vec::new();
-        let mut saved: Vec<(usize, String)> = Vec::new();
-        while let Some(record) = whole.next_record().unwrap() {
-            // Debug output distinguishes finite doubles to the bit.
-            texts.push(format!("{record:?}"));
-            if texts.len() % 25 == 7 && whole.is_between_records() {
-                saved.push((texts.len(), serde_json::to_string(&whole.snapshot()).unwrap()));
-            }
-        }
-        assert!(saved.len() >= 20 && texts.len() > 500, "{}: {}", saved.len(), texts.len());
-        for (count, text) in &saved {
-            let snapshot: Snapshot = serde_json::from_str(text).unwrap();
-            assert!(snapshot.fits(&plan));
-            let mut restored = solver(&plan);
-            restored.restore(&snapshot);
-            let rest: Vec<String> =
-                records(&mut *restored).iter().map(|record| format!("{record:?}")).collect();
-            assert!(rest == texts[*count..], "from record {count}");
-        }
     }
 }
 
@@ -457,7 +386,7 @@ fn a_uniform_chain_is_a_slider() {
     ];
     let chain =
         [&chain[..], &["normal_load.total_n=100", "time.duration_s=2.5", "time.tolerance=1e-9"]].concat();
-    let found = onsets(&records(&mut *solver(&plan("rate-and-state", &chain))));
+    let found = onsets(&plan("rate-and-state", &chain));
     let one = [
         "slider.blocks=1",
         "friction.evolution_offsets=[]",
@@ -474,7 +403,7 @@ fn a_uniform_chain_is_a_slider() {
         ],
     ]
     .concat();
-    let alone = onsets(&records(&mut *solver(&plan("rate-and-state", &one))));
+    let alone = onsets(&plan("rate-and-state", &one));
     assert!(alone.len() >= 2 && found.len() == 4 * alone.len(), "{} {}", found.len(), alone.len());
     for (n, (time_s, _)) in found.iter().enumerate() {
         assert!((time_s - alone[n / 4].0).abs() < 5e-8, "{time_s} for {}", alone[n / 4].0);
@@ -486,12 +415,7 @@ fn a_uniform_chain_is_a_slider() {
 fn a_run_whose_steps_no_longer_end_is_stopped() {
     let mut solver =
         solver(&plan("spring-slider", &["drive.stiffness_n_per_m=1e30", "friction.inertia=true"]));
-    let error = loop {
-        match solver.next_record() {
-            Ok(record) => assert!(record.is_some(), "it does not end"),
-            Err(error) => break error,
-        }
-    };
+    let error = to_its_error(&mut solver);
     assert!(matches!(error, SimulationError::Stalled { .. }), "{error}");
     assert_eq!(error.status(), RunStatus::StoppedStalled);
     assert_eq!(solver.next_record(), Err(error));
@@ -502,9 +426,9 @@ fn a_run_whose_steps_no_longer_end_is_stopped() {
 fn loads_of_contacts_that_change_alike_are_the_load() {
     let onsets_of = |load: [&str; 2]| {
         let sets = [&["time.duration_s=3", "recording.fields_s=0"][..], &load].concat();
-        onsets(&records(&mut *solver(&plan("rate-and-state", &sets))))
+        onsets(&plan("rate-and-state", &sets))
     };
-    let total = plan("rate-and-state", &[]).total_normal_load_n;
+    let total = plan::<&str>("rate-and-state", &[]).total_normal_load_n;
     let schedule = format!("normal_load.schedule_n=[{total},{}]", 0.7 * total);
     let of_all = onsets_of(["normal_load.schedule_s=[0.5,2.5]", &schedule]);
     let of_each = onsets_of(["normal_load.course_s=[0.5,2.5]", "normal_load.course_factor=[1,0.7]"]);
@@ -535,13 +459,9 @@ fn steady_friction_follows_the_load_of_each_contact() {
     let law = plan.friction.law.rate_and_state().unwrap();
     let v_m_per_s = plan.drive.velocity_m_per_s;
     let steady = law.coefficient(v_m_per_s, law.steady_state(law.evolution_effect, v_m_per_s));
-    let records = records(&mut *solver(&plan));
+    let records = records(solver(&plan));
     let mut seen = 0;
-    for record in &records {
-        let Record::Fields(fields) = record else { continue };
-        if fields.time_s < 3.4 && fields.time_s > 0.9 {
-            continue;
-        }
+    for fields in fields(&records).into_iter().filter(|fields| !(0.9..3.4).contains(&fields.time_s)) {
         seen += 1;
         let factors = if fields.time_s > 2.0 { [0.5, 1.5, 0.8] } else { [1.0; 3] };
         for (n, factor) in factors.into_iter().enumerate() {

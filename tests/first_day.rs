@@ -279,15 +279,9 @@ pub(crate) fn each<T: Sync, R: Send>(things: &[T], act: impl Fn(&T) -> R + Sync)
     done.into_inner().expect("nobody panicked with it")
 }
 
-/// A folder that goes with the value, in memory where the system has that: commands see to it that each of
-/// their files is on the disk, and here are tens of thousands of files.
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir_in("/dev/shm").unwrap_or_else(|_| asperity_testkit::folder())
-}
-
 /// Calls on a case in a variant: their number, and what is wrong with their ends; none if there is no log.
 fn calls(case: &Case, day: Day, asked: impl Fn(usize, &Call) -> bool) -> Option<(usize, Vec<String>)> {
-    let folder = folder();
+    let folder = asperity_testkit::folder();
     let subject = Subject::of(case, day, folder.path())?;
     let calls = CALLS.iter().enumerate().filter(|(n, call)| asked(*n, call));
     let calls = calls.filter(|(_, call)| !(subject.is_long && is_plain(call)));

@@ -16,6 +16,7 @@ mod instability_stop;
 mod junctions;
 mod laws;
 mod one_block;
+mod page;
 mod physics;
 mod radiation;
 mod rate_and_state;

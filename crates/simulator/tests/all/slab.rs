@@ -1,128 +1,63 @@
 //! Slabs, compared with an independent implementation bond by bond, and with physical laws.
 
-use asperity_model::lattice::Bond;
-use asperity_model::{Lattice, Plan, resolve};
+use asperity_model::{Plan, resolve};
 use asperity_record::Direction;
 use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
 use asperity_testkit::SMALL_SLAB;
 
-use crate::fast_and_plain::{assert_balanced, last_energy, records, steps, switched};
+use crate::fast_and_plain::{assert_balanced, last_energy, records, steps};
+use crate::page::{self, Page, Switches, does_what_the_page_says};
 
 fn plan(sets: &[&str]) -> Plan {
     let sets: Vec<&str> = SMALL_SLAB.iter().chain(sets).copied().collect();
     Plan::new(&resolve("slab", &sets).unwrap_or_else(|error| panic!("{error}")))
 }
 
-fn lattice(plan: &Plan) -> Lattice {
-    plan.elastic.as_lattice()
-}
-
-/// The equations of docs/slab.md literally: one bond and one contact after the other.
-struct Page {
-    plan: Plan,
-    bonds: Vec<Bond>,
-    u: Vec<f64>,
-    v: Vec<f64>,
+/// The contacts of docs/slab.md.
+struct Contacts {
+    tau_n: Vec<f64>,
     stick: Vec<f64>,
     slides: Vec<bool>,
     since: Vec<u64>,
-    step: u64,
-    hold_step: u64,
 }
 
-impl Page {
-    fn of(plan: &Plan) -> Page {
-        let mut bonds = Vec::new();
-        lattice(plan).over_bonds(|bond| bonds.push(bond));
-        Page {
-            bonds,
-            u: plan.initial.displacement_m.clone(),
-            v: plan.initial.velocity_m_per_s.clone(),
-            stick: plan.initial.stick_position_m.clone(),
-            slides: vec![false; plan.blocks],
-            since: vec![0; plan.blocks],
-            step: 0,
-            hold_step: plan.drive.hold_from_step.unwrap_or(u64::MAX),
-            plan: plan.clone(),
-        }
-    }
-
-    /// Takes a step; returns the contacts that switched with their direction, and the sum of the drive's
-    /// forces.
-    fn step(&mut self) -> (Vec<(u32, Direction)>, f64) {
-        let lattice = lattice(&self.plan);
-        let (nodes, contacts) = (lattice.nodes(), lattice.columns);
-        let (plan, friction) = (&self.plan, &self.plan.friction);
-        self.step += 1;
-        let load = plan.load_factor(self.step, self.hold_step);
-        let mut force = vec![0.0; 2 * nodes];
-        for bond in &self.bonds {
-            let of = |values: &[f64], axis: usize| {
-                values[axis * nodes + bond.to] - values[axis * nodes + bond.from]
-            };
-            let stretch = bond.along[0] * of(&self.u, 0) + bond.along[1] * of(&self.u, 1);
-            for axis in 0..2 {
-                let pull = bond.stiffness_n_per_m * bond.along[axis] * stretch
-                    + lattice.damping_kg_per_s * of(&self.v, axis);
-                force[axis * nodes + bond.from] += pull;
-                force[axis * nodes + bond.to] -= pull;
-            }
-        }
-        for (node, load_n) in lattice.top_row().zip(&plan.top_load_n) {
-            force[nodes + node] -= load * load_n;
-        }
-        let point_m = plan.drive.velocity_m_per_s * plan.grid.time_s(self.step.min(self.hold_step));
-        let mut driving = 0.0;
-        for spring in &plan.drive.springs {
-            let pull = spring.stiffness_n_per_m * (point_m - (self.u[spring.block] - spring.rest_m));
-            force[spring.block] += pull;
-            driving += pull;
-        }
-        let tau = force[..contacts].to_vec();
-        let p: Vec<f64> =
-            (0..contacts).map(|n| (-lattice.foundation_n_per_m * self.u[nodes + n]).max(0.0)).collect();
-        for n in 0..contacts {
-            force[nodes + n] += p[n];
-            force[n] -= match self.slides[n] {
-                false => friction.interfacial_stiffness_n_per_m * (self.u[n] - self.stick[n]),
-                true if self.v[n] > 0.0 => friction.dynamic_coefficients[n] * p[n],
-                true if self.v[n] < 0.0 => -friction.dynamic_coefficients[n] * p[n],
+impl page::Contacts for Contacts {
+    fn resist(&mut self, page: &Page, loads_n: &[f64], force_n: &mut [f64]) {
+        let friction = &page.plan.friction;
+        self.tau_n = force_n[..loads_n.len()].to_vec();
+        for (n, load_n) in loads_n.iter().enumerate() {
+            force_n[n] -= match self.slides[n] {
+                false => friction.interfacial_stiffness_n_per_m * (page.u[n] - self.stick[n]),
+                true if page.v[n] > 0.0 => friction.dynamic_coefficients[n] * load_n,
+                true if page.v[n] < 0.0 => -friction.dynamic_coefficients[n] * load_n,
                 true => 0.0,
             };
         }
-        let dt = plan.grid.step_s();
-        for (force, (u, v)) in force.iter().zip(self.u.iter_mut().zip(&mut self.v)) {
-            *v += dt * force / plan.block_mass_kg;
-            *u += dt * *v;
-        }
-        let mut switched = Vec::new();
-        for n in 0..contacts {
-            let waited_s = (self.step - self.since[n]) as f64 * dt;
+    }
+
+    fn switch(&mut self, page: &Page, loads_n: &[f64]) -> Switches {
+        let friction = &page.plan.friction;
+        let mut switches = Vec::new();
+        for (n, load_n) in loads_n.iter().enumerate() {
+            let waited_s = (page.step - self.since[n]) as f64 * page.plan.grid.step_s();
             let aged = friction
                 .ageing
                 .as_ref()
                 .map_or(0.0, |ageing| ageing.coefficient * (1.0 + waited_s / ageing.time_s).ln());
-            if self.slides[n] && self.v[n] <= 0.0 {
+            if self.slides[n] && page.v[n] <= 0.0 {
                 self.slides[n] = false;
-                self.stick[n] = self.u[n] - tau[n] / friction.interfacial_stiffness_n_per_m;
-                self.since[n] = self.step;
-                switched.push((n as u32 + 1, Direction::Attach));
-            } else if !self.slides[n] && tau[n].abs() >= (friction.static_coefficients[n] + aged) * p[n] {
+                self.stick[n] = page.u[n] - self.tau_n[n] / friction.interfacial_stiffness_n_per_m;
+                self.since[n] = page.step;
+                switches.push((n as u32 + 1, Direction::Attach));
+            } else if !self.slides[n]
+                && self.tau_n[n].abs() >= (friction.static_coefficients[n] + aged) * load_n
+            {
                 self.slides[n] = true;
-                switched.push((n as u32 + 1, Direction::Detach));
+                switches.push((n as u32 + 1, Direction::Detach));
             }
         }
-        if plan.drive.until_load_ratio.is_some_and(|ratio| {
-            self.hold_step == u64::MAX && driving >= ratio * load * plan.total_normal_load_n
-        }) {
-            self.hold_step = self.step;
-        }
-        (switched, driving)
+        switches
     }
-}
-
-fn near(a: f64, b: f64, largest: f64) -> bool {
-    (a - b).abs() <= 1e-9 * largest
 }
 
 /// Over drives, loads and laws: equal switches in equal steps, and equal numbers.
@@ -148,28 +83,13 @@ fn slabs_do_what_the_page_says() {
         &["drive.hold_from_s=0.1", "normal_load.schedule_s=[0.1,0.19]", "normal_load.schedule_n=[1920,480]"],
     ] {
         let plan = plan(sets);
-        let (mut page, mut plain) = (Page::of(&plan), Plain::new(plan.clone()));
-        let (mut switches, mut largest_n) = (0, 0.0_f64);
-        for step in 1..=plan.steps {
-            let driving = plain.take_step().total_n;
-            let (expected_switches, expected) = page.step();
-            largest_n = largest_n.max(expected.abs());
-            assert!(
-                near(driving, expected, largest_n.max(1.0)),
-                "{sets:?}, step {step}: {driving} {expected}"
-            );
-            let found = switched(&plain);
-            assert_eq!(found, expected_switches, "{sets:?}, step {step}");
-            switches += found.len();
-        }
-        let state = plain.state();
-        let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        for (found, expected) in [(&state.displacement_m, &page.u), (&state.velocity_m_per_s, &page.v)] {
-            let largest = most(expected).max(1e-9);
-            assert!(found.iter().zip(expected).all(|(a, b)| near(*a, *b, largest)), "{sets:?}");
-        }
-        assert_eq!(state.hold_step, page.hold_step, "{sets:?}");
-        assert!(switches > 10, "{sets:?}: {switches} switches");
+        let contacts = Contacts {
+            tau_n: Vec::new(),
+            stick: plan.initial.stick_position_m.clone(),
+            slides: vec![false; plan.blocks],
+            since: vec![0; plan.blocks],
+        };
+        does_what_the_page_says(&plan, contacts, 1e-9, &format!("{sets:?}"), |_, _| {});
     }
 }
 
@@ -308,7 +228,7 @@ fn a_contact_that_has_lifted_off_bears_nothing_and_does_not_hold() {
     assert!(switched.contains(&AT) && after.slip[AT] == 1.0, "with a threshold of 0 it detaches");
     // The others keep their load, and only its neighbours pull the lifted contact down.
     assert!(after.normal_load_n[AT + 2] > 0.0);
-    let (lattice, nodes) = (lattice(&plan), 45);
+    let (lattice, nodes) = (plan.elastic.as_lattice(), 45);
     let (mut springs_n, mut dashpots_n) = (vec![0.0; 90], vec![0.0; 90]);
     lattice.pull(&mut springs_n, &mut dashpots_n, &before.displacement_m, &before.velocity_m_per_s);
     let pull_n = springs_n[nodes + AT] + dashpots_n[nodes + AT];

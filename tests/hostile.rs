@@ -435,7 +435,7 @@ fn what_fuzzing_found_stays_mended() {
 #[test]
 #[ignore = "half a minute, a thousand calls: cargo xtask nightly"]
 fn committed_forgeries_are_refused_by_all_commands() {
-    hold_committed(1, All);
+    hold_committed(1, Commands::All);
 }
 
 mod in_ci {

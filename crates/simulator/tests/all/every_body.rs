@@ -196,12 +196,12 @@ fn a_run_that_is_resumed_is_the_run() {
         for case in &body.cases[..2] {
             let plan = body.plan(&[case, body.samples].concat());
             let what = format!("{} {case:?}", body.name);
-            let [times, in_jumps, slips] = resumes_to_the_bit(&plan, FAST, 12, &what);
-            assert!(times >= 10 && slips > 2, "{what}: {times} times, {slips} slips");
+            let [times, in_jumps, slips] = resumes_to_the_bit(&plan, FAST, 6, &what);
+            assert!(times >= 5 && slips > 2, "{what}: {times} times, {slips} slips");
             inside += in_jumps;
         }
     }
-    assert!(inside > 60, "{inside}");
+    assert!(inside > 30, "{inside}");
 }
 
 /// Runs of every law and solver, and of every part of their states.

@@ -54,8 +54,15 @@ fn random_chains_do_what_all_of_their_junctions_do() {
     assert!(switches > 1000, "{switches}");
 }
 
-const COARSE_SLAB: [&str; 4] =
-    ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.178"];
+const COARSE_SLAB: [&str; 7] = [
+    "slider.blocks=15",
+    "slider.rows=8",
+    "slider.height_m=0.07",
+    "drive.height_m=0.01",
+    "drive.velocity_m_per_s=2e-3",
+    "time.step_s=4e-7",
+    "time.duration_s=0.08",
+];
 
 #[test]
 fn energies_balance_and_no_anchor_returns_energy() {
@@ -66,7 +73,7 @@ fn energies_balance_and_no_anchor_returns_energy() {
         "normal_load.schedule_s=[0.03,0.06,0.09]",
         "normal_load.schedule_n=[400,1e-3,300]",
     ];
-    let longer = [&COARSE_SLAB[..], &["time.duration_s=0.25"]].concat();
+    let longer = [&COARSE_SLAB[..], &["time.duration_s=0.15"]].concat();
     for (scenario, sets) in [("slab-junctions", &longer[..]), ("chain-junctions", &unloaded)] {
         let (records, ..) = run(&plan(scenario, sets), SolverKind::Plain);
         assert_balanced(&records, 1e-10, scenario);

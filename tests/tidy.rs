@@ -314,30 +314,24 @@ fn every_source_file_says_what_it_is_for() {
 
 /// A file that no module names is never compiled, without a warning.
 #[test]
-fn every_root_test_is_a_module_of_the_one_program() {
-    let manifest: toml::Table =
-        read(&root().join("crates/cli/Cargo.toml")).parse().expect("a manifest is TOML");
-    let declared: Vec<&str> = manifest["test"]
-        .as_array()
-        .expect("tests are declared")
-        .iter()
-        .map(|test| test["path"].as_str().expect("a declared test has a path"))
-        .collect();
-    assert_eq!(declared, ["../../tests/main.rs"], "[[test]] of crates/cli/Cargo.toml");
-    let main = read(&root().join("tests/main.rs"));
-    for (folder, before) in [("tests", ""), ("tests/support", "    pub(crate) ")] {
-        for entry in fs::read_dir(root().join(folder)).expect("the folder is there") {
-            let path = entry.expect("the folder can be read").path();
-            let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            if path.extension().is_none_or(|extension| extension != "rs") || name == "main" {
-                continue;
+fn every_file_of_tests_is_a_module_of_their_program() {
+    for (program, folders) in [
+        ("tests", &["", "in_ci", "support"][..]),
+        ("crates/run/tests/all", &[""]),
+        ("crates/simulator/tests/all", &[""]),
+    ] {
+        let program = root().join(program);
+        let main = read(&program.join("main.rs"));
+        let modules: BTreeSet<&str> =
+            main.lines().map(|line| line.trim().trim_start_matches("pub(crate) ")).collect();
+        for folder in folders {
+            for entry in fs::read_dir(program.join(folder)).expect("the folder is there") {
+                let path = entry.expect("the folder can be read").path();
+                let name = path.file_stem().unwrap_or_default().to_string_lossy();
+                let is_source = path.extension().is_some_and(|extension| extension == "rs");
+                let named = name == "main" || modules.contains(format!("mod {name};").as_str());
+                assert!(!is_source || named, "{} names no module {name}", short(&program.join("main.rs")));
             }
-            let wanted = format!("{before}mod {name};");
-            assert!(
-                main.lines().any(|line| line == wanted),
-                "tests/main.rs lacks `{wanted}` for {}",
-                short(&path)
-            );
         }
     }
 }

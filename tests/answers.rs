@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::report::study;
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{ends, run, succeed, text};
 use crate::support::browser::{Tab, browser};
 
 const DESK: [u32; 2] = [1400, 900];
@@ -265,8 +265,7 @@ fn no_page_overflows_a_phone_and_none_has_raw_markup() {
     let long_name = other.path().join(format!("{}.mcap", "a_long_name_".repeat(7)));
     fs::rename(longer, &long_name).expect("the folder can be written");
     let page = folder.path().join("diff.html");
-    let compared = asperity(&["diff", text(&log), text(&long_name), "--page", text(&page)]);
-    assert_eq!(compared.status.code(), Some(1), "{compared:?}");
+    ends(1, &["diff", text(&log), text(&long_name), "--page", text(&page)], &[]);
     for scheme in ["light", "dark"] {
         let mut tab = Tab::open(&browser, &page, PHONE, scheme);
         for rule in [OVERFLOW, BROKEN, PRESSED] {

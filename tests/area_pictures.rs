@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{outcome, run, succeed, text, with_sets};
 use crate::support::browser::{Tab, browser};
 use crate::support::small;
 
@@ -11,8 +11,7 @@ use crate::support::small;
 fn sheet(folder: &Path) -> PathBuf {
     let log = folder.join("sheet.mcap");
     let set = ["slider.blocks=11", "slider.across=3", "time.step_s=1e-6", "time.duration_s=1"];
-    let set = set.into_iter().flat_map(|set| ["--set", set]).collect::<Vec<_>>();
-    run(&[&["sheet-coarse"], &set[..]].concat(), &log);
+    run(&with_sets(&["sheet-coarse"], &set), &log);
     log
 }
 
@@ -26,18 +25,16 @@ fn body(folder: &Path) -> PathBuf {
         "slider.height_m=0.08",
         "time.duration_s=4e-6",
     ];
-    let set = set.into_iter().flat_map(|set| ["--set", set]).collect::<Vec<_>>();
-    run(&[&["body-coarse"], &set[..]].concat(), &log);
+    run(&with_sets(&["body-coarse"], &set), &log);
     log
 }
 
 /// What a figure of a kind is refused for.
 fn refused(log: &Path, kind: &str, set: &[&str], out: &Path) -> String {
-    let mut arguments = vec!["draw", text(log), "--kind", kind, "-o", text(out), "--force"];
-    set.iter().for_each(|set| arguments.extend(["--set", set]));
-    let output = asperity(&arguments);
-    assert!(!output.status.success(), "{kind} {set:?}");
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    let draw = ["draw", text(log), "--kind", kind, "-o", text(out), "--force"];
+    let (code, _, said) = outcome(&with_sets(&draw, set));
+    assert_ne!(code, 0, "{kind} {set:?}");
+    said
 }
 
 #[test]
@@ -58,9 +55,8 @@ fn each_kind_is_drawn_of_a_log_with_the_same_bytes_each_time() {
         for ending in ["png", "svg", "pdf"] {
             let files = ["a", "b"].map(|name| folder.path().join(format!("{name}.{ending}")));
             for file in &files {
-                let mut arguments = vec!["draw", text(log), "--kind", kind, "-o", text(file), "--force"];
-                set.iter().for_each(|set| arguments.extend(["--set", set]));
-                succeed(&arguments);
+                let draw = ["draw", text(log), "--kind", kind, "-o", text(file), "--force"];
+                succeed(&with_sets(&draw, set));
             }
             let [one, again] = files.map(|file| fs::read(file).expect("it was written"));
             assert!(one == again && one.len() > 1000, "{kind} {set:?} {ending}: {} bytes", one.len());

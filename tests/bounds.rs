@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::hostile::{bounded, refused};
 use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
-use crate::support::binary::{self, asperity, succeed, text};
+use crate::support::binary::{self, ends, outcome, succeed, text, with_sets};
 use crate::support::small;
 
 /// A log of the smallest run, taken apart.
@@ -212,9 +212,9 @@ fn hold_bounds(with_large: bool) {
     .skip(if with_large { 0 } else { 2 })
     {
         let log = folder.join("run.mcap");
-        let sets: Vec<&str> = sets.split_whitespace().flat_map(|set| ["--set", set]).collect();
-        let output = asperity(&[&["run", "default", "--quiet", "--out", text(&log)][..], &sets].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let sets: Vec<&str> = sets.split_whitespace().collect();
+        let run = ["run", "default", "--quiet", "--out", text(&log)];
+        let (code, _, said) = outcome(&with_sets(&run, &sets));
         let short: String = said.chars().take(1000).collect();
         if refused_key.is_empty() {
             assert!(log.exists(), "{short}");
@@ -222,34 +222,9 @@ fn hold_bounds(with_large: bool) {
             succeed(&["scenario", "show", text(&log)]);
             fs::remove_file(&log).expect("it is there");
         } else {
-            assert_eq!(output.status.code(), Some(2), "{short}");
+            assert_eq!(code, 2, "{short}");
             assert!(said.contains(refused_key) && said.contains("(accepted: "), "{refused_key}: {short}");
             assert!(said.len() < 20_000 && !log.exists(), "{short}");
-        }
-    }
-}
-
-#[test]
-fn texts_are_measured_before_they_are_parsed() {
-    let folder = asperity_testkit::folder();
-    let log = folder.path().join("small.mcap");
-    small::run(&log);
-    let texts = [
-        ("comments", "# nothing at all\n".repeat(800_000)),
-        ("values", format!("a = [{}]", "1,".repeat(4_900_000))),
-        ("lines", "\n".repeat(8_000_000)),
-        ("keys", (0..600_000).map(|number| format!("k{number:x}=1\n")).collect()),
-    ];
-    for (name, content) in texts {
-        let file = folder.path().join(format!("{name}.toml"));
-        fs::write(&file, content).expect("the folder can be written");
-        let file_text = text(&file);
-        let (folder, log) = (folder.path(), text(&log));
-        refused(folder, &["scenario", "show", file_text], &file);
-        refused(folder, &["replay", log, "--detectors", file_text], &file);
-        refused(folder, &["diff", log, log, "--policy", file_text], &file);
-        if cfg!(feature = "analysis") {
-            refused(folder, &["reproduce", file_text, "--out", "never"], &file);
         }
     }
 }
@@ -299,11 +274,8 @@ fn a_start_that_overflows_is_refused_and_leaves_nothing() {
     fs::write(&profile, "x_over_l,tau_over_p\n0,1e308\n1,-1e308\n").expect("the folder can be written");
     let set = format!("initial_shear.profile_csv={}", text(&profile));
     let out = folder.path().join("run.mcap");
-    let output = asperity(&["run", "default", "--set", &set, "--out", text(&out)]);
-    let err = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{err}");
     let place = format!("initial_shear.profile_csv: {}:2: 1e308 is too large", text(&profile));
-    assert!(err.contains(&place), "{err}");
+    ends(2, &["run", "default", "--set", &set, "--out", text(&out)], &[&place]);
     assert_eq!(fs::read_dir(folder.path()).expect("the folder is there").count(), 1);
 }
 
@@ -341,21 +313,11 @@ fn a_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
 /// ends with the original messages, or is another run, which repeating it reveals. Every `each`-th number
 /// of a checkpoint is forged.
 fn forge_checkpoints(each: usize) {
-    let scenarios: [&[&str]; 2] = [
-        &["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=1.2"],
-        &[
-            "ageing-contacts",
-            "--set",
-            "slider.blocks=10",
-            "--set",
-            "time.step_s=1e-7",
-            "--set",
-            "time.duration_s=1.2",
-        ],
-    ];
+    let short = ["time.step_s=1e-7", "time.duration_s=1.2", "slider.blocks=10"];
     let folder = asperity_testkit::folder();
     let (mut refusals, mut others) = (0, 0);
-    for scenario in scenarios {
+    for scenario in ["ten-blocks", "ageing-contacts"] {
+        let scenario = &with_sets(&[scenario], &short)[..];
         let whole = folder.path().join("whole.mcap");
         fs::remove_file(&whole).ok();
         // One after each record, on any machine. Only one after the middle is kept.
@@ -389,13 +351,12 @@ fn forge_checkpoints(each: usize) {
             parts[last] = Part::attachment("checkpoint", state.to_string().as_bytes());
             fs::write(&partial, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
             fs::remove_file(&out).ok();
-            let output = asperity(&[&["run"], scenario, &["--resume", "--out", text(&out)]].concat());
-            let err = String::from_utf8_lossy(&output.stderr).into_owned();
+            let (code, _, err) = outcome(&[&["run"], scenario, &["--resume", "--out", text(&out)]].concat());
             fs::remove_file(&partial).ok();
-            (output.status.code(), err)
+            (code, err)
         };
         let (code, err) = goes_on(&state);
-        assert!(code == Some(0) && err.contains("resumes from"), "the true one: {err}");
+        assert!(code == 0 && err.contains("resumes from"), "the true one: {err}");
         let digest = asperity_testkit::run_end(&whole).digest;
         assert_eq!(asperity_testkit::run_end(&out).digest, digest);
         let mut forgeries: Vec<(String, Value)> = Vec::new();
@@ -415,23 +376,21 @@ fn forge_checkpoints(each: usize) {
         forgeries.push(("slip".to_owned(), forged));
         for (place, forged) in forgeries {
             let (code, err) = goes_on(&forged);
-            assert!(!err.contains("panicked"), "{place}: {code:?} {err}");
+            assert!(!err.contains("panicked"), "{place}: {code} {err}");
             if !out.exists() {
                 let says = "its last checkpoint is not a state of this run";
-                assert!(code != Some(0) && err.contains(says), "{place}: {code:?} {err}");
+                assert!(code != 0 && err.contains(says), "{place}: {code} {err}");
                 refusals += 1;
                 continue;
             }
-            let is_stopped = code == Some(1) && err.contains("stopped: in step ");
-            assert!(code == Some(0) || is_stopped, "{place}: {code:?} {err}");
-            let again = asperity(&["check", "--again", text(&out)]);
-            let said = String::from_utf8_lossy(&again.stdout).into_owned();
-            match again.status.code() {
-                Some(0) => assert_eq!(asperity_testkit::run_end(&out).digest, digest, "{place}"),
-                code => {
-                    assert_eq!(code, Some(4), "{place}: {said}");
-                    others += 1;
-                }
+            let is_stopped = code == 1 && err.contains("stopped: in step ");
+            assert!(code == 0 || is_stopped, "{place}: {code} {err}");
+            let (code, said, _) = outcome(&["check", "--again", text(&out)]);
+            if code == 0 {
+                assert_eq!(asperity_testkit::run_end(&out).digest, digest, "{place}");
+            } else {
+                assert_eq!(code, 4, "{place}: {said}");
+                others += 1;
             }
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{ends, outcome, succeed, text};
 
 const STUDY: &str = "title = 'Loads'\nscenario = 'default'\n\
                      set = ['time.step_s=1e-7', 'time.duration_s=1', 'slider.blocks=20']\n\
@@ -29,9 +29,8 @@ fn rows<'a>(table: &'a str, run: &str) -> Vec<Vec<&'a str>> {
 fn studies_have_the_entries_of_the_logs_of_their_runs() {
     let folder = asperity_testkit::folder();
     let study = plan(folder.path(), STUDY);
-    let nothing = asperity(&["catalogue", &study]);
-    let printed = String::from_utf8(nothing.stdout).expect("a table");
-    assert!(nothing.status.code() == Some(3) && printed.lines().count() == 1, "before any run: {printed}");
+    let (code, printed, _) = outcome(&["catalogue", &study]);
+    assert!(code == 3 && printed.lines().count() == 1, "before any run: {printed}");
     succeed(&["sweep", "run", &study, "--quiet"]);
     let of_study = succeed(&["catalogue", &study]);
     let names: Vec<&str> = of_study.lines().next().expect("a header").split(',').skip(2).collect();
@@ -66,13 +65,8 @@ fn a_study_without_ruptures_is_refused() {
     let folder = asperity_testkit::folder();
     let study = plan(folder.path(), &format!("keep = ['events']\n{STUDY}"));
     succeed(&["sweep", "run", &study, "--quiet"]);
-    let output = asperity(&["catalogue", &study]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("its runs keep no ruptures (accepted: a study with \"ruptures\" in keep)"),
-        "{said}"
-    );
+    let expected = "its runs keep no ruptures (accepted: a study with \"ruptures\" in keep)";
+    ends(2, &["catalogue", &study], &[expected]);
 }
 
 #[test]
@@ -91,19 +85,17 @@ fn runs_without_ruptures_are_runs_and_several_paths_have_names_of_their_own() {
     let ids: Vec<&str> = events.filter_map(|event| event.split('"').next()).collect();
     let different: BTreeSet<&&str> = ids.iter().collect();
     assert_eq!((ids.len(), different.len()), (2 * (table.lines().count() - 1), ids.len()));
-    let refused = asperity(&["catalogue", &study, "--completeness", "-7"]);
-    assert_eq!(refused.status.code(), Some(2), "without statistics");
-    let refused = asperity(&["catalogue", &study, "--format", "statistics", "--completeness", "-inf"]);
-    assert_eq!(refused.status.code(), Some(2), "not finite");
+    // Without statistics, and not finite.
+    ends(2, &["catalogue", &study, "--completeness", "-7"], &[]);
+    ends(2, &["catalogue", &study, "--format", "statistics", "--completeness", "-inf"], &[]);
 }
 
 /// Studies of other code versions have ids that this program does not make.
 #[test]
 fn studies_of_other_versions_are_read() {
     let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1");
-    let output = asperity(&["catalogue", text(&study), "--format", "statistics"]);
-    let [printed, said] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("texts"));
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    let (code, printed, said) = outcome(&["catalogue", text(&study), "--format", "statistics"]);
+    assert_eq!(code, 0, "{said}");
     // Its version has no moments.
     assert!(said.contains("78 ruptures left out, which still slid at the end or have no moment"), "{said}");
     assert!(printed.contains(": 0 ruptures of 6 runs\n"), "{printed}");

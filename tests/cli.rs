@@ -3,23 +3,18 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{ends, outcome, succeed, text, with_sets};
 use crate::support::{binary, small};
 use asperity_testkit::folder;
-
-fn is_empty(folder: &Path) -> bool {
-    fs::read_dir(folder).expect("the folder is there").next().is_none()
-}
 
 /// Runs the binary, which must exit with `code` and print nothing on stdout; returns its stderr.
 #[track_caller]
 fn fail(arguments: &[&str], code: i32) -> String {
-    let Output { status, stdout, stderr } = asperity(arguments);
-    let stderr = String::from_utf8(stderr).expect("the binary writes UTF-8");
-    assert_eq!(status.code(), Some(code), "asperity {}\n{stderr}", arguments.join(" "));
-    assert_eq!(String::from_utf8_lossy(&stdout), "", "stdout is for results");
+    let (found, stdout, stderr) = outcome(arguments);
+    assert_eq!(found, code, "asperity {}\n{stderr}", arguments.join(" "));
+    assert_eq!(stdout, "", "stdout is for results");
     assert!(stderr.starts_with("error: "), "{stderr}");
     stderr
 }
@@ -118,16 +113,16 @@ fn quiet_leaves_errors_results_and_what_was_asked_for() {
     let log = folder.path().join("run.mcap");
     let run = |flags: &[&str], log: &Path| {
         let short = ["run", "default", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.01"];
-        let output = asperity(&[&short[..], &["-o", text(log)], flags].concat());
-        (output.status.code(), String::from_utf8(output.stderr).expect("the binary writes UTF-8"))
+        let (code, _, said) = outcome(&[&short[..], &["-o", text(log)], flags].concat());
+        (code, said)
     };
     let (code, said) = run(&[], &folder.path().join("loud.mcap"));
-    assert!(code == Some(0) && said.contains("default: 0.01 s simulated"), "{said}");
-    assert_eq!(run(&["--quiet"], &log), (Some(0), String::new()));
+    assert!(code == 0 && said.contains("default: 0.01 s simulated"), "{said}");
+    assert_eq!(run(&["--quiet"], &log), (0, String::new()));
     let (code, said) = run(&["-q"], &log);
-    assert!(code == Some(2) && said.starts_with("error: ") && said.contains("exists already"), "{said}");
+    assert!(code == 2 && said.starts_with("error: ") && said.contains("exists already"), "{said}");
     let (code, said) = run(&["-q", "--stats"], &folder.path().join("stats.mcap"));
-    assert!(code == Some(0) && !said.is_empty() && !said.contains("simulated"), "{said}");
+    assert!(code == 0 && !said.is_empty() && !said.contains("simulated"), "{said}");
     assert!(succeed(&["-q", "check", text(&log)]).contains(": whole: "));
 }
 
@@ -202,13 +197,9 @@ fn signals_close_the_log_soundly() {
         std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut said).unwrap();
         assert!(said.contains("default: interrupted; ") && !said.contains("error"), "{said}");
         assert!(!log.exists());
-        let output = asperity(&["check", text(&partial)]);
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{said}");
-        assert!(
-            said.contains(": incomplete: ") && said.contains("the run was interrupted after step"),
-            "{said}"
-        );
+        let (code, said, _) = outcome(&["check", text(&partial)]);
+        assert!(code == 3 && said.contains(": incomplete: "), "{said}");
+        assert!(said.contains("the run was interrupted after step"), "{said}");
         assert!(fail(&["replay", text(&partial)], 3).contains("the run was interrupted after step"));
     }
 }
@@ -245,9 +236,8 @@ fn many_runs_are_replayed_at_once_to_tables_of_their_own() {
     // An unreadable file does not prevent the others.
     let damaged = folder.path().join("damaged.mcap");
     fs::write(&damaged, "no log").unwrap();
-    let output = asperity(&["replay", text(&damaged), paths[1]]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stdout).contains("the same as logged"));
+    let (code, said, _) = outcome(&["replay", text(&damaged), paths[1]]);
+    assert!(code == 2 && said.contains("the same as logged"), "{said}");
 }
 
 /// The rows of a table by column.
@@ -326,80 +316,9 @@ fn a_load_that_is_never_reached_is_told() {
     let folder = folder();
     let log = folder.path().join("run.mcap");
     let sets = ["time.duration_s=0.01", "drive.until_load_ratio=0.5"];
-    let mut arguments = vec!["run", "default", "--out", text(&log)];
-    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-    let Output { status, stderr, .. } = asperity(&arguments);
-    assert!(status.success());
-    let stderr = String::from_utf8(stderr).expect("the binary writes UTF-8");
-    assert!(stderr.contains("default: F_T/F_N never reached 0.5 (drive.until_load_ratio)"), "{stderr}");
+    let run = with_sets(&["run", "default", "--out", text(&log)], &sets);
+    ends(0, &run, &["default: F_T/F_N never reached 0.5 (drive.until_load_ratio)"]);
     assert_eq!(asperity_testkit::run_end(&log).status, asperity_record::RunStatus::LoadNotReached);
-}
-
-#[test]
-fn bad_arguments_are_bad_input() {
-    for arguments in [&["jump"][..], &["run"], &["run", "default"], &["events", "--format", "xml", "a.mcap"]]
-    {
-        fail(arguments, 2);
-    }
-}
-
-#[test]
-fn bad_scenarios_are_refused_and_nothing_is_written() {
-    let folder = folder();
-    let out = folder.path().join("run.mcap");
-    let refused = |scenario: &[&str]| {
-        let stderr = fail(&[&["run"], scenario, &["--out", text(&out)]].concat(), 2);
-        assert!(is_empty(folder.path()), "{scenario:?} left something behind");
-        stderr
-    };
-    let unknown = refused(&["defualt"]);
-    assert!(unknown.contains("scenario defualt: neither a file"), "{unknown}");
-    assert!(
-        unknown.contains("did you mean default?") && unknown.contains("`asperity scenario list`"),
-        "{unknown}"
-    );
-
-    for (set, told) in [
-        ("nonsense", "--set nonsense: not TOML"),
-        ("slider.blokcs=7", "did you mean slider.blocks?"),
-        ("normal_load.tilt=2", "normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)"),
-        ("time.step_s=1e-3", "above the stability limit of the scheme"),
-    ] {
-        let stderr = refused(&["default", "--set", set]);
-        assert!(stderr.contains(told), "--set {set}: {stderr}");
-    }
-}
-
-#[test]
-fn errors_in_files_name_line_column_key_value_and_range() {
-    let folder = folder();
-    let file = folder.path().join("mine.toml");
-    let out = folder.path().join("run.mcap");
-    let text_of = "[slider]\nblocks = 0\n\n[friction]\n  static_coefficient = \"high\"\n";
-    fs::write(&file, text_of).expect("the folder can be written");
-    let stderr = fail(&["run", text(&file), "--out", text(&out)], 2);
-    let file_name = text(&file);
-    assert_eq!(
-        stderr,
-        format!(
-            "error: {file_name}:2:10: slider.blocks: 0 is not accepted \
-             (accepted: a whole number from 1 to 100000)\n\
-             error: {file_name}:5:24: friction.static_coefficient: \"high\" is not accepted \
-             (accepted: a number from 0)\n"
-        )
-    );
-    assert!(!out.exists());
-}
-
-#[test]
-fn an_existing_log_is_not_touched() {
-    let folder = folder();
-    let out = folder.path().join("run.mcap");
-    fs::write(&out, "mine").expect("the folder can be written");
-    let stderr = fail(&["run", "ten-blocks", "--out", text(&out)], 2);
-    assert!(stderr.contains("exists already"), "{stderr}");
-    assert_eq!(fs::read_to_string(&out).expect("it is still there"), "mine");
-    assert_eq!(fs::read_dir(folder.path()).expect("the folder is there").count(), 1);
 }
 
 #[test]
@@ -410,7 +329,8 @@ fn a_missing_folder_is_created_for_what_is_written_into_it() {
     for refused in [["salvage", "damaged.mcap"], ["report", "none.mcap"], ["run", "defualt"]] {
         fail(&[&refused[..], &["--out", text(&log.with_extension(""))]].concat(), 2);
     }
-    assert!(is_empty(folder.path()), "where nothing is written, no folder is left");
+    let left = fs::read_dir(folder.path()).expect("the folder is there").count();
+    assert_eq!(left, 0, "where nothing is written, no folder is left");
     small::run(&log);
     succeed(&["report", text(&log), "--out", text(&page)]);
     assert!(log.is_file() && page.is_file());
@@ -419,83 +339,6 @@ fn a_missing_folder_is_created_for_what_is_written_into_it() {
         stderr.contains("run.mcap.partial is in a folder that is a file (accepted: another file)"),
         "{stderr}"
     );
-}
-
-#[test]
-fn bad_logs_are_failures() {
-    let folder = folder();
-    let good = folder.path().join("good.mcap");
-    small::run(&good);
-    let bytes = fs::read(&good).expect("the log can be read");
-    let whole = succeed(&["events", text(&good)]);
-    let mut flipped = bytes.clone();
-    flipped[bytes.len() / 2] ^= 1;
-    let trailing = [&bytes[..], b"more"].concat();
-    let bad: [(&str, &[u8]); 6] = [
-        ("empty.mcap", b""),
-        ("text.mcap", b"not a log at all"),
-        ("truncated.mcap", &bytes[..bytes.len() / 2]),
-        ("trailing.mcap", &trailing),
-        ("without-last-byte.mcap", &bytes[..bytes.len() - 1]),
-        ("flipped.mcap", &flipped),
-    ];
-    for (name, content) in bad {
-        fs::write(folder.path().join(name), content).expect("the folder can be written");
-    }
-    let out = folder.path().join("reduced");
-    for name in bad.map(|(name, _)| name).into_iter().chain(["missing.mcap"]) {
-        let log = folder.path().join(name);
-        let mut commands = vec![vec!["replay", text(&log)]];
-        if cfg!(feature = "analysis") {
-            commands.push(vec!["draw", text(&log), "--out", text(&out)]);
-            commands.push(vec!["reduce", text(&log), "--out", text(&out)]);
-        }
-        for command in commands {
-            let Output { status, stderr, .. } = asperity(&command);
-            let stderr = String::from_utf8_lossy(&stderr);
-            let checked = asperity(&["check", text(&log)]).status.code();
-            assert!(matches!(checked, Some(2..=4)) && status.code() == checked, "{stderr}");
-            assert!(stderr.contains(name), "it names the file: {stderr}");
-            // The available part of a log that ends early is reduced, and the command reports that.
-            assert!(!out.exists() || checked == Some(3), "{name} was reduced to something");
-            fs::remove_dir_all(&out).ok();
-        }
-        // Events are printed up to where the log is sound.
-        let Output { status, stdout, stderr } = asperity(&["events", text(&log)]);
-        assert!(matches!(status.code(), Some(2..=4)) && String::from_utf8_lossy(&stderr).contains(name));
-        let printed = String::from_utf8(stdout).expect("the binary writes UTF-8");
-        assert!(whole.starts_with(&printed), "{name}: not the first events of the whole log");
-    }
-}
-
-#[cfg(feature = "analysis")]
-#[test]
-fn bad_pipelines_are_refused_and_nothing_is_written() {
-    let folder = folder();
-    let file = folder.path().join("pipeline.toml");
-    let out = folder.path().join("out");
-    for (pipeline, told) in [
-        ("title = \"a\"\nrun = 3\n", "line 2, column 7"),
-        ("title = \"a\"\n[[run]]\nname = \"a/b\"\nscenario = \"default\"\n", "\"a/b\" is no file name"),
-        ("title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"defualt\"\n", "run a: scenario defualt"),
-        (
-            "title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"default\"\nset = [\"slider.blocks=0\"]\n",
-            "run a: --set slider.blocks=0: slider.blocks: 0 is not accepted",
-        ),
-        (
-            "title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"default\"\n\
-             [[precursors]]\nrun = \"b\"\nlaw = \"eq-5.22\"\n",
-            "there is no run b (accepted: a)",
-        ),
-    ] {
-        fs::write(&file, pipeline).expect("the folder can be written");
-        let stderr = fail(&["reproduce", text(&file), "--out", text(&out)], 2);
-        assert!(stderr.contains(told), "{told} is not in: {stderr}");
-        assert!(!out.exists(), "{pipeline} left something behind");
-    }
-    fs::remove_file(&file).expect("the file is there");
-    fail(&["reproduce", text(&file), "--out", text(&out)], 2);
-    assert!(is_empty(folder.path()));
 }
 
 #[cfg(feature = "analysis")]
@@ -521,38 +364,5 @@ fn scenarios_are_listed_and_shown_in_full() {
         let file = folder.path().join("shown.toml");
         fs::write(&file, &shown).expect("the folder can be written");
         assert_eq!(succeed(&["scenario", "show", text(&file)]), shown, "{name}");
-    }
-}
-
-/// As `asperity events run.mcap | head -1` does once head has its line.
-#[test]
-fn a_closed_pipe_is_no_error() {
-    let folder = folder();
-    let log = folder.path().join("run.mcap");
-    small::run(&log);
-    for arguments in [
-        &["events", text(&log)][..],
-        &["events", text(&log), "--format", "json"],
-        &["summary", text(&log)],
-        &["summary", text(&log), "--format", "json"],
-        &["summary", text(&log), "--format", "csv"],
-        &["catalogue", text(&log)],
-        &["catalogue", text(&log), "--format", "quakeml"],
-        &["catalogue", text(&log), "--format", "statistics"],
-        &["replay", text(&log), "--format", "csv"],
-        &["replay", text(&log)],
-        &["scenario", "show", "default"],
-        &["scenario", "list"],
-    ] {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_asperity"))
-            .args(arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the binary starts");
-        drop(child.stdout.take());
-        let output = child.wait_with_output().expect("the binary ends");
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!((output.status.code(), &*stderr), (Some(0), ""), "{arguments:?}");
     }
 }

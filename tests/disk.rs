@@ -97,35 +97,6 @@ fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
     assert_eq!(digest(&folder.path().join("resumed.mcap")), digest(&whole));
 }
 
-/// Files of other commands are complete or absent, and the disk is left unchanged.
-#[cfg(target_os = "linux")]
-#[test]
-fn tables_and_figures_on_a_full_disk_are_whole_or_not_there() {
-    let folder = asperity_testkit::folder();
-    let whole = folder.path().join("whole.mcap");
-    binary::run(&["default", "--set", "time.duration_s=2"], &whole);
-    let script = r#"
-        head -c 1040000 /dev/zero > filled
-        $ASPERITY replay "$KEEP/whole.mcap" --out replayed; echo "replay: $?"
-        $ASPERITY salvage "$KEEP/damaged.mcap" --out salvaged.mcap; echo "salvage: $?"
-        $ASPERITY export "$KEEP/whole.mcap" --to csv --out exported; echo "export: $?"
-        test "$HAS_REDUCE" = 1 && { $ASPERITY reduce "$KEEP/whole.mcap" --out reduced; echo "reduce: $?"; }
-        find . -type f -empty; find . -name '*.partial'; find . -name '.asperity*'
-    "#;
-    let bytes = fs::read(&whole).expect("the log can be read");
-    fs::write(folder.path().join("damaged.mcap"), &bytes[..bytes.len() / 2])
-        .expect("the folder can be written");
-    let with_reduce = format!("HAS_REDUCE={}\n{script}", u8::from(cfg!(feature = "analysis")));
-    let Some(output) = on_a_small_disk(folder.path(), &with_reduce) else { return };
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    let mut commands = vec!["replay", "salvage", "export"];
-    commands.extend(cfg!(feature = "analysis").then_some("reduce"));
-    let expected: Vec<String> = commands.iter().map(|command| format!("{command}: 1")).collect();
-    assert_eq!(said.lines().collect::<Vec<_>>(), expected, "{errors}");
-    assert_eq!(errors.matches("No space left on device").count(), commands.len(), "{errors}");
-}
-
 /// The library of Parquet has a sentence of its own for each failure; users need the system's.
 #[cfg(all(target_os = "linux", feature = "analysis"))]
 #[test]

@@ -5,14 +5,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{outcome, succeed, text, with_sets};
 use crate::support::small;
 
 /// The exit code, and the output on both streams.
 fn draw(arguments: &[&str]) -> (i32, String, String) {
-    let output = asperity(&[&["draw"], arguments].concat());
-    let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().expect("it ends by itself"), words(&output.stdout), words(&output.stderr))
+    outcome(&[&["draw"], arguments].concat())
 }
 
 fn names(folder: &Path) -> BTreeSet<String> {
@@ -85,14 +83,12 @@ fn every_kind_is_drawn_or_says_why_not() {
 fn a_figure_has_the_bytes_of_a_pipeline() {
     let folder = asperity_testkit::folder();
     let pipeline = folder.path().join("p.toml");
-    let set: Vec<String> =
-        small::SCENARIO[1..].iter().filter(|word| **word != "--set").map(|set| format!("{set:?}")).collect();
     let toml = format!(
-        "title = 'One'\n[[run]]\nname = 'a'\nscenario = 'ten-blocks'\nset = [{}]\n\
+        "title = 'One'\n[[run]]\nname = 'a'\nscenario = 'ten-blocks'\nset = {:?}\n\
          [figure]\nload = [{{ file = 'load.png', run = 'a', sliding = true }}]\n\
          forces = [{{ file = 'forces.png', run = 'a', from_s = 0.5, title = 'Late' }}]\n\
          slipped = [{{ file = 'slipped.png', series = [{{ run = 'a', label = 'a' }}] }}]\n",
-        set.join(", ")
+        small::SETS
     );
     fs::write(&pipeline, toml).expect("the folder can be written");
     let made = folder.path().join("made");
@@ -102,10 +98,9 @@ fn a_figure_has_the_bytes_of_a_pipeline() {
         [("load", &[]), ("forces", &["from_s=0.5", "title=Late"]), ("slipped", &[])];
     for (kind, set) in sets {
         let out = folder.path().join("drawn");
-        let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
         let draw_to = |out: &Path| {
             let words = [text(&log), "--kind", kind, "--no-provenance", "-o", text(out)];
-            assert_eq!(draw(&[&words, &set[..]].concat()).0, 0, "{kind}");
+            assert_eq!(draw(&with_sets(&words, set)).0, 0, "{kind}");
         };
         draw_to(&out);
         for ending in ["png", "svg", "pdf"] {

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{contents, ends, run, succeed, text};
 use crate::support::small;
 use asperity_record::RunEnd;
-use asperity_runlog::{RunReader, Topics};
 use asperity_testkit::{folder, run_end};
 
 /// The columns of the raw event table that other people's programs rely on.
@@ -16,18 +15,6 @@ const PINNED: &str = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_ons
 
 fn events(log: &Path) -> String {
     succeed(&["events", text(log), "--format", "csv"])
-}
-
-/// Name and content of every file in a folder.
-fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    fs::read_dir(folder)
-        .expect("the folder is there")
-        .map(|entry| {
-            let path = entry.expect("the folder can be read").path();
-            let name = path.file_name().expect("entries have names").to_string_lossy().into_owned();
-            (name, fs::read(&path).expect("its files can be read"))
-        })
-        .collect()
 }
 
 #[test]
@@ -110,18 +97,6 @@ fn from_solver_to_figures() {
 }
 
 #[test]
-fn same_scenario_same_log() {
-    let folder = folder();
-    let [first, second] = ["first", "second"].map(|name| folder.path().join(format!("{name}.mcap")));
-    small::run(&first);
-    small::run(&second);
-    assert_eq!(events(&first), events(&second));
-    // Counts and digest over all messages. The files may differ in the ends of chunks, since the log is
-    // synced about once a second.
-    assert_eq!(run_end(&first), run_end(&second));
-}
-
-#[test]
 fn a_run_is_repeated_from_its_log() {
     let folder = folder();
     let [first, second] = ["first", "second"].map(|name| folder.path().join(format!("{name}.mcap")));
@@ -130,16 +105,6 @@ fn a_run_is_repeated_from_its_log() {
     assert_eq!(run_end(&first), run_end(&second));
     let shown = succeed(&["scenario", "show", text(&first), "--set", "time.duration_s=7"]);
     assert!(shown.contains("duration_s = 7.0"), "{shown}");
-}
-
-#[test]
-fn sampling_does_not_change_events() {
-    let folder = folder();
-    let [usual, rare] = ["usual", "rare"].map(|name| folder.path().join(format!("{name}.mcap")));
-    small::run(&usual);
-    run(&[&small::SCENARIO[..], &["--set", "recording.sample_s=0.3"]].concat(), &rare);
-    assert!(run_end(&rare).message_counts["/step"] < run_end(&usual).message_counts["/step"]);
-    assert_eq!(events(&usual), events(&rare));
 }
 
 const PIPELINE: &str = r#"
@@ -167,10 +132,7 @@ series = [{ run = "plain", label = "level" }, { run = "tilted", label = "tilted"
 
 /// Runs the pipeline and returns its stderr.
 fn reproduce(pipeline: &Path, out: &Path, jobs: &str) -> String {
-    let output = asperity(&["reproduce", text(pipeline), "--out", text(out), "--jobs", jobs]);
-    let stderr = String::from_utf8(output.stderr).expect("the binary writes UTF-8");
-    assert!(output.status.success(), "{}\n{stderr}", output.status);
-    stderr
+    ends(0, &["reproduce", text(pipeline), "--out", text(out), "--jobs", jobs], &[])
 }
 
 /// The outputs of a pipeline: the run ends, the tables, the figures.
@@ -235,11 +197,9 @@ fn what_is_no_run_log_is_never_replaced() {
     {
         let notes = out.join("runs").join(name);
         fs::write(&notes, "what I measured on Monday").expect("the folder can be written");
-        let output = asperity(&[&["reproduce", text(&pipeline), "--out", text(&out)], arguments].concat());
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{stderr}");
-        assert!(stderr.contains(&format!("{name}: not a run log")), "{stderr}");
-        assert!(stderr.contains("it is not replaced"), "{stderr}");
+        let refused = format!("{name}: not a run log");
+        let reproduce = [&["reproduce", text(&pipeline), "--out", text(&out)], arguments].concat();
+        ends(2, &reproduce, &[&refused, "it is not replaced"]);
         assert_eq!(fs::read_to_string(&notes).expect("it is there"), "what I measured on Monday");
         assert!(!out.join("runs").join("plain.mcap").exists(), "nothing was begun");
         fs::remove_file(&notes).expect("it is there");
@@ -363,80 +323,35 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
     let folder = folder();
     // An old name of a number is as good as its new one.
     let unloading = UNLOADING.replace("first_global_event_onset_s", "first-global-slip-time");
-    let refused = |from: &str, to: &str| {
+    let refused = |code: i32, from: &str, to: &str, expected: &str| {
         let pipeline = folder.path().join("pipeline.toml");
         fs::write(&pipeline, unloading.replace(from, to)).expect("the folder can be written");
         let out = folder.path().join("out");
-        let output = asperity(&["reproduce", text(&pipeline), "--out", text(&out)]);
-        assert!(!output.status.success());
-        String::from_utf8(output.stderr).expect("the binary writes UTF-8")
+        ends(code, &["reproduce", text(&pipeline), "--out", text(&out)], &[expected])
     };
-    let known = "(accepted: coded, kicked-1, kicked-2, stated)";
-    for (from, to) in [
-        ("as_stated = { run = \"stated\" }", "as_stated = { run = \"missing\" }"),
-        ("at_least = 1.0\n", "at_least = 1.0\nminus = \"missing\"\n"),
-        ("first_global_slips = [\"coded\", ", "first_global_slips = [\"missing\", "),
-        ("runs = [\"stated\"]", "runs = [\"missing\"]"),
-    ] {
-        let error = refused(from, to);
-        assert!(error.contains(&format!("there is no run missing {known}")), "{error}");
-    }
-    let error = refused("at_least = 1.0\n", "at_least = 1.0\nminus = \"stated\"\n");
-    assert!(
-        error.contains(
-            "claim about first global slip: minus_spread: 0 runs (accepted: 2, one for each of spread)"
+    let missing = "there is no run missing (accepted: coded, kicked-1, kicked-2, stated)";
+    let spread = "claim about first global slip: minus_spread: 0 runs (accepted: 2, one for each of spread)";
+    for (from, to, expected) in [
+        ("as_stated = { run = \"stated\" }", "as_stated = { run = \"missing\" }", missing),
+        ("at_least = 1.0\n", "at_least = 1.0\nminus = \"missing\"\n", missing),
+        ("first_global_slips = [\"coded\", ", "first_global_slips = [\"missing\", ", missing),
+        ("runs = [\"stated\"]", "runs = [\"missing\"]", missing),
+        ("at_least = 1.0\n", "at_least = 1.0\nminus = \"stated\"\n", spread),
+        (
+            "values = [1e-8, 2e-8]",
+            "values = []",
+            "ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)",
         ),
-        "{error}"
-    );
-    let error = refused("values = [1e-8, 2e-8]", "values = []");
-    assert!(error.contains("ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)"), "{error}");
-    let error = refused("of = \"this project\"", "of = \"us\"");
-    assert!(error.contains("of = \"us\" is not accepted (accepted: the source, this project)"), "{error}");
-    let error = refused("blocks = [1, 5, 10]", "blocks = [1, 11]");
-    assert!(
-        error.contains("figure displacement.png: blocks: 11 is not in run coded (accepted: 1 to 10)"),
-        "{error}"
-    );
+        (
+            "of = \"this project\"",
+            "of = \"us\"",
+            "of = \"us\" is not accepted (accepted: the source, this project)",
+        ),
+    ] {
+        refused(2, from, to, expected);
+    }
+    let expected = "figure displacement.png: blocks: 11 is not in run coded (accepted: 1 to 10)";
+    let error = refused(1, "blocks = [1, 5, 10]", "blocks = [1, 11]", expected);
     let note = "pipeline.toml: measure \"first-global-slip-time\" is now called first_global_event_onset_s\n";
     assert_eq!(error.matches(note).count(), 1, "{error}");
-}
-
-/// A pipeline that is killed continues its run, and gives the same tables.
-#[test]
-#[ignore = "seconds of single steps, twice: cargo xtask nightly"]
-fn a_killed_pipeline_goes_on_with_its_run() {
-    let folder = folder();
-    let pipeline = folder.path().join("pipeline.toml");
-    // Some seconds of the plain solver, with a checkpoint once a second.
-    let text_of = "title = \"one\"\n[[run]]\nname = \"one\"\nscenario = \"default\"\n\
-                   set = [\"parameter_set=as-coded\", \"time.duration_s=0.13\"]\n";
-    fs::write(&pipeline, text_of).expect("the folder can be written");
-    let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
-    let arguments = |out| ["reproduce", text(&pipeline), "--solver", "plain", "--out", out];
-    succeed(&arguments(text(&whole)));
-
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_asperity"))
-        .args(arguments(text(&killed)))
-        .spawn()
-        .expect("the binary starts");
-    let partial = killed.join("runs").join("one.mcap.partial");
-    let has_checkpoint = || {
-        let Ok(mut reader) = RunReader::open(&partial, Topics::NONE) else { return false };
-        while let Ok(Some(_)) = reader.next_item() {}
-        reader.checkpoint().is_some()
-    };
-    while !has_checkpoint() {
-        assert!(child.try_wait().expect("it can be asked").is_none(), "over before its first checkpoint");
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    child.kill().expect("it can be killed");
-    child.wait().expect("it ends");
-    let output = asperity(&arguments(text(&killed)));
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success() && said.contains("one: resumes from "), "{said}");
-    assert_eq!(contents(&killed.join("tables")), contents(&whole.join("tables")));
-    assert_eq!(
-        run_end(&killed.join("runs").join("one.mcap")).digest,
-        run_end(&whole.join("runs").join("one.mcap")).digest
-    );
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_testkit::{read_log, run_end};
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{outcome, run, succeed, text, with_sets};
 
 const NONE: [&str; 2] = ["--set", "recording.energies=none"];
 const WARNED: &str = "warning: recording.energies = \"none\": energies are always recorded now";
@@ -22,10 +22,9 @@ fn without() -> PathBuf {
 }
 
 /// Exit code and output.
-fn outcome(arguments: &[&str]) -> (Option<i32>, String) {
-    let output = asperity(arguments);
-    let said = [output.stdout, output.stderr].concat();
-    (output.status.code(), String::from_utf8(said).expect("the binary writes UTF-8"))
+fn ended(arguments: &[&str]) -> (i32, String) {
+    let (code, out, err) = outcome(arguments);
+    (code, out + &err)
 }
 
 #[test]
@@ -33,15 +32,15 @@ fn a_run_that_asks_for_none_is_warned_of_and_has_energies_all_the_same() {
     let folder = asperity_testkit::folder();
     let (with, asked) = (folder.path().join("with.mcap"), folder.path().join("asked.mcap"));
     run(&CHAIN, &with);
-    let (code, said) = outcome(&[&["run"], &CHAIN[..], &NONE, &["--out", text(&asked)]].concat());
-    assert!(code == Some(0) && said.contains(WARNED), "{said}");
+    let (code, said) = ended(&[&["run"], &CHAIN[..], &NONE, &["--out", text(&asked)]].concat());
+    assert!(code == 0 && said.contains(WARNED), "{said}");
     let (of_with, of_asked) = [&with, &asked].map(|log| read_log(log).expect("the log is whole")).into();
     assert!(of_with.0 == of_asked.0, "other items");
     assert!(of_with.1.energy.is_some());
     assert_eq!(of_with.1.energy, of_asked.1.energy);
-    assert_eq!(outcome(&["check", "--again", text(&asked)]).0, Some(0));
-    let (code, said) = outcome(&[&["scenario", "validate", "default"][..], &NONE].concat());
-    assert!(code == Some(0) && said.contains(WARNED), "{said}");
+    assert_eq!(ended(&["check", "--again", text(&asked)]).0, 0);
+    let (code, said) = ended(&[&["scenario", "validate", "default"][..], &NONE].concat());
+    assert!(code == 0 && said.contains(WARNED), "{said}");
 }
 
 /// Its energies determine the result, whatever the key.
@@ -50,8 +49,8 @@ fn a_run_that_asks_for_none_is_stopped_for_its_time_step() {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("long.mcap");
     let long = ["rigid-contacts", "--set", "slider.blocks=24", "--set", "time.step_s=2.5e-6", "--out"];
-    let (code, said) = outcome(&[&["run"], &long[..], &[text(&log)], &NONE].concat());
-    assert!(code == Some(1) && said.contains(WARNED), "{said}");
+    let (code, said) = ended(&[&["run"], &long[..], &[text(&log)], &NONE].concat());
+    assert!(code == 1 && said.contains(WARNED), "{said}");
     assert!(said.contains("a shorter time.step_s is needed"), "{said}");
 }
 
@@ -67,25 +66,24 @@ fn a_log_without_energies_is_read_by_all_and_what_is_missing_is_said() {
     assert_eq!(end.energy, None);
     assert!(end.solver.counts["zones"] > 5 && end.solver.counts["zone_steps"] > 10_000);
 
-    let (code, said) = outcome(&["export", text(&log), "--to", "csv", "--out", text(&out("tables"))]);
-    assert!(code == Some(0) && said.contains(SAID), "{said}");
+    let (code, said) = ended(&["export", text(&log), "--to", "csv", "--out", text(&out("tables"))]);
+    assert!(code == 0 && said.contains(SAID), "{said}");
     let steps = out("tables").join("without-energies.step.csv");
     let steps = fs::read_to_string(steps).expect("a table");
     assert!(steps.lines().any(|line| line.ends_with("ft_fn,sliding,switches")), "{steps:.300}");
 
-    let (code, said) = outcome(&["summary", text(&log)]);
-    assert!(code == Some(0) && said.contains(SAID), "{said}");
+    let (code, said) = ended(&["summary", text(&log)]);
+    assert!(code == 0 && said.contains(SAID), "{said}");
     assert!(said.contains("drive work                             -"), "{said}");
 
     // Its switches are those of a run with energies.
     let with = out("with.mcap");
     let sets = ["slider.blocks=600", "time.duration_s=0.03", "recording.fields_s=0"];
     let more = ["recording.event_fields=false", "recording.sample_s=0.003"];
-    let sets = sets.iter().chain(&more).flat_map(|set| ["--set", set]);
-    run(&["default"].into_iter().chain(sets).collect::<Vec<_>>(), &with);
-    assert!(!outcome(&["summary", text(&with)]).1.contains(SAID));
-    let (code, said) = outcome(&["diff", text(&with), text(&log)]);
-    assert!(code == Some(0) && said.contains("nothing differs"), "{said}");
+    run(&with_sets(&["default"], &[&sets[..], &more].concat()), &with);
+    assert!(!ended(&["summary", text(&with)]).1.contains(SAID));
+    let (code, said) = ended(&["diff", text(&with), text(&log)]);
+    assert!(code == 0 && said.contains("nothing differs"), "{said}");
 
     // A salvaged log is one as well.
     let bytes = fs::read(&log).expect("it can be read");
@@ -93,9 +91,9 @@ fn a_log_without_energies_is_read_by_all_and_what_is_missing_is_said() {
     let damaged = out("damaged.mcap");
     fs::write(&damaged, &bytes[..bytes.len() * 9 / 10]).expect("the folder can be written");
     let salvaged = out("salvaged.mcap");
-    let (code, said) = outcome(&["salvage", text(&damaged), "--out", text(&salvaged)]);
-    assert_eq!(code, Some(0), "{said}");
-    assert_eq!(outcome(&["check", text(&salvaged)]).0, Some(5));
+    let (code, said) = ended(&["salvage", text(&damaged), "--out", text(&salvaged)]);
+    assert_eq!(code, 0, "{said}");
+    assert_eq!(ended(&["check", text(&salvaged)]).0, 5);
 }
 
 #[cfg(feature = "analysis")]
@@ -104,8 +102,8 @@ fn a_log_without_energies_is_reduced_and_reported() {
     let folder = asperity_testkit::folder();
     let log = without();
     let (tables, page) = (folder.path().join("tables"), folder.path().join("page.html"));
-    let (code, said) = outcome(&["reduce", text(&log), "--out", text(&tables)]);
-    assert!(code == Some(0) && said.contains(SAID), "{said}");
+    let (code, said) = ended(&["reduce", text(&log), "--out", text(&tables)]);
+    assert!(code == 0 && said.contains(SAID), "{said}");
     succeed(&["report", text(&log), "--out", text(&page)]);
     let page = fs::read_to_string(page).expect("the page is there");
     assert!(page.contains("No energies: recording.energies = &quot;none&quot;."));

@@ -5,14 +5,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{ends, succeed, text};
 use crate::support::{binary, small};
 use asperity_record::{Event, FieldRecord, Record, StepRecord, WindowRecord};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_testkit::folder;
 use serde_json::{Map, Value, json};
 
-const TOPICS: [&str; 9] = [
+pub(crate) const TOPICS: [&str; 9] = [
     "/step",
     "/switch",
     "/fields",
@@ -355,9 +355,7 @@ fn chunked(folder: &Path) -> (PathBuf, Vec<u8>) {
 }
 
 fn export_in_part(log: &Path, out: &Path, code: i32) -> (String, Expected) {
-    let output = asperity(&["export", text(log), "--to", "ndjson", "--out", text(out)]);
-    let said = String::from_utf8(output.stderr).expect("the binary writes UTF-8");
-    assert_eq!(output.status.code(), Some(code), "{said}");
+    let said = ends(code, &["export", text(log), "--to", "ndjson", "--out", text(out)], &[]);
     let expected = Expected::of(log);
     assert_ndjson(&expected, out);
     assert!(!names(out).iter().any(|name| name.ends_with(".partial")));
@@ -399,7 +397,7 @@ fn what_is_sound_of_a_log_that_is_not_whole_is_exported() {
     // The damage is reported for a slice before it as well.
     let out = folder.path().join("slice");
     let slice = ["--to", "csv", "--topic", "/step", "--to-s", "0.01", "--out", text(&out)];
-    assert_eq!(asperity(&[&["export", text(&log)], &slice[..]].concat()).status.code(), Some(4));
+    ends(4, &[&["export", text(&log)], &slice[..]].concat(), &[]);
 }
 
 /// Logs of every version of the format are exported, with the events that they had then.
@@ -437,10 +435,7 @@ fn files_that_are_there_are_kept_unless_told() {
     succeed(&arguments);
     let path = file(&out, "/step", "csv");
     fs::write(&path, "mine").expect("the folder can be written");
-    let output = asperity(&arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("run.step.csv exists already") && said.contains("--force"), "{said}");
+    ends(2, &arguments, &["run.step.csv exists already", "--force"]);
     assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
     // `--replace` is its former name.
     for flag in ["--force", "--replace"] {
@@ -458,11 +453,7 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_written() {
     small::run(&log);
     let out = folder.path().join("out");
     let refuse = |further: &[&str], words: &[&str]| {
-        let output =
-            asperity(&[&["export", text(&log), "--to", "csv", "--out", text(&out)], further].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        words.iter().for_each(|word| assert!(said.contains(word), "no {word} in {said}"));
+        ends(2, &[&["export", text(&log), "--to", "csv", "--out", text(&out)], further].concat(), words);
         assert!(!out.exists() || names(&out).is_empty());
     };
     refuse(&["--topic", "step"], &["\"step\"", "accepted: /step, /switch, /fields"]);
@@ -481,10 +472,7 @@ fn many_runs_are_exported_and_the_unreadable_told() {
     fs::write(&logs[1], "not a log").expect("the folder can be written");
     let out = folder.path().join("out");
     let runs = [text(&logs[1]), text(&logs[0])];
-    let output = asperity(&[&["export"], &runs[..], &["--to", "csv", "--out", text(&out)]].concat());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("b.mcap: "), "{said}");
+    ends(2, &[&["export"], &runs[..], &["--to", "csv", "--out", text(&out)]].concat(), &["b.mcap: "]);
     let written = names(&out);
     assert!(
         written.contains("a.step.csv") && !written.iter().any(|name| name.starts_with("b.")),

@@ -7,11 +7,10 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use crate::support::binary;
-use crate::support::binary::{asperity, text};
+use crate::support::binary::{self, outcome, text, with_sets};
 use crate::support::small;
 use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
-use asperity_testkit::{Random, SMALL_SHEET, read_until_problem};
+use asperity_testkit::{Random, read_until_problem};
 use mcap::records::op;
 
 /// How many bits are flipped in a log, each in a copy of its own. `cargo xtask attack flips` flips more.
@@ -143,8 +142,7 @@ fn flip(what: &str, bytes: &[u8], flips: u64, mut wrong: impl FnMut(&Path, Outco
         .expect("it is open");
     assert!(unseen.is_empty(), "{what}: {} unseen:\n{}", unseen.len(), unseen.join("\n"));
     // The command detects what the library detects.
-    let output = asperity(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-    let said = String::from_utf8(output.stdout).expect("the binary writes UTF-8");
+    let (_, said, _) = outcome(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(said.lines().count() as u64, CHECKED, "{said}");
     assert!(said.lines().all(|line| !line.contains(": whole: ")), "{said}");
 }
@@ -161,24 +159,13 @@ fn flip_whole(what: &str, bytes: &[u8], flips: u64) {
     });
 }
 
-/// Checkpoints of a slab contain data that no record has, and states have an extra column.
+/// Checkpoints of a slab contain data that no record has, and states have an extra column. The attack flips bits of a
+/// sheet's log.
 #[test]
 fn every_flipped_bit_of_a_slabs_log_is_seen() {
     let sets = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.25"];
-    flip_the_log_of("slab", &sets);
-}
-
-/// Switches, states and events of a sheet have components across the sliding direction, or rows.
-#[test]
-fn every_flipped_bit_of_a_sheets_log_is_seen() {
-    flip_the_log_of("sheet-coarse", &SMALL_SHEET);
-}
-
-fn flip_the_log_of(scenario: &str, sets: &[&str]) {
-    let sets = sets.iter().flat_map(|set| ["--set", set]);
-    let often = [scenario, "--checkpoint-s", "0.005"];
-    let arguments: Vec<&str> = often.into_iter().chain(sets).collect();
-    flip_whole(scenario, &sound_of(&arguments), FLIPS / 8);
+    let slab = with_sets(&["slab", "--checkpoint-s", "0.005"], &sets);
+    flip_whole("slab", &sound_of(&slab), FLIPS / 8);
 }
 
 /// This reader compares no header with a scenario, as is so for logs by other code.

@@ -109,13 +109,3 @@ fn what_is_given_in_the_wrong_place_is_named() {
         new.map(|entry| entry.file_name()).filter(|name| name.to_string_lossy().starts_with("new")).collect();
     assert!(new.is_empty(), "{new:?}");
 }
-
-/// Words from the help are no paths: built-in names come first, and missing files have their own error.
-#[test]
-fn names_and_missing_files_are_as_before() {
-    let output = asperity(&["run", "not-there", "-o", "x.mcap"]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && said.contains("nor a built-in scenario"), "{said}");
-    let output = asperity(&["summary", "not-there.mcap"]);
-    assert_eq!(output.status.code(), Some(2));
-}

@@ -120,6 +120,8 @@ const ON_LOGS: &[&str] = &[
 const ON_TOML: &[&str] = &[
     "scenario show FILE",
     "sweep plan FILE --out never",
+    "replay run.mcap --detectors FILE",
+    "diff run.mcap run.mcap --policy FILE",
     #[cfg(feature = "analysis")]
     "reproduce FILE --out never",
 ];
@@ -342,12 +344,17 @@ fn large_texts_are_refused_within_bounds() {
 fn refuse_large(commands: Commands) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
-    let large: [(&str, String); 6] = [
+    fs::copy(fixtures().join("../logs/v2/complete.mcap"), folder.join("run.mcap")).expect("it is there");
+    let large: [(&str, String); 10] = [
         ("line.toml", format!("name = \"{}", "x".repeat(10_000_000))),
         ("value.toml", format!("slider.blocks = {}\n", "9".repeat(10_000_000))),
         ("nested-lists.toml", format!("name = {}", "[".repeat(1_000_000))),
         ("nested-tables.toml", format!("name = {}", "{a=".repeat(1_000_000))),
         ("nested-keys.toml", format!("{}a = 1", "a.".repeat(1_000_000))),
+        ("comments.toml", "# nothing at all\n".repeat(800_000)),
+        ("values.toml", format!("a = [{}]", "1,".repeat(4_900_000))),
+        ("lines.toml", "\n".repeat(8_000_000)),
+        ("keys.toml", (0..600_000).map(|number| format!("k{number:x}=1\n")).collect()),
         ("many-errors.toml", "[[recording.window]]\nfrom_s = -1\n".repeat(1000)),
     ];
     for (number, (name, content)) in large.iter().enumerate() {

@@ -8,7 +8,7 @@ use asperity_record::{Direction, Record};
 use asperity_runlog::LogItem;
 use asperity_testkit::read_log;
 
-use crate::support::binary::{run, succeed, text};
+use crate::support::binary::{run, succeed, text, with_sets};
 
 const COUNTS: [&str; 10] = [
     "onset_step",
@@ -28,16 +28,14 @@ const LOAD_TOLERANCE: f64 = 1e-7;
 
 #[test]
 fn a_chain_gives_the_rows_of_an_independent_program() {
-    let sets = ["--set", "friction.junction_width=0.1", "--set", "time.step_s=1e-7"];
-    compare("chain-n50", &[&["chain-junctions"], &sets[..]].concat());
+    let sets = ["friction.junction_width=0.1", "time.step_s=1e-7"];
+    compare("chain-n50", &with_sets(&["chain-junctions"], &sets));
 }
 
 #[test]
 fn a_coarse_slab_gives_the_rows_of_an_independent_program() {
     let sets = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "friction.junction_width=0.1"];
-    let mut scenario = vec!["slab-junctions"];
-    scenario.extend(sets.iter().flat_map(|set| ["--set", set]));
-    compare("slab-29x16", &scenario);
+    compare("slab-29x16", &with_sets(&["slab-junctions"], &sets));
 }
 
 #[test]
@@ -104,8 +102,7 @@ fn slow_slip_of_every_rupture_is_that_of_the_recorded_states() {
     let (log, out, all) =
         (folder.path().join("run.mcap"), folder.path().join("out"), folder.path().join("all"));
     let sets = ["time.step_s=1e-7", "time.duration_s=0.1", "recording.fields_s=1e-4"];
-    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", *set]).collect();
-    run(&[&["chain-junctions"], &sets[..]].concat(), &log);
+    run(&with_sets(&["chain-junctions"], &sets), &log);
     succeed(&["reduce", text(&log), "-o", text(&out), "--quiet"]);
     succeed(&["export", text(&log), "--to", "csv", "-o", text(&all), "--quiet"]);
     let read = |path: std::path::PathBuf| Table::of(&std::fs::read_to_string(path).expect("it is there"));

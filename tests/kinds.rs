@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::laws::thin::messages;
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{ends, outcome, succeed, text};
 use asperity_record::{Parts, RunHeader, RunStatus, SolverReport};
 use asperity_run::{Task, Verdict, detectors};
 use asperity_runlog::{Existing, LogItem, RunWriter};
@@ -282,8 +282,7 @@ fn every_table_has_the_columns_of_its_kind() {
     each(|kind, Logs { folder, run, still, items }| {
         assert_eq!(read_log(run).expect("it is whole").0, *items);
         // The detectors find the same events again.
-        let checked = asperity(&["check", text(run)]);
-        assert_eq!(checked.status.code(), Some(6), "{}", String::from_utf8_lossy(&checked.stdout));
+        ends(6, &["check", text(run)], &[]);
 
         let events = succeed(&["events", text(run)]);
         let ends: Vec<&str> =
@@ -365,9 +364,9 @@ fn a_diff_compares_what_both_sides_have() {
         for (number, (from, to, code, says)) in kind.differs.iter().enumerate() {
             fs::write(&other, events.replace(from, to)).unwrap();
             let matches = folder.path().join(format!("{number}.parquet"));
-            let output = asperity(&["diff", text(run), text(&other), "--matches", text(&matches)]);
-            let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
-            assert_eq!(output.status.code(), Some(*code), "{said}");
+            let (found, out, err) = outcome(&["diff", text(run), text(&other), "--matches", text(&matches)]);
+            let said = out + &err;
+            assert_eq!(found, *code, "{said}");
             assert!(says.iter().all(|says| said.contains(says)), "{says:?}: {said}");
             if let (0, Some((column, cell))) = (number, kind.matches) {
                 assert_eq!(row(&succeed(&["events", text(&matches)]), 0)[column].to_string(), cell);

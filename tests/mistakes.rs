@@ -95,6 +95,8 @@ fn mistaken_values_are_refused_where_they_stand() {
         ("normal_load.tilt=0,5", &["with a decimal point)"]),
         ("normal_load.tilt=2", &["2 is not accepted (accepted: a number from -1 to 1)"]),
         ("slider.blocks", &["KEY=VALUE"]),
+        ("nonsense", &["--set nonsense: not TOML"]),
+        ("time.step_s=1e-3", &["above the stability limit of the scheme"]),
         ("drive.kind=botom", &["\"side\" or \"top\" or \"left-right\""]),
         ("time.step_s=7e-8", &["time.duration_s", "the nearest is 0.00999999)"]),
     ] {
@@ -173,6 +175,19 @@ fn mistakes_in_sweeps_and_pipelines_are_refused_with_what_is_meant() {
             &["did you mean space-time?", "others, see docs/figures.md"],
         ),
         ("title = \"One\"\n", "", &["title is missing here"]),
+        ("[[run]]", "run = 3\n[[runs]]", &["line 3, column 7"]),
+        ("name = \"tilted\"", "name = \"a/b\"", &["\"a/b\" is no file name"]),
+        ("mine.toml", "mien.toml", &["run tilted: scenario mien.toml"]),
+        (
+            "\"mine.toml\"",
+            "\"mine.toml\"\nset = [\"slider.blocks=0\"]",
+            &["run tilted: --set slider.blocks=0: slider.blocks: 0 is not accepted"],
+        ),
+        (
+            "[[claim]]",
+            "[[precursors]]\nrun = \"b\"\nlaw = \"eq-5.22\"\n[[claim]]",
+            &["there is no run b (accepted: tilted)"],
+        ),
     ] {
         made("pipeline.toml", PIPELINE, from, to);
         refused(folder.path(), "reproduce pipeline.toml -o out", words);

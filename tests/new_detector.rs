@@ -17,7 +17,7 @@ use std::time::Instant;
 use asperity_runlog::{RunReader, Topics};
 use asperity_testkit::{folder, run_end};
 
-use crate::support::binary::{self, text};
+use crate::support::binary::{self, text, with_sets};
 use crate::support::clients::{file, said};
 use crate::support::{seed, small};
 
@@ -179,30 +179,20 @@ fn table(tables: &Path, name: &str) -> PathBuf {
 /// Under a constant force, that of the prestress, sliding blocks approach the velocity at which viscosity
 /// balances the force less friction: `(tau_p - mu_d p) / E`.
 fn blocks_approach_the_terminal_velocity(asperity: &Path, folder: &Path) {
-    let scenario = [
-        "ten-blocks",
-        "--set",
+    let sets = [
         "parameter_set=as-coded",
-        "--set",
         "friction.law=viscous",
-        "--set",
         "friction.radiation_kg_per_s=70",
-        "--set",
         "prestress.ratio=0.8",
-        "--set",
         "drive.velocity_m_per_s=0",
-        "--set",
         "drive.stiffness_n_per_m=1e-9",
-        "--set",
         "time.step_s=1e-6",
-        "--set",
         "time.duration_s=0.5",
-        "--set",
         "recording.fields_s=0.5",
     ];
     for solver in ["fast", "plain"] {
         let log = folder.join(format!("terminal-{solver}.mcap"));
-        let tables = exported(asperity, &[&scenario[..], &["--solver", solver]].concat(), &log);
+        let tables = exported(asperity, &with_sets(&["ten-blocks", "--solver", solver], &sets), &log);
         let velocities = column(&table(&tables, "fields.csv"), "velocity_m_per_s");
         let terminal_m_per_s = (0.8 - 0.45) * 40.0 / 70.0;
         assert!(velocities.len() >= 20, "{}", velocities.len());
@@ -212,53 +202,45 @@ fn blocks_approach_the_terminal_velocity(asperity: &Path, folder: &Path) {
     }
 }
 
-/// A slab whose contacts slip several times.
-const SLAB: [&str; 21] = [
-    "slab",
-    "--set",
-    "slider.blocks=5",
-    "--set",
-    "slider.rows=3",
-    "--set",
-    "slider.height_m=0.07",
-    "--set",
-    "slider.mass_kg=2",
-    "--set",
-    "drive.height_m=0.035",
-    "--set",
-    "drive.velocity_m_per_s=2e-2",
-    "--set",
-    "time.step_s=1e-5",
-    "--set",
-    "time.duration_s=0.1",
-    "--set",
-    "recording.fields_s=0",
-    "--set",
-    "recording.sample_s=1e-2",
+/// A chain, and a slab whose contacts slip several times.
+const BODIES: [(&str, &[&str]); 2] = [
+    (
+        "ten-blocks",
+        &[
+            "parameter_set=as-coded",
+            "drive.velocity_m_per_s=1e-2",
+            "time.step_s=1e-6",
+            "time.duration_s=0.2",
+            "recording.sample_s=1e-2",
+        ],
+    ),
+    (
+        "slab",
+        &[
+            "slider.blocks=5",
+            "slider.rows=3",
+            "slider.height_m=0.07",
+            "slider.mass_kg=2",
+            "drive.height_m=0.035",
+            "drive.velocity_m_per_s=2e-2",
+            "time.step_s=1e-5",
+            "time.duration_s=0.1",
+            "recording.fields_s=0",
+            "recording.sample_s=1e-2",
+        ],
+    ),
 ];
 
 /// Chains and slabs slip under the law, equally with both solvers, and are resumed and checked; without
 /// viscosity they agree with the underlying law up to rounding.
 fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
-    let chain = [
-        "ten-blocks",
-        "--set",
-        "parameter_set=as-coded",
-        "--set",
-        "drive.velocity_m_per_s=1e-2",
-        "--set",
-        "time.step_s=1e-6",
-        "--set",
-        "time.duration_s=0.2",
-        "--set",
-        "recording.sample_s=1e-2",
-    ];
-    for (body, scenario) in [("chain", &chain[..]), ("slab", &SLAB)] {
+    for (body, sets) in BODIES {
+        let scenario = &with_sets(&[body], sets)[..];
         let run = |name: &str, law: &str, solver: &str| {
-            let sets: Vec<&str> = law.split_whitespace().flat_map(|set| ["--set", set]).collect();
+            let law: Vec<&str> = law.split_whitespace().collect();
             let log = folder.join(format!("{body}-{name}.mcap"));
-            let tables = exported(asperity, &[scenario, &sets, &["--solver", solver]].concat(), &log);
-            (tables, log)
+            let scenario = [scenario, &["--solver", solver]].concat();
+            (exported(asperity, &with_sets(&scenario, &law), &log), log)
         };
         let viscous = "friction.law=viscous friction.radiation_kg_per_s=20";
         let (fast, log) = run("fast", viscous, "fast");
@@ -285,17 +267,8 @@ fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
 fn contacts_heal_for_a_known_time(asperity: &Path, folder: &Path) {
     const HEALING_STEPS: u64 = 10_000;
     const LAW: &str = "friction.law=healing";
-    let chain = [
-        "ten-blocks",
-        "--set",
-        "parameter_set=as-coded",
-        "--set",
-        "drive.velocity_m_per_s=3e-3",
-        "--set",
-        "time.step_s=1e-6",
-        "--set",
-        "time.duration_s=0.5",
-    ];
+    let chain = ["drive.velocity_m_per_s=3e-3", "time.duration_s=0.5"];
+    let chain = with_sets(&with_sets(&[BODIES[0].0], BODIES[0].1), &chain);
     let run = |name: &str, scenario: &[&str], law: &str, solver: &str| {
         let log = folder.join(format!("{name}-{solver}.mcap"));
         let tables = exported(asperity, &[scenario, &["--set", law, "--solver", solver]].concat(), &log);
@@ -303,7 +276,7 @@ fn contacts_heal_for_a_known_time(asperity: &Path, folder: &Path) {
         let columns = ["step", "block", "tangential_force_n", "threshold_n"].map(|name| column(&table, name));
         (columns, log)
     };
-    for (body, scenario) in [("chain", &chain[..]), ("slab", &SLAB)] {
+    for (body, scenario) in [("chain", &chain), ("slab", &with_sets(&["slab"], BODIES[1].1))] {
         let name = format!("healing-{body}");
         let ([steps, ..], log) = run(&name, scenario, LAW, "fast");
         let ([of_plain, ..], _) = run(&name, scenario, LAW, "plain");
@@ -337,7 +310,7 @@ fn contacts_heal_for_a_known_time(asperity: &Path, folder: &Path) {
 /// same log.
 fn is_checked_and_resumed(asperity: &Path, scenario: &[&str], law: &str, log: &Path) {
     succeed(asperity, &["check", "--again", text(log)]);
-    let sets: Vec<&str> = law.split_whitespace().flat_map(|set| ["--set", set]).collect();
+    let sets = with_sets(&[], &law.split_whitespace().collect::<Vec<_>>());
     let half = log.with_extension("half.mcap");
     let made = ["--solver", "fast", "--checkpoint-s", "0", "--out", text(&half)];
     succeed(asperity, &[&["run"], scenario, &sets, &made].concat());

@@ -5,12 +5,12 @@
 use std::fs;
 use std::os::unix::net::UnixListener;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use crate::hostile::{bounded, refused};
 use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, take_apart};
-use crate::support::binary::{succeed, text};
+use crate::support::binary::text;
 use crate::support::small;
 use crate::sweep::Study;
 
@@ -187,71 +187,4 @@ fn scenarios_may_come_from_a_stream_of_the_shell() {
         .output()
         .expect("bash starts");
     assert_eq!(String::from_utf8_lossy(&output.stdout), "blocks = 7\nblocks = 8\n", "{output:?}");
-}
-
-#[test]
-#[cfg(all(target_os = "linux", feature = "analysis"))]
-fn with_little_memory_commands_fail_without_a_panic() {
-    lack_memory(3);
-}
-
-#[test]
-#[cfg(all(target_os = "linux", feature = "analysis"))]
-#[ignore = "half a minute of calls: cargo xtask nightly"]
-fn with_any_little_memory_commands_fail_without_a_panic() {
-    lack_memory(1);
-}
-
-/// From the least memory that loads the program, every command succeeds or reports that it lacks memory or
-/// threads. Every `each`-th of fourteen limits is tried.
-#[cfg(all(target_os = "linux", feature = "analysis"))]
-fn lack_memory(each: usize) {
-    let scratch = asperity_testkit::folder();
-    let folder = scratch.path();
-    let log = folder.join("small.mcap");
-    small::run(&log);
-    succeed(&["export", text(&log), "--to", "parquet", "--out", text(&folder.join("tables"))]);
-    let table = folder.join("tables/small.step.parquet");
-    let limited = |limit_kb: u32, arguments: &[&str]| {
-        Command::new("bash")
-            .args(["-c", &format!("ulimit -v {limit_kb}; exec \"$0\" \"$@\"")])
-            .arg(env!("CARGO_BIN_EXE_asperity"))
-            .args(arguments)
-            .env_remove("RUST_BACKTRACE")
-            .stdin(Stdio::null())
-            .output()
-            .expect("bash starts")
-    };
-    let is_loaded = |limit_kb: &u32| limited(*limit_kb, &["--version"]).status.success();
-    let least_kb = (60_000..600_000).step_by(2000).find(is_loaded).expect("there is memory for the program");
-    let (mut failures, mut ended) = (0, 0);
-    for number in (0..14).step_by(each) {
-        let limit_kb = least_kb + 3000 * number;
-        let out = folder.join(format!("{number}"));
-        let [exported, reduced, run] = ["e", "r", "m.mcap"].map(|name| out.join(name));
-        fs::create_dir(&out).expect("the folder can be written");
-        for arguments in [
-            vec!["check", text(&log)],
-            vec!["events", text(&table)],
-            vec!["diff", text(&log), text(&log)],
-            vec!["run", "default", "--set", "time.duration_s=0.02", "--out", text(&run)],
-            vec!["export", text(&log), "--to", "parquet", "--out", text(&exported)],
-            vec!["reduce", text(&log), "--out", text(&reduced)],
-        ] {
-            let output = limited(limit_kb, &arguments);
-            let said = String::from_utf8_lossy(&output.stderr);
-            let code = output.status.code();
-            // The system ends a program whose stack it cannot extend, without a message (SIGSEGV).
-            if std::os::unix::process::ExitStatusExt::signal(&output.status) == Some(11) {
-                ended += 1;
-                continue;
-            }
-            assert!(matches!(code, Some(0..=1)), "{limit_kb} kB, {arguments:?}: {:?} {said}", output.status);
-            assert!(!said.contains("panicked"), "{limit_kb} kB, {arguments:?}: {said}");
-            assert!(code == Some(0) || !said.is_empty(), "{limit_kb} kB, {arguments:?} says nothing");
-            failures += u32::from(code == Some(1));
-        }
-    }
-    assert!(failures > 3 / each as u32, "there was memory enough for all but {failures}");
-    assert!(ended <= 4, "the system ended {ended} of 84 calls");
 }

@@ -4,7 +4,7 @@ use std::fs;
 
 use asperity_testkit::folder;
 
-use crate::support::binary::{as_given, asperity, succeed, text};
+use crate::support::binary::{outcome, succeed, text};
 
 const SCENARIO: &str = "name = \"slider\"
 parameter_set = \"as-stated\"
@@ -50,17 +50,16 @@ fn one_block_is_a_slider_for_every_command() {
     assert!(number("precursor_count") == 0 && number("raw_events_mislead") == false, "{summary}");
 
     let figures = path("figures");
-    let drawn = as_given(&["draw", text(&log), "-o", text(&figures)]);
-    assert!(drawn.status.success() && figures.join("space-time.svg").is_file(), "{drawn:?}");
+    succeed(&["draw", text(&log), "-o", text(&figures)]);
+    assert!(figures.join("space-time.svg").is_file());
     // Each kind is drawn, or says what lacks.
     let kinds = succeed(&["draw", "--list"]);
     for kind in kinds.lines().filter(|line| !line.starts_with(' ')).filter_map(|line| line.split(':').next())
     {
         let figure = path(&format!("{kind}.svg"));
-        let drawn = as_given(&["draw", text(&log), "--kind", kind, "-o", text(&figure)]);
-        let why = String::from_utf8_lossy(&drawn.stderr).into_owned();
+        let (code, _, why) = outcome(&["draw", text(&log), "--kind", kind, "-o", text(&figure)]);
         let lacks = why.starts_with(&format!("error: figure {kind}: "));
-        assert!(if drawn.status.success() { figure.is_file() } else { lacks }, "{kind}: {why}");
+        assert!(if code == 0 { figure.is_file() } else { lacks }, "{kind}: {why}");
         assert!(kind != "stress" || why.contains("has one block, and forces along a slider need several"));
     }
     let page = path("page.html");
@@ -86,8 +85,7 @@ fn a_run_without_a_speed_above_the_threshold_of_events_says_so() {
     let folder = asperity_testkit::folder();
     let said = |event_speed: &str, name: &str| {
         let out = folder.path().join(name);
-        let output = asperity(&["run", "spring-slider", "--set", event_speed, "--out", text(&out)]);
-        String::from_utf8(output.stderr).expect("the binary writes UTF-8")
+        outcome(&["run", "spring-slider", "--set", event_speed, "--out", text(&out)]).2
     };
     let note = "spring-slider: no block came above V_th = 5.0000e0 m/s; the largest speed was 2.9411e-1 m/s";
     assert!(said("friction.event_speed_m_per_s=5", "none.mcap").contains(note));

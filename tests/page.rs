@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{ends, run, succeed, text};
 use crate::support::browser::{Tab, browser};
 
 /// The attributes `data-*` that the page's script leaves on the root element, after the page has been loaded and
@@ -31,8 +31,7 @@ fn number(attributes: &BTreeMap<String, String>, name: &str) -> usize {
 /// Diffs two tables, which must differ, and gives the page.
 fn page(folder: &Path, old: &Path, new: &Path) -> PathBuf {
     let page = folder.join("page.html");
-    let output = asperity(&["diff", text(old), text(new), "--page", text(&page)]);
-    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    ends(1, &["diff", text(old), text(new), "--page", text(&page)], &[]);
     page
 }
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::binary;
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{ends, succeed, text, with_sets};
 use asperity_testkit::folder;
 
 /// A front in forty blocks: a / c = 1.754e-6 s, so dt = 5.7e-4 a / c.
@@ -22,8 +22,7 @@ const FRONT: [&str; 8] = [
 
 /// A scenario with overrides as arguments.
 fn arguments<'a>(scenario: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
-    let sets = scenario[1..].iter().chain(more).flat_map(|set| ["--set", set]);
-    [scenario[0]].into_iter().chain(sets).collect()
+    with_sets(&scenario[..1], &[&scenario[1..], more].concat())
 }
 
 /// The rows of a topic of a log, as numbers; words are not numbers.
@@ -210,30 +209,24 @@ fn a_bad_prestress_is_refused_with_place_key_value_and_what_is_accepted() {
     let folder = folder();
     let out = folder.path().join("run.mcap");
     let refused = |scenario: &[&str]| {
-        let output = asperity(&[&["run"], scenario, &["--out", text(&out)]].concat());
-        assert_eq!(output.status.code(), Some(2), "{scenario:?}");
+        let said = ends(2, &[&["run"], scenario, &["--out", text(&out)]].concat(), &[]);
         assert!(!out.exists(), "{scenario:?}");
-        String::from_utf8(output.stderr).expect("the binary writes UTF-8")
+        said
     };
-    let range = "a number from -1000000 to 1000000";
     for (set, told) in [
-        ("prestress.ratio=x", format!("prestress.ratio: \"x\" is not accepted (accepted: {range})")),
-        ("prestress.ratio=1e308", format!("is not accepted (accepted: {range})")),
-        ("prestress.ratio=nan", format!("prestress.ratio: NaN is not accepted (accepted: {range})")),
         (
-            "prestress.rise_ratio=2e6",
-            format!("prestress.rise_ratio: 2000000 is not accepted (accepted: {range})"),
+            "prestress.ratio=nan",
+            "prestress.ratio: NaN is not accepted (accepted: a number from -1000000 to 1000000)",
         ),
-        ("prestress.first_block_ratio=-1e7", format!("(accepted: {range})")),
         (
             "prestress.profile=[0.1,0.2]",
-            "prestress.profile: 2 numbers for 100 blocks (accepted: 100 numbers, or none)".to_owned(),
+            "prestress.profile: 2 numbers for 100 blocks (accepted: 100 numbers, or none)",
         ),
-        ("prestress.profile=0.1", "prestress.profile: 0.1 is not accepted (accepted: a list".to_owned()),
-        ("prestress.rato=1", "did you mean prestress.ratio?".to_owned()),
+        ("prestress.profile=0.1", "prestress.profile: 0.1 is not accepted (accepted: a list"),
+        ("prestress.rato=1", "did you mean prestress.ratio?"),
     ] {
         let stderr = refused(&["default", "--set", set]);
-        assert!(stderr.contains(&told) && stderr.contains("--set prestress."), "{set}: {stderr}");
+        assert!(stderr.contains(told) && stderr.contains("--set prestress."), "{set}: {stderr}");
     }
 
     let file = folder.path().join("mine.toml");
@@ -245,20 +238,10 @@ fn a_bad_prestress_is_refused_with_place_key_value_and_what_is_accepted() {
     let profile = folder.path().join("profile.csv");
     let set = format!("prestress.profile_csv={}", text(&profile));
     let named = text(&profile);
-    for (content, told) in [
-        ("", format!("{named}:1: the header is \"\"")),
-        (
-            "x_over_l,tau_over_p\n0,0.1\n0.5,much\n1,0\n",
-            format!("{named}:3: \"0.5,much\" is not a pair of numbers"),
-        ),
-        ("x_over_l,tau_over_p\n0,0.1\n0.5,0\n", "the last row is at 0.5".to_owned()),
-        ("x_over_l,tau_over_p\n0,1e308\n1,0\n", format!("{named}:2: 1e308 is too large to calculate with")),
-    ] {
-        fs::write(&profile, content).expect("it can be written");
-        let stderr = refused(&["default", "--set", &set]);
-        assert!(stderr.contains(&told) && stderr.contains("prestress.profile_csv: "), "{content}: {stderr}");
-        assert!(stderr.contains("(accepted: "), "{stderr}");
-    }
+    fs::write(&profile, "x_over_l,tau_over_p\n0,1e308\n1,0\n").expect("it can be written");
+    let stderr = refused(&["default", "--set", &set]);
+    let told = format!("prestress.profile_csv: {named}:2: 1e308 is too large to calculate with");
+    assert!(stderr.contains(&told) && stderr.contains("(accepted: "), "{stderr}");
     fs::remove_file(&profile).expect("it is there");
     let stderr = refused(&["default", "--set", &set]);
     assert!(stderr.contains(named) && stderr.contains("(accepted: a CSV file"), "{stderr}");

@@ -7,7 +7,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::binary::{run, succeed, text};
+use crate::support::binary::{run, succeed, text, with_sets};
 use asperity_testkit::run_end;
 
 /// Half a unit of the ninth decimal would do; the loads of a step depend on the
@@ -114,9 +114,8 @@ impl Row {
 
 /// A solver must give the table.
 fn check((table, step_s, scenario): &(&str, f64, &str), solver: &str) {
-    let mut words = scenario.split_whitespace();
-    let mut scenario = vec![words.next().expect("a scenario has a name"), "--solver", solver];
-    scenario.extend(words.flat_map(|set| ["--set", set]));
+    let words: Vec<&str> = scenario.split_whitespace().collect();
+    let scenario = with_sets(&[words[0], "--solver", solver], &words[1..]);
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/reference");
     let stored = fs::read_to_string(fixtures.join(format!("{table}.csv"))).expect("the table is stored");
     let stored = rows(&stored, *step_s);

@@ -9,7 +9,7 @@ use std::process::Command;
 use asperity_testkit::Grey;
 
 use crate::print::are_there;
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{asperity, ends, outcome, run, succeed, text, with_sets};
 use crate::support::browser::{Tab, browser};
 
 const SIZE: [u32; 2] = [1280, 1000];
@@ -31,9 +31,7 @@ fn page_of_a_run(folder: &Path) -> PathBuf {
 fn page_of_a_stopped_run(folder: &Path) -> PathBuf {
     let log = folder.join("stopped.mcap");
     let set = ["slider.blocks=24", "time.step_s=2.5e-6"];
-    let output =
-        asperity(&["run", "rigid-contacts", "--set", set[0], "--set", set[1], "-o", text(&log), "--quiet"]);
-    assert!(String::from_utf8_lossy(&output.stderr).contains("stopped"), "{output:?}");
+    ends(1, &with_sets(&["run", "rigid-contacts", "-o", text(&log), "--quiet"], &set), &["stopped"]);
     let page = folder.join("stopped.html");
     asperity(&["report", text(&log), "--out", text(&page)]);
     page
@@ -576,10 +574,8 @@ fn the_page_out_of_the_folder_is_that_of_the_reproduction() {
 
     // A log that is not the one of the record is not shown as if it were.
     fs::copy(out.join("runs/bb.mcap"), out.join("runs/a.mcap")).expect("the log can be copied");
-    let output = asperity(&["report", text(&out), "--out", text(&folder.path().join("c.html"))]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("a.mcap: its run is not the run that reproduce.json names (accepted: "), "{said}");
+    let expected = "a.mcap: its run is not the run that reproduce.json names (accepted: ";
+    ends(2, &["report", text(&out), "--out", text(&folder.path().join("c.html"))], &[expected]);
 }
 
 #[test]
@@ -642,13 +638,13 @@ fn what_cannot_be_shown_is_refused_and_what_is_missing_is_said() {
     let (log, page) = (path("one.mcap"), path("page.html"));
     run(&["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=1"], &log);
     let report = |of: &Path, more: &[&str]| {
-        let output = asperity(&[&["report", text(of), "--out", text(&page)], more].concat());
-        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+        let (code, _, said) = outcome(&[&["report", text(of), "--out", text(&page)], more].concat());
+        (code, said)
     };
     let (code, said) = report(&path("nothing.mcap"), &[]);
-    assert!(code == Some(2) && said.contains("nothing.mcap"), "{said}");
+    assert!(code == 2 && said.contains("nothing.mcap"), "{said}");
     let (code, said) = report(folder.path(), &[]);
-    assert!(code == Some(2) && said.contains("neither a pipeline nor a sweep (accepted: "), "{said}");
+    assert!(code == 2 && said.contains("neither a pipeline nor a sweep (accepted: "), "{said}");
     // Damage, and a log that ends too early.
     let bytes = fs::read(&log).expect("the log can be read");
     let mut damaged = bytes.clone();
@@ -656,21 +652,20 @@ fn what_cannot_be_shown_is_refused_and_what_is_missing_is_said() {
     damaged[middle] ^= 0x10;
     fs::write(path("damaged.mcap"), damaged).expect("the folder can be written");
     let (code, said) = report(&path("damaged.mcap"), &[]);
-    assert!(code == Some(4) && said.contains("(accepted: what asperity salvage makes of it)"), "{said}");
+    assert!(code == 4 && said.contains("(accepted: what asperity salvage makes of it)"), "{said}");
     assert!(!page.exists());
     fs::write(path("cut.mcap"), &bytes[..bytes.len() - 2000]).expect("the folder can be written");
     let (code, said) = report(&path("cut.mcap"), &[]);
-    assert_eq!(code, Some(3), "{said}");
+    assert_eq!(code, 3, "{said}");
     assert!(read(&page).contains("Not all of this run is there: incomplete"));
     // Existing files are replaced only on request, and inputs never.
     let (code, said) = report(&log, &[]);
-    assert!(code == Some(2) && said.contains("(accepted: another file, or --force)"), "{said}");
-    assert_eq!(report(&log, &["--force"]).0, Some(0));
+    assert!(code == 2 && said.contains("(accepted: another file, or --force)"), "{said}");
+    assert_eq!(report(&log, &["--force"]).0, 0);
     let whole = read(&page);
-    assert_eq!(report(&log, &["--force"]).0, Some(0));
+    assert_eq!(report(&log, &["--force"]).0, 0);
     assert!(read(&page) == whole, "the same log, another page");
-    let output = asperity(&["report", text(&log), "--out", text(&log), "--force"]);
-    assert_eq!(output.status.code(), Some(2));
+    ends(2, &["report", text(&log), "--out", text(&log), "--force"], &[]);
     assert!(fs::read(&log).expect("the log can be read") == bytes);
     // Without scripts all text is there.
     assert!(whole.contains("class=\"without-script\"") && whole.contains("widest of"), "{whole}");

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{ends, run, succeed, text};
 
 /// A pipeline with a figure and a claim, and a sweep with a figure, each in a folder with its page.
 fn studies(folder: &Path) -> [PathBuf; 2] {
@@ -64,10 +64,8 @@ fn nothing_is_written_over_what_a_page_is_made_of() {
             let own: &[&str] = &[text(study)];
             let all: &[&str] = if end == "mcap" { own } else { &[one, tilts] };
             for of in [own, all] {
-                let output = asperity(&[&["report"], of, &["--out", text(&path), "--force"]].concat());
-                let said = String::from_utf8_lossy(&output.stderr);
-                assert_eq!(output.status.code(), Some(2), "{}: {said}", path.display());
-                assert!(said.contains("(accepted: another file)"), "{said}");
+                let report = [&["report"], of, &["--out", text(&path), "--force"]].concat();
+                ends(2, &report, &["(accepted: another file)"]);
                 assert!(fs::read(&path).expect("it is there") == before, "{} has changed", path.display());
                 tried += 1;
             }
@@ -93,10 +91,7 @@ fn a_folder_of_somebody_else_shows_its_own_files_alone() {
         assert_ne!(forged, sound, "{from} is in the record");
         fs::write(&record, forged).expect("the folder can be written");
         for of in [&[text(&one)][..], &[text(&one), text(&one)]] {
-            let output = asperity(&[&["report"], of, &["--out", text(&page)]].concat());
-            let said = String::from_utf8_lossy(&output.stderr);
-            assert_eq!(output.status.code(), Some(2), "{to}: {said}");
-            assert!(said.contains("reproduce.json: ") && said.contains(what), "{said}");
+            ends(2, &[&["report"], of, &["--out", text(&page)]].concat(), &["reproduce.json: ", what]);
             assert!(!page.exists());
         }
     };
@@ -128,9 +123,7 @@ fn what_is_not_there_is_said_of_the_path_that_is_not() {
     run(&["ten-blocks", "--set", "time.step_s=1e-6", "--set", "time.duration_s=0.1"], &log);
     let said = |of: &[&Path]| {
         let of: Vec<&str> = of.iter().map(|path| text(path)).collect();
-        let output = asperity(&[&["report"], &of[..], &["--out", text(&path("page.html"))]].concat());
-        assert_eq!(output.status.code(), Some(2), "{of:?}");
-        String::from_utf8_lossy(&output.stderr).into_owned()
+        ends(2, &[&["report"], &of[..], &["--out", text(&path("page.html"))]].concat(), &[])
     };
     let (gone, there) = (path("gone"), path("there"));
     fs::create_dir(&there).expect("the folder can be written");

@@ -10,51 +10,27 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use crate::support::binary;
-use crate::support::binary::{as_coded, asperity, succeed, text};
+use crate::support::binary::{as_coded, ends, succeed, text, with_sets};
 use asperity_record::{RunEnd, RunStatus};
 use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
-/// Runs that differ in the parts of a solver's state.
-const SCENARIOS: [&[&str]; 4] = [
+/// Runs that differ in the parts of a solver's state, with their overrides.
+const SCENARIOS: [(&[&str], &[&str]); 4] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
-    &["default", "--set", "time.duration_s=2"],
+    (&["default"], &["time.duration_s=2"]),
     // A hold whose step is not known in advance, and every step taken.
-    &[
-        "ten-blocks",
-        "--set",
-        "time.duration_s=1.2",
-        "--set",
-        "time.step_s=2e-7",
-        "--set",
-        "drive.until_load_ratio=0.16",
-        "--solver",
-        "plain",
-    ],
+    (
+        &["ten-blocks", "--solver", "plain"],
+        &["time.duration_s=1.2", "time.step_s=2e-7", "drive.until_load_ratio=0.16"],
+    ),
     // Steps of varying length, and the state of friction.
-    &[
-        "rate-and-state",
-        "--set",
-        "slider.blocks=100",
-        "--set",
-        "friction.evolution_offsets=[]",
-        "--set",
-        "slider.length_m=1",
-        "--set",
-        "time.duration_s=1.5",
-        "--set",
-        "recording.sample_s=1e-3",
-    ],
+    (
+        &["rate-and-state", "--set", "friction.evolution_offsets=[]"],
+        &["slider.blocks=100", "slider.length_m=1", "time.duration_s=1.5", "recording.sample_s=1e-3"],
+    ),
     // A force from outside on every block.
-    &[
-        "default",
-        "--set",
-        "time.duration_s=1.2",
-        "--set",
-        "prestress.ratio=0.1",
-        "--set",
-        "prestress.first_block_ratio=0.05",
-    ],
+    (&["default"], &["time.duration_s=1.2", "prestress.ratio=0.1", "prestress.first_block_ratio=0.05"]),
 ];
 
 /// The result of an uninterrupted run, and its duration.
@@ -100,7 +76,8 @@ impl Run {
     /// One of the scenarios, whose uninterrupted run is in `whole.mcap`.
     fn of(number: usize) -> Run {
         static WHOLE: [OnceLock<Whole>; SCENARIOS.len()] = [const { OnceLock::new() }; SCENARIOS.len()];
-        let scenario = SCENARIOS[number];
+        let (scenario, sets) = SCENARIOS[number];
+        let scenario = &with_sets(scenario, sets)[..];
         let whole = WHOLE[number].get_or_init(|| Whole::of(scenario));
         let folder = asperity_testkit::folder();
         fs::write(folder.path().join("whole.mcap"), &whole.bytes).expect("the folder can be written");
@@ -303,7 +280,7 @@ fn a_signal_ends_a_run_between_its_records() {
         ]);
         let rare =
             ["recording.sample_s=0", "recording.fields_s=0", "time.step_s=2e-8", "time.duration_s=0.2"];
-        command.args(rare.iter().flat_map(|set| ["--set", *set]));
+        command.args(with_sets(&[], &rare));
         command
     };
     let partial = folder.path().join("run.mcap.partial");
@@ -361,10 +338,7 @@ fn what_is_left_of_another_run_is_refused_and_kept() {
     let before = fs::read(&partial).expect("the log can be read");
     let log = run.log();
     let refused = |arguments: &[&str], reason: &str| {
-        let output = asperity(&[arguments, &["--out", text(&log)]].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(reason) && said.contains("(accepted: "), "{said}");
+        ends(2, &[arguments, &["--out", text(&log)]].concat(), &[reason, "(accepted: "]);
         assert!(fs::read(&partial).expect("it is still there") == before && !log.exists());
     };
     refused(
@@ -378,8 +352,7 @@ fn what_is_left_of_another_run_is_refused_and_kept() {
     refused(&["run", "default", "--set", "time.duration_s=2"], "an unfinished run");
     // A whole log of another run is not touched either.
     fs::copy(run.folder.path().join("whole.mcap"), &log).expect("a file can be copied");
-    let output = asperity(&["run", "default", "--resume", "--out", text(&log)]);
-    assert_eq!(output.status.code(), Some(2));
+    ends(2, &["run", "default", "--resume", "--out", text(&log)], &[]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::support::binary::{self, succeed, text};
+use crate::support::binary::{self, succeed, text, with_sets};
 use crate::support::clients::{Python, file, said};
 
 /// A stiff drive and long steps, so that few of them contain many events.
@@ -192,8 +192,7 @@ fn compare_with_the_program(is_wanted: fn(&str) -> bool) {
     let compare = |&(name, sets): &(&str, &[&str])| {
         let log = folder.path().join(format!("{name}.mcap"));
         let sets = [&STATED[..], &MORE_BLOCKS, sets].concat();
-        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
-        binary::run(&[&["default"], &sets[..]].concat(), &log);
+        binary::run(&with_sets(&["default"], &sets), &log);
         let scenario = folder.path().join(format!("{name}.toml"));
         fs::write(&scenario, succeed(&["scenario", "show", text(&log)])).expect("the folder can be written");
         let ours = succeed(&["events", text(&log), "--format", "json"]);

@@ -13,7 +13,7 @@ use asperity_record::{Arrival, Direction, Energy, Record, RunEnd, Rupture, StepR
 use asperity_runlog::LogItem;
 use asperity_testkit::{SMALL_BODY, SMALL_SHEET, SMALL_SLAB, read_log, scenario};
 
-use crate::support::binary;
+use crate::support::binary::{self, with_sets};
 
 /// A run: its step records, ruptures, their arrivals, and end.
 struct Run {
@@ -26,9 +26,7 @@ struct Run {
 fn run(name: &str, sets: &[&str], solver: &str) -> Run {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
-    let sets = sets.iter().flat_map(|set| ["--set", *set]);
-    let arguments: Vec<&str> = [name, "--solver", solver].into_iter().chain(sets).collect();
-    binary::run(&arguments, &log);
+    binary::run(&with_sets(&[name, "--solver", solver], sets), &log);
     logged(&log)
 }
 

@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use asperity_testkit::{SMALL_BODY, SMALL_SHEET};
 use serde_json::Value;
 
-use crate::support::binary::{self, asperity, succeed, text};
+use crate::support::binary::{self, asperity, ends, succeed, text, with_sets};
 use crate::support::clients::{file, said};
 
 /// Ruptures by the definition, of a log that is exported beside itself.
@@ -60,8 +60,7 @@ const CREEPING: [&str; 7] = [
 fn ruptures_are_those_of_the_definition() {
     let folder = asperity_testkit::folder();
     let run = |name: &str, scenario: &[&str], set: &[&str]| {
-        let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
-        run_and_hold(folder.path(), name, &[scenario, &STEP, &set].concat())
+        run_and_hold(folder.path(), name, &with_sets(&[scenario, &STEP].concat(), set))
     };
     let default = run("default", &["default"], &["time.duration_s=3"]);
     assert!(count(&default, "growing") > 40 && count(&default, "global") > 3, "{default}");
@@ -85,8 +84,7 @@ fn ruptures_are_those_of_the_definition() {
         ("sheet", "sheet-coarse", &SMALL_SHEET[..], [20, 200]),
         ("body", "body-coarse", &SMALL_BODY[..], [5, 10]),
     ] {
-        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
-        let found = run_and_hold(folder.path(), name, &[&[scenario], &sets[..]].concat());
+        let found = run_and_hold(folder.path(), name, &with_sets(&[scenario], sets));
         let [boxes, speeds] = least;
         assert!(count(&found, "in_part_of_their_box") >= boxes && count(&found, "global") > 0, "{found}");
         assert!(count(&found, "with_local_speeds") >= speeds && count(&found, "overlapping") > 0, "{found}");
@@ -269,14 +267,8 @@ fn ruptures_of_older_logs_are_found_again() {
         let said = String::from_utf8(asperity(&["check", text(&log)]).stdout).unwrap();
         assert!(said.contains("it lacks /events/arrival, /events/rupture"), "{said}");
         let out = folder.path().join("exported");
-        let output =
-            asperity(&["export", text(&log), "--to", "csv", "--topic", "/events/rupture", "-o", text(&out)]);
-        assert_eq!(output.status.code(), Some(2));
-        let told = crate::support::clients::said(&output);
-        assert!(
-            told.contains("the log holds no /events/rupture, since") && told.contains("replay"),
-            "{told}"
-        );
+        let export = ["export", text(&log), "--to", "csv", "--topic", "/events/rupture", "-o", text(&out)];
+        ends(2, &export, &["the log holds no /events/rupture, since", "replay"]);
         let rows = replayed(&log, 100.0, &folder.path().join(version));
         let found: Vec<[&str; 4]> = rows.iter().map(|row| [&*row[10], &row[12], &row[3], &row[4]]).collect();
         assert_eq!(
@@ -295,19 +287,15 @@ fn ruptures_of_older_logs_are_found_again() {
 fn what_links_detachments_must_be_a_number_above_0() {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
-    let refused = |output: Output, expected: &str| {
-        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-        assert!(said(&output).contains(expected), "{}", said(&output));
-    };
     for value in ["0", "-1", "nan", "inf"] {
         let set = format!("detection.link_time_ratio={value}");
-        let output = asperity(&["run", "ten-blocks", "--set", &set, "--out", text(&log)]);
-        refused(output, "is not accepted (accepted: a number above 0)");
+        let expected = "is not accepted (accepted: a number above 0)";
+        ends(2, &["run", "ten-blocks", "--set", &set, "--out", text(&log)], &[expected]);
         assert!(!log.exists());
         let settings = folder.path().join("settings.toml");
         fs::write(&settings, format!("link_time_ratio = {value}\n")).unwrap();
         let golden = file("fixtures/logs/v4/complete.mcap");
-        let output = asperity(&["replay", text(&golden), "--detectors", text(&settings)]);
-        refused(output, "settings.toml:1:19: link_time_ratio");
+        let replay = ["replay", text(&golden), "--detectors", text(&settings)];
+        ends(2, &replay, &["settings.toml:1:19: link_time_ratio"]);
     }
 }

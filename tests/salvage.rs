@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, take_apart};
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{ends, outcome, succeed, text, with_sets};
 use crate::support::{binary, small};
 use asperity_run::Verdict;
 use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
@@ -218,26 +218,6 @@ fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
     assert!(reader.scenario_toml().contains("duration_s = 0.6"));
 }
 
-/// Some chunks; `cargo xtask attack chunks` breaks each.
-#[test]
-fn a_broken_chunk_costs_its_messages_and_nothing_else() {
-    // Chunks of states, and as they usually are: nearly all full of events.
-    for log in [Log::make(), Log::with(&["default", "--set", "time.duration_s=2"])] {
-        let stride = log.chunks.len() / 4 + 1;
-        for (number, (chunk, messages)) in log.chunks.iter().enumerate().skip(1).step_by(stride) {
-            let mut bytes = log.bytes.clone();
-            bytes[(chunk.start + chunk.end) / 2] ^= 4;
-            let said = log.must_keep(&format!("chunk {number}"), &bytes, chunk);
-            let lost: usize = said
-                .lines()
-                .filter_map(|line| line.split(" kept, ").nth(1)?.strip_suffix(" lost")?.parse::<usize>().ok())
-                .sum();
-            let gaps = said.lines().filter(|line| line.contains("nothing between ")).count();
-            assert_eq!((lost, gaps), (messages.len(), 1), "chunk {number}: {said}");
-        }
-    }
-}
-
 #[test]
 fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
     let log = Log::make();
@@ -270,7 +250,7 @@ fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
     assert_eq!(read_until_problem(&out).0, log.items, "{said}");
 
     let other = ["recording.fields_s=0.0005", "time.duration_s=0.6", "slider.blocks=50"];
-    let other = Log::with(&[&["default"][..], &other.map(|set| ["--set", set]).concat()].concat());
+    let other = Log::with(&with_sets(&["default"], &other));
     let foreign = &other.bytes[other.chunks[1].0.clone()];
     let among = [&b[..third.start], foreign, &b[third.start..]].concat();
     let said = log.must_keep("a chunk of another slider", &among, &(third.start..third.start));
@@ -306,19 +286,13 @@ fn what_is_whole_or_hopeless_is_left_alone() {
         (&log.bytes[..log.chunks[0].0.start], 3, "no message is left that a checksum confirms"),
     ] {
         fs::write(&damaged, bytes).expect("the folder can be written");
-        let output = asperity(&["salvage", text(&damaged), "--out", text(&out)]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(
-            output.status.code() == Some(code) && said.contains(told) && said.contains("damaged.mcap"),
-            "{said}"
-        );
+        ends(code, &["salvage", text(&damaged), "--out", text(&out)], &[told, "damaged.mcap"]);
         assert!(!out.exists());
     }
     // An output that exists is kept.
     fs::write(&damaged, &log.bytes[..log.bytes.len() / 2]).expect("the folder can be written");
     fs::write(&out, "mine").expect("the folder can be written");
-    let output = asperity(&["salvage", text(&damaged), "--out", text(&out)]);
-    assert_eq!(output.status.code(), Some(2));
+    ends(2, &["salvage", text(&damaged), "--out", text(&out)], &[]);
     assert_eq!(fs::read_to_string(&out).unwrap(), "mine");
 }
 
@@ -330,21 +304,17 @@ fn commands_take_a_salvaged_log_for_what_it_is() {
     let third = log.chunks[2].0.clone();
     bytes[third.start + 100] ^= 1;
     let (_, out) = log.salvage(&bytes);
-    let events = asperity(&["events", text(&out)]);
-    assert_eq!(events.status.code(), Some(5));
-    let printed = String::from_utf8_lossy(&events.stdout).into_owned();
+    let (code, printed, _) = outcome(&["events", text(&out)]);
+    assert_eq!(code, 5);
     let whole = log.folder.path().join("whole.mcap");
     fs::write(&whole, &log.bytes).expect("the folder can be written");
     let whole = succeed(&["events", text(&whole)]);
-    let check = asperity(&["check", text(&out)]);
-    let verdict = String::from_utf8_lossy(&check.stdout).into_owned();
-    assert!(check.status.code() == Some(5) && verdict.contains(": salvaged with gaps: "), "{verdict}");
+    let (code, verdict, _) = outcome(&["check", text(&out)]);
+    assert!(code == 5 && verdict.contains(": salvaged with gaps: "), "{verdict}");
     let (printed, whole): (Vec<&str>, Vec<&str>) = (printed.lines().collect(), whole.lines().collect());
     assert!(printed.len() < whole.len() && printed.len() > 2, "{} of {} events", printed.len(), whole.len());
     assert!(printed.iter().all(|row| whole.contains(row)));
-    let output = asperity(&["replay", text(&out)]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(5) && said.contains("salvaged with gaps"), "{said}");
+    ends(5, &["replay", text(&out)], &["salvaged with gaps"]);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use asperity_record::unit_of;
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{outcome, run, succeed, text};
 
 /// The exponents of two by which length, mass and time are scaled. Those of mass are even, so that those of stiffness
 /// are: the square roots of its factors would round otherwise.
@@ -105,8 +105,7 @@ fn overrides(case: &[String], scales: [i32; 3]) -> Vec<String> {
     }
     assert!(all.len() > 20, "{shown}");
     // Keys of other laws and bodies must stay as they are.
-    let refused = asperity(&[&["scenario", "show"], &words(case)[..], &words(&all)].concat());
-    let refused = String::from_utf8(refused.stderr).expect("the binary writes UTF-8");
+    let (_, _, refused) = outcome(&[&["scenario", "show"], &words(case)[..], &words(&all)].concat());
     let meaningless: Vec<&str> = refused.lines().filter(|line| line.contains("has no meaning")).collect();
     let has_meaning = |set: &&[String]| {
         !meaningless.iter().any(|line| line.starts_with(&format!("error: --set {}: ", set[1])))

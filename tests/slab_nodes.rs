@@ -7,13 +7,13 @@ use std::path::Path;
 use asperity_model::{Plan, resolve};
 
 use crate::slab::COARSE;
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{ends, outcome, run, succeed, text, with_sets};
 use crate::support::clients::file;
 
 /// Runs a coarse slab with states all along.
 fn slab(log: &Path, more: &[&str]) {
-    let sets = COARSE.iter().chain(&["recording.fields_s=0.05"]).flat_map(|set| ["--set", *set]);
-    run(&["slab"].into_iter().chain(sets).chain(more.iter().copied()).collect::<Vec<&str>>(), log);
+    let slab = with_sets(&["slab", "--set", "recording.fields_s=0.05"], &COARSE);
+    run(&[&slab[..], more].concat(), log);
 }
 
 /// The values of some columns of a table, by the texts of others.
@@ -126,10 +126,7 @@ fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
         (&old, &["--nodes-at-s", "0"], 2, "(accepted: a run by this program)"),
     ] {
         let common = ["export", text(log), "--to", "csv", "--out", text(&out)];
-        let output = asperity(&[&common[..], arguments].concat());
-        let words = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {words}");
-        assert!(words.contains(said), "{arguments:?}: {words}");
+        ends(code, &[&common[..], arguments].concat(), &[said]);
         let left = fs::read_dir(&out).map_or(0, Iterator::count);
         assert_eq!(left, 0, "{arguments:?} leaves files");
     }
@@ -137,9 +134,7 @@ fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
     for name in ["a\u{1b}b.mcap", "a\nb.mcap"] {
         fs::copy(&short, path(name)).expect("it can be written");
         let vtk = ["--to", "vtk", "--nodes-at-s", "0.0005", "--out", text(&out)];
-        let output = asperity(&[&["export", text(&path(name))], &vtk[..]].concat());
-        let words = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(2) && words.contains("(accepted: a name in UTF-8"), "{words}");
+        ends(2, &[&["export", text(&path(name))], &vtk[..]].concat(), &["(accepted: a name in UTF-8"]);
         assert!(!out.exists(), "{name:?} leaves files");
     }
 }
@@ -156,9 +151,9 @@ fn nodes_of_a_log_that_breaks_off_are_those_of_the_whole_one() {
     let ask = |log: &Path, at_s: &str, out: &str| {
         let out = file(out);
         let common = ["export", text(log), "--to", "csv", "--topic", "/nodes", "--out", text(&out)];
-        let output = asperity(&[&common[..], &["--nodes-at-s", "0", "--nodes-at-s", at_s]].concat());
-        let said = String::from_utf8(output.stderr).expect("it writes UTF-8");
-        (output.status.code().expect("it ends"), said, out)
+        let times = ["--nodes-at-s", "0", "--nodes-at-s", at_s];
+        let (code, _, said) = outcome(&[&common[..], &times].concat());
+        (code, said, out)
     };
     let (code, _, whole) = ask(&log, "0.1", "whole");
     assert_eq!(code, 0);

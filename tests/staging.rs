@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 use asperity_files::LockedFile;
 use asperity_runlog::partial_path;
 
-use crate::support::binary::{asperity, succeed, text};
-use crate::sweep::{Study, rows, sweep, tables};
+use crate::support::binary::{ends, run, succeed, text, with_sets};
+use crate::sweep::{self, Study, rows, sweep, tables};
 
 const LONG: &str = "
 title = 'A run that is interrupted'
@@ -67,9 +67,7 @@ fn break_off(shares: &[f64]) {
     let expected = tables(&whole);
     let log = study.path("log.mcap");
     let sets = ["slider.blocks=30", "time.duration_s=1", "normal_load.tilt=0.3"];
-    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
-    let out = text(&log);
-    succeed(&[&["run", "default"], &sets[..], &["--checkpoint-s", "0", "--out", out]].concat());
+    succeed(&with_sets(&["run", "default", "--checkpoint-s", "0", "--out", text(&log)], &sets));
     let bytes = fs::read(&log).expect("it was just written");
     for (n, &share) in shares.iter().enumerate() {
         let out = study.plan(&format!("cut {n}"));
@@ -106,12 +104,7 @@ fn break_off(shares: &[f64]) {
 }
 
 fn start(out: &Path, more: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_asperity"))
-        .args([&["--quiet", "sweep", "run", text(out)], more].concat())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the binary starts")
+    sweep::start(&[&["run", text(out)], more].concat())
 }
 
 fn wait_for(what: &str, has_come: impl Fn() -> bool) {
@@ -166,8 +159,7 @@ fn a_long_run_is_kept_when_it_is_told_to_stop_and_a_short_one_is_not() {
         let (code, status, _) = sweep(&["status", text(&long)]);
         assert!(code == 3 && status.contains("missing: 1\nbegun: 1, with "), "{status}");
     }
-    let checked = asperity(&["check", text(&begun(&long, 1))]);
-    assert_eq!(checked.status.code(), Some(3), "{}", String::from_utf8_lossy(&checked.stdout));
+    ends(3, &["check", text(&begun(&long, 1))], &[]);
 }
 
 /// Two processes begin the same runs at once, in any order.
@@ -216,9 +208,9 @@ fn logs_are_kept_of_runs_that_fail_or_of_all() {
             assert_eq!(logs, kept, "{keep} {more:?}");
             assert_eq!(staged(&out), [""; 0]);
             for log in logs {
-                let checked = asperity(&["check", text(&out.join("logs").join(&log))]);
                 // Stopped, and whole.
-                assert_eq!(checked.status.code(), Some(if log == "2.mcap" { 7 } else { 0 }), "{log}");
+                let code = if log == "2.mcap" { 7 } else { 0 };
+                ends(code, &["check", text(&out.join("logs").join(&log))], &[]);
             }
             let (code, ..) = sweep(&["collect", text(&out), "--to", "csv"]);
             assert_eq!(code, 1);
@@ -301,16 +293,7 @@ fn logs_of_runs_that_are_done_are_cleared_at_the_end() {
     go_on(&whole, &["--index", "1"]);
     give_results(&whole, &out);
     let log = study.path("log.mcap");
-    succeed(&[
-        "run",
-        "default",
-        "--set",
-        "slider.blocks=5",
-        "--set",
-        "time.duration_s=0.01",
-        "-o",
-        text(&log),
-    ]);
+    run(&with_sets(&["default"], &["slider.blocks=5", "time.duration_s=0.01"]), &log);
     fs::create_dir(out.join("staging")).expect("the folder can be written");
     fs::copy(&log, begun(&out, 1)).expect("the folder can be written");
     fs::copy(&log, out.join("staging/1.mcap")).expect("the folder can be written");

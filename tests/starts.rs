@@ -5,19 +5,11 @@ use std::fs;
 use asperity_runlog::partial_path;
 use asperity_testkit::folder;
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{ends, run, succeed, text};
 use crate::sweep::Study;
 
-const SHORT: [&str; 8] = [
-    "ten-blocks",
-    "--set",
-    "parameter_set=as-coded",
-    "--set",
-    "time.step_s=1e-7",
-    "--set",
-    "drive.velocity_m_per_s=2e-3",
-    "--quiet",
-];
+const SHORT: [&str; 6] =
+    ["ten-blocks", "--set", "time.step_s=1e-7", "--set", "drive.velocity_m_per_s=2e-3", "--quiet"];
 
 #[test]
 fn a_branch_is_made_resumed_repeated_and_shown() {
@@ -50,9 +42,7 @@ fn a_branch_is_made_resumed_repeated_and_shown() {
         fs::write(partial_path(&resumed), &bytes[..length]).expect("the folder can be written");
         let resume = [&["run"], &SHORT[..], &sets, &["--resume", "--out", text(&resumed)]].concat();
         let other = from.replace("parent", "other");
-        let refused = asperity(&[&resume[..], &["--set", &other]].concat());
-        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-        assert!(refused.status.code() == Some(2) && said.contains("other.mcap: there is no"), "{said}");
+        ends(2, &[&resume[..], &["--set", &other]].concat(), &["other.mcap: there is no"]);
         let shown = succeed(&["scenario", "show", text(&partial_path(&resumed))]);
         assert_eq!(shown, succeed(&["scenario", "show", text(&branch)]));
         // Once more: a whole log is left as it is.
@@ -63,12 +53,8 @@ fn a_branch_is_made_resumed_repeated_and_shown() {
         fs::remove_file(&resumed).expect("it is there");
     }
     // Another state is read where one is asked for.
-    let refused = asperity(&["run", text(&branch), "-o", text(&path("never.mcap")), "--set", &from]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        String::from_utf8_lossy(&refused.stderr)
-            .contains("parent.mcap: there is no such file (accepted: the complete log")
-    );
+    let again = ["run", text(&branch), "-o", "never.mcap", "--set", &from];
+    ends(2, &again, &["parent.mcap: there is no such file (accepted: the complete log"]);
 }
 
 #[test]

@@ -8,18 +8,11 @@ use asperity_runlog::{LogProblem, RunReader, Topics, partial_path};
 
 use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{outcome, succeed, text};
 use crate::support::small;
 
 /// Stopped half-way, after some slip events, at 0.94 of the longest stable step.
 const LONG: [&str; 5] = ["rigid-contacts", "--set", "slider.blocks=24", "--set", "time.step_s=2.5e-6"];
-
-/// Exit code, standard output and standard error.
-fn outcome(arguments: &[&str]) -> (i32, String, String) {
-    let output = asperity(arguments);
-    let utf8 = |bytes| String::from_utf8(bytes).expect("the binary writes UTF-8");
-    (output.status.code().expect("it ends by itself"), utf8(output.stdout), utf8(output.stderr))
-}
 
 fn run(out: &Path, more: &[&str]) -> (i32, String) {
     let (code, _, said) = outcome(&[&["run"], &LONG[..], more, &["--out", text(out)]].concat());

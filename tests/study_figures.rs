@@ -2,9 +2,10 @@
 //! names are refused before any run is made.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{contents, ends, succeed, text};
+use crate::sweep::Study;
 
 /// A sweep of a few seconds: tilts, stiffnesses by factors, and a spread of friction with two seeds.
 const SWEEP: &str = "
@@ -45,44 +46,9 @@ facet = 'friction.interfacial_stiffness_ratio'
 at = ['friction.spread_seed=1']
 ";
 
-struct Study {
-    folder: tempfile::TempDir,
-}
-
-impl Study {
-    fn of(sweep: &str) -> Study {
-        let study = Study { folder: asperity_testkit::folder() };
-        study.write("sweep.toml", sweep);
-        study
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn write(&self, name: &str, content: &str) {
-        fs::write(self.path(name), content).expect("the folder can be written");
-    }
-
-    fn plan(&self, name: &str) -> PathBuf {
-        let out = self.path(name);
-        succeed(&["sweep", "plan", text(&self.path("sweep.toml")), "--out", text(&out)]);
-        out
-    }
-}
-
 /// The bytes of the figures in a folder, by name.
 fn pictures(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let entries = fs::read_dir(folder).expect("there are figures");
-    let mut all: Vec<(String, Vec<u8>)> = entries
-        .map(|entry| {
-            let path = entry.expect("the folder can be read").path();
-            let name = path.file_name().expect("a file has a name").to_string_lossy().into_owned();
-            (name, fs::read(path).expect("it can be read"))
-        })
-        .collect();
-    all.sort();
-    all
+    contents(folder).into_iter().collect()
 }
 
 fn names(pictures: &[(String, Vec<u8>)]) -> Vec<&str> {
@@ -146,12 +112,12 @@ fn a_number_that_is_missing_is_a_gap() {
     let study = Study::of(&format!("{SWEEP}{FIGURES}"));
     let out = study.plan("study");
     // Before any run is made there are only frames.
-    assert_eq!(asperity(&["sweep", "draw", text(&out)]).status.code(), Some(3));
+    ends(3, &["sweep", "draw", text(&out)], &[]);
     let empty = pictures(&out.join("figures"));
     assert_eq!(names(&empty), NAMES);
     // Both seeds of the first place, then all places but that.
     succeed(&["sweep", "run", text(&out), "--index", "1-2"]);
-    assert_eq!(asperity(&["sweep", "draw", text(&out)]).status.code(), Some(3));
+    ends(3, &["sweep", "draw", text(&out)], &[]);
     let some = pictures(&out.join("figures"));
     succeed(&["sweep", "run", text(&out), "--index", "3-12"]);
     succeed(&["sweep", "draw", text(&out)]);
@@ -170,62 +136,11 @@ fn a_number_that_is_missing_is_a_gap() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused_when_it_is_planned() {
-    for (from, to, problem) in [
-        (
-            "'first_slip_s'",
-            "'first_slip'",
-            "figure.phase-map \"map.png\": colour = \"first_slip\" is no number of the summary; did you mean first_slip_s? (accepted: ",
-        ),
-        (
-            "x = 'normal_load.tilt'",
-            "x = 'normal_load.tlit'",
-            "x = \"normal_load.tlit\" does not vary; did you mean normal_load.tilt? (accepted: normal_load.tilt, ",
-        ),
-        (
-            "colour = 'first_slip_s'\nover",
-            "colour = 'first_slip_s'\nat",
-            "at: \"friction.spread_seed\" is not accepted (accepted: key=value)",
-        ),
-        (
-            "at = ['friction.spread_seed=1']",
-            "at = ['friction.spread_seed=7']",
-            "7 is not among the values of friction.spread_seed (accepted: 1, 2)",
-        ),
-        (
-            "at = ['friction.spread_seed=1']",
-            "",
-            "friction.spread_seed varies, and the figure does not use it (accepted: ",
-        ),
-        ("file = 'family.png'", "file = '../family.png'", "is no name of a figure (accepted: "),
-        ("[[figure.lengths]]", "[[figure.length]]", "length: unknown key; did you mean lengths?"),
-        (
-            "colour = 'first_slip_s'",
-            "colour = 'first_slip_s'\nx_scale = 'log'",
-            "x_scale = \"log\" with normal_load.tilt = -0.5 (accepted: ",
-        ),
-    ] {
-        let figures = FIGURES.replacen(from, to, 1);
-        assert_ne!(figures, FIGURES, "{from}");
-        let study = Study::of(&format!("{SWEEP}{figures}"));
-        let out = study.path("study");
-        let output = asperity(&["sweep", "plan", text(&study.path("sweep.toml")), "--out", text(&out)]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(problem) && said.contains("sweep.toml"), "{said}");
-        assert!(!out.exists(), "nothing is planned");
-    }
-}
-
-#[test]
 fn figures_are_drawn_of_what_the_plan_has() {
     let study = Study::of(SWEEP);
     let out = study.plan("study");
     let refused = |arguments: &[&str], problem: &str| {
-        let output = asperity(&[&["sweep", "draw", text(&out)], arguments].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(problem), "{said}");
+        ends(2, &[&["sweep", "draw", text(&out)], arguments].concat(), &[problem]);
         assert!(!out.join("figures").exists());
     };
     refused(&[], "plan.ndjson asks for no figures (accepted: [[figure.phase-map]]");

@@ -8,18 +8,14 @@ use std::path::Path;
 use asperity_numbers::Summary;
 use serde_json::Value;
 
-use crate::support::binary::{self, asperity, succeed, text};
+use crate::support::binary::{self, ends, outcome, succeed, text, with_sets};
 use crate::support::small;
 use asperity_testkit::folder;
 
 /// Runs a scenario in steps of 0.1 microseconds, and returns its stderr.
 fn run(scenario: &str, set: &[&str], log: &Path) -> String {
-    let overrides = ["time.step_s=1e-7"].iter().chain(set).flat_map(|set| ["--set", *set]);
-    let arguments: Vec<&str> = ["run", scenario, "--out", text(log)].into_iter().chain(overrides).collect();
-    let output = asperity(&arguments);
-    let said = String::from_utf8(output.stderr).expect("the binary writes UTF-8");
-    assert!(output.status.success(), "{said}");
-    said
+    let run = ["run", scenario, "--out", text(log), "--set", "time.step_s=1e-7"];
+    ends(0, &with_sets(&run, set), &[])
 }
 
 fn summary(log: &Path) -> Summary {
@@ -132,10 +128,9 @@ fn a_creeping_slider() {
     assert_eq!((found.precursor_count, found.creep_front_block), (Some(1), Some(100)));
     assert_eq!((found.creeps, found.raw_events_mislead), (Some(true), Some(true)));
     assert!(found.sliding_time_ratio.is_some_and(|ratio| ratio > 0.99), "{found:?}");
-    let output = asperity(&["summary", text(&log)]);
-    assert!(String::from_utf8_lossy(&output.stderr).contains("run.mcap: the slider creeps"));
-    let quiet = asperity(&["summary", "--quiet", text(&log)]);
-    assert_eq!((quiet.stderr.len(), quiet.stdout), (0, output.stdout));
+    let (_, printed, said) = outcome(&["summary", text(&log)]);
+    assert!(said.contains("run.mcap: the slider creeps"), "{said}");
+    assert_eq!(outcome(&["summary", "--quiet", text(&log)]), (0, printed, String::new()));
 }
 
 #[test]
@@ -174,11 +169,10 @@ fn fronts_without_a_drive_have_no_length_law_and_say_how_wrong_their_speeds_are(
     for (step_s, duration_s, is_told) in [("1e-9", "3e-5", false), ("1.595e-8", "2.9986e-5", true)] {
         let log = folder.path().join(format!("{step_s}.mcap"));
         let sets = [format!("time.step_s={step_s}"), format!("time.duration_s={duration_s}")];
-        let run = asperity(&["run", "front", "--set", &sets[0], "--set", &sets[1], "--out", text(&log)]);
-        let output = asperity(&["summary", "--format", "json", text(&log)]);
-        let [warned, told] =
-            [run.stderr, output.stderr].map(|said| String::from_utf8(said).expect("the binary writes UTF-8"));
-        let found: Summary = serde_json::from_slice(&output.stdout).expect("it is a summary");
+        let run = ["run", "front", "--set", &sets[0], "--set", &sets[1], "--out", text(&log)];
+        let (_, _, warned) = outcome(&run);
+        let (_, found, told) = outcome(&["summary", "--format", "json", text(&log)]);
+        let found: Summary = serde_json::from_str(&found).expect("it is a summary");
         assert_eq!(
             (found.length_law, found.length_law_rms_residual, found.precursor_count),
             (None, None, Some(1))
@@ -197,18 +191,19 @@ fn fronts_without_a_drive_have_no_length_law_and_say_how_wrong_their_speeds_are(
 fn logs_of_every_version() {
     let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs");
     for version in ["v1", "v2", "v3"] {
-        let output =
-            asperity(&["summary", "--format", "json", text(&logs.join(version).join("complete.mcap"))]);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && said.contains("they were found in its step records"), "{said}");
-        let found: Summary = serde_json::from_slice(&output.stdout).expect("it is a summary");
+        let of = |log: &str| {
+            let (code, found, said) =
+                outcome(&["summary", "--format", "json", text(&logs.join(version).join(log))]);
+            let found: Summary = serde_json::from_str(&found).expect("it is a summary");
+            (code, found, said)
+        };
+        let (code, found, said) = of("complete.mcap");
+        assert!(code == 0 && said.contains("they were found in its step records"), "{said}");
         assert_eq!(found.ruptures_from, "steps");
         assert_eq!(found.first_slip_s.is_some(), found.rupture_count > Some(0), "{found:?}");
 
-        let output =
-            asperity(&["summary", "--format", "json", text(&logs.join(version).join("interrupted.mcap"))]);
-        assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
-        let found: Summary = serde_json::from_slice(&output.stdout).expect("it is a summary");
+        let (code, found, said) = of("interrupted.mcap");
+        assert_eq!(code, 3, "{said}");
         assert_eq!((found.ruptures_from.as_str(), found.precursor_count, found.creeps), ("none", None, None));
         assert!(found.step_record_count > 0, "{found:?}");
     }
@@ -225,12 +220,11 @@ fn several_runs_are_a_table_and_what_is_no_log_is_said() {
     let of = |format: &str| {
         let mut arguments = vec!["summary", "--format", format];
         arguments.extend(logs.iter().map(|log| text(log)));
-        let output = asperity(&arguments);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
+        let (code, printed, said) = outcome(&arguments);
+        assert_eq!(code, 2, "{said}");
         let of_runs = said.lines().filter(|line| line.ends_with("as coded: 12 kg, c = 48 m/s")).count();
         assert!(of_runs == 2 && said.lines().count() == 3 && said.contains("text.mcap"), "{said}");
-        String::from_utf8(output.stdout).expect("the binary writes UTF-8")
+        printed
     };
     let rows = of("text");
     let names: Vec<&str> = rows.lines().filter_map(|row| row.split_whitespace().next()).collect();
@@ -239,8 +233,8 @@ fn several_runs_are_a_table_and_what_is_no_log_is_said() {
     assert_eq!(array.iter().map(|summary| summary.run.as_str()).collect::<Vec<_>>(), ["one", "two"]);
     assert_eq!(Summary { run: "two".to_owned(), ..array[0].clone() }, array[1]);
     assert_eq!(of("csv").lines().count(), 3);
-    let output = asperity(&["summary", text(&path("text.mcap"))]);
-    assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0));
+    let (code, printed, _) = outcome(&["summary", text(&path("text.mcap"))]);
+    assert_eq!((code, printed.as_str()), (2, ""));
 }
 
 #[cfg(feature = "analysis")]
@@ -283,8 +277,8 @@ fn a_resumed_run_tells_all_of_it() {
     fs::remove_file(&log).expect("it is ours");
     fs::write(folder.path().join("run.mcap.partial"), &bytes[..bytes.len() / 2])
         .expect("the folder can be written");
-    let output = asperity(&[&["run"], &small::SCENARIO[..], &["--resume", "--out", text(&log)]].concat());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let resume = [&["run"], &small::SCENARIO[..], &["--resume", "--out", text(&log)]].concat();
+    let said = ends(0, &resume, &[]);
     let line = |said: &str| said.lines().find(|line| line.contains(" precursors, ")).map(str::to_owned);
     assert!(line(&whole).is_some(), "{whole}");
     assert_eq!(line(&said), line(&whole), "{said}");

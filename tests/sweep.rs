@@ -8,9 +8,12 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use asperity_study::segment::this_node;
+#[cfg(target_os = "linux")]
 use asperity_testkit::Random;
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::laws::frames::{DONE, body, sealed};
+use crate::support::binary::{contents, outcome, run, succeed, text, with_sets};
 
 /// A folder with a sweep in it.
 pub(crate) struct Study {
@@ -29,11 +32,25 @@ keys = ['friction.static_coefficient', 'friction.dynamic_coefficient']
 rows = [[0.5, 0.3], [0.7, 0.45]]
 ";
 
+/// The overrides of its fifth run.
+pub(crate) const FIFTH: [&str; 6] = [
+    "slider.blocks=20",
+    "time.step_s=1e-7",
+    "time.duration_s=1",
+    "normal_load.tilt=0.5",
+    "friction.static_coefficient=0.5",
+    "friction.dynamic_coefficient=0.3",
+];
+
 impl Study {
     pub(crate) fn of(sweep: &str) -> Study {
         let study = Study { folder: asperity_testkit::folder() };
-        fs::write(study.path("sweep.toml"), sweep).expect("the folder can be written");
+        study.write("sweep.toml", sweep);
         study
+    }
+
+    pub(crate) fn write(&self, name: &str, content: &str) {
+        fs::write(self.path(name), content).expect("the folder can be written");
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
@@ -51,14 +68,7 @@ impl Study {
 pub(crate) fn tables(study: &Path) -> BTreeMap<String, Vec<u8>> {
     let formats = if cfg!(feature = "analysis") { "parquet,csv" } else { "csv" };
     succeed(&["sweep", "collect", text(study), "--to", formats]);
-    let entries = fs::read_dir(study.join("tables")).expect("there are tables");
-    entries
-        .map(|entry| {
-            let path = entry.expect("the folder can be read").path();
-            let name = path.file_name().expect("a file has a name").to_string_lossy().into_owned();
-            (name, fs::read(path).expect("the table can be read"))
-        })
-        .collect()
+    contents(&study.join("tables"))
 }
 
 /// The rows of a CSV file, by the names of its columns.
@@ -68,9 +78,7 @@ pub(crate) fn rows(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
 }
 
 pub(crate) fn sweep(arguments: &[&str]) -> (i32, String, String) {
-    let output = asperity(&[&["sweep"], arguments].concat());
-    let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().unwrap_or(-1), words(&output.stdout), words(&output.stderr))
+    outcome(&[&["sweep"], arguments].concat())
 }
 
 /// A study has the same results for a run as the run itself.
@@ -86,24 +94,7 @@ fn tables_of_a_study_are_those_of_its_runs() {
     let events = rows(&tables["events.csv"]);
     assert_eq!(all.len(), 6);
     let log = study.path("one.mcap");
-    run(
-        &[
-            "default",
-            "--set",
-            "slider.blocks=20",
-            "--set",
-            "time.step_s=1e-7",
-            "--set",
-            "time.duration_s=1",
-            "--set",
-            "normal_load.tilt=0.5",
-            "--set",
-            "friction.static_coefficient=0.5",
-            "--set",
-            "friction.dynamic_coefficient=0.3",
-        ],
-        &log,
-    );
+    run(&with_sets(&["default"], &FIFTH), &log);
     let row = &all[4];
     assert_eq!((&*row["run"], &*row["normal_load.tilt"], &*row["status"]), ("5", "0.5", "done"));
     let summary = rows(succeed(&["summary", text(&log), "--format", "csv"]).as_bytes()).remove(0);
@@ -154,17 +145,9 @@ pub(crate) fn start(arguments: &[&str]) -> Child {
         .expect("the binary starts")
 }
 
-/// Bytes of all segments of a study.
-#[cfg(target_os = "linux")]
-fn bytes_of_segments(study: &Path) -> u64 {
-    let segments = fs::read_dir(study.join("segments")).into_iter().flatten().flatten();
-    segments.filter_map(|segment| segment.metadata().ok()).map(|file| file.len()).sum()
-}
-
-/// The contents of segments, by the format in the manual: the kind of each complete result (1 done, 3
-/// process died), and its run.
-fn frames(study: &Path) -> Vec<(u8, u64)> {
-    let mut frames = Vec::new();
+/// How many whole results there are of each run that is done, in segments by the format in the manual.
+pub(crate) fn results(study: &Path) -> BTreeMap<u64, usize> {
+    let mut counts = BTreeMap::new();
     for segment in fs::read_dir(study.join("segments")).into_iter().flatten() {
         let bytes = fs::read(segment.expect("the folder can be read").path()).expect("it can be read");
         let mut at = bytes.iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| end + 1);
@@ -172,40 +155,21 @@ fn frames(study: &Path) -> Vec<(u8, u64)> {
             let run = u64::from_le_bytes(head[1..9].try_into().expect("there are eight"));
             let length = u32::from_le_bytes(head[9..13].try_into().expect("there are four")) as usize;
             at += 17 + length;
-            if at <= bytes.len() {
-                frames.push((head[0], run));
+            if at <= bytes.len() && head[0] == DONE {
+                *counts.entry(run).or_default() += 1;
             }
         }
     }
-    frames
-}
-
-/// How often each run has a result of a kind.
-fn counts(frames: &[(u8, u64)], kind: u8) -> BTreeMap<u64, usize> {
-    let mut counts = BTreeMap::new();
-    frames.iter().filter(|frame| frame.0 == kind).for_each(|frame| *counts.entry(frame.1).or_default() += 1);
     counts
 }
 
-/// How many whole results there are of each run that is done.
-pub(crate) fn results(study: &Path) -> BTreeMap<u64, usize> {
-    counts(&frames(study), 1)
-}
-
-/// Whether the next death of a run would be its last: a slow run may be hit repeatedly.
-#[cfg(target_os = "linux")]
-fn has_one_that_died_twice(study: &Path) -> bool {
-    let frames = frames(study);
-    let done = counts(&frames, 1);
-    counts(&frames, 3).iter().any(|(run, deaths)| *deaths >= 2 && !done.contains_key(run))
-}
-
-/// The step at which a run is killed depends on the clock; the assertions do not.
+/// Leaders and workers are killed at any time. In which step of a run depends on the clock; the assertions do not.
 #[test]
 #[cfg(target_os = "linux")]
-fn killed_thirty_times_a_study_gives_the_same_tables() {
+fn killed_again_and_again_a_study_gives_the_same_tables() {
     const RUNS: usize = 80;
-    let text_of = "
+    let study = Study::of(
+        "
 title = 'Runs to be killed'
 scenario = 'default'
 set = ['slider.blocks=30', 'time.duration_s=0.5']
@@ -217,74 +181,45 @@ count = 40
 [[axis]]
 key = 'parameter_set'
 values = ['as-coded', 'as-stated']
-";
-    let study = Study::of(text_of);
-    let whole = study.plan("whole");
+",
+    );
+    let [whole, killed] = ["whole", "killed"].map(|name| study.plan(name));
+    let started = Instant::now();
     succeed(&["sweep", "run", text(&whole)]);
-    let expected = tables(&whole);
+    let takes = started.elapsed();
     let mut random = Random::new(11);
-    let mut any = |below| random.below(below);
-    let (mut kills, mut studies) = (0, 0);
-    while kills < 30 {
-        // If one finishes before enough kills, another follows.
-        studies += 1;
-        let killed = study.plan(&format!("killed-{studies}"));
-        let mut before = 0;
-        while kills < 30 {
-            let workers_are_spared = has_one_that_died_twice(&killed);
-            let mut parent = start(&["run", text(&killed)]);
-            let mut workers = Vec::new();
-            let mut grows_by = |results: u64, parent: &mut Child| {
-                // About as many: results differ in length.
-                let enough = bytes_of_segments(&killed) + results * 1500;
-                while bytes_of_segments(&killed) < enough && parent.try_wait().expect("it is ours").is_none()
-                {
-                    workers.extend(children(parent.id()));
-                    thread::sleep(Duration::from_millis(1));
-                }
-                workers.extend(children(parent.id()));
-                children(parent.id())
-            };
-            // At once, with some runs done, or after one worker is gone. No run may lose its worker three
-            // times: it would be left out.
-            let kind = any(3);
-            let begun = grows_by([0, 1, 3][kind as usize], &mut parent);
-            if kind == 2 && !begun.is_empty() && !workers_are_spared {
-                kill(begun[any(begun.len() as u64) as usize]);
-                kills += 1;
-                grows_by(any(3), &mut parent);
-            }
-            thread::sleep(Duration::from_millis(any(20)));
-            workers.extend(children(parent.id()));
-            let is_over = parent.try_wait().expect("it is ours").is_some();
-            if !is_over {
-                kill(parent.id());
-                kills += 1;
-            }
-            parent.wait().expect("it is ours");
-            // Workers that have lost their leader end with the run that they are at.
-            let deadline = Instant::now() + Duration::from_secs(60);
-            while workers.iter().any(|worker| Path::new(&format!("/proc/{worker}/exe")).exists()) {
-                assert!(Instant::now() < deadline, "a worker goes on without its leader");
-                thread::sleep(Duration::from_millis(5));
-            }
-            let (_, status, _) = sweep(&["status", text(&killed)]);
-            let done: usize = status.split(' ').next().and_then(|n| n.parse().ok()).expect("it counts them");
-            assert!(done >= before, "{status}");
-            assert_eq!(results(&killed).len(), done, "{status}");
-            before = done;
-            if is_over {
-                break;
-            }
+    let (mut kills, mut before, mut is_over) = (0, 0, false);
+    while !is_over {
+        let mut leader = start(&["run", text(&killed)]);
+        thread::sleep(takes.mul_f64(random.uniform(0.0, 0.2)));
+        // A run that loses its worker three times is left out.
+        if let Some(worker) = children(leader.id()).first().filter(|_| (1..3).contains(&kills)) {
+            kill(*worker);
+            thread::sleep(takes.mul_f64(0.05));
         }
-        succeed(&["sweep", "run", text(&killed)]);
-        assert!(tables(&killed) == expected, "other tables");
-        // Completed runs were not repeated.
-        assert_eq!(results(&killed), (1..=RUNS as u64).map(|run| (run, 1)).collect());
-        let bytes = bytes_of_segments(&killed);
-        succeed(&["sweep", "run", text(&killed)]);
-        assert_eq!(bytes_of_segments(&killed), bytes);
+        let workers = children(leader.id());
+        is_over = leader.try_wait().expect("it is ours").is_some();
+        if !is_over {
+            kill(leader.id());
+            kills += 1;
+        }
+        leader.wait().expect("it is ours");
+        // Workers that have lost their leader end with the run that they are at.
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while workers.iter().any(|worker| Path::new(&format!("/proc/{worker}/exe")).exists()) {
+            assert!(Instant::now() < deadline, "a worker goes on without its leader");
+            thread::sleep(Duration::from_millis(5));
+        }
+        let (_, status, _) = sweep(&["status", text(&killed)]);
+        let done: usize = status.split(' ').next().and_then(|n| n.parse().ok()).expect("it counts them");
+        assert!(done >= before && results(&killed).len() == done, "{before}: {status}");
+        before = done;
     }
+    assert!(kills > 2, "{kills}");
+    // Once more, when there is nothing to do: completed runs are not repeated.
+    succeed(&["sweep", "run", text(&killed)]);
+    assert_eq!(results(&killed), (1..=RUNS as u64).map(|run| (run, 1)).collect());
+    assert!(tables(&killed) == tables(&whole), "other tables");
 }
 
 #[test]
@@ -358,12 +293,7 @@ fn plans_of_others_and_edited_ones_are_refused() {
     let out = study.plan("study");
     let plan = out.join("plan.ndjson");
     let good = fs::read_to_string(&plan).expect("there is a plan");
-    let (body, _) = good.trim_end().rsplit_once('\n').expect("it has lines");
-    let sealed = |body: String| {
-        let body = body + "\n";
-        format!("{body}{{\"rows\":6,\"blake3\":\"{}\"}}\n", blake3::hash(body.as_bytes()).to_hex())
-    };
-    assert_eq!(sealed(body.to_owned()), good);
+    let lines = body(&good);
     // The digits of every id from behind.
     let turned = |body: &str| {
         let line = |line: &str| match line.rsplit_once("\"id\":\"") {
@@ -379,10 +309,8 @@ fn plans_of_others_and_edited_ones_are_refused() {
     let version = version.expect("it has one");
     for (text_of, problem) in [
         (good.replace("0.45", "0.46"), "it was changed after it was written"),
-        (good[..good.len() / 2].to_owned(), "it was changed after it was written"),
-        (String::new(), "it was changed after it was written"),
-        (sealed(body.replace(version, "0123456789abcdef")), "code version 0123456789abcdef"),
-        (sealed(turned(body)), "its scenario has changed since it was planned"),
+        (sealed(&lines.replace(version, "0123456789abcdef")), "code version 0123456789abcdef"),
+        (sealed(&turned(lines)), "its scenario has changed since it was planned"),
     ] {
         fs::write(&plan, &text_of).expect("the folder can be written");
         let (code, _, err) = sweep(&["run", text(&out)]);
@@ -461,6 +389,17 @@ values = [2e-7, 2.5e-6]
     for (run, expected) in [("1", 0), ("2", 1)] {
         assert_eq!(sweep(&["run", text(&out), "--index", run]).0, expected, "run {run}");
     }
+    // It is verified by failing for the same reason.
+    let verified = format!("2 of 2 chosen runs verified: 2 on {} alone\n", this_node());
+    let (code, told, err) = sweep(&["run", text(&out), "--verify", "2"]);
+    assert_eq!((code, told), (0, verified), "{err}");
+    // In one call there are tables all the same.
+    let go = study.path("go");
+    let (code, _, err) = sweep(&["go", text(&study.path("sweep.toml")), "-o", text(&go), "--to", "csv"]);
+    assert!(
+        code == 1 && rows(&fs::read(go.join("tables/runs.csv")).expect("there is a table")) == runs,
+        "{err}"
+    );
 }
 
 #[test]
@@ -483,35 +422,25 @@ fn arguments_that_name_no_runs_are_refused() {
 #[test]
 fn a_list_of_commands_makes_all_runs() {
     let study = Study::of(SHORT);
-    let [whole, out] = ["whole", "a study"].map(|name| study.plan(name));
+    let whole = study.plan("whole");
     succeed(&["sweep", "run", text(&whole)]);
-    let list = succeed(&["sweep", "emit", "list", text(&out), "--tasks", "4"]);
-    assert_eq!(list.lines().count(), 4);
-    for line in list.lines() {
-        let status = Command::new("sh").args(["-c", line]).status().expect("there is a shell");
-        assert!(status.success(), "{line}");
-    }
-    assert!(tables(&out) == tables(&whole), "other tables");
-    // By programs that run commands side by side, those that are there.
+    // By the shell, and by programs that run commands side by side, those that are there.
     let file = study.path("commands.txt");
-    for (name, how) in [("xargs", "xargs -d '\\n' -P 2 -n 1 sh -c <"), ("parallel", "parallel --jobs 2 <")] {
+    for (name, how) in
+        [("sh", "sh <"), ("xargs", "xargs -d '\\n' -P 2 -n 1 sh -c <"), ("parallel", "parallel --jobs 2 <")]
+    {
         let is_there = Command::new("sh").args(["-c", &format!("command -v {name}")]).output();
         if !is_there.expect("there is a shell").status.success() {
             continue;
         }
-        let out = study.plan(&format!("by {name}"));
-        fs::write(&file, succeed(&["sweep", "emit", "list", text(&out), "--tasks", "3"]))
-            .expect("the folder can be written");
+        let out = study.plan(&format!("a study by {name}"));
+        let list = succeed(&["sweep", "emit", "list", text(&out), "--tasks", "4"]);
+        assert_eq!(list.lines().count(), 4);
+        fs::write(&file, list).expect("the folder can be written");
         let status = Command::new("sh").args(["-c", &format!("{how} '{}'", text(&file))]).status();
         assert!(status.expect("there is a shell").success(), "{name}");
         assert!(tables(&out) == tables(&whole), "{name}: other tables");
     }
-    let script = study.path("sweep.slurm");
-    fs::write(&script, succeed(&["sweep", "emit", "slurm", text(&out)])).expect("the folder can be written");
-    let status = Command::new("bash").args(["-n", text(&script)]).status().expect("there is bash");
-    assert!(status.success());
-    let row: toml::Table = succeed(&["sweep", "emit", "row", text(&out)]).parse().expect("it is TOML");
-    assert!(row.contains_key("action"));
 }
 
 /// Named runs, and their outputs.

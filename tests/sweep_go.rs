@@ -5,8 +5,8 @@ use std::fs;
 use asperity_runlog::{RunReader, Topics};
 use asperity_testkit::read_log;
 
-use crate::support::binary::{run, succeed, text};
-use crate::sweep::{SHORT, Study, rows, sweep};
+use crate::support::binary::{run, succeed, text, with_sets};
+use crate::sweep::{FIFTH, SHORT, Study, sweep};
 
 #[test]
 fn go_does_what_plan_run_and_collect_do() {
@@ -51,20 +51,6 @@ fn a_folder_of_another_study_is_left_alone() {
     assert_eq!(fs::read_dir(&full).expect("it is there").count(), 1);
 }
 
-/// A run whose numbers fail is in the tables, and the study ends with 1.
-#[test]
-fn runs_that_fail_do_not_keep_the_others_from_the_tables() {
-    let study = Study::of(
-        "title = 'Time steps'\nscenario = 'rigid-contacts'\nset = ['slider.blocks=24']\n\
-         [[axis]]\nkey = 'time.step_s'\nvalues = [2e-7, 2.5e-6]\n",
-    );
-    let out = study.path("out");
-    let (code, _, err) = sweep(&["go", text(&study.path("sweep.toml")), "-o", text(&out), "--to", "csv"]);
-    let table = rows(&fs::read(out.join("tables/runs.csv")).expect("there is a table"));
-    let failed = table.iter().filter(|row| row["status"] == "failed").count();
-    assert!(code == 1 && failed == 1 && table.len() == 2, "{code}: {failed}: {err}");
-}
-
 #[test]
 fn the_log_of_a_run_is_that_of_its_scenario() {
     let study = Study::of(SHORT);
@@ -73,18 +59,7 @@ fn the_log_of_a_run_is_that_of_its_scenario() {
     let (code, _, err) = sweep(&["log", text(&out), "5", "-o", text(&log)]);
     assert!(code == 0 && err.contains("run 5, normal_load.tilt=0.5"), "{code}: {err}");
     let alone = study.path("alone.mcap");
-    let mut scenario = vec!["default"];
-    for set in [
-        "slider.blocks=20",
-        "time.step_s=1e-7",
-        "time.duration_s=1",
-        "normal_load.tilt=0.5",
-        "friction.static_coefficient=0.5",
-        "friction.dynamic_coefficient=0.3",
-    ] {
-        scenario.extend(["--set", set]);
-    }
-    run(&scenario, &alone);
+    run(&with_sets(&["default"], &FIFTH), &alone);
     let [made, expected] = [&log, &alone].map(|log| read_log(log).expect("the log is whole").1);
     assert_eq!((made.digest, made.topic_digests), (expected.digest, expected.topic_digests));
     let id = RunReader::open(&log, Topics::NONE).expect("it is a log").header().run_id.clone();

@@ -224,29 +224,6 @@ fn a_killed_verification_is_continued() {
     assert!(tables(&out) == made, "other tables");
 }
 
-/// A run that fails is verified by failing for the same reason.
-#[test]
-fn a_failure_is_a_result_that_is_verified() {
-    let study = Study::of(
-        "
-title = 'Time steps'
-scenario = 'rigid-contacts'
-set = ['slider.blocks=24']
-[[axis]]
-key = 'time.step_s'
-values = [2e-7, 2.5e-6]
-",
-    );
-    let out = study.plan("study");
-    assert_eq!(sweep(&["run", text(&out)]).0, 1, "one fails");
-    let (code, told, err) = sweep(&["run", text(&out), "--verify", "2"]);
-    assert_eq!(
-        (code, told),
-        (0, format!("2 of 2 chosen runs verified: 2 on {} alone\n", this_node())),
-        "{err}"
-    );
-}
-
 #[test]
 fn numbers_of_runs_that_no_study_has_are_refused() {
     let study = Study::of(SHORT);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{ends, run, succeed, text};
 use crate::support::small;
 use asperity_record::EventPayload;
 use asperity_testkit::folder;
@@ -41,9 +41,7 @@ impl Table {
 /// Reduces a log; returns the folder of tables and its stderr.
 fn reduce(log: &Path, code: i32) -> (PathBuf, String) {
     let out = log.with_extension("tables");
-    let output = asperity(&["reduce", text(log), "--out", text(&out)]);
-    let said = String::from_utf8(output.stderr).expect("the binary writes UTF-8");
-    assert_eq!(output.status.code(), Some(code), "{said}");
+    let said = ends(code, &["reduce", text(log), "--out", text(&out)], &[]);
     (out, said)
 }
 

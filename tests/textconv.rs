@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::support::binary::{succeed, text};
+use crate::support::binary::{ends, outcome, succeed, text};
 use crate::support::{binary, small};
 
 /// The lines of a diff that begin with a sign, without those that name files.
@@ -100,13 +100,11 @@ fn a_parquet_table_is_printed_as_the_csv_beside_it() {
         assert_eq!(succeed(&["events", text(&parquet)]), csv, "{name}");
     }
     let parquet = tables.join("events.parquet");
-    let refused = binary::asperity(&["events", text(&parquet), "--format", "json"]);
-    assert_eq!(refused.status.code(), Some(2));
+    ends(2, &["events", text(&parquet), "--format", "json"], &[]);
     // Half a table is an error, not half of its rows.
     let bytes = fs::read(&parquet).expect("the table can be read");
     let half = folder.path().join("half.parquet");
     fs::write(&half, &bytes[..bytes.len() / 2]).expect("the folder can be written");
-    let failed = binary::asperity(&["events", text(&half)]);
-    assert_eq!(failed.status.code(), Some(1), "{}", String::from_utf8_lossy(&failed.stderr));
-    assert!(failed.stdout.is_empty());
+    let (code, printed, said) = outcome(&["events", text(&half)]);
+    assert!(code == 1 && printed.is_empty(), "{code}: {said}");
 }

@@ -9,11 +9,11 @@ use std::sync::OnceLock;
 use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::laws::thin::messages;
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{self, succeed, text, with_sets};
 use crate::support::small;
 
-/// A run that is stopped, since its time step is too long.
-const STOPPED: [&str; 5] = ["rigid-contacts", "--set", "slider.blocks=24", "--set", "time.step_s=2.5e-6"];
+/// Overrides of `rigid-contacts` by which a run is stopped, since its time step is too long.
+const STOPPED: [&str; 2] = ["slider.blocks=24", "time.step_s=2.5e-6"];
 
 /// A log of each verdict, with the verdict's word.
 struct Logs {
@@ -60,7 +60,7 @@ fn bytes_by_verdict() -> Vec<(&'static str, Vec<u8>)> {
     fs::write(path("damaged.mcap"), &flipped).expect("the folder can be written");
     succeed(&["salvage", text(&path("damaged.mcap")), "--out", text(&path("salvaged.mcap"))]);
     let stopped = path("stopped.mcap");
-    assert_eq!(outcome(&[&["run"], &STOPPED[..], &["--out", text(&stopped)]].concat()).0, 1);
+    assert_eq!(outcome(&with_sets(&["run", "rigid-contacts", "--out", text(&stopped)], &STOPPED)).0, 1);
     vec![
         ("whole", whole),
         ("by other code or detectors", put_together(&foreign, Packing::USUAL)),
@@ -108,9 +108,8 @@ fn table() -> BTreeMap<String, BTreeMap<String, String>> {
 
 /// The messages of a command about a log, and its exit code.
 fn outcome(arguments: &[&str]) -> (i32, String) {
-    let output = asperity(arguments);
-    let said = [output.stdout, output.stderr].concat();
-    (output.status.code().expect("it ends by itself"), String::from_utf8_lossy(&said).into_owned())
+    let (code, out, err) = binary::outcome(arguments);
+    (code, out + &err)
 }
 
 #[test]
@@ -291,14 +290,11 @@ fn the_worst_of_several_logs_decides() {
 fn reproduce_uses_only_what_is_whole() {
     let Logs { folder, logs } = Logs::make();
     let pipeline = folder.path().join("small.toml");
-    let set: Vec<String> =
-        small::SCENARIO[1..].iter().filter(|word| **word != "--set").map(|set| format!("{set:?}")).collect();
-    let toml = format!(
-        "title = \"Small\"\n[[run]]\nname = \"small\"\nscenario = \"{}\"\nset = [{}]\n",
-        small::SCENARIO[0],
-        set.join(", ")
-    );
-    fs::write(&pipeline, toml).expect("the folder can be written");
+    let write = |scenario: &str, set: &[&str]| {
+        let run = format!("[[run]]\nname = \"small\"\nscenario = \"{scenario}\"\nset = {set:?}\n");
+        fs::write(&pipeline, format!("title = \"Small\"\n{run}")).expect("the folder can be written");
+    };
+    write("ten-blocks", &small::SETS);
     let out = folder.path().join("out");
     let stored = out.join("runs").join("small.mcap");
     fs::create_dir_all(stored.parent().expect("it is in a folder")).expect("the folder can be written");
@@ -319,11 +315,7 @@ fn reproduce_uses_only_what_is_whole() {
         }
     }
     // It would be stopped again.
-    let set: Vec<String> =
-        STOPPED[1..].iter().filter(|word| **word != "--set").map(|set| format!("{set:?}")).collect();
-    let run =
-        format!("[[run]]\nname = \"small\"\nscenario = \"{}\"\nset = [{}]\n", STOPPED[0], set.join(", "));
-    fs::write(&pipeline, format!("title = \"Small\"\n{run}")).expect("the folder can be written");
+    write("rigid-contacts", &STOPPED);
     fs::remove_file(&stored).expect("it can be removed");
     for again in [false, true] {
         let (code, said) = outcome(&["reproduce", text(&pipeline), "--out", text(&out)]);

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{ends, run, succeed, text};
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_simulator::equality::{NearTie, rounding_reach};
 use asperity_simulator::{Exact, Plain, Solver};
@@ -73,10 +73,8 @@ fn a_near_tie_that_is_none_any_more_is_told() {
     fs::write(folder.path().join("moved.json"), proof.to_string()).expect("it can be written");
     let run = proof["run"].as_str().expect("it names its run");
     let choice = ["--only", run, "--for-s", "0.001", "--near-ties", text(folder.path())];
-    let outcome = asperity(&[&["verify-solver", PIPELINE][..], &choice].concat());
-    let stderr = String::from_utf8_lossy(&outcome.stderr);
-    assert_eq!(outcome.status.code(), Some(1), "{stderr}");
-    assert!(stderr.contains("moved.json: the solvers agree there now"), "{stderr}");
+    let verify = [&["verify-solver", PIPELINE][..], &choice].concat();
+    ends(1, &verify, &["moved.json: the solvers agree there now"]);
 }
 
 /// The runs of a pipeline may be of slabs.
@@ -113,10 +111,8 @@ fn a_log_says_what_its_run_was_made_of() {
         assert_eq!(parts.into_iter().sum::<u64>(), 20_000);
     }
     let log = folder.path().join("stats.mcap");
-    let said =
-        asperity(&["run", "default", "--set", "time.duration_s=0.002", "--stats", "--out", text(&log)]);
-    let said = String::from_utf8_lossy(&said.stderr);
-    assert!(said.contains("in jumps") && said.contains("refused windows"), "{said}");
+    let run = ["run", "default", "--set", "time.duration_s=0.002", "--stats", "--out", text(&log)];
+    ends(0, &run, &["in jumps", "refused windows"]);
 }
 
 #[test]
@@ -127,11 +123,6 @@ fn what_cannot_be_verified_is_said() {
         (&["--near-ties", "Cargo.toml"][..], "near tie Cargo.toml"),
         (&["--near-ties", "nowhere"][..], "near tie nowhere"),
     ] {
-        let mut all = vec!["verify-solver", PIPELINE];
-        all.extend(arguments);
-        let outcome = asperity(&all);
-        assert_eq!(outcome.status.code(), Some(2), "{arguments:?}");
-        let stderr = String::from_utf8_lossy(&outcome.stderr);
-        assert!(stderr.contains(said), "{stderr}");
+        ends(2, &[&["verify-solver", PIPELINE], arguments].concat(), &[said]);
     }
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::binary;
-use crate::support::binary::{asperity, succeed, text};
+use crate::support::binary::{outcome, succeed, text};
 use asperity_record::RECORD_SCHEMA_VERSION;
 use asperity_runlog::{RunReader, Topics};
 
@@ -35,18 +35,17 @@ fn logs_of_every_version_give_the_events_that_they_gave() {
             let name = log.display();
             let reader = RunReader::open(&log, Topics::ALL).expect("a golden log has a header");
             assert_eq!(reader.header().record_schema_version, version, "{name}");
-            let whole = asperity(&["check", text(&log)]);
-            let said = String::from_utf8_lossy(&whole.stdout).into_owned();
+            let (code, said, _) = outcome(&["check", text(&log)]);
             if let Ok(events) = fs::read_to_string(log.with_extension("events.csv")) {
                 // By the program of that time.
-                assert_eq!(whole.status.code(), Some(6), "{said}");
+                assert_eq!(code, 6, "{said}");
                 assert!(said.contains(": by other code or detectors: "), "{said}");
                 assert_eq!(succeed(&["events", text(&log)]), events, "{name}");
                 assert_eq!(succeed(&["replay", "--format", "csv", text(&log)]), events, "{name}");
                 compared += 1;
             } else {
                 // Not whole when it was made, and for the same reason now.
-                assert!(matches!(whole.status.code(), Some(3..=5)), "{said}");
+                assert!(matches!(code, 3..=5), "{said}");
                 let reason = fs::read_to_string(log.with_extension("check.txt")).expect("it says why");
                 assert!(said.contains(reason.trim()), "{said}");
             }
@@ -70,14 +69,13 @@ fn a_newer_version_is_refused_by_name() {
     writer.write_metadata(&metadata).unwrap();
     writer.finish().unwrap();
     for command in ["events", "summary", "replay", "check"] {
-        let output = asperity(&[command, text(&log)]);
-        let said = [output.stdout, output.stderr].concat();
-        let said = String::from_utf8_lossy(&said).into_owned();
+        let (code, out, err) = outcome(&[command, text(&log)]);
+        let said = out + &err;
         let expected = format!(
             "version {newer} of the format; this program reads versions 1 to {RECORD_SCHEMA_VERSION}"
         );
         assert!(said.contains(&expected), "{command}: {said}");
-        assert_ne!(output.status.code(), Some(0));
+        assert_ne!(code, 0);
     }
 }
 

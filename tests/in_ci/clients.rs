@@ -11,7 +11,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use crate::support::binary::{succeed, text};
+use crate::export::TOPICS;
+use crate::support::binary::{succeed, text, with_sets};
 use crate::support::clients::{Python, file, find, said};
 use crate::support::{binary, small};
 use asperity_runlog::LogProblem;
@@ -123,36 +124,30 @@ fn exported(log: &Path, topic: &str, range: &[&str]) -> (usize, Vec<Map<String, 
         &[&["export", text(log), "--to", "ndjson", "--topic", topic, "--out", text(out.path())], range]
             .concat(),
     );
+    let rows = rows(out.path(), topic);
+    (messages(topic, &rows), rows)
+}
+
+/// The rows of a topic among those exported into a folder.
+fn rows(out: &Path, topic: &str) -> Vec<Map<String, Value>> {
     let name = format!("run.{}.ndjson", topic[1..].replace('/', "."));
-    let lines = fs::read_to_string(out.path().join(name)).expect("the file was written");
-    let rows: Vec<Map<String, Value>> =
-        lines.lines().map(|line| serde_json::from_str(line).expect("a line is an object")).collect();
-    let messages = match topic {
-        "/fields" | "/window" => {
-            let mut steps: Vec<&Value> = rows.iter().map(|row| &row["step"]).collect();
-            steps.dedup();
-            steps.len()
-        }
+    let lines = fs::read_to_string(out.join(name)).expect("the file was written");
+    lines.lines().map(|line| serde_json::from_str(line).expect("a line is an object")).collect()
+}
+
+/// The number of messages that these are rows of.
+fn messages(topic: &str, rows: &[Map<String, Value>]) -> usize {
+    match topic {
+        "/fields" | "/window" => rows.chunk_by(|row, next| row["step"] == next["step"]).count(),
         _ => rows.len(),
-    };
-    (messages, rows)
+    }
 }
 
 /// Messages per topic of the small run, according to asperity.
 fn counts(log: &Path) -> BTreeMap<String, usize> {
-    [
-        "/step",
-        "/switch",
-        "/fields",
-        "/window",
-        "/events/onset",
-        "/events/slip",
-        "/events/global",
-        "/events/rupture",
-        "/events/arrival",
-    ]
-    .map(|topic| (topic.to_owned(), exported(log, topic, &[]).0))
-    .into()
+    let out = folder();
+    succeed(&["export", text(log), "--to", "ndjson", "--out", text(out.path())]);
+    TOPICS.map(|topic| (topic.to_owned(), messages(topic, &rows(out.path(), topic)))).into()
 }
 
 fn parsed(output: &Output) -> Value {
@@ -248,14 +243,14 @@ fn logs_that_another_program_wrote_are_read_by_their_messages() {
     assert!(good.len() >= 18 && bad.len() >= 8, "{names}");
     let events = succeed(&["events", text(&log)]);
     let run = |arguments: &[&str]| {
-        let output = binary::asperity(arguments);
-        (output.status.code(), said(&output))
+        let (code, out, err) = binary::outcome(arguments);
+        (code, out + &err)
     };
     let note = "in a file that another program wrote (library \"";
     for name in good {
         let copy = copies.join(name).with_extension("mcap");
         let (code, told) = run(&["check", text(&copy)]);
-        assert!(code == Some(0) && told.contains(": whole: ") && told.contains(note), "{name}: {told}");
+        assert!(code == 0 && told.contains(": whole: ") && told.contains(note), "{name}: {told}");
         let output = binary::asperity(&["events", text(&copy)]);
         assert!(output.stdout == events.as_bytes(), "{name}: {}", said(&output));
         if !["lz4", "no-chunks-no-crc", "metadata-last"].contains(&name) {
@@ -270,12 +265,12 @@ fn logs_that_another_program_wrote_are_read_by_their_messages() {
                 _ => {}
             }
             let (code, told) = run(&arguments);
-            assert!(code == Some(0) && told.contains(note), "{command} {name}: {told}");
+            assert!(code == 0 && told.contains(note), "{command} {name}: {told}");
         }
         let (code, told) = run(&["salvage", text(&copy), "--out", text(&folder.path().join("none.mcap"))]);
-        assert!(code == Some(0) && told.contains("whole: there is nothing to salvage"), "{name}: {told}");
+        assert!(code == 0 && told.contains("whole: there is nothing to salvage"), "{name}: {told}");
         let (code, told) = run(&["diff", text(&log), text(&copy)]);
-        assert!(code == Some(0) && told.contains("nothing differs"), "{name}: {told}");
+        assert!(code == 0 && told.contains("nothing differs"), "{name}: {told}");
     }
     for name in bad {
         let copy = copies.join(name).with_extension("mcap");
@@ -283,7 +278,7 @@ fn logs_that_another_program_wrote_are_read_by_their_messages() {
             let (code, told) = run(&[command, text(&copy)]);
             let reasons = ["says messages of /", "says digest of /", "each of which is right by itself"];
             let is_told = reasons.iter().any(|reason| told.contains(reason));
-            assert!(code == Some(4) && is_told, "{command} {name}: {told}");
+            assert!(code == 4 && is_told, "{command} {name}: {told}");
         }
     }
     salvage_of_copies(&copies, folder.path());
@@ -456,8 +451,7 @@ fn clients_read_the_log_of_a_slab() {
     let folder = folder();
     let log = folder.path().join("run.mcap");
     let sets = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.26"];
-    let sets = sets.iter().flat_map(|set| ["--set", *set]);
-    binary::run(&std::iter::once("slab").chain(sets).collect::<Vec<_>>(), &log);
+    binary::run(&with_sets(&["slab"], &sets), &log);
     let counts = counts(&log);
     assert!(counts["/switch"] >= 10 && counts["/fields"] > 10 && counts["/events/slip"] > 1, "{counts:?}");
     let (_, rows) = exported(&log, "/fields", &[]);

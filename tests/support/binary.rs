@@ -1,7 +1,8 @@
 //! Running the built `asperity` binary.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use asperity_model::builtin;
@@ -42,6 +43,29 @@ pub(crate) fn succeed(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("the binary writes UTF-8")
 }
 
+/// A scenario, or a command with one, with these overrides.
+pub(crate) fn with_sets<'a>(scenario: &[&'a str], sets: &[&'a str]) -> Vec<&'a str> {
+    let sets = sets.iter().flat_map(|set| ["--set", *set]);
+    scenario.iter().copied().chain(sets).collect()
+}
+
+/// How a command ended: its exit code, standard output and standard error.
+pub(crate) fn outcome(arguments: &[&str]) -> (i32, String, String) {
+    let Output { status, stdout, stderr } = asperity(arguments);
+    let utf8 = |bytes| String::from_utf8(bytes).expect("the binary writes UTF-8");
+    (status.code().expect("it ends by itself"), utf8(stdout), utf8(stderr))
+}
+
+/// Runs the binary, which must end with this code and have these words on standard error; gives all that is there.
+#[track_caller]
+pub(crate) fn ends(code: i32, arguments: &[&str], words: &[&str]) -> String {
+    let (found, out, said) = outcome(arguments);
+    assert_eq!(found, code, "asperity {}: {out}{said}", arguments.join(" "));
+    let lacks = words.iter().find(|word| !said.contains(**word));
+    assert_eq!(lacks, None, "asperity {}: {said}", arguments.join(" "));
+    said
+}
+
 /// Runs a scenario, given with its overrides, and logs it.
 pub(crate) fn run(scenario: &[&str], out: &Path) {
     let arguments = [&["run"], scenario, &["--out", text(out)]].concat();
@@ -66,6 +90,17 @@ pub(crate) fn goes_on(run: &[&str], eighths: &[usize]) {
         assert_eq!(end_again.topic_digests, end.topic_digests);
         fs::remove_file(&resumed).expect("the log is there");
     }
+}
+
+/// Name and bytes of every file in a folder.
+pub(crate) fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries =
+        fs::read_dir(folder).expect("the folder is there").map(|entry| entry.expect("it can be read").path());
+    let read = |path: PathBuf| {
+        let name = path.file_name().expect("entries have names").to_string_lossy().into_owned();
+        (name, fs::read(&path).expect("its files can be read"))
+    };
+    entries.map(read).collect()
 }
 
 /// A path as an argument.

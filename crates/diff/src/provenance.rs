@@ -113,29 +113,13 @@ fn collect(prefix: &str, table: &Table, found: &mut BTreeMap<String, Value>) {
 #[cfg(test)]
 mod tests {
     use asperity_record::RunHeader;
+    use asperity_testkit::run_header;
 
     use super::{Provenance, changes, settings};
 
     fn provenance(solver: &str, scenario_toml: &str) -> Provenance {
         Provenance {
-            header: RunHeader {
-                record_schema_version: 1,
-                scenario: String::new(),
-                scenario_hash: String::new(),
-                run_id: String::new(),
-                code_version: "c".to_owned(),
-                parameter_set: "as-coded".to_owned(),
-                solver: solver.to_owned(),
-                blocks: 2,
-                rows: 1,
-                junction_count: 0,
-                radiates: false,
-                has_state: false,
-                time_step_s: 1e-8,
-                longest_stable_step_s: None,
-                steps: 1,
-                scales: None,
-            },
+            header: RunHeader { solver: solver.to_owned(), ..run_header() },
             scenario_toml: scenario_toml.to_owned(),
         }
     }

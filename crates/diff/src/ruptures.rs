@@ -96,25 +96,15 @@ mod tests {
     /// With times and blocks only; other fields are null.
     fn rupture(number: u64, onset_step: u64, blocks: [u32; 2], end_step: Option<u64>) -> Rupture {
         let time_s = |step: u64| step as f64 / 1e7;
-        let rupture = serde_json::json!({
-            "rupture": number,
-            "onset_s": time_s(onset_step),
-            "end_s": end_step.map(time_s),
-            "first_block": blocks[0],
-            "last_block": blocks[1],
-            "nucleation_block": blocks[0],
-            "reached_every_block": false,
-            "ft_fn_onset": 0.25,
-            "ft_fn_arrival": 0.25,
-            "ft_fn_end": end_step.map(|_| 0.125),
-            "onset_step": onset_step,
-            "arrival_s": time_s(onset_step),
-            "end_step": end_step,
-            "detachments": 1,
-            "overlapping": false,
-            "open": end_step.is_none(),
-        });
-        serde_json::from_value(rupture).unwrap()
+        Rupture {
+            rupture: number,
+            onset_s: time_s(onset_step),
+            end_s: end_step.map(time_s),
+            ft_fn_end: end_step.map(|_| 0.125),
+            arrival_s: time_s(onset_step),
+            open: end_step.is_none(),
+            ..asperity_testkit::rupture(onset_step, end_step, blocks[0]..=blocks[1])
+        }
     }
 
     fn compared(old: &[Rupture], new: &[Rupture]) -> RuptureDiff {

@@ -9,29 +9,11 @@ use asperity_diff::progress::Cycles;
 use asperity_diff::report::{Class, Match, TableDiff};
 use asperity_diff::tally::{self, Comparison, Draft};
 use asperity_record::SlipEvent;
-use asperity_testkit::slip_event;
+use asperity_testkit::{Random, slip_event};
 
-/// Numbers that look random, and are the same each time.
-struct Random(asperity_testkit::Random);
-
-impl Random {
-    fn new(seed: u64) -> Random {
-        Random(asperity_testkit::Random::new(seed))
-    }
-
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0.below(bound)
-    }
-
-    /// From 0 to 1.
-    fn uniform(&mut self) -> f64 {
-        self.below(1 << 30) as f64 / (1u64 << 30) as f64
-    }
-
-    /// From 1 to 10^decades, as many in each decade.
-    fn decades(&mut self, decades: f64) -> u64 {
-        10f64.powf(self.uniform() * decades) as u64
-    }
+/// From 1 to 10^decades, as many in each decade.
+fn decades(random: &mut Random, decades: i32) -> u64 {
+    random.log_uniform(1.0, 10f64.powi(decades)) as u64
 }
 
 const STEP_S: f64 = 1e-8;
@@ -57,21 +39,21 @@ fn event(onset_step: u64, end_step: u64, first_block: u32, last_block: u32) -> S
 /// Events as a run has them: one after the other, from single steps to 10⁵ of them, chattering
 /// or far apart.
 fn table(random: &mut Random, events: usize) -> Vec<SlipEvent> {
-    let mut step = random.decades(5.0);
+    let mut step = decades(random, 5);
     let mut made = Vec::new();
     while made.len() < events {
         let chatter = random.below(3) == 0;
         let burst = if chatter { 1 + random.below(20) } else { 1 };
         for _ in 0..burst {
-            let length = if chatter { 1 + random.below(2) } else { random.decades(5.0) };
+            let length = if chatter { 1 + random.below(2) } else { decades(random, 5) };
             let first = 1 + random.below(u64::from(BLOCKS)) as u32;
-            let last = (first + random.decades(2.0) as u32 - 1).min(BLOCKS);
+            let last = (first + decades(random, 2) as u32 - 1).min(BLOCKS);
             made.push(event(step, step + length, first, last));
             step += length
                 + match random.below(3) {
                     _ if chatter => 1 + random.below(20),
-                    0 => 10 + random.decades(6.0),
-                    _ => 1_000_000 + random.decades(8.0),
+                    0 => 10 + decades(random, 6),
+                    _ => 1_000_000 + decades(random, 8),
                 };
         }
     }
@@ -232,15 +214,16 @@ fn inject(
                 expected.push(one(Class::Identical));
             }
             Injected::Jitter => {
-                let by_s =
-                    1e-12 * (0.5 + 0.5 * random.uniform()) * if random.below(2) == 0 { 1.0 } else { -1.0 };
+                let by_s = 1e-12
+                    * (0.5 + 0.5 * random.uniform(0.0, 1.0))
+                    * if random.below(2) == 0 { 1.0 } else { -1.0 };
                 old.push(event.clone());
                 new.push(shifted(event, by_s));
                 expected.push(one(Class::WithinTolerance));
             }
             Injected::Shift => {
                 // By less than a quarter of the way to the next event: closer to no other.
-                let steps = 1.0 + random.uniform() * ((room / 4).min(window_steps / 2) - 1) as f64;
+                let steps = 1.0 + random.uniform(0.0, 1.0) * ((room / 4).min(window_steps / 2) - 1) as f64;
                 old.push(event.clone());
                 new.push(shifted(event, STEP_S * if random.below(2) == 0 { steps } else { -steps }));
                 expected.push(one(Class::Shifted));
@@ -358,13 +341,13 @@ fn by_cycles_every_event_finds_its_counterpart_and_swapping_the_sides_mirrors_it
         let old = table(&mut random, 40);
         let last_s = old.last().map_or(1.0, |event| event.onset_s);
         let duration_s = 1.1 * last_s;
-        let mut ends_s: Vec<f64> = (0..random.below(5)).map(|_| last_s * random.uniform()).collect();
+        let mut ends_s: Vec<f64> = (0..random.below(5)).map(|_| last_s * random.uniform(0.0, 1.0)).collect();
         ends_s.sort_by(f64::total_cmp);
         let mut from_s = 0.0;
         let stretched_s: Vec<f64> = ends_s
             .iter()
             .scan(0.0, |last_s, &end_s| {
-                from_s += (end_s - *last_s) * (0.5 + random.uniform());
+                from_s += (end_s - *last_s) * (0.5 + random.uniform(0.0, 1.0));
                 *last_s = end_s;
                 Some(from_s)
             })

@@ -9,29 +9,12 @@ use asperity_record::{
     Direction, Energy, Event, Observer, RunEnd, RunHeader, RunStatus, Rupture, Scales, SlipEvent,
     SolverReport, StepRecord, unit_of,
 };
-use asperity_testkit::{quiet_step, switch};
+use asperity_testkit::{quiet_step, run_header, slip_event, switch};
 use serde_json::Value;
 
 /// Ten blocks, in steps of a millisecond.
 fn header() -> RunHeader {
-    RunHeader {
-        record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
-        scenario: "made-up".to_owned(),
-        scenario_hash: String::new(),
-        run_id: String::new(),
-        code_version: String::new(),
-        parameter_set: "as-coded".to_owned(),
-        solver: "fast".to_owned(),
-        blocks: 10,
-        rows: 1,
-        junction_count: 0,
-        radiates: false,
-        has_state: false,
-        time_step_s: 1e-3,
-        longest_stable_step_s: None,
-        steps: 10_000,
-        scales: None,
-    }
+    RunHeader { blocks: 10, time_step_s: 1e-3, steps: 10_000, ..run_header() }
 }
 
 /// Nine waves from block to block take half a second, at 4 m/s.
@@ -64,42 +47,20 @@ fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_
         rupture: number,
         onset_s: seconds(onset),
         end_s: Some(seconds(end)),
-        first_block: 1,
-        last_block,
-        nucleation_block: 1,
         reached_every_block: last_block == 10,
         ft_fn_onset: ft_fn,
         ft_fn_arrival: ft_fn,
         ft_fn_end: Some(ft_fn - 0.01),
-        onset_step: onset,
         arrival_s: seconds(arrival),
-        end_step: Some(end),
-        detachments: u64::from(last_block),
         front_speed_up_m_per_s: wide.then_some(f64::from(last_block) / 2.0),
-        front_speed_down_m_per_s: None,
         mean_slip_m: Some(2e-3),
         largest_slip_m: Some(f64::from(last_block) * 1e-3),
         potency_m2: Some(f64::from(last_block) * 1e-4),
-        moment_n_m: None,
         mean_strength_drop_n: Some(1.5),
-        farthest_block_before: None,
-        overlapping: false,
-        open: false,
-        drive_work_j: None,
-        prestress_work_j: None,
         friction_heat_j: Some(f64::from(last_block) / 4.0),
-        anchor_change_j: None,
-        viscous_loss_j: None,
-        kinetic_change_j: None,
-        elastic_change_j: None,
-        scheme_work_j: None,
-        first_across: None,
-        last_across: None,
-        contacts: None,
-        potency_m3: None,
-        radiated_j: None,
         mean_shear_force_drop_n: Some(0.5),
         slip_weighted_shear_force_drop_n: Some(f64::from(last_block)),
+        ..asperity_testkit::rupture(onset, Some(end), 1..=last_block)
     }
 }
 
@@ -107,26 +68,15 @@ fn slip(number: u64, onset: u64, end: Option<u64>, blocks: u32) -> SlipEvent {
     SlipEvent {
         onset_s: seconds(onset),
         end_s: end.map(seconds),
-        first_block: 1,
-        last_block: blocks,
         max_sliding: blocks,
         ft_fn_onset: 0.125,
         ft_fn_end: end.map(|_| 0.1),
         event: number,
-        onset_step: onset,
         end_step: end,
-        blocks_slipped: blocks,
-        nucleation_block: 1,
         ft_fn_min: 0.1,
         ft_fn_max: 0.2,
         open: end.is_none(),
-        breaks_onset: None,
-        breaks_end: None,
-        repins_onset: None,
-        repins_end: None,
-        peak_velocity_m_per_s: None,
-        first_across: None,
-        last_across: None,
+        ..slip_event(onset, end.unwrap_or(onset), 1..=blocks)
     }
 }
 

@@ -488,33 +488,13 @@ fn not_finite(record: &Record) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{FieldRecord, Record, RunHeader, StepRecord};
+    use asperity_record::{FieldRecord, Record, StepRecord};
+    use asperity_testkit::{quiet_step, run_header};
 
     use super::{CheckProblem, Seen};
 
-    fn header() -> RunHeader {
-        RunHeader {
-            record_schema_version: 1,
-            scenario: String::new(),
-            scenario_hash: String::new(),
-            run_id: String::new(),
-            code_version: String::new(),
-            parameter_set: String::new(),
-            solver: String::new(),
-            blocks: 2,
-            rows: 1,
-            junction_count: 0,
-            radiates: false,
-            has_state: false,
-            time_step_s: 0.5,
-            longest_stable_step_s: None,
-            steps: 9,
-            scales: None,
-        }
-    }
-
     fn step(step: u64) -> StepRecord {
-        asperity_testkit::quiet_step(step, 0.5 * step as f64, 0.5)
+        quiet_step(step, 0.5 * step as f64, 0.5)
     }
 
     fn fields(step: u64, velocity_m_per_s: f64) -> Record {
@@ -534,7 +514,7 @@ mod tests {
     fn read(records: &[Record]) -> Result<(), CheckProblem> {
         let mut seen = Seen::default();
         records.iter().try_for_each(|record| {
-            seen.record(&header(), record, false)?;
+            seen.record(&run_header(), record, false)?;
             seen.messages += 1;
             Ok(())
         })

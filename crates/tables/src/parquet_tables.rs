@@ -108,6 +108,7 @@ mod tests {
     use crate::format::{About, Format, State};
     use crate::layout::{StepParts, record_layouts};
     use asperity_record::{Cell, RunHeader};
+    use asperity_testkit::run_header;
     use polars::prelude::{ParquetReader, SerReader};
 
     use super::Parquet;
@@ -132,24 +133,8 @@ mod tests {
             table.write(&batch).unwrap();
             batch.clear();
         }
-        let header = RunHeader {
-            record_schema_version: 1,
-            scenario: "mine".to_owned(),
-            scenario_hash: "5c".to_owned(),
-            run_id: "1d".to_owned(),
-            code_version: "c0de".to_owned(),
-            parameter_set: "as-coded".to_owned(),
-            solver: "fast".to_owned(),
-            blocks: 6,
-            rows: 1,
-            junction_count: 0,
-            radiates: false,
-            has_state: false,
-            time_step_s: 1e-8,
-            longest_stable_step_s: None,
-            steps: 9,
-            scales: None,
-        };
+        let (scenario_hash, code_version) = ("5c".to_owned(), "c0de".to_owned());
+        let header = RunHeader { scenario_hash, code_version, ..run_header() };
         let about = About { header, state: State::Damaged, last_step: 8, from_s: Some(0.5), to_s: None };
         table.finish(&about.pairs(&layout)).unwrap();
 

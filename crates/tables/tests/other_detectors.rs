@@ -13,6 +13,7 @@ use asperity_runlog::RunWriter;
 use asperity_tables::format::State;
 use asperity_tables::run_tables::{ChoiceError, Chosen};
 use asperity_tables::{Csv, Export, ExportError, Report, Request};
+use asperity_testkit::{quiet_step, run_header};
 
 payload! {
     topic: "/events/longest",
@@ -53,40 +54,11 @@ payload! {
 /// A log of four records, at 1 s to 4 s, with an event of each kind behind each.
 fn log(folder: &Path) -> PathBuf {
     let path = folder.join("run.mcap");
-    let header = RunHeader {
-        record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
-        scenario: "mine".to_owned(),
-        scenario_hash: "5c".to_owned(),
-        run_id: "1d".to_owned(),
-        code_version: "c0de".to_owned(),
-        parameter_set: "as-coded".to_owned(),
-        solver: "fast".to_owned(),
-        blocks: 2,
-        rows: 1,
-        junction_count: 0,
-        radiates: false,
-        has_state: false,
-        time_step_s: 1.0,
-        longest_stable_step_s: None,
-        steps: 4,
-        scales: None,
-    };
+    let header = RunHeader { time_step_s: 1.0, steps: 4, ..run_header() };
     let kinds = [EventKind::of::<Longest>(), EventKind::of::<Turn>(), EventKind::of::<Count>()];
     let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "", &kinds).unwrap();
     for step in 1..=4 {
-        let record = StepRecord {
-            step,
-            time_s: step as f64,
-            driving_force_n: 1.0,
-            normal_load_n: 2.0,
-            end_forces_n: None,
-            energy: None,
-            junctions: None,
-            peak_velocity_m_per_s: None,
-            sliding: 0,
-            switches: Vec::new(),
-        };
-        writer.record(&Record::Step(record)).unwrap();
+        writer.record(&Record::Step(quiet_step(step, step as f64, 0.5))).unwrap();
         let growth = (step > 1).then_some(1.5);
         // Reported a second later than it began.
         let longest = Longest { onset_s: step as f64 - 1.0, growth, blocks: 2, last: step == 4 };
@@ -196,7 +168,7 @@ fn a_step_of_other_columns_ends_the_tables_as_damage() {
     let log = Unchecked::open(&log(folder.path())).unwrap();
     let mut export = begin(&log, request(folder.path(), &["/step"]), &[]).unwrap();
     let step = |step, end_forces_n| {
-        let quiet = asperity_testkit::quiet_step(step, step as f64, 0.5);
+        let quiet = quiet_step(step, step as f64, 0.5);
         Record::Step(StepRecord { end_forces_n, ..quiet })
     };
     for record in [step(1, None), step(2, Some([0.0; 2])), step(3, None)] {

@@ -11,7 +11,7 @@ use asperity_record::{
     Arrival, Direction, Event, FieldRecord, Observer, Record, RunHeader, Rupture, SlipEvent, StepRecord,
     Switch,
 };
-use asperity_testkit::{quiet_step, slip_event, switch};
+use asperity_testkit::{quiet_step, run_header, rupture, slip_event, switch};
 
 /// Slip events of three blocks: onset and end step, blocks.
 pub const EVENTS: [(u64, u64, &[u32]); 7] = [
@@ -67,22 +67,13 @@ fn of_toml(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData {
 fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<Item = SlipEvent>) -> RunData {
     let plan = Plan::new(scenario);
     let header = RunHeader {
-        record_schema_version: 1,
         scenario: "test".to_owned(),
-        scenario_hash: String::new(),
-        run_id: String::new(),
-        code_version: String::new(),
-        parameter_set: "as-coded".to_owned(),
-        solver: "plain".to_owned(),
         blocks: plan.blocks as u32,
         rows: plan.elastic.layout().rows(),
-        junction_count: 0,
-        radiates: false,
-        has_state: false,
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s).filter(|longest_s| longest_s.is_finite()),
         steps: plan.steps,
-        scales: None,
+        ..run_header()
     };
     let mut collector = Collector::new("test", header, scenario.clone(), RequiredData::all());
     steps.iter().for_each(|step| collector.record(&Record::Step(step.clone())));
@@ -136,45 +127,19 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
             rupture: number,
             onset_s: time_s(first.1),
             end_s: end_step.map(time_s),
-            first_block: low,
-            last_block: high,
             nucleation_block: first.0,
             reached_every_block: match contacts.rows() {
                 1 => (low, high) == (1, run.header.blocks),
                 _ => slipped == contacts.count(),
             },
             ft_fn_onset: 0.01 * number as f64,
-            ft_fn_arrival: 0.0,
-            ft_fn_end: None,
-            onset_step: first.1,
             arrival_s: time_s(last.1),
-            end_step,
             detachments: passed.len() as u64,
             front_speed_up_m_per_s: c_m_per_s(&first, &last),
-            front_speed_down_m_per_s: None,
-            mean_slip_m: None,
-            largest_slip_m: None,
-            potency_m2: None,
-            moment_n_m: None,
-            mean_strength_drop_n: None,
-            farthest_block_before: None,
-            overlapping: false,
-            open: false,
-            drive_work_j: None,
-            prestress_work_j: None,
-            friction_heat_j: None,
-            anchor_change_j: None,
-            viscous_loss_j: None,
-            kinetic_change_j: None,
-            elastic_change_j: None,
-            scheme_work_j: None,
             first_across: over_area(rows.clone().min()),
             last_across: over_area(rows.max()),
             contacts: over_area(Some(slipped)),
-            potency_m3: None,
-            radiated_j: None,
-            mean_shear_force_drop_n: None,
-            slip_weighted_shear_force_drop_n: None,
+            ..rupture(first.1, end_step, low..=high)
         });
         for (n, (block, arrival_step, stop_step)) in passed.iter().enumerate() {
             arrivals.push(Arrival {

@@ -3,10 +3,34 @@
 
 use std::ops::RangeInclusive;
 
-use asperity_record::{Direction, Energy, Record, SlipEvent, StepRecord, Switch};
+use asperity_record::{
+    Direction, Energy, RECORD_SCHEMA_VERSION, Record, RunHeader, Rupture, SlipEvent, StepRecord, Switch,
+};
 
 /// Normal load of the steps made up here.
 const NORMAL_LOAD_N: f64 = 100.0;
+
+/// The header of a run of two blocks as coded, in nine steps of half a second.
+pub fn run_header() -> RunHeader {
+    RunHeader {
+        record_schema_version: RECORD_SCHEMA_VERSION,
+        scenario: "made up".to_owned(),
+        scenario_hash: String::new(),
+        run_id: String::new(),
+        code_version: String::new(),
+        parameter_set: "as-coded".to_owned(),
+        solver: "fast".to_owned(),
+        blocks: 2,
+        rows: 1,
+        junction_count: 0,
+        radiates: false,
+        has_state: false,
+        time_step_s: 0.5,
+        longest_stable_step_s: None,
+        steps: 9,
+        scales: None,
+    }
+}
 
 /// A step in which no block slides or switches, by its `F_T / F_N`.
 pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
@@ -66,6 +90,53 @@ pub fn slip_event(onset_step: u64, end_step: u64, blocks: RangeInclusive<u32>) -
         peak_velocity_m_per_s: None,
         first_across: None,
         last_across: None,
+    }
+}
+
+/// A rupture from one step to another, or to the end of the run, over a range of blocks, beginning at the first of
+/// them and in all of them at once; steps last a second, `F_T / F_N` is 0, and what else a run tells is missing.
+pub fn rupture(onset_step: u64, end_step: Option<u64>, blocks: RangeInclusive<u32>) -> Rupture {
+    let (first_block, last_block) = blocks.into_inner();
+    Rupture {
+        rupture: 0,
+        onset_s: onset_step as f64,
+        end_s: end_step.map(|step| step as f64),
+        first_block,
+        last_block,
+        nucleation_block: first_block,
+        reached_every_block: false,
+        ft_fn_onset: 0.0,
+        ft_fn_arrival: 0.0,
+        ft_fn_end: None,
+        onset_step,
+        arrival_s: onset_step as f64,
+        end_step,
+        detachments: 1 + u64::from(last_block - first_block),
+        front_speed_up_m_per_s: None,
+        front_speed_down_m_per_s: None,
+        mean_slip_m: None,
+        largest_slip_m: None,
+        potency_m2: None,
+        moment_n_m: None,
+        mean_strength_drop_n: None,
+        farthest_block_before: None,
+        overlapping: false,
+        open: false,
+        drive_work_j: None,
+        prestress_work_j: None,
+        friction_heat_j: None,
+        anchor_change_j: None,
+        viscous_loss_j: None,
+        kinetic_change_j: None,
+        elastic_change_j: None,
+        scheme_work_j: None,
+        first_across: None,
+        last_across: None,
+        contacts: None,
+        potency_m3: None,
+        radiated_j: None,
+        mean_shear_force_drop_n: None,
+        slip_weighted_shear_force_drop_n: None,
     }
 }
 

@@ -2,9 +2,9 @@
 
 use asperity_model::{Plan, RecordingPlan, resolve};
 use asperity_record::Record;
-use asperity_simulator::{Counters, Plain, SolverKind};
+use asperity_simulator::{Counters, SolverKind};
 
-use crate::{ROUNDS, median, resident_mb, seconds};
+use crate::{ROUNDS, first_steps, median, resident_mb, seconds};
 
 /// A scenario with changes, and its name in the table.
 struct Case {
@@ -97,14 +97,7 @@ fn fast(plan: &Plan) -> Run {
 
 /// Nanoseconds of a single step from the state at the start.
 fn plain_ns(plan: &Plan) -> f64 {
-    let steps = (NODE_STEPS / plan.elastic.nodes() as u64).min(plan.steps);
-    let mut plain = Plain::new(plan.clone());
-    let elapsed_s = seconds(|| {
-        for _ in 0..steps {
-            plain.take_step();
-        }
-    });
-    elapsed_s * 1e9 / steps as f64
+    first_steps(plan, (NODE_STEPS / plan.elastic.nodes() as u64).min(plan.steps)).0
 }
 
 /// Runs beside single steps, which are measured before and after each: of every round, the run and the

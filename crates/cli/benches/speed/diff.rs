@@ -4,15 +4,12 @@
 //! missing. Runs have *bunches* of events, with pauses between them that are longer than the time window.
 //! The worst case is endless *chatter*, in which every event is within the time window of another.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::path::{Path, PathBuf};
 
 use asperity_record::SlipEvent;
 use asperity_testkit::slip_event;
 
-use crate::{binary, seconds};
+use crate::{seconds, watched};
 
 const SIZES: [u64; 3] = [10_000, 100_000, 1_000_000];
 
@@ -76,13 +73,6 @@ fn event(event: u64, onset: u64, end: u64, first_block: u32, last_block: u32, of
     }
 }
 
-/// Most memory that a process has had, in MB; 0 if the system does not report it.
-fn peak_mb(process: &str) -> f64 {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).map_or(0.0, |kb| kb / 1024.0)
-}
-
 fn write(path: &Path, events: impl Iterator<Item = SlipEvent>) {
     let mut table = csv::Writer::from_path(path).expect("the table can be written");
     events.for_each(|event| table.serialize(event).expect("the table can be written"));
@@ -101,23 +91,9 @@ fn scan(path: &Path) {
 }
 
 /// Seconds and peak memory of `asperity diff`.
-fn command(files: &[std::path::PathBuf; 2]) -> (f64, f64) {
-    let start = Instant::now();
-    let mut child = Command::new(binary())
-        .arg("diff")
-        .args(files)
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("the binary was built with the bench");
-    let mut memory_mb = 0.0f64;
-    let status = loop {
-        memory_mb = memory_mb.max(peak_mb(&child.id().to_string()));
-        match child.try_wait().expect("it can be waited for") {
-            Some(status) => break status,
-            None => std::thread::sleep(Duration::from_millis(2)),
-        }
-    };
-    let elapsed_s = start.elapsed().as_secs_f64();
+fn command(files: &[PathBuf; 2]) -> (f64, f64) {
+    let [old, new] = files.each_ref().map(|file| file.to_str().expect("temporary folders have plain names"));
+    let (status, elapsed_s, memory_mb) = watched(&["diff", old, new]);
     // They do differ.
     assert_eq!(status.code(), Some(1), "{status}");
     (elapsed_s, memory_mb)

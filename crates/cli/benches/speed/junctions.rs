@@ -2,10 +2,9 @@
 //! Amontons-Coulomb contacts.
 
 use asperity_model::{Plan, resolve};
-use asperity_simulator::Plain;
 use asperity_testkit::DirectChain;
 
-use crate::{ROUNDS, median, seconds};
+use crate::{ROUNDS, first_steps, median, seconds};
 
 /// Steps in one measurement, up to the first slip of the whole chain, and behind the first precursor of the slab.
 const CHAIN_STEPS: u64 = 3_000_000;
@@ -16,11 +15,6 @@ const DIRECT_STEPS: u64 = 50_000;
 
 fn plan(scenario: &str, sets: &[&str]) -> Plan {
     Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")))
-}
-
-/// Nanoseconds of a step, on average over the next `steps`.
-fn ns(steps: u64, mut step: impl FnMut()) -> f64 {
-    seconds(|| (0..steps).for_each(|_| step())) * 1e9 / steps as f64
 }
 
 /// Medians of the rounds of several measurements, one after the other in each round.
@@ -38,33 +32,16 @@ pub(crate) fn junctions() {
     let chain = plan("chain-junctions", &sets);
     let simple = plan("chain-junctions", &[&sets[..], &["friction.law=interfacial-springs"]].concat());
     let [ours, beside, direct] = medians(|| {
-        let (mut ours, mut beside) = (Plain::new(chain.clone()), Plain::new(simple.clone()));
+        let [ours, beside] = [&chain, &simple].map(|plan| first_steps(plan, CHAIN_STEPS).0);
         let mut direct = DirectChain::of(chain.clone());
-        [
-            ns(CHAIN_STEPS, || {
-                ours.take_step();
-            }),
-            ns(CHAIN_STEPS, || {
-                beside.take_step();
-            }),
-            ns(DIRECT_STEPS, || direct.step(|_, _| {})),
-        ]
+        let direct_s = seconds(|| (0..DIRECT_STEPS).for_each(|_| direct.step(|_, _| {})));
+        [ours, beside, direct_s * 1e9 / DIRECT_STEPS as f64]
     });
     println!("| chain of 50 | {ours:.0} | {:.2} | {:.2} |", ours / beside, direct / ours);
     let slab = plan("slab-junctions", &sets);
     let simple = [&sets[..], &["friction.law=interfacial-springs"]].concat();
     let simple =
         plan("slab-junctions", &[&simple[..], &["friction.interfacial_stiffness_ratio=0.8512"]].concat());
-    let [ours, beside] = medians(|| {
-        let (mut ours, mut beside) = (Plain::new(slab.clone()), Plain::new(simple.clone()));
-        [
-            ns(SLAB_STEPS, || {
-                ours.take_step();
-            }),
-            ns(SLAB_STEPS, || {
-                beside.take_step();
-            }),
-        ]
-    });
+    let [ours, beside] = medians(|| [&slab, &simple].map(|plan| first_steps(plan, SLAB_STEPS).0));
     println!("| slab of 57 x 31 | {ours:.0} | {:.2} | - |\n", ours / beside);
 }

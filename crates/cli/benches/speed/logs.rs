@@ -3,12 +3,10 @@
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::{ROUNDS, asperity, binary, seconds};
+use crate::{ROUNDS, asperity, median, seconds, watched};
 
 /// Logs of different kinds, and of one kind in different sizes.
 const LOGS: [(&str, &[&str]); 4] = [
@@ -38,25 +36,21 @@ pub(crate) fn logs() {
         let mb = fs::metadata(&log).expect("the log is there").len() as f64 / 1e6;
         let mut bare_s = Vec::new();
         let mut of = |command: &str| {
-            let mut ratios: Vec<f64> = (0..ROUNDS)
-                .map(|_| {
-                    let before_s = seconds(|| bare(&log));
-                    let elapsed_s = seconds(|| asperity(&[command, path]));
-                    let bare = (before_s + seconds(|| bare(&log))) / 2.0;
-                    bare_s.push(bare);
-                    elapsed_s / bare
-                })
-                .collect();
-            ratios.sort_by(f64::total_cmp);
-            ratios[ROUNDS / 2]
+            let ratios = (0..ROUNDS).map(|_| {
+                let before_s = seconds(|| bare(&log));
+                let elapsed_s = seconds(|| asperity(&[command, path]));
+                let bare = (before_s + seconds(|| bare(&log))) / 2.0;
+                bare_s.push(bare);
+                elapsed_s / bare
+            });
+            median(ratios.collect())
         };
         let [events, replay, check] = ["events", "replay", "check"].map(&mut of);
-        bare_s.sort_by(f64::total_cmp);
-        let bare_mb_per_s = mb / bare_s[bare_s.len() / 2];
+        let bare_mb_per_s = mb / median(bare_s);
         println!(
             "| {name} | {mb:.1} | {bare_mb_per_s:.0} | {events:.1} | {replay:.1} | {:.0} | {check:.1} | {:.0} |",
             bare_mb_per_s / replay,
-            most_memory_mb(&["replay", path]),
+            watched(&["replay", path]).2,
         );
         fs::remove_file(&log).expect("the log is there");
     }
@@ -79,24 +73,4 @@ fn bare(log: &Path) {
         }
     }
     std::hint::black_box(records);
-}
-
-/// Peak memory of a command, in MB; 0 if the system does not report it.
-fn most_memory_mb(arguments: &[&str]) -> f64 {
-    let mut child = Command::new(binary())
-        .args(arguments)
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("the binary was built with the bench");
-    let path = format!("/proc/{}/status", child.id());
-    let (mut most_mb, started) = (0f64, Instant::now());
-    while child.try_wait().expect("it can be asked").is_none() && started.elapsed() < Duration::from_secs(600)
-    {
-        let status = fs::read_to_string(&path).unwrap_or_default();
-        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let kb = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
-        most_mb = most_mb.max(kb.unwrap_or(0.0) / 1024.0);
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    most_mb
 }

@@ -19,9 +19,9 @@ mod studies;
 
 use std::ffi::OsString;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, ExitCode};
-use std::time::Instant;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
 
 use asperity_model::Plan;
 use asperity_simulator::{Counters, Plain, Solver, SolverKind};
@@ -79,9 +79,14 @@ fn seconds(work: impl FnOnce()) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
+/// Steps of a measurement that takes as long for any number of blocks.
+fn steps_of(plan: &Plan) -> u64 {
+    (SCALAR_STEPS * 100 / plan.blocks as u64).clamp(2_000, 20_000_000)
+}
+
 /// Nanoseconds of one step of the scalar loop.
 fn scalar_ns(plan: &Plan) -> f64 {
-    let steps = (SCALAR_STEPS * 100 / plan.blocks as u64).clamp(2_000, 20_000_000);
+    let steps = steps_of(plan);
     let elapsed_s = seconds(|| {
         std::hint::black_box(scalar::run(std::hint::black_box(plan), steps));
     });
@@ -90,14 +95,18 @@ fn scalar_ns(plan: &Plan) -> f64 {
 
 /// Nanoseconds of one step of the plain solver.
 fn plain_ns(plan: &Plan) -> f64 {
-    let steps = (SCALAR_STEPS * 100 / plan.blocks as u64).clamp(2_000, 20_000_000);
+    first_steps(plan, steps_of(plan)).0
+}
+
+/// Nanoseconds of one step of the plain solver, over so many from the start, and the solver behind them.
+fn first_steps(plan: &Plan, steps: u64) -> (f64, Plain) {
     let mut plain = Plain::new(plan.clone());
     let elapsed_s = seconds(|| {
         for _ in 0..steps {
             plain.take_step();
         }
     });
-    elapsed_s * 1e9 / steps as f64
+    (elapsed_s * 1e9 / steps as f64, plain)
 }
 
 /// Seconds of a whole run of the fast solver, and its statistics.
@@ -130,16 +139,29 @@ fn times_scalar(plan: &Plan, mut measure_s: impl FnMut() -> f64) -> f64 {
     median(ratios.collect())
 }
 
+/// Compiles a program in C that is beside this file; none if there is no compiler.
+fn compiled(name: &str, level: &str, folder: &Path) -> Option<PathBuf> {
+    let program = folder.join(name);
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("benches/speed/{name}.c"));
+    let compiled = Command::new("cc").args([level, "-o"]).arg(&program).arg(&source).arg("-lm").status();
+    if compiled.is_ok_and(|status| status.success()) {
+        return Some(program);
+    }
+    println!("skipped: there is no C compiler `cc`\n");
+    None
+}
+
+/// The numbers that a program prints, which was just compiled.
+fn printed(program: &mut Command) -> Vec<f64> {
+    let output = program.output().expect("what was just compiled runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    text.split_whitespace().map(|word| word.parse().expect("it prints numbers")).collect()
+}
+
 fn against_c() {
     println!("## The scalar loop, in Rust and in C\n");
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let program = folder.path().join("scalar");
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/speed/scalar.c");
-    let compiled = Command::new("cc").args(["-O3", "-o"]).arg(&program).arg(&source).arg("-lm").status();
-    if !compiled.is_ok_and(|status| status.success()) {
-        println!("skipped: there is no C compiler `cc`\n");
-        return;
-    }
+    let Some(program) = compiled("scalar", "-O3", folder.path()) else { return };
     println!("| parameter set | time of a step, Rust/C |\n|---|---|");
     for set in ["as-coded", "as-stated"] {
         let plan = plan(&[&format!("parameter_set={set}")]);
@@ -155,17 +177,14 @@ fn against_c() {
                 plan.drive.stiffest_n_per_m(),
                 plan.drive.velocity_m_per_s,
             ];
-            let output = Command::new(&program)
-                .args([plan.blocks.to_string(), SCALAR_STEPS.to_string()])
-                .args(numbers.map(|number| number.to_string()))
-                .output()
-                .expect("what was just compiled runs");
-            let text = String::from_utf8_lossy(&output.stdout).into_owned();
-            let words: Vec<&str> = text.split_whitespace().collect();
-            let u: f64 = words[1].parse().expect("it prints numbers");
+            let found = printed(
+                Command::new(&program)
+                    .args([plan.blocks.to_string(), SCALAR_STEPS.to_string()])
+                    .args(numbers.map(|number| number.to_string())),
+            );
             let ours = scalar::run(&plan, SCALAR_STEPS).0;
-            assert!((u - ours).abs() <= 1e-9 * ours.abs(), "C has {u}, Rust {ours}");
-            words[0].parse::<f64>().expect("it prints numbers")
+            assert!((found[1] - ours).abs() <= 1e-9 * ours.abs(), "C has {}, Rust {ours}", found[1]);
+            found[0]
         };
         let ratios = (0..ROUNDS).map(|_| scalar_ns(&plan) / c_ns()).collect();
         println!("| {set} | {:.2} |", median(ratios));
@@ -216,10 +235,30 @@ fn asperity(arguments: &[&str]) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Resident memory of this process, in MB; 0 if the system does not report it.
+/// Runs the binary, whose output is dropped; how it ended, its seconds, and the most memory that it had, in MB.
+fn watched(arguments: &[&str]) -> (ExitStatus, f64, f64) {
+    let start = Instant::now();
+    let command = Command::new(binary()).args(arguments).stdout(Stdio::null()).spawn();
+    let mut child = command.expect("the binary was built with the bench");
+    let mut most_mb = 0.0_f64;
+    loop {
+        most_mb = most_mb.max(memory_mb(&child.id().to_string(), "VmHWM:"));
+        match child.try_wait().expect("it can be waited for") {
+            Some(status) => return (status, start.elapsed().as_secs_f64(), most_mb),
+            None => std::thread::sleep(Duration::from_millis(2)),
+        }
+    }
+}
+
+/// Resident memory of this process, in MB.
 fn resident_mb() -> f64 {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    memory_mb("self", "VmRSS:")
+}
+
+/// Memory of a process, in MB; 0 if the system does not report it.
+fn memory_mb(process: &str, key: &str) -> f64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix(key));
     line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).map_or(0.0, |kb| kb / 1024.0)
 }
 

@@ -1,12 +1,11 @@
 //! Slabs: single steps beside a plain loop in C, and whole runs of the fast solver beside single steps.
 
-use std::path::Path;
 use std::process::Command;
 
 use asperity_model::{Plan, resolve};
-use asperity_simulator::{Plain, SolverKind};
+use asperity_simulator::SolverKind;
 
-use crate::{ROUNDS, median, seconds};
+use crate::{ROUNDS, compiled, first_steps, median, printed, seconds};
 
 /// Steps of the loop in C, and of single steps beside it.
 const STEPS: u64 = 20_000;
@@ -35,13 +34,8 @@ fn plan(sets: &[String]) -> Plan {
 
 /// Nanoseconds of a single step, and the position of the driven node after all steps.
 fn plain_ns(plan: &Plan) -> (f64, f64) {
-    let mut plain = Plain::new(plan.clone());
-    let elapsed_s = seconds(|| {
-        for _ in 0..STEPS {
-            plain.take_step();
-        }
-    });
-    (elapsed_s * 1e9 / STEPS as f64, plain.state().displacement_m[plan.drive.springs[0].block])
+    let (ns, plain) = first_steps(plan, STEPS);
+    (ns, plain.state().displacement_m[plan.drive.springs[0].block])
 }
 
 pub(crate) fn slabs() {
@@ -87,13 +81,7 @@ pub(crate) fn slabs() {
 fn against_c() {
     println!("## Single steps of the default slab, beside a plain loop in C at -O2\n");
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let program = folder.path().join("slab");
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/speed/slab.c");
-    let compiled = Command::new("cc").args(["-O2", "-o"]).arg(&program).arg(&source).arg("-lm").status();
-    if !compiled.is_ok_and(|status| status.success()) {
-        println!("skipped: there is no C compiler `cc`\n");
-        return;
-    }
+    let Some(program) = compiled("slab", "-O2", folder.path()) else { return };
     let plan = plan(&sets(SLABS[1]));
     let lattice = &plan.elastic.as_lattice();
     let drive = plan.drive.springs[0];
@@ -114,16 +102,13 @@ fn against_c() {
     let bytes: Vec<u8> = plan.initial.displacement_m.iter().flat_map(|u| u.to_le_bytes()).collect();
     std::fs::write(&start, bytes).expect("the state is written");
     let c_ns = || {
-        let output = Command::new(&program)
-            .arg(&start)
-            .args([lattice.columns, lattice.rows, drive.block, STEPS as usize].map(|n| n.to_string()))
-            .args(numbers.map(|number| number.to_string()))
-            .output()
-            .expect("what was just compiled runs");
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        let words: Vec<f64> =
-            text.split_whitespace().map(|word| word.parse().expect("it prints numbers")).collect();
-        (words[0], words[1])
+        let found = printed(
+            Command::new(&program)
+                .arg(&start)
+                .args([lattice.columns, lattice.rows, drive.block, STEPS as usize].map(|n| n.to_string()))
+                .args(numbers.map(|number| number.to_string())),
+        );
+        (found[0], found[1])
     };
     let nodes = lattice.nodes() as f64;
     let rounds: Vec<[f64; 2]> = (0..ROUNDS)

@@ -173,6 +173,10 @@ const CASES: &[(&str, &str)] = &[
         "drive.kind: left-right needs the two-way rule, by which the contacts of a slab chatter",
     ),
     (
+        "slider.blocks = 11\nslider.rows = 3\nfriction.radiation_kg_per_s = 2",
+        "friction.radiation_kg_per_s: a slab carries the waves away itself",
+    ),
+    (
         "slider.blocks = 11\nslider.rows = 3\ndrive.height_m = 0.0251",
         "drive.height_m: 0.0251 is above the slab (accepted: a number from 0 to slider.height_m = 0.02)",
     ),

@@ -1,5 +1,7 @@
 //! `cargo xtask ci`: the checks that a change must pass, stage by stage.
 
+use std::env;
+use std::io::{Read, Seek};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -10,18 +12,25 @@ use crate::notices;
 use crate::python::{self, PythonArguments};
 use crate::say::say;
 use crate::test::{self, TestArguments};
-use crate::workspace::{Failure, cargo, output, run};
+use crate::workspace::{Failure, cargo, output, program, run, succeeded};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   cargo xtask ci
+  cargo xtask ci lint test
   ASPERITY_NO_SKIPS=1 cargo xtask ci
 
-The stages run in order, the quick ones first; the first failure ends the
-command. The time of each stage is listed at the end. With ASPERITY_NO_SKIPS=1,
-a skipped test is a failure. A stage without its data is listed as not checked.")]
-pub(crate) struct CiArguments {}
+Without names, stages run in two rows at once, the attack after both, and what
+the second row says is printed at its end; with names, one after the other. The
+first failure ends a row. The time of each stage is listed at the end. With
+ASPERITY_NO_SKIPS=1, a skipped test is a failure. A stage without its data is
+listed as not checked.")]
+pub(crate) struct CiArguments {
+    /// Which stages [default: all].
+    #[arg(value_name = "STAGE", value_parser = STAGES.map(|(name, _)| name))]
+    stages: Vec<String>,
+}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
@@ -29,33 +38,62 @@ const STAGES: [Stage; 10] = [
     ("format", format),
     ("licences", notices::check),
     ("advisories", || advisories::command(&AdvisoriesArguments {})),
-    ("lint", lint),
-    ("without analysis", without_analysis),
     ("test", test),
-    ("python", python),
-    ("long tests", long_tests),
+    ("long-tests", long_tests),
     ("doc", doc),
+    ("lint", lint),
+    ("without-analysis", without_analysis),
+    ("python", python),
     ("attack", attack),
 ];
 
-pub(crate) fn command(_arguments: &CiArguments) -> Result<(), Failure> {
+/// What keeps one core busy and waits for files and programs in between: beside the tests, which do as well.
+const SECOND_ROW: [&str; 3] = ["lint", "without-analysis", "python"];
+
+/// What has a time to end in, and is alone.
+const AT_LAST: &str = "attack";
+
+pub(crate) fn command(arguments: &CiArguments) -> Result<(), Failure> {
     let begun = Instant::now();
     let mut times = Vec::new();
-    let mut outcome = Ok(());
-    for (name, stage) in STAGES {
+    let is_named = |name: &str| arguments.stages.iter().any(|wanted| wanted == name);
+    let outcome = if arguments.stages.is_empty() {
+        beside(&SECOND_ROW, || in_turn(|name| !SECOND_ROW.contains(&name) && name != AT_LAST, &mut times))
+            .and_then(|()| in_turn(|name| name == AT_LAST, &mut times))
+    } else {
+        in_turn(is_named, &mut times)
+    };
+    say!("==> {}; in all {}", times.join(", "), took(begun.elapsed()));
+    outcome
+}
+
+/// Runs stages one after the other, up to the first failure.
+fn in_turn(is_wanted: impl Fn(&str) -> bool, times: &mut Vec<String>) -> Result<(), Failure> {
+    for (name, stage) in STAGES.into_iter().filter(|(name, _)| is_wanted(name)) {
         say!("==> {name}");
         let started = Instant::now();
         let found = stage();
         let (word, result) = judged(found, &took(started.elapsed()));
         say!("==> {name}: {word}");
         times.push(format!("{name} {word}"));
-        outcome = result;
-        if outcome.is_err() {
-            break;
-        }
+        result?;
     }
-    say!("==> {}; in all {}", times.join(", "), took(begun.elapsed()));
-    outcome
+    Ok(())
+}
+
+/// Runs stages in a process of their own while others run, and prints at the end what it said.
+fn beside(stages: &[&str], others: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+    let failed = |error| Failure::Io { what: "run stages beside others".to_owned(), error };
+    let mut said = tempfile::tempfile().map_err(failed)?;
+    let mut row = program(env::current_exe().map_err(failed)?);
+    let [out, err] = [said.try_clone().map_err(failed)?, said.try_clone().map_err(failed)?];
+    let mut child = row.arg("ci").args(stages).stdout(out).stderr(err).spawn().map_err(failed)?;
+    let outcome = others();
+    let status = child.wait().map_err(failed)?;
+    let mut text = Vec::new();
+    said.rewind().and_then(|()| said.read_to_end(&mut text)).map_err(failed)?;
+    say!("{}", String::from_utf8_lossy(&text).trim_end());
+    outcome.and(succeeded(&row, status))
 }
 
 /// What is said of a stage, and whether it failed. One that lacks its data has neither passed nor failed.

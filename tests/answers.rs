@@ -51,8 +51,9 @@ fn a_run_begins_with_its_verdict_its_curve_and_its_map() {
     let summary: serde_json::Value =
         serde_json::from_str(&succeed(&["summary", text(&log), "--format", "json"])).expect("it is JSON");
     let number = |key: &str| summary[key].as_f64().unwrap_or_else(|| panic!("no {key} in {summary}"));
+    let mut tab = Tab::start(&browser);
     for (size, scheme) in [(DESK, "light"), (DESK, "dark"), (PHONE, "light"), (PHONE, "dark")] {
-        let mut tab = Tab::open(&browser, &page, size, scheme);
+        tab.go(&page, size, scheme);
         let answer = |tab: &mut Tab, n: usize| -> (f64, String) {
             let words = tab.says(&format!("document.querySelectorAll('.answers dd')[{n}].innerText"));
             let digits = words.trim_start_matches("v/c = ");
@@ -199,9 +200,10 @@ fn a_study_begins_with_its_first_figure_and_the_claims_that_differ() {
     let folder = asperity_testkit::folder();
     let [_, sweep] = page_of_a_sweep(folder.path());
     let pipeline = study(folder.path()).join("report.html");
+    let mut tab = Tab::start(&browser);
     for page in [sweep, pipeline] {
         for (size, scheme) in [(DESK, "light"), (DESK, "dark"), (PHONE, "light"), (PHONE, "dark")] {
-            let mut tab = Tab::open(&browser, &page, size, scheme);
+            tab.go(&page, size, scheme);
             for part in [".result figure img", ".result .claims li", ".score"] {
                 let bottom = tab.says(&format!(
                     "Math.ceil(document.querySelector('{part}').getBoundingClientRect().bottom + scrollY)"
@@ -251,9 +253,10 @@ fn no_page_overflows_a_phone_and_none_has_raw_markup() {
     let two = study(folder.path());
     let index = folder.path().join("index.html");
     succeed(&["report", text(&two), text(&folder.path().join("tilts")), "--out", text(&index)]);
+    let mut tab = Tab::start(&browser);
     for page in [run, two.join("report.html"), sweep, index] {
         for (size, scheme) in [(PHONE, "light"), (DESK, "dark")] {
-            let mut tab = Tab::open(&browser, &page, size, scheme);
+            tab.go(&page, size, scheme);
             for rule in [OVERFLOW, RAW, BROKEN] {
                 assert_eq!(tab.says(rule), "", "{} at {size:?}", page.display());
             }
@@ -267,13 +270,13 @@ fn no_page_overflows_a_phone_and_none_has_raw_markup() {
     let page = folder.path().join("diff.html");
     ends(1, &["diff", text(&log), text(&long_name), "--page", text(&page)], &[]);
     for scheme in ["light", "dark"] {
-        let mut tab = Tab::open(&browser, &page, PHONE, scheme);
+        tab.go(&page, PHONE, scheme);
         for rule in [OVERFLOW, BROKEN, PRESSED] {
             assert_eq!(tab.says(rule), "", "{} at {PHONE:?}", page.display());
         }
     }
     // Violations of the rules are detected.
-    let mut tab = Tab::open(&browser, &two.join("report.html"), PHONE, "light");
+    tab.go(&two.join("report.html"), PHONE, "light");
     let broken = "(() => { const main = document.querySelector('main'); main.insertAdjacentHTML('beforeend', '<p>|mu_{s}| of 10^-8</p>\
                   <div>w</div><p><code class=\"name\">precursors</code></p>'); \
                   const [wide, narrow] = [...main.children].slice(-2); wide.style.width = '500px'; \

@@ -106,9 +106,10 @@ fn flaws(drawing: &Drawing, own: &Picture, shown: &Picture) -> Vec<String> {
     flaws
 }
 
-fn in_browser(browser: &Path, svg: &Path, own: &Picture) -> Picture {
+fn in_browser(tab: &mut Tab, svg: &Path, own: &Picture) -> Picture {
     let size = [own.width, own.height].map(|size| (size as f64 * WINDOW / OWN).round() as u32);
-    Picture::read(&Tab::open(browser, svg, size, "light").picture())
+    tab.go(svg, size, "light");
+    Picture::read(&tab.picture())
 }
 
 fn by(program: &mut Command, to: &Path) -> Picture {
@@ -138,8 +139,8 @@ fn in_slivers(svg: &str, own: &Picture, drawing: &Drawing) -> String {
 
 #[test]
 fn other_programs_show_the_same_colours() {
-    let (browser, others) = (browser(), are_there());
-    if browser.is_none() && !others {
+    let (mut tab, others) = (browser().map(|browser| Tab::start(&browser)), are_there());
+    if tab.is_none() && !others {
         return;
     }
     let drawn = drawn();
@@ -153,8 +154,8 @@ fn other_programs_show_the_same_colours() {
         }
         let own = Picture::read(&fs::read(path.with_extension("png")).expect("it is there"));
         let mut shown = Vec::new();
-        if let Some(browser) = &browser {
-            shown.push(("Chromium", in_browser(browser, &path, &own)));
+        if let Some(tab) = &mut tab {
+            shown.push(("Chromium", in_browser(tab, &path, &own)));
         }
         if others {
             let mut rsvg = Command::new("rsvg-convert");
@@ -169,10 +170,10 @@ fn other_programs_show_the_same_colours() {
             assert!(flaws.is_empty(), "{name} by {program}: {}", flaws.join("; "));
         }
         // The old form is detected as wrong.
-        if let (Some(browser), true) = (&browser, name.ends_with("/slab-field")) {
+        if let (Some(tab), true) = (&mut tab, name.ends_with("/slab-field")) {
             let slivers = folder.path().join("slivers.svg");
             fs::write(&slivers, in_slivers(&svg, &own, &drawing)).expect("the folder can be written");
-            let flaws = flaws(&drawing, &own, &in_browser(browser, &slivers, &own));
+            let flaws = flaws(&drawing, &own, &in_browser(tab, &slivers, &own));
             assert!(flaws.iter().any(|flaw| flaw.contains("of the bar")), "slivers are not seen: {flaws:?}");
         }
     }

@@ -413,7 +413,8 @@ fn pages_show_small_runs() {
     for log in paths.iter().step_by(3) {
         let page = format!("{log}.html");
         succeed(&["diff", log, log, "--page", &page]);
-        Tab::open(&browser, page.as_ref(), [1200, 900], "dark").assert_quiet();
+        tab.go(page.as_ref(), [1200, 900], "dark");
+        tab.assert_quiet();
     }
 }
 

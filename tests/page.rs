@@ -12,8 +12,8 @@ use crate::support::browser::{Tab, browser};
 
 /// The attributes `data-*` that the page's script leaves on the root element, after the page has been loaded and
 /// `script` has run.
-fn loaded(browser: &Path, page: &Path, script: &str) -> BTreeMap<String, String> {
-    let mut tab = Tab::open(browser, page, [1280, 1000], "light");
+fn loaded(tab: &mut Tab, page: &Path, script: &str) -> BTreeMap<String, String> {
+    tab.go(page, [1280, 1000], "light");
     // Pictures may be drawn later than a script ends; before printing they are drawn at once.
     tab.eval(&format!("{{ {script}; window.dispatchEvent(new Event(\"beforeprint\")) }}"));
     tab.assert_quiet();
@@ -46,6 +46,7 @@ fn rows(table: &Path) -> usize {
 #[test]
 fn a_split_and_a_missing_event_are_drawn_and_found() {
     let Some(browser) = browser() else { return };
+    let mut tab = Tab::start(&browser);
     let folder = asperity_testkit::folder();
     let table = |name: &str, rows: &str| {
         let path = folder.path().join(name);
@@ -62,12 +63,12 @@ fn a_split_and_a_missing_event_are_drawn_and_found() {
         "0.1,0.11,1,5,5,0.1,0.1\n0.2,0.209,1,5,5,0.2,0.2\n0.211,0.22,5,9,5,0.2,0.2\n0.4,0.41,1,12,12,0.4,0.4\n",
     );
     let page = page(folder.path(), &old, &new);
-    let seen = loaded(&browser, &page, "");
+    let seen = loaded(&mut tab, &page, "");
     assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (8, 8));
 
     // A click on the first finding leads to it, and no other stays in view.
     let click = "document.querySelector('tr[data-finding]').click()";
-    let seen = loaded(&browser, &page, click);
+    let seen = loaded(&mut tab, &page, click);
     assert_eq!(number(&seen, "chosen"), 0);
     assert_eq!(number(&seen, "drawn"), 3, "one old and two new events");
 
@@ -75,13 +76,14 @@ fn a_split_and_a_missing_event_are_drawn_and_found() {
     let filter = "const box = document.querySelector('input[data-class=identical]'); box.click(); \
                   document.documentElement.dataset.rows = \
                   [...document.querySelectorAll('tr[data-finding]')].filter((row) => !row.hidden).length";
-    let seen = loaded(&browser, &page, filter);
+    let seen = loaded(&mut tab, &page, filter);
     assert_eq!((number(&seen, "drawn"), number(&seen, "rows")), (4, 2));
 }
 
 #[test]
 fn one_changed_event_of_a_whole_run_is_found() {
     let Some(browser) = browser() else { return };
+    let mut tab = Tab::start(&browser);
     let folder = asperity_testkit::folder();
     let old = golden("default");
     let csv = fs::read_to_string(&old).expect("the table can be read");
@@ -95,12 +97,12 @@ fn one_changed_event_of_a_whole_run_is_found() {
     fs::write(&new, lines.join("\n") + "\n").expect("the folder can be written");
 
     let page = page(folder.path(), &old, &new);
-    let seen = loaded(&browser, &page, "");
+    let seen = loaded(&mut tab, &page, "");
     assert_eq!(number(&seen, "drawn"), 2 * rows(&old));
-    let seen = loaded(&browser, &page, "document.querySelector('tr[data-finding]').click()");
+    let seen = loaded(&mut tab, &page, "document.querySelector('tr[data-finding]').click()");
     assert!((2..20).contains(&number(&seen, "drawn")), "{seen:?}");
     let rows = "document.documentElement.dataset.rows = document.querySelectorAll('tr[data-finding]').length";
-    assert_eq!(number(&loaded(&browser, &page, rows), "rows"), 1);
+    assert_eq!(number(&loaded(&mut tab, &page, rows), "rows"), 1);
 }
 
 /// As when two chaotic runs part: from a third of the run on, of every three events one is missing, one is
@@ -108,6 +110,7 @@ fn one_changed_event_of_a_whole_run_is_found() {
 #[test]
 fn thousands_of_events_that_differ_are_drawn() {
     let Some(browser) = browser() else { return };
+    let mut tab = Tab::start(&browser);
     let folder = asperity_testkit::folder();
     let old = golden("load-on-far-end");
     let csv = fs::read_to_string(&old).expect("the table can be read");
@@ -125,17 +128,18 @@ fn thousands_of_events_that_differ_are_drawn() {
     let new = folder.path().join("load-on-far-end.csv");
     fs::write(&new, lines.collect::<Vec<_>>().join("\n") + "\n").expect("the folder can be written");
     let page = page(folder.path(), &old, &new);
-    let seen = loaded(&browser, &page, "");
+    let seen = loaded(&mut tab, &page, "");
     let all = rows(&old) + rows(&new);
     assert!(all > 12_000, "{all} events are not many");
     assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (all, all));
-    let zoomed = loaded(&browser, &page, "document.querySelector('button[data-action=in]').click()");
+    let zoomed = loaded(&mut tab, &page, "document.querySelector('button[data-action=in]').click()");
     assert!(number(&zoomed, "drawn") < all, "{zoomed:?}");
 }
 
 #[test]
 fn ruptures_are_drawn_first_and_the_slip_events_of_a_finding_are_one_click_away() {
     let Some(browser) = browser() else { return };
+    let mut tab = Tab::start(&browser);
     let folder = asperity_testkit::folder();
     let [old, new] = ["old.mcap", "new.mcap"].map(|name| folder.path().join(name));
     let set = ["default", "--set", "time.duration_s=0.5", "--set"];
@@ -155,9 +159,9 @@ fn ruptures_are_drawn_first_and_the_slip_events_of_a_finding_are_one_click_away(
         rows(&out.join(format!("{kind}.csv")))
     };
     let both = |kind: &str| count(&old, kind) + count(&new, kind);
-    let seen = loaded(&browser, &page, "");
+    let seen = loaded(&mut tab, &page, "");
     assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (both("ruptures"), both("ruptures")));
-    let seen = loaded(&browser, &page, "document.querySelector('tr[data-finding]').click()");
+    let seen = loaded(&mut tab, &page, "document.querySelector('tr[data-finding]').click()");
     assert_eq!(number(&seen, "events"), both("events"), "a finding is one of slip events");
 }
 
@@ -165,6 +169,7 @@ fn ruptures_are_drawn_first_and_the_slip_events_of_a_finding_are_one_click_away(
 #[test]
 fn only_scripts_and_styles_of_the_page_itself_are_applied() {
     let Some(browser) = browser() else { return };
+    let mut tab = Tab::start(&browser);
     let folder = asperity_testkit::folder();
     let page = page(folder.path(), &golden("default"), &golden("load-on-far-end"));
     let html = fs::read_to_string(&page).expect("the page can be read");
@@ -182,7 +187,7 @@ fn only_scripts_and_styles_of_the_page_itself_are_applied() {
         assert!(html.contains(place), "{place}");
         let tried = folder.path().join("tried.html");
         fs::write(&tried, html.replacen(place, changed, 1)).expect("the folder can be written");
-        let mut tab = Tab::open(&browser, &tried, [1280, 1000], "light");
+        tab.go(&tried, [1280, 1000], "light");
         let said = tab.refused();
         assert!(said.len() == 1 && said[0].contains(refused), "{changed}: {said:?}");
         assert_eq!(tab.eval("'drawn' in document.documentElement.dataset"), is_drawn, "{changed}");

@@ -58,6 +58,13 @@ pub(crate) struct Tab {
 impl Tab {
     /// Opens a page by its file, in a window of this size, by day or by night.
     pub(crate) fn open(browser: &Path, page: &Path, size: [u32; 2], scheme: &str) -> Tab {
+        let mut tab = Tab::start(browser);
+        tab.go(page, size, scheme);
+        tab
+    }
+
+    /// A browser without a page.
+    pub(crate) fn start(browser: &Path) -> Tab {
         let profile = asperity_testkit::folder();
         let [to, from] = ["to", "from"].map(|name| profile.path().join(name));
         assert!(Command::new("mkfifo").args([&to, &from]).status().expect("mkfifo starts").success());
@@ -83,15 +90,20 @@ impl Tab {
         for part in ["Page", "Runtime", "Log", "Network"] {
             tab.call(&format!("{part}.enable"), json!({}));
         }
+        tab
+    }
+
+    /// Goes to a page, as `open` does, and forgets what was said before.
+    pub(crate) fn go(&mut self, page: &Path, size: [u32; 2], scheme: &str) {
         let [width, height] = size;
         let window = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
-        tab.call("Emulation.setDeviceMetricsOverride", window);
+        self.call("Emulation.setDeviceMetricsOverride", window);
         let feature = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
-        tab.call("Emulation.setEmulatedMedia", json!({ "features": feature }));
-        tab.call("Page.navigate", json!({ "url": format!("file://{}", text(page)) }));
-        tab.wait_for("Page.loadEventFired");
-        tab.painted();
-        tab
+        self.call("Emulation.setEmulatedMedia", json!({ "features": feature }));
+        self.told.clear();
+        self.call("Page.navigate", json!({ "url": format!("file://{}", text(page)) }));
+        self.wait_for("Page.loadEventFired");
+        self.painted();
     }
 
     fn message(&mut self) -> Value {

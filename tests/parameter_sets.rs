@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use asperity_model::keys::{KEYS, Key};
 use asperity_runlog::{RunReader, Topics, partial_path};
 use asperity_testkit::folder;
 
@@ -121,4 +122,23 @@ fn studies_say_which_sets_their_runs_have_and_what_chose_them() {
     assert!(code == Some(0) && said.contains(expected), "{said}");
     assert_eq!(outcome(&["sweep", "run", text(&plan)]).0, Some(0));
     assert_eq!(parameter_set(&plan.join("runs/physical.mcap")), "as-stated");
+}
+
+/// Symbols and defaults change what stored scenarios mean: a change of them is a decision, written there by hand.
+#[test]
+fn keys_have_the_symbols_and_defaults_that_were_accepted() {
+    let (code, shown, _) = outcome(&["scenario", "show", "default"]);
+    assert_eq!(code, Some(0));
+    let shown: toml::Value = shown.parse::<toml::Table>().expect("it is TOML").into();
+    let row = |key: &Key| {
+        let value = key.path.split('.').try_fold(&shown, |table, part| table.get(part));
+        format!("{}\t{}\t{}\n", key.path, key.symbol, value.map(ToString::to_string).unwrap_or_default())
+    };
+    let accepted = include_str!("../fixtures/golden/keys.tsv");
+    // Behind name and summary, which mean nothing.
+    assert_eq!(
+        KEYS[2..].iter().map(row).collect::<String>(),
+        accepted,
+        "not those of fixtures/golden/keys.tsv"
+    );
 }

@@ -604,7 +604,7 @@ fn a_sweep_has_a_page_with_its_runs() {
         &sweep,
         "title = \"Tilts\"\nscenario = \"default\"\n\
          set = [\"parameter_set=as-coded\", \"slider.blocks=10\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]\n\
-         [[axis]]\nkey = \"normal_load.tilt\"\nvalues = [-0.5, 0, 0.5]\n\
+         [[axis]]\nkey = \"normal_load.tilt\"\nvalues = [-0.5, -0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 0.4]\n\
          [[figure.family]]\nfile = \"counts.png\"\nx = \"normal_load.tilt\"\ny = \"precursor_count\"\n",
     )
     .expect("the folder can be written");
@@ -613,11 +613,14 @@ fn a_sweep_has_a_page_with_its_runs() {
     succeed(&["sweep", "run", text(&out), "--quiet"]);
     succeed(&["sweep", "collect", text(&out), "--quiet"]);
     let html = read(&out.join("report.html"));
-    assert!(html.contains("<h1>Tilts</h1>") && html.contains("3 of 3 runs done"));
-    assert!(html.contains("-0.5, 0, 0.5") && html.contains("<i>θ</i>"));
+    assert!(html.contains("<h1>Tilts</h1>") && html.contains("10 of 10 runs done"));
+    // As many values as are listed one by one.
+    assert!(
+        html.contains("-0.5, -0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 0.4") && html.contains("<i>θ</i>")
+    );
     assert_eq!(html.matches("src=\"data:image/").count(), 1);
     let (_, table) = html.split_once("id=\"runs\"").expect("the table of runs");
-    assert_eq!(table.matches("<tr>").count(), 4, "headings and three runs");
+    assert_eq!(table.matches("<tr>").count(), 11, "headings and ten runs");
     // Columns of numbers have number headings, with or without a unit.
     for heading in ["<i>θ</i>", "precursor count", "first global rupture onset (s)"] {
         assert!(table.contains(&format!("class=\"number\">{heading}</th>")), "{heading}: {table}");

@@ -340,13 +340,14 @@ mod tests {
             shock(3.0, 11.0),
             shock(4.0, 14.0),
             shock(2.0, 16.0),
+            shock(2.0, 24.0), // at the end of the window
             shock(2.0, 33.0), // after the window
             shock(4.8, 34.0),
             shock(3.0, 35.0), // the last
         ];
         let stack = Aftershocks::stacked(&all).expect("there are four main shocks");
         assert_eq!((stack.main_shocks, stack.window_s), (2, 9.5));
-        assert_eq!(stack.times_s, [0.5, 1.5, 8.5]);
+        assert_eq!(stack.times_s, [0.5, 1.5, 8.5, 9.5]);
         assert_eq!(Aftershocks::stacked(&all[..3]), None);
     }
 }

@@ -171,3 +171,14 @@ fn set(attributes: &str, caption: &str, headings: &[&str], rows: impl IntoIterat
     out.push_str("</tbody></table></div>\n");
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn numbers_are_short_at_either_end() {
+        let numbers = [0.0, 9.99e-4, 1e-3, 9999.9, 1e4, -1e4].map(short);
+        assert_eq!(numbers, ["0.000", "9.99e-4", "0.001", "9999.900", "1.00e4", "-1.00e4"]);
+    }
+}

@@ -62,21 +62,24 @@ fn write(text: &mut String, page: &Page, pictures: &[Vec<u8>], about: &About) ->
             }
         }
         *text += " d=\"";
-        for segment in &item.path {
-            match *segment {
-                Segment::Move((x, y)) => write!(text, "M{} {}", short(x), short(y)),
-                Segment::Line((x, y)) => write!(text, "L{} {}", short(x), short(y)),
-                Segment::Curve(a, b, to) => {
-                    let [a, b, to] = [a, b, to].map(|(x, y)| format!("{} {}", short(x), short(y)));
-                    write!(text, "C{a} {b} {to}")
-                }
-                Segment::Close => write!(text, "Z"),
-            }?;
-        }
+        outline(text, &item.path)?;
         *text += "\"/>\n";
     }
     *text += "</svg>\n";
     Ok(())
+}
+
+/// The commands of a path.
+fn outline(text: &mut String, path: &[Segment]) -> fmt::Result {
+    path.iter().try_for_each(|segment| match *segment {
+        Segment::Move((x, y)) => write!(text, "M{} {}", short(x), short(y)),
+        Segment::Line((x, y)) => write!(text, "L{} {}", short(x), short(y)),
+        Segment::Curve(a, b, to) => {
+            let [a, b, to] = [a, b, to].map(|(x, y)| format!("{} {}", short(x), short(y)));
+            write!(text, "C{a} {b} {to}")
+        }
+        Segment::Close => write!(text, "Z"),
+    })
 }
 
 fn begin_path(text: &mut String, item: &Item) -> fmt::Result {
@@ -123,4 +126,18 @@ fn escaped(text: &str) -> String {
         }
     }
     safe
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::page::Segment::{Close, Curve, Line, Move};
+    use super::outline;
+
+    #[test]
+    fn outlines_keep_the_order_of_their_points() {
+        let path = [Move((1.0, 2.0)), Line((3.0, 4.5)), Curve((5.0, 6.0), (7.0, 8.0), (9.0, -0.001)), Close];
+        let mut text = String::new();
+        outline(&mut text, &path).expect("a text takes whatever is written");
+        assert_eq!(text, "M1 2L3 4.5C5 6 7 8 9 0Z");
+    }
 }

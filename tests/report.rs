@@ -91,6 +91,23 @@ fn attributes<'a>(html: &'a str, name: &str) -> Vec<&'a str> {
     html.split(behind.as_str()).skip(1).filter_map(|rest| rest.split('"').next()).collect()
 }
 
+/// Of a rupture that still slides at the end there is no drop and no mean slip, which is not 0.
+#[test]
+fn what_a_rupture_has_not_come_to_is_left_out() {
+    let folder = asperity_testkit::folder();
+    let [log, page] = ["front.mcap", "front.html"].map(|name| folder.path().join(name));
+    run(&["front", "--set", "slider.blocks=100", "--set", "time.duration_s=1e-5"], &log);
+    succeed(&["report", text(&log), "--out", text(&page)]);
+    let html = read(&page);
+    let (_, rows) = html.split_once("Its ruptures, the widest first").expect("it has one");
+    let (_, row) = rows.split_once("<tbody>\n<tr>").expect("it is in a row");
+    let cells: Vec<&str> = row.split("</tr>").next().expect("it ends").split("<td").collect();
+    assert!(
+        cells[6..].iter().zip(1..).all(|(cell, n)| (n == 2) == cell.contains(char::is_numeric)),
+        "{cells:?}"
+    );
+}
+
 #[test]
 fn a_rupture_picked_in_one_is_shown_in_all() {
     let Some(browser) = browser() else { return };

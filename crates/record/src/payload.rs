@@ -144,3 +144,16 @@ pub mod macros {
         crate::column::starts_with(topic.as_bytes(), b"/events/") && topic.len() > "/events/".len()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::macros::is_event_topic;
+
+    #[test]
+    fn the_topic_of_an_event_has_a_name() {
+        assert_eq!(
+            ["/events/a", "/events/", "/events", "/step"].map(is_event_topic),
+            [true, false, false, false]
+        );
+    }
+}

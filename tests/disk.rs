@@ -119,6 +119,7 @@ fn tables_on_a_full_disk_are_whole_or_not_there() {
     assert!(said.lines().all(|line| matches!(line, "0" | "1")) && said.contains("1\n0\n"), "{said}{errors}");
     let full = said.lines().filter(|line| *line == "1").count();
     assert_eq!(errors.matches("No space left on device").count(), full, "{errors}");
+    assert!(["csv", "parquet"].iter().all(|kind| errors.contains(&format!(".{kind}: No space "))), "{errors}");
 }
 
 /// The library of Parquet has a sentence of its own for each failure; users need the system's.

@@ -284,6 +284,29 @@ fn of_runs_of_two_time_steps_the_physics_is_told_first() {
     assert!(paired >= 5 && of_whole.len() - paired <= 1, "{of_whole:?}");
     assert_eq!(old["global_rupture_count"], 6);
 
+    // The page lists the largest of those that differ.
+    let page = folder.path().join("page.html");
+    diff(&[text(&fine), text(&coarse), "--page", text(&page)]);
+    let html = fs::read_to_string(page).expect("it was written");
+    let (_, rows) = html.split_once("largest of those that differ").expect("there are more than fit");
+    let rows =
+        rows.split("</table>").next().expect("it ends").lines().filter(|line| line.starts_with("<tr><td>"));
+    let span = |words: &str| {
+        let words = words.split('<').next().expect("there is a first");
+        let (first, last) = words.split_once(" to ").unwrap_or((words, words));
+        1 + last.parse::<u32>().expect("a block") - first.parse::<u32>().expect("a block")
+    };
+    let largest: Vec<u32> = rows
+        .map(|row| {
+            row.split(", block")
+                .skip(1)
+                .map(|end| span(end.trim_start_matches(['s', ' '])))
+                .max()
+                .expect("a rupture")
+        })
+        .collect();
+    assert!(largest.len() > 10 && largest.is_sorted_by(|a, b| a >= b) && largest[0] > 50, "{largest:?}");
+
     // For several pairs, the number of pairs in which a number differs, and the pair with the largest
     // difference.
     let [before, after] = ["before", "after"].map(|name| folder.path().join(name));

@@ -381,3 +381,30 @@ impl Reader<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        CRC, HAS_STATE, JUNCTION_COUNT, LONGEST_STABLE_STEP, RADIATES, ROWS, header_from_map, header_to_map,
+    };
+
+    #[test]
+    fn keys_that_may_be_absent_are_refused_if_they_are_wrong() {
+        let map = header_to_map(&asperity_testkit::run_header());
+        assert!(header_from_map(&map).is_ok());
+        let wrong = [
+            (ROWS, "two"),
+            (JUNCTION_COUNT, "-1"),
+            (RADIATES, "yes"),
+            (HAS_STATE, "1"),
+            (LONGEST_STABLE_STEP, "0"),
+        ];
+        for (key, value) in wrong {
+            let mut map = map.clone();
+            map.remove(CRC);
+            map.insert(key.to_owned(), value.to_owned());
+            let refused = header_from_map(&map).expect_err(key).to_string();
+            assert!(refused.contains(key), "{refused}");
+        }
+    }
+}

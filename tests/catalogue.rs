@@ -90,17 +90,6 @@ fn runs_without_ruptures_are_runs_and_several_paths_have_names_of_their_own() {
     ends(2, &["catalogue", &study, "--format", "statistics", "--completeness", "-inf"], &[]);
 }
 
-/// Studies of other code versions have ids that this program does not make.
-#[test]
-fn studies_of_other_versions_are_read() {
-    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1");
-    let (code, printed, said) = outcome(&["catalogue", text(&study), "--format", "statistics"]);
-    assert_eq!(code, 0, "{said}");
-    // Its version has no moments.
-    assert!(said.contains("78 ruptures left out, which still slid at the end or have no moment"), "{said}");
-    assert!(printed.contains(": 0 ruptures of 6 runs\n"), "{printed}");
-}
-
 #[test]
 fn named_runs_of_a_study_are_read_from_their_logs() {
     let folder = asperity_testkit::folder();

@@ -406,37 +406,11 @@ fn ruptures_that_differ_where_no_slip_event_does_are_a_difference_unless_it_is_a
 }
 
 #[test]
-fn ruptures_of_older_logs_are_compared_as_found_anew_and_those_of_tables_not_at_all() {
+fn ruptures_of_tables_are_not_compared() {
     let folder = folder();
-    let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs");
-    let [old, new] = ["v3/complete.mcap", "v4/complete.mcap"].map(|log| logs.join(log));
-    let (code, report) = json(&[text(&old), text(&new)]);
-    let pair = &report["runs"][0];
-    assert_eq!((code, &pair["ruptures"]["counts"]["identical"]), (0, &3.into()), "{pair}");
-    let from = |number: &&Value| number["key"] == "ruptures_from";
-    let from = pair["summary"].as_array().expect("a list").iter().find(from).expect("a key");
-    assert_eq!((&from["old"], &from["new"]), (&"steps".into(), &"log".into()));
-
     let table = write(folder.path(), "table.csv", TABLE);
     let (code, report) = json(&[text(&table), text(&table)]);
     let pair = &report["runs"][0];
     assert_eq!((code, &pair["summary"]), (0, &Value::Array(Vec::new())));
     assert!(pair["ruptures"].is_null() && pair["no_ruptures"].is_null(), "{pair}");
-}
-
-/// A program of another version may have defined ruptures differently, so those in an older log are not
-/// used.
-#[test]
-fn ruptures_that_are_found_anew_are_told_and_not_judged() {
-    let folder = folder();
-    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v3/complete.mcap");
-    let new = folder.path().join("new.mcap");
-    run(&[&small::SCENARIO[..], &["--set", "detection.link_time_ratio=0.01"]].concat(), &new);
-    let (code, report) = json(&[text(&old), text(&new)]);
-    let pair = &report["runs"][0];
-    assert_eq!((&pair["counts"]["identical"], &pair["ruptures"]["found_anew"]), (&28.into(), &true.into()));
-    assert_ne!(pair["ruptures"]["old"], pair["ruptures"]["new"]);
-    assert_eq!((code, &report["verdict"]), (0, &"within-policy".into()));
-    let (_, out, _) = diff(&[text(&old), text(&new)]);
-    assert!(out.ends_with("\nno slip event differs, but ruptures do\n"), "{out}");
 }

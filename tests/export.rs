@@ -45,16 +45,13 @@ fn export(log: &Path, to: &str, out: &Path, further: &[&str]) -> String {
 #[derive(Default)]
 struct Expected {
     rows: Vec<(&'static str, Map<String, Value>)>,
-    /// Logs of versions before 4 have no ruptures.
-    has_ruptures: bool,
 }
 
 impl Expected {
     /// Of a log, as far as it is sound.
     fn of(log: &Path) -> Expected {
         let mut reader = RunReader::open(log, Topics::ALL).expect("the log has a header");
-        let has_ruptures = reader.header().record_schema_version >= 4;
-        let mut expected = Expected { has_ruptures, ..Expected::default() };
+        let mut expected = Expected::default();
         while let Ok(Some(item)) = reader.next_item() {
             match item {
                 LogItem::Record(Record::Step(record)) => expected.step(&record),
@@ -91,7 +88,7 @@ impl Expected {
             row.insert("last_end_force_n".to_owned(), json!(ends[1]));
         }
         let (_, row) = self.rows.last_mut().expect("a row was pushed");
-        for (name, energy) in record.energy.iter().flat_map(|energy| energy.parts()) {
+        for (name, energy) in record.energy.parts() {
             row.insert(name.to_owned(), json!(energy));
         }
         for switch in &record.switches {
@@ -157,10 +154,6 @@ impl Expected {
     fn of_topic(&self, topic: &str) -> Vec<&Map<String, Value>> {
         self.rows.iter().filter(|(of, _)| *of == topic).map(|(_, row)| row).collect()
     }
-
-    fn topics(&self) -> &'static [&'static str] {
-        if self.has_ruptures { &TOPICS } else { &TOPICS[..7] }
-    }
 }
 
 fn file(out: &Path, topic: &str, extension: &str) -> PathBuf {
@@ -177,7 +170,7 @@ fn same(a: &Value, b: &Value) -> bool {
 }
 
 fn assert_ndjson(expected: &Expected, out: &Path) {
-    for &topic in expected.topics() {
+    for &topic in &TOPICS {
         let path = file(out, topic, "ndjson");
         let lines = fs::read_to_string(&path).expect("the file is there");
         let expected = expected.of_topic(topic);
@@ -193,7 +186,7 @@ fn assert_ndjson(expected: &Expected, out: &Path) {
 }
 
 fn assert_csv(expected: &Expected, out: &Path) {
-    for &topic in expected.topics() {
+    for &topic in &TOPICS {
         let mut table = csv::Reader::from_path(file(out, topic, "csv")).expect("the file is there");
         let names = table.headers().expect("there is a header line").clone();
         let expected = expected.of_topic(topic);
@@ -400,24 +393,17 @@ fn what_is_sound_of_a_log_that_is_not_whole_is_exported() {
     ends(4, &[&["export", text(&log)], &slice[..]].concat(), &[]);
 }
 
-/// Logs of every version of the format are exported, with the events that they had then.
 #[test]
-fn logs_of_old_versions_and_salvaged_ones_are_exported() {
+fn logs_by_other_code_and_salvaged_ones_are_exported() {
     let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs");
     let folder = folder();
-    for version in ["v1", "v2", "v3", "v4"] {
-        let out = folder.path().join(version);
-        export(&logs.join(version).join("complete.mcap"), "csv", &out, &[]);
-        let read = |path: PathBuf| fs::read_to_string(path).expect("the file is there");
-        assert_eq!(
-            read(out.join("complete.events.slip.csv")),
-            read(logs.join(version).join("complete.events.csv"))
-        );
-        assert_eq!(out.join("complete.events.rupture.csv").exists(), version == "v4", "{version}");
-    }
+    let out = folder.path().join("out");
+    export(&logs.join("complete.mcap"), "csv", &out, &[]);
+    let read = |path: PathBuf| fs::read_to_string(path).expect("the file is there");
+    assert_eq!(read(out.join("complete.events.slip.csv")), read(logs.join("complete.events.csv")));
     // A salvaged log has gaps, and must not pass for a whole one.
     let log = folder.path().join("run.mcap");
-    fs::copy(logs.join("v2/salvaged.mcap"), &log).expect("the folder can be written");
+    fs::copy(logs.join("salvaged.mcap"), &log).expect("the folder can be written");
     let out = folder.path().join("salvaged");
     let (said, expected) = export_in_part(&log, &out, 5);
     assert!(expected.of_topic("/step").len() > 10);
@@ -437,12 +423,8 @@ fn files_that_are_there_are_kept_unless_told() {
     fs::write(&path, "mine").expect("the folder can be written");
     ends(2, &arguments, &["run.step.csv exists already", "--force"]);
     assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
-    // `--replace` is its former name.
-    for flag in ["--force", "--replace"] {
-        succeed(&[&arguments[..], &[flag]].concat());
-        assert!(fs::read_to_string(&path).unwrap().starts_with("step,time_s,"));
-        fs::write(&path, "mine").expect("the folder can be written");
-    }
+    succeed(&[&arguments[..], &["--force"]].concat());
+    assert!(fs::read_to_string(&path).unwrap().starts_with("step,time_s,"));
     assert_eq!(names(&out).len(), 2);
 }
 

@@ -255,12 +255,11 @@ fn a_pipeline_replaces_no_run_of_another_scenario_unless_told() {
     assert!(content(&out) != before);
 }
 
-/// A log of version 2 of the format is by other code than the present one.
 #[cfg(feature = "analysis")]
 #[test]
 fn a_run_by_other_code_is_made_again_and_this_is_said() {
     let folder = folder();
-    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v2/complete.mcap");
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/complete.mcap");
     let (pipeline, out) = (folder.path().join("pipeline.toml"), folder.path().join("out"));
     let wanted = format!("title = \"Old\"\n[[run]]\nname = \"old\"\nscenario = {:?}\n", text(&fixture));
     fs::write(&pipeline, wanted).expect("the folder can be written");

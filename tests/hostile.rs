@@ -212,7 +212,7 @@ fn judged(options: &[&str], forgeries: &[Forgery]) {
 
 /// The beginning of a golden log, taken apart.
 fn golden() -> Vec<laws::parts::Part> {
-    let log = fixtures().join("../logs/v2/complete.mcap");
+    let log = fixtures().join("../logs/complete.mcap");
     let bytes = fs::read(&log).unwrap_or_else(|error| panic!("{}: {error}", log.display()));
     let sound = laws::parts::beginning(&laws::parts::take_apart(&bytes), 60);
     laws::thin::thinned(&sound.expect("all blocks come to rest in it"))
@@ -319,7 +319,7 @@ fn hold_texts(commands: Commands) {
     fs::write(&sweep, SWEEP).expect("the folder can be written");
     let planned = bounded(folder, &["sweep", "plan", text(&sweep), "--out", "study"]);
     assert_eq!(planned.code, Some(0), "{}", planned.err);
-    fs::copy(fixtures().join("../logs/v2/complete.mcap"), folder.join("run.mcap")).expect("it is there");
+    fs::copy(fixtures().join("../logs/complete.mcap"), folder.join("run.mcap")).expect("it is there");
     for (of, on_texts) in ON_TEXTS {
         for (number, file) in files(&fixtures().join(of)).iter().enumerate() {
             commands.of(number, on_texts).for_each(|command| must_refuse(folder, command, file));
@@ -344,7 +344,7 @@ fn large_texts_are_refused_within_bounds() {
 fn refuse_large(commands: Commands) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
-    fs::copy(fixtures().join("../logs/v2/complete.mcap"), folder.join("run.mcap")).expect("it is there");
+    fs::copy(fixtures().join("../logs/complete.mcap"), folder.join("run.mcap")).expect("it is there");
     let large: [(&str, String); 10] = [
         ("line.toml", format!("name = \"{}", "x".repeat(10_000_000))),
         ("value.toml", format!("slider.blocks = {}\n", "9".repeat(10_000_000))),

@@ -11,7 +11,8 @@ use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::laws::thin::messages;
 use crate::support::binary::{ends, outcome, succeed, text};
 use asperity_record::{Parts, RunHeader, RunStatus, SolverReport};
-use asperity_run::{Task, Verdict, detectors};
+use asperity_run::detectors::{self, Settings};
+use asperity_run::{Task, Verdict};
 use asperity_runlog::{Existing, LogItem, RunWriter};
 use asperity_testkit::{folder, kinds as made, read_log, read_until_problem, scenario};
 use mcap::records::op;
@@ -147,7 +148,7 @@ const AREA: Kind = Kind {
 const JUNCTIONS: Kind = Kind {
     made: made::JUNCTIONS,
     headings: &[
-        ("step", ",switches,breaks,repins"),
+        ("step", ",scheme_work_j,breaks,repins"),
         ("switch", ",threshold_n,junctions_slipping"),
         ("fields", ",detached,junctions_slipping,pinned_mean_ratio,pinned_width_ratio"),
         ("events.slip", ",open,breaks_onset,breaks_end,repins_onset,repins_end"),
@@ -210,7 +211,7 @@ impl Kind {
         let mut records = (self.made.records)(&header);
         records.retain(|record| record.step() <= last);
         header.steps = records[records.len() - 1].step();
-        let mut detectors = detectors::all(&header, &toml);
+        let mut detectors = Settings::default().start(&header, Some(&scenario));
         let kinds: Vec<_> = detectors.kinds().collect();
         let mut writer = RunWriter::create(path, Existing::Refuse, &header, &toml, &kinds).unwrap();
         let mut items = Vec::new();

@@ -23,7 +23,6 @@ mod disk;
 mod draw;
 #[cfg(feature = "analysis")]
 mod end_to_end;
-mod energies;
 mod export;
 #[cfg(feature = "analysis")]
 mod figures_page;

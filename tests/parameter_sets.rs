@@ -99,7 +99,7 @@ fn a_run_that_the_former_default_left_is_refused_or_ends_as_coded() {
     assert_eq!(parameter_set(&log), "as-coded");
 
     // By another program.
-    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v4/interrupted.mcap");
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/interrupted.mcap");
     let left = folder.path().join("left.mcap");
     fs::copy(&fixture, partial_path(&left)).expect("the folder can be written");
     assert_eq!(parameter_set(&partial_path(&left)), "as-coded");

@@ -114,7 +114,7 @@ fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
     let chunk = bytes.windows(8).position(|found| found == b"\x04\0\0\0zstd").expect("it has a chunk");
     bytes[chunk + 24..chunk + 40].fill(0);
     fs::write(&damaged, &bytes).expect("the log can be written");
-    let old = file("fixtures/logs/v5/slab.mcap");
+    let old = file("fixtures/logs/interrupted.mcap");
     let out = path("out");
     for (log, arguments, code, said) in [
         (&short, &["--nodes-at-s", "0.0011"][..], 2, "no state at 0.0011 s (accepted: 0 to 0.001 s)"),

@@ -377,13 +377,13 @@ rows = [[10, 0.1], [400, 500.0]]
     assert!(job.contains("ExitCode=143:0"), "{job}");
     let under_way = |cluster: &Cluster| cluster.processes("SLURM_ARRAY_TASK_ID");
     assert_eq!((lacks(&out).as_str(), under_way(&cluster)), ("2", BTreeSet::new()));
-    // As above for a task that is cancelled while its worker makes a run.
+    // As above for a task that is cancelled while it makes a run.
     assert_eq!(cluster.submit(&script), ["1"]);
-    let is_worker = |process: &u32| {
+    let makes_runs = |process: &u32| {
         fs::read(format!("/proc/{process}/cmdline"))
-            .is_ok_and(|words| words.split(|byte| *byte == 0).any(|word| word == b"--worker"))
+            .is_ok_and(|words| words.split(|byte| *byte == 0).any(|word| word == b"--chunk"))
     };
-    cluster.wait_for("worker", |cluster| under_way(cluster).iter().any(is_worker));
+    cluster.wait_for("run", |cluster| under_way(cluster).iter().any(makes_runs));
     cluster.said("scancel", &[&array()]);
     cluster.wait_until_idle();
     assert_eq!((lacks(&out).as_str(), under_way(&cluster)), ("2", BTreeSet::new()));

@@ -6,7 +6,7 @@ use std::fs;
 #[cfg(unix)]
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -83,7 +83,7 @@ fn break_off(shares: &[f64]) {
         assert!(tables(&out) == expected, "{share}: other tables");
         assert_eq!(staged(&out), [""; 0], "{share}");
     }
-    // As if a worker died between the result and its cleanup.
+    // As if the process died between the result and its cleanup.
     fs::write(begun(&whole, 2), &bytes[..bytes.len() / 2]).expect("the folder can be written");
     assert!(!sweep(&["status", text(&whole)]).1.contains("begun"));
     assert_eq!(go_on(&whole, &[]), [0; 0]);
@@ -138,7 +138,7 @@ fn a_long_run_is_kept_when_it_is_told_to_stop_and_a_short_one_is_not() {
     let study = Study::of(ENDLESS);
     let [short, long] = ["short", "long"].map(|name| study.plan(name));
     let mut child = start(&short, &[]);
-    wait_for("worker", || short.join("staging").exists());
+    wait_for("run", || short.join("staging").exists());
     assert_eq!(terminate(&mut child), Some(143));
     assert_eq!(staged(&short), [""; 0]);
     // The file with that name, once it has contents.
@@ -260,26 +260,18 @@ fn give_results(from: &Path, to: &Path) {
     }
 }
 
-/// A worker that is stopped leaves its unfinished log for the next one; of a run that another process
+/// A command that is stopped leaves the unfinished log for the next one; of a run that another process
 /// has made meanwhile there is no next one, and the log stayed in a complete study.
 #[test]
 #[cfg(unix)]
-fn a_stopped_worker_leaves_nothing_of_a_run_that_is_done() {
-    use std::io::Write;
+fn what_is_stopped_leaves_nothing_of_a_run_that_is_done() {
     let study = Study::of(LONGER);
     let [whole, out] = ["whole", "out"].map(|name| study.plan(name));
     go_on(&whole, &[]);
-    let mut worker = Command::new(env!("CARGO_BIN_EXE_asperity"))
-        .args(["--quiet", "sweep", "run", "--worker", "--patience-s", "0", text(&out)])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("the binary starts");
-    let mut tell = worker.stdin.take().expect("it has a pipe");
-    writeln!(tell, "1").expect("it listens");
+    let mut running = start(&out, &[&AT_ONCE[..], &["--index", "1"]].concat());
     wait_for("unfinished log", || begun(&out, 1).exists());
     give_results(&whole, &out);
-    assert_eq!(terminate(&mut worker), Some(143));
+    assert_eq!(terminate(&mut running), Some(143));
     assert_eq!(staged(&out), [""; 0]);
     assert_eq!(sweep(&["status", text(&out)]).0, 0);
 }

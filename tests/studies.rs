@@ -10,7 +10,7 @@ use asperity_study::Plan;
 use crate::hostile::bounded;
 use crate::laws::frames::{Frame, Segment, body, sealed};
 use crate::support::binary::{outcome, succeed, text};
-use crate::sweep::{SHORT, Study, rows, sweep, tables};
+use crate::sweep::{SHORT, Study, sweep, tables};
 
 /// Segments by their names.
 type Files<'a> = Vec<(&'a str, Vec<u8>)>;
@@ -93,11 +93,6 @@ fn results_that_contradict_the_plan_or_each_other_make_no_tables() {
         vec![("a.seg", made.all.bytes()), ("b.seg", segment.bytes())]
     };
     let one = |segment: Segment| vec![("a.seg", segment.bytes())];
-    let old = |mut segment: Segment| {
-        segment.first_line[23] = b'1';
-        segment.frames.iter_mut().for_each(|frame| frame.owner.clear());
-        one(segment)
-    };
     let under = |run: u64| one(made.changed(|frames| frames.push(Frame { run, ..of_5.clone() })));
     let edited = |from: &str, to: &str| {
         let (from, to) = (from.to_owned(), to.to_owned());
@@ -116,11 +111,6 @@ fn results_that_contradict_the_plan_or_each_other_make_no_tables() {
         (
             one(made.changed(|frames| frames[3].content.clone_from(&of_5.content))),
             false,
-            "a.seg: byte |run 4: its summary is of run 5 (accepted: 4",
-        ),
-        (
-            old(made.changed(|frames| frames[3].content.clone_from(&of_5.content))),
-            true,
             "a.seg: byte |run 4: its summary is of run 5 (accepted: 4",
         ),
         (
@@ -292,7 +282,6 @@ fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
         (third(values, "[]"), "line 4: values: 0 of them (accepted: 3"),
         (third("\"id\":\"", "\"id\":\"x"), "line 4: id = \"x"),
         (third("\"id\"", "\"refused\":\"\",\"id\""), "line 4: it has both id and refused"),
-        (first("\"format\":2", "\"format\":3"), "line 1: format = 3 (accepted: 1 or 2)"),
         (first("normal_load.tilt", "normal_load.tolt"), "line 1: keys: normal_load.tolt: unknown key"),
         (first("\"friction.static_coefficient\"", "\"normal_load.tilt\""), "line 1: keys = ["),
         (
@@ -338,7 +327,8 @@ fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
 
 #[test]
 fn every_flipped_bit_and_every_cut_of_a_plan_is_seen() {
-    let plan = fs::read(fixture().join("plan.ndjson")).expect("the fixture is there");
+    let study = Study::of(SHORT);
+    let plan = fs::read(study.plan("planned").join("plan.ndjson")).expect("there is a plan");
     Plan::parse(&plan[..]).expect("it is sound");
     for at in 0..plan.len() {
         assert!(Plan::parse(&plan[..at]).is_err(), "cut at {at}");
@@ -350,34 +340,23 @@ fn every_flipped_bit_and_every_cut_of_a_plan_is_seen() {
     }
 }
 
-/// A study from before segments recorded the owner of each result.
-fn fixture() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1")
-}
-
+/// Data of another version may mean anything, so it is refused by its version.
 #[test]
-fn a_study_of_the_first_form_gives_the_tables_that_it_gave() {
-    let study = Study::of(SHORT);
-    let copy = study.path("v1");
-    fs::create_dir_all(copy.join("segments")).expect("the folder can be written");
-    for file in ["plan.ndjson", "segments/node-1-1.seg", "segments/node-2-1.seg"] {
-        fs::copy(fixture().join(file), copy.join(file)).expect("the folder can be written");
-    }
-    let tables = tables(&copy);
-    for name in ["runs.csv", "events.csv", "ruptures.csv"] {
-        let expected = rows(&fs::read(fixture().join("tables").join(name)).expect("the fixture is there"));
-        let found = rows(&tables[name]);
-        assert_eq!(expected.len(), found.len(), "{name}");
-        // Tables of later versions have other columns as well, and may lack some.
-        let mut compared = 0;
-        for (row, (expected, found)) in expected.iter().zip(&found).enumerate() {
-            for (key, value) in expected {
-                let Some(found) = found.get(key) else { continue };
-                assert_eq!(value, found, "{name}, row {row}: {key}");
-                compared += 1;
-            }
+fn plans_and_segments_of_another_version_are_refused_by_name() {
+    let made = Made::new();
+    let plan = sealed(&body(&made.plan).replacen("\"format\":2", "\"format\":3,\"new\":[]", 1));
+    let mut segment = made.all.clone();
+    segment.first_line[23] = b'3';
+    for (plan, name) in [(&plan, "plan.ndjson"), (&made.plan, "a.seg")] {
+        let study = made.with(plan, &[("a.seg", segment.bytes())]);
+        for command in ["status", "collect", "run"] {
+            let (code, out, err) = sweep(&[command, text(&study)]);
+            let said = "written with version 3 of the format; this program reads version 2";
+            assert!(
+                code != 0 && out.is_empty() && err.contains(name) && err.contains(said),
+                "{command}: {err}"
+            );
         }
-        assert!(compared > 15 * expected.len(), "{name}: {compared} values of {} rows", expected.len());
     }
 }
 
@@ -394,15 +373,8 @@ fn studies_are_read_in_bounds_whatever_they_unpack_to() {
     };
     let zeros = bomb(0);
     assert!(zeros.len() < 1_000_000);
-    let with = |content: &[u8], old: bool| {
-        let mut segment = made.changed(|frames| frames[3].content = content.to_vec());
-        if old {
-            segment.first_line[23] = b'1';
-            segment.frames.iter_mut().for_each(|frame| frame.owner.clear());
-        }
-        segment.bytes()
-    };
-    let mut long_head = with(&zeros, false);
+    let with = |content: &[u8]| made.changed(|frames| frames[3].content = content.to_vec()).bytes();
+    let mut long_head = with(&zeros);
     // The length of the first frame is that of four gigabytes.
     let first = made.all.first_line.len();
     long_head[first + 9..first + 13].fill(0xff);
@@ -410,9 +382,8 @@ fn studies_are_read_in_bounds_whatever_they_unpack_to() {
     let rows =
         format!("{}\n{}", body(&made.plan).lines().next().expect("it has lines"), "[".repeat(10_000_000));
     for (plan, segment, says) in [
-        (made.plan.clone(), with(&zeros, false), "line 1 is longer than"),
-        (made.plan.clone(), with(&zeros, true), "line 1 is longer than"),
-        (made.plan.clone(), with(&bomb(b'\n'), false), "line 1: "),
+        (made.plan.clone(), with(&zeros), "line 1 is longer than"),
+        (made.plan.clone(), with(&bomb(b'\n')), "line 1: "),
         (made.plan.clone(), long_head, ""),
         (long, made.all.bytes(), "line 1 is longer than"),
         (sealed(&rows), made.all.bytes(), "line 2 is longer than"),

@@ -1,4 +1,4 @@
-//! Parameter studies: the results depend only on the plan, however often workers and their coordinators are
+//! Parameter studies: the results depend only on the plan, however often the command is
 //! killed, and however the runs are divided.
 
 use std::collections::BTreeMap;
@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use asperity_study::segment::this_node;
 #[cfg(target_os = "linux")]
@@ -119,15 +119,6 @@ fn tables_of_a_study_are_those_of_its_runs() {
     }
 }
 
-/// The processes that a process has started.
-#[cfg(target_os = "linux")]
-pub(crate) fn children(parent: u32) -> Vec<u32> {
-    let of = |task: PathBuf| fs::read_to_string(task.join("children")).unwrap_or_default();
-    let tasks = fs::read_dir(format!("/proc/{parent}/task")).into_iter().flatten().flatten();
-    let lists: Vec<String> = tasks.map(|task| of(task.path())).collect();
-    lists.iter().flat_map(|list| list.split_whitespace()).filter_map(|id| id.parse().ok()).collect()
-}
-
 #[cfg(target_os = "linux")]
 pub(crate) fn kill(process: u32) {
     // It may be over already.
@@ -163,7 +154,7 @@ pub(crate) fn results(study: &Path) -> BTreeMap<u64, usize> {
     counts
 }
 
-/// Leaders and workers are killed at any time. In which step of a run depends on the clock; the assertions do not.
+/// The command is killed at any time. In which step of a run depends on the clock; the assertions do not.
 #[test]
 #[cfg(target_os = "linux")]
 fn killed_again_and_again_a_study_gives_the_same_tables() {
@@ -190,26 +181,14 @@ values = ['as-coded', 'as-stated']
     let mut random = Random::new(11);
     let (mut kills, mut before, mut is_over) = (0, 0, false);
     while !is_over {
-        let mut leader = start(&["run", text(&killed)]);
+        let mut running = start(&["run", text(&killed)]);
         thread::sleep(takes.mul_f64(random.uniform(0.0, 0.2)));
-        // A run that loses its worker three times is left out.
-        if let Some(worker) = children(leader.id()).first().filter(|_| (1..3).contains(&kills)) {
-            kill(*worker);
-            thread::sleep(takes.mul_f64(0.05));
-        }
-        let workers = children(leader.id());
-        is_over = leader.try_wait().expect("it is ours").is_some();
+        is_over = running.try_wait().expect("it is ours").is_some();
         if !is_over {
-            kill(leader.id());
+            kill(running.id());
             kills += 1;
         }
-        leader.wait().expect("it is ours");
-        // Workers that have lost their leader end with the run that they are at.
-        let deadline = Instant::now() + Duration::from_secs(60);
-        while workers.iter().any(|worker| Path::new(&format!("/proc/{worker}/exe")).exists()) {
-            assert!(Instant::now() < deadline, "a worker goes on without its leader");
-            thread::sleep(Duration::from_millis(5));
-        }
+        running.wait().expect("it is ours");
         let (_, status, _) = sweep(&["status", text(&killed)]);
         let done: usize = status.split(' ').next().and_then(|n| n.parse().ok()).expect("it counts them");
         assert!(done >= before && results(&killed).len() == done, "{before}: {status}");
@@ -253,38 +232,6 @@ fn parts_made_at_once_give_the_same_tables() {
     );
     succeed(&["sweep", "run", text(&single)]);
     assert!(tables(&single) == tables(&whole), "other tables");
-}
-
-/// A run that crashes its process is tried three times.
-#[test]
-#[cfg(target_os = "linux")]
-fn a_run_whose_process_dies_again_and_again_is_left_out() {
-    let study = Study::of(
-        "
-title = 'A run that kills'
-scenario = 'default'
-[[axis]]
-keys = ['slider.blocks', 'time.duration_s']
-rows = [[10, 0.1], [400, 50.0]]
-",
-    );
-    let out = study.plan("study");
-    succeed(&["sweep", "run", text(&out), "--index", "1"]);
-    let mut parent = start(&["run", text(&out)]);
-    let deadline = Instant::now() + Duration::from_secs(120);
-    while parent.try_wait().expect("it is ours").is_none() {
-        assert!(Instant::now() < deadline, "it goes on for ever");
-        children(parent.id()).into_iter().for_each(kill);
-        thread::sleep(Duration::from_millis(100));
-    }
-    assert_eq!(parent.wait().expect("it is ours").code(), Some(1));
-    let (code, status, _) = sweep(&["status", text(&out)]);
-    assert_eq!(code, 1, "{status}");
-    assert_eq!(status, "1 of 2 runs done, 1 quarantined\nquarantined: 2\n");
-    let (code, _, err) = sweep(&["collect", text(&out), "--to", "csv"]);
-    assert_eq!(code, 1, "{err}");
-    let runs = rows(&fs::read(out.join("tables/runs.csv")).expect("there is a table"));
-    assert_eq!((&*runs[0]["status"], &*runs[1]["status"]), ("done", "quarantined"));
 }
 
 #[test]
@@ -465,15 +412,15 @@ run = 'base'
 about = 'load.png'
 quote = 'it slips'
 run = 'base'
-measure = 'precursor-count'
+measure = 'precursor_event_count'
 at_least = 1
 ";
 
-/// A pipeline that is planned and made by workers, some of them killed, ends in the files of `reproduce`; so
+/// A pipeline that is planned and made in parts, one of them killed, ends in the files of `reproduce`; so
 /// do runs with names beside runs over axes.
 #[cfg(feature = "analysis")]
 #[test]
-fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
+fn runs_with_names_are_made_in_parts_as_reproduce_makes_them() {
     let (slips, runs) = RUNS.trim_start().split_once('\n').unwrap();
     let axes = SHORT.to_owned()
         + "[[figure.lengths]]\nfile = 'lengths.png'\nover = ['normal_load.tilt', \
@@ -491,10 +438,7 @@ fn runs_with_names_are_made_by_workers_as_reproduce_makes_them() {
         first.kill().unwrap();
         first.wait().unwrap();
         for part in [&["--chunk", "1/2"][..], &[]] {
-            let arguments = [&["run", text(&out)], part].concat();
-            // While the workers of the stopped one end, their runs are left to them.
-            let ended = std::iter::repeat_with(|| sweep(&arguments)).find(|(code, ..)| *code != 3);
-            let (code, _, said) = ended.expect("it ends");
+            let (code, _, said) = sweep(&[&["run", text(&out)], part].concat());
             assert_eq!(code, 0, "{said}");
         }
         let formats = ["collect", text(&out), "--to", "csv,parquet"];

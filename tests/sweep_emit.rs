@@ -160,7 +160,6 @@ fn a_script_makes_the_runs_in_the_very_folder_and_executes_nothing_else() {
     }
 }
 
-/// Its workers are processes, which took such a name for an option.
 #[test]
 fn runs_are_made_in_a_folder_whose_name_begins_with_a_dash() {
     let study = Study::of(ONE_RUN);

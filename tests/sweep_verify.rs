@@ -17,7 +17,7 @@ use crate::laws::frames::Segment;
 use crate::support::binary::{succeed, text};
 use crate::sweep::{SHORT, Study, results, sweep, tables};
 #[cfg(target_os = "linux")]
-use crate::sweep::{children, kill, start};
+use crate::sweep::{kill, start};
 
 /// A thousand short runs.
 fn thousand(stiffness_n_per_m: f64) -> String {
@@ -214,9 +214,7 @@ fn a_killed_verification_is_continued() {
     while results(&out).values().all(|count| *count == 1) && begun.elapsed() < Duration::from_secs(60) {
         thread::sleep(Duration::from_millis(1));
     }
-    // The process that would replace a worker dies first.
-    let workers = children(child.id());
-    [child.id()].into_iter().chain(workers).for_each(kill);
+    kill(child.id());
     child.wait().expect("it is ours");
     let expected = format!("6 of 6 chosen runs verified: 6 on {} alone\n", this_node());
     assert_eq!(verify(&out, &all), (0, expected));

@@ -185,27 +185,6 @@ fn of_a_slider_driven_from_both_ends_a_slip_event_holds_several_ruptures() {
 }
 
 #[test]
-fn of_logs_from_before_there_were_ruptures_they_are_found_in_the_steps() {
-    let folder = folder();
-    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs");
-    for version in ["v1", "v2", "v3"] {
-        let log = folder.path().join(format!("{version}.mcap"));
-        fs::copy(fixtures.join(version).join("complete.mcap"), &log).expect("it can be copied");
-        let (tables, said) = reduce(&log, 0);
-        assert!(said.contains("its log has no ruptures; they were found in its step records"), "{said}");
-        let replayed = folder.path().join(format!("{version}-replayed"));
-        succeed(&["replay", text(&log), "--out", text(&replayed)]);
-        check_rows_of_replay(&replayed.join(format!("{version}.ruptures.csv")), &tables);
-        // The remainder of a run does not determine them.
-        let part = folder.path().join(format!("{version}-part.mcap"));
-        fs::copy(fixtures.join(version).join("interrupted.mcap"), &part).expect("it can be copied");
-        let (tables, said) = reduce(&part, 3);
-        assert!(said.contains("its log has no ruptures, and lacks some of the step records"), "{said}");
-        assert!(!tables.join("ruptures.csv").exists() && tables.join("events.csv").exists());
-    }
-}
-
-#[test]
 fn a_pipeline_writes_the_precursors_of_a_run_below_one_law_after_the_other() {
     let folder = folder();
     let pipeline = folder.path().join("pipeline.toml");

@@ -141,7 +141,7 @@ def test_a_field_of_a_long_run_starts_at_a_checkpoint(tmp_path: Path) -> None:
 
 
 def test_logs_by_other_code_are_refused_with_the_reason() -> None:
-    log = asperity.open(ROOT / "fixtures/logs/v6/complete.mcap")
+    log = asperity.open(ROOT / "fixtures/logs/complete.mcap")
     assert log.verdict == "by other code or detectors"
     with pytest.raises(asperity.Refused, match="can only be computed by the code that made it"):
         log.field(t=(0.0, 0.1))

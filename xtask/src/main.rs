@@ -42,6 +42,7 @@ use workspace::Failure;
     after_help = "\
 Examples:
   cargo xtask reproduce-chapter5
+  cargo xtask reproduce slab
   cargo xtask reproduce-all
   cargo xtask convergence
   cargo xtask test
@@ -66,42 +67,14 @@ enum Command {
     /// Make the runs, tables, figures and claims of chapter 5.
     #[command(name = "reproduce-chapter5")]
     ReproduceChapter5(reproduce::ReproduceArguments),
-    /// The same for chapter 6 (unloading).
-    #[command(name = "reproduce-chapter6")]
-    ReproduceChapter6(reproduce::ReproduceArguments),
-    /// The same for appendix A (damping).
-    #[command(name = "reproduce-appendix-a")]
-    ReproduceAppendixA(reproduce::ReproduceArguments),
-    /// The same for the studies announced in section 1.2.
-    #[command(name = "reproduce-goals")]
-    ReproduceGoals(reproduce::ReproduceArguments),
-    /// The same for front speed against prestress, with viscosity and friction springs.
-    #[command(name = "reproduce-front-speed")]
-    ReproduceFrontSpeed(reproduce::ReproduceArguments),
-    /// The same for slip pulses under a held top drive, and where they end.
-    #[command(name = "reproduce-slip-pulses")]
-    ReproduceSlipPulses(reproduce::ReproduceArguments),
-    /// The same for slabs beside the chain: precursors, fronts, drives, and the state of rest.
-    #[command(name = "reproduce-slab")]
-    ReproduceSlab(reproduce::ReproduceArguments),
-    /// The same for slow slip and slow fronts, on contacts of many junctions.
-    #[command(name = "reproduce-slow-slip")]
-    ReproduceSlowSlip(reproduce::ReproduceArguments),
-    /// The same for sheets and bodies, whose contacts cover an area: width, corners, rest, fronts.
-    #[command(name = "reproduce-area")]
-    ReproduceArea(reproduce::ReproduceArguments),
-    /// The same for rate-and-state friction: stability, cycles, velocity steps, holds, chains.
-    #[command(name = "reproduce-rate-and-state")]
-    ReproduceRateAndState(reproduce::ReproduceArguments),
-    /// The same for the earthquake fault of Carlson and Langer: how its ruptures are distributed by moment.
-    #[command(name = "reproduce-carlson-langer")]
-    ReproduceCarlsonLanger(reproduce::ReproduceArguments),
-    /// Reproduce all of these, and the studies of top-driven sliders and of the number of blocks.
+    /// The same for any pipeline.
+    Reproduce(reproduce::OneArguments),
+    /// The same for all pipelines.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
     /// Tabulate how the numbers of a run change with the time step and the number of blocks.
     Convergence(convergence::ConvergenceArguments),
-    /// Set up the Python and Node clients that read run logs, and run all tests.
+    /// Run the tests.
     Test(test::TestArguments),
     /// Build the Python package, and run its tests and notebooks.
     Python(python::PythonArguments),
@@ -130,20 +103,7 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::ReproduceChapter5(arguments) => reproduce::command(&arguments, &[reproduce::CHAPTER5]),
-        Command::ReproduceChapter6(arguments) => reproduce::command(&arguments, &[reproduce::CHAPTER6]),
-        Command::ReproduceAppendixA(arguments) => reproduce::command(&arguments, &[reproduce::APPENDIX_A]),
-        Command::ReproduceGoals(arguments) => reproduce::command(&arguments, &[reproduce::GOALS]),
-        Command::ReproduceFrontSpeed(arguments) => reproduce::command(&arguments, &[reproduce::FRONT_SPEED]),
-        Command::ReproduceSlipPulses(arguments) => reproduce::command(&arguments, &[reproduce::SLIP_PULSES]),
-        Command::ReproduceSlab(arguments) => reproduce::command(&arguments, &[reproduce::SLAB]),
-        Command::ReproduceSlowSlip(arguments) => reproduce::command(&arguments, &[reproduce::SLOW_SLIP]),
-        Command::ReproduceArea(arguments) => reproduce::command(&arguments, &[reproduce::AREA]),
-        Command::ReproduceRateAndState(arguments) => {
-            reproduce::command(&arguments, &[reproduce::RATE_AND_STATE])
-        }
-        Command::ReproduceCarlsonLanger(arguments) => {
-            reproduce::command(&arguments, &[reproduce::CARLSON_LANGER])
-        }
+        Command::Reproduce(arguments) => arguments.run(),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),

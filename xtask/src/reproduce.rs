@@ -1,4 +1,4 @@
-//! `cargo xtask reproduce-...`: builds the binary and hands it one pipeline or all.
+//! `cargo xtask reproduce...`: builds the binary and hands it one pipeline or all.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -7,36 +7,24 @@ use clap::{Args, ValueEnum};
 
 use crate::workspace::{Failure, asperity, run};
 
-/// The pipelines, each `pipelines/NAME.toml`.
 pub(crate) const CHAPTER5: &str = "chapter5";
 pub(crate) const CHAPTER6: &str = "chapter6";
-pub(crate) const APPENDIX_A: &str = "appendix-a";
-pub(crate) const GOALS: &str = "goals";
-const TOP_DRIVEN: &str = "top-driven";
-const RESOLUTION: &str = "resolution";
-pub(crate) const FRONT_SPEED: &str = "front-speed";
-pub(crate) const SLIP_PULSES: &str = "slip-pulses";
-pub(crate) const SLAB: &str = "slab";
-pub(crate) const SLOW_SLIP: &str = "slow-slip";
-pub(crate) const AREA: &str = "area";
-pub(crate) const RATE_AND_STATE: &str = "rate-and-state";
-pub(crate) const CARLSON_LANGER: &str = "carlson-langer";
 
-/// All of them, in the order of `reproduce-all`.
+/// The pipelines, each `pipelines/NAME.toml`, in the order of `reproduce-all`.
 pub(crate) const ALL: [&str; 13] = [
     CHAPTER5,
     CHAPTER6,
-    APPENDIX_A,
-    GOALS,
-    TOP_DRIVEN,
-    RESOLUTION,
-    FRONT_SPEED,
-    SLIP_PULSES,
-    SLAB,
-    SLOW_SLIP,
-    AREA,
-    RATE_AND_STATE,
-    CARLSON_LANGER,
+    "appendix-a",
+    "goals",
+    "top-driven",
+    "resolution",
+    "front-speed",
+    "slip-pulses",
+    "slab",
+    "slow-slip",
+    "area",
+    "rate-and-state",
+    "carlson-langer",
 ];
 
 /// Path of a pipeline, from the root of the workspace.
@@ -48,7 +36,7 @@ pub(crate) fn pipeline(name: &str) -> String {
 #[command(after_help = "\
 Examples:
   cargo xtask reproduce-chapter5
-  cargo xtask reproduce-chapter6 --parameter-set as-stated
+  cargo xtask reproduce chapter6 --parameter-set as-stated
   cargo xtask reproduce-all --out /tmp/all --fresh --jobs 1
 
 Runs found in the folder are used again if their scenario and the code that made
@@ -87,6 +75,21 @@ impl ParameterSet {
             ParameterSet::AsCoded => "as-coded",
             ParameterSet::AsStated => "as-stated",
         }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct OneArguments {
+    /// Which of pipelines/NAME.toml.
+    #[arg(value_parser = ALL)]
+    name: String,
+    #[command(flatten)]
+    arguments: ReproduceArguments,
+}
+
+impl OneArguments {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        command(&self.arguments, &[&self.name])
     }
 }
 

@@ -4,25 +4,27 @@ use std::sync::LazyLock;
 
 use clap::{Parser, Subcommand};
 
+use crate::catalogue::CatalogueArguments;
+use crate::check::CheckArguments;
+use crate::completions::CompletionsArguments;
+use crate::diff::DiffArguments;
 #[cfg(feature = "analysis")]
-pub(crate) use analysis::*;
-pub(crate) use diff::*;
-pub(crate) use logs::*;
-pub(crate) use report::*;
-pub(crate) use run::*;
-pub(crate) use scenario::*;
-pub(crate) use shell::*;
-pub(crate) use sweep::*;
-
+use crate::draw::DrawArguments;
+use crate::events::EventsArguments;
+use crate::export::ExportArguments;
+use crate::man::ManArguments;
+use crate::note::NoteArguments;
+use crate::replay::ReplayArguments;
+use crate::report::ReportArguments;
 #[cfg(feature = "analysis")]
-mod analysis;
-mod diff;
-mod logs;
-mod report;
-mod run;
-mod scenario;
-mod shell;
-mod sweep;
+use crate::reproduce::{ReduceArguments, ReproduceArguments};
+use crate::run::RunArguments;
+use crate::salvage::SalvageArguments;
+use crate::scenario::ScenarioCommand;
+use crate::summary::SummaryArguments;
+use crate::sweep::SweepCommand;
+#[cfg(feature = "analysis")]
+use crate::verify::VerifySolverArguments;
 
 /// What `--version` says: the package's version, and that of the code that shapes a run.
 static LONG_VERSION: LazyLock<String> =
@@ -50,16 +52,19 @@ Examples:
   asperity reduce out/mine.mcap -o out/mine
 
 Exit codes:
-  0    success; all logs are whole, or nothing differs
-  1    failure; or a replay gave other events, or two runs differ
+  0    success; all of every log or study; or nothing differs
+  1    failure; or a replay gave other events, two runs differ, or runs of a
+       study failed
   2    bad input, nothing was written; or a file is not a run log
-  3    a log is incomplete
-  4    a log is damaged
-  5    a log is salvaged with gaps
+  3    a log or a study is incomplete; results are of what it contains
+  4    a log is damaged; results are of what precedes the damage, or none
+  5    a log is salvaged with gaps; results are of what it contains
   6    check: a log is by other code or detectors
   7    the run of a log was stopped because it could not continue
-  130  interrupted by SIGINT; the log was closed as RUN.mcap.partial
+  130  interrupted by SIGINT; the log was closed as RUN.mcap.partial, and of a
+       study what was done is kept
   143  interrupted by SIGTERM, likewise
+The code for several logs is that of the worst: 4, 2, 5, 7, 3, 1, 6, 0.
 A second signal ends the command at once."
 )]
 pub(crate) struct Arguments {

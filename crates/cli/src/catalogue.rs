@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_numbers::catalogue::{Catalogue, Entry};
@@ -11,22 +11,62 @@ use asperity_numbers::goodness::Test;
 use asperity_numbers::gutenberg_richter::{FEWEST_MAGNITUDES, GutenbergRichter};
 use asperity_numbers::omori::{Aftershocks, FEWEST_AFTERSHOCKS, MAIN_SHOCKS_WITHIN, Omori, Shock};
 use asperity_numbers::{radiated_energy_j, radiation_efficiency};
-use asperity_record::{Cell, Column, Event, EventKind, Observer, RunHeader, Rupture, counted};
-use asperity_run::Checked;
+use asperity_record::{Cell, Column, Event, EventKind, Observer, Rupture, counted};
+use asperity_run::{Checked, OpenLog};
 use asperity_study::collect;
 use asperity_study::plan::FILE;
 use asperity_study::results::State;
 use asperity_tables::{CsvRows, Spelling, name_of};
+use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
 
-use crate::args::{CatalogueArguments, CatalogueFormat};
 use crate::exit::{self, Code, Failure};
 use crate::progress::Board;
 use crate::quakeml::{self, OfRun, dated, longitude_degrees};
 use crate::reading::{self, Reading};
 use crate::study::{in_words, outcome, read_for_tables};
-use crate::terminal;
-use crate::verdict_exit;
+use crate::{terminal, verdict_exit};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CatalogueFormat {
+    /// Comma-separated, one header line, one row for each rupture, numbers in full precision.
+    Csv,
+    /// QuakeML 1.2: origin, moment magnitude, scalar moment and duration of each rupture.
+    Quakeml,
+    /// For people: the law of Gutenberg and Richter and the times between ruptures, each with a test.
+    Statistics,
+}
+
+/// Parses a finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number.filter(|number| number.is_finite()).ok_or_else(|| "accepted: a finite number".to_owned())
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity catalogue out/mine.mcap > out/mine.csv
+  asperity catalogue out/chapter5/runs/*.mcap --format quakeml > out/all.xml
+  asperity catalogue out/mine.mcap --format statistics
+  asperity catalogue out/precursors --format statistics
+
+Each rupture that has ended is an earthquake. Its magnitude is the moment
+magnitude, (2/3) (log10 M_0 - 9.1). Simulated time 0 is the beginning of 1970,
+and the slider lies on the equator, eastwards from longitude 0. docs/outputs.md
+explains the columns and the tests.")]
+pub(crate) struct CatalogueArguments {
+    /// Run logs, and folders of studies, whose runs keep ruptures.
+    #[arg(value_name = "RUN.mcap|STUDY", required = true)]
+    pub(crate) paths: Vec<PathBuf>,
+    /// How to print it.
+    #[arg(long, value_enum, default_value = "csv")]
+    pub(crate) format: CatalogueFormat,
+    /// The magnitude above which statistics are made [default: the one above which the law of Gutenberg and
+    /// Richter fits best].
+    #[arg(long, value_name = "MAGNITUDE", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) completeness: Option<f64>,
+}
 
 /// The columns of the table: name, and cell of an entry.
 type CatalogueColumn = (&'static str, fn(&Entry) -> Cell);
@@ -115,8 +155,7 @@ struct Source {
 /// What was read, and how it ended.
 type Read = (Source, Result<(), Failure>);
 
-/// A part of the names of events that no other run of the catalogue has. Run ids are hashes, unless a log is forged, and
-/// of the first versions there are none.
+/// A part of the names of events that no other run of the catalogue has. Run ids are hashes, unless a log is forged.
 fn name_of_events(source: usize, run: u64, id: &str) -> String {
     let is_hash = !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_hexdigit());
     format!("{source}/{run}/{}", if is_hash { id } else { "unknown" })
@@ -126,22 +165,16 @@ fn name_of_events(source: usize, run: u64, id: &str) -> String {
 fn note_others(path: &Path, others: usize, board: &Board) {
     if others > 0 {
         let others = counted(others as u64, "rupture");
-        board.line(&format!(
-            "{}: {others} left out, which still slid at the end or have no moment",
-            path.display()
-        ));
+        board.line(&format!("{}: {others} left out, which still slid at the end", path.display()));
     }
 }
 
 /// Reads the sound part of a log.
 fn read_log(run: &Path, named: (usize, u64), board: &Board) -> Result<(OfRun, Checked), Failure> {
     let mut id = String::new();
-    let begin = |header: &RunHeader, toml: &str| {
-        id.clone_from(&header.run_id);
-        let scenario = reading::scenario(run, toml)?;
-        let scenario =
-            scenario.ok_or("it has no attachment `scenario.toml`, which has the width of the slider")?;
-        Ok(Catalogue::new(header, &scenario))
+    let begin = |log: &OpenLog| {
+        id.clone_from(&log.header().run_id);
+        Ok(Catalogue::new(log.header(), log.needed_scenario()?))
     };
     let Reading { checked, observer, .. } = reading::once(run, begin, |_| Ok(()))?;
     let (entries, others) = observer.finish();

@@ -30,10 +30,8 @@ use asperity_tables::Csv;
 use asperity_tables::format::Format;
 #[cfg(feature = "analysis")]
 use asperity_tables::parquet_tables::Parquet;
+use clap::{Args, ValueEnum};
 
-#[cfg(feature = "analysis")]
-use crate::args::SweepDrawArguments;
-use crate::args::{SweepCollectArguments, SweepTable};
 use crate::exit::Failure;
 #[cfg(feature = "analysis")]
 use crate::given::{self, Taken};
@@ -45,6 +43,55 @@ use crate::report;
 use crate::study::{in_words, outcome, read_for_tables, some_of};
 use crate::study_page::{self, Rows, Shown};
 use crate::terminal::say;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SweepTable {
+    /// Columns with types and units, compressed.
+    #[cfg(feature = "analysis")]
+    Parquet,
+    /// Comma-separated, one header line, numbers in full precision.
+    Csv,
+}
+
+#[cfg(feature = "analysis")]
+pub(crate) const USUAL_FORMAT: &str = "parquet";
+
+#[cfg(not(feature = "analysis"))]
+pub(crate) const USUAL_FORMAT: &str = "csv";
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepCollectArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// The formats of the tables.
+    #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = USUAL_FORMAT)]
+    pub(crate) to: Vec<SweepTable>,
+    /// Folder for the tables, and for a folder of figures [default: tables and
+    /// figures, in the folder of the study].
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+}
+
+#[cfg(feature = "analysis")]
+#[derive(Debug, Args)]
+pub(crate) struct SweepDrawArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// The sweep whose figures are drawn [default: as it was planned].
+    #[arg(long, value_name = "SWEEP.toml")]
+    pub(crate) from: Option<PathBuf>,
+    /// Folder for the figures [default: figures, in the folder of the study].
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+}
 
 /// The folder of the figures of a study.
 const FIGURES: &str = "figures";

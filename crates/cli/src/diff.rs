@@ -9,19 +9,101 @@ use asperity_diff::policy::Policy;
 use asperity_diff::report::{Report, Verdict};
 use asperity_diff::run_log::{RunLog, Summarized};
 use asperity_diff::sides::{self, Logs};
-use asperity_diff::summary as screen;
-use asperity_diff::{CompareError, Compared, Settings, compare, page};
+use asperity_diff::{CompareError, Compared, Settings, compare, page, summary as screen};
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::text;
-use asperity_record::RunHeader;
-use asperity_run::Checked;
+use asperity_run::{Checked, OpenLog};
+use clap::{Args, ValueEnum};
 
-use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
 use crate::given::{self, Taken};
 use crate::outputs::{fits, refused};
 use crate::reading::{self, Reading};
 use crate::{summary, terminal, verdict_exit};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DiffFormat {
+    /// The main differences, on one screen.
+    Text,
+    /// All differences; the field `version` increases when the layout changes.
+    Json,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PairBy {
+    /// By the hash of the resolved scenario, or by file name where one side has no hash.
+    Hash,
+    /// By file name, even if the scenarios differ.
+    Name,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity diff out/before.mcap out/after.mcap
+  asperity diff out/before out/after    # two outputs of asperity reproduce
+  asperity diff reference.csv out/mine.mcap --policy policy.toml
+  asperity diff out/before.mcap out/after.mcap --draft-policy out/policy.toml
+  asperity diff out/coarse/runs out/fine/runs --pair name
+  asperity diff out/before.mcap out/after.mcap --page out/diff.html
+  asperity diff out/before out/after --format json | python3 -m json.tool
+
+For run logs, the settings that differ, the numbers of both summaries and the
+pairs of ruptures come first, then the slip events. A counterpart is searched
+for within 1 ms of an onset, or, between runs with different time steps, within
+the mean time between events. Where the times of two parameter sets do not
+match, ruptures and events are paired by their cycle between slips of the whole
+slider, and by their place in the cycle.
+
+Events are matched by when and where they slid, never by row: an extra or
+missing event does not make later rows look different. Each event is identical,
+within-tolerance, shifted (same blocks, another time), changed, split, merged,
+missing, extra, or open (cut short by the end of a run). Tables need the
+columns onset_s, end_s, first_block and last_block; a column that one side lacks
+is not compared. Numbers of events are never compared, and steps only where
+their times in seconds are equal.
+
+A policy (TOML) defines which differences pass:
+  window_s = 1e-3         # how far from an onset to search for its counterpart
+  max_shift_s = 1e-6      # no pair may be shifted farther than this
+  [columns.onset_s]
+  absolute = 1e-9         # in the column's unit
+  relative = 1e-12        # of the larger value; the larger tolerance applies
+  [allow]
+  shifted = true          # any number of them
+  split = 2               # at most two in all
+  ruptures = true         # may differ where no slip event does")]
+pub(crate) struct DiffArguments {
+    /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an
+    /// output of asperity reproduce.
+    #[arg(value_name = "OLD")]
+    pub(crate) old: PathBuf,
+    /// The new side.
+    #[arg(value_name = "NEW")]
+    pub(crate) new: PathBuf,
+    /// Which differences count, and how many are allowed [default: all count, none allowed].
+    #[arg(long, value_name = "POLICY.toml")]
+    pub(crate) policy: Option<PathBuf>,
+    /// Write the tightest policy under which this diff passes.
+    #[arg(long, value_name = "POLICY.toml")]
+    pub(crate) draft_policy: Option<PathBuf>,
+    /// What to print.
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: DiffFormat,
+    /// How the runs of two folders are paired.
+    #[arg(long, value_enum, default_value = "hash")]
+    pub(crate) pair: PairBy,
+    /// Write a page with settings, numbers and timelines of ruptures and events, with differences marked.
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) page: Option<PathBuf>,
+    /// Write one row per match, including identical events.
+    #[cfg(feature = "analysis")]
+    #[arg(long, value_name = "FILE.parquet")]
+    pub(crate) matches: Option<PathBuf>,
+    /// Replace existing output files; OLD and NEW are never replaced.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     for (option, path, ending, what) in [
@@ -84,12 +166,12 @@ fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
 
 /// Checks a log, and collects the data for a diff in the same pass.
 fn read_log(path: &Path, most_slip_events: usize) -> Result<RunLog, Failure> {
-    let begin = |header: &RunHeader, toml: &str| {
-        Ok(Summarized::begin(header, toml, summary::begin(path, header, toml), most_slip_events))
+    let begin = |log: &OpenLog| {
+        Ok(Summarized::begin(log.header(), log.scenario_toml(), summary::begin(path, log), most_slip_events))
     };
     let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);
-    let Reading { checked, observer, ruptures_from } = reading::once(path, begin, accept)?;
-    Ok(observer.finish(path, ruptures_from, checked.seen.end.as_ref()))
+    let Reading { checked, observer, has_ruptures } = reading::once(path, begin, accept)?;
+    Ok(observer.finish(path, has_ruptures, checked.seen.end.as_ref()))
 }
 
 /// Reserves the outputs, which must not overwrite inputs.

@@ -8,16 +8,54 @@ use asperity_files::{Existing, FileSet, Inputs, format_of};
 use asperity_model::among;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
-use asperity_record::RunHeader;
-use asperity_run::{Checked, Nodes};
+use asperity_run::{Checked, Nodes, OpenLog};
+use clap::Args;
 
-use crate::args::DrawArguments;
 use crate::exit::Failure;
 use crate::outputs::refused;
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal::say;
 use crate::verdict_exit;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity draw out/mine.mcap
+  asperity draw --list
+  asperity draw out/mine.mcap --kind lengths,stress -o out/pictures
+  asperity draw out/mine.mcap --kind space-time --set which=longest-precursor
+
+Draws only figures; asperity reduce also makes tables, and asperity reproduce
+draws figures that compare runs. Without --kind, a kind for which the run has no
+data is left out, with a note; if --kind names such a kind, the command fails
+and writes nothing. docs/figures.md explains every key.")]
+pub(crate) struct DrawArguments {
+    /// The run log.
+    #[arg(value_name = "RUN.mcap", required_unless_present = "list")]
+    pub(crate) run: Option<PathBuf>,
+    /// The kinds of figures [default: overview, lengths, space-time, front-profile,
+    /// stress-sequence].
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    pub(crate) kind: Vec<String>,
+    /// Set a key of the figure; needs a single --kind. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Folder for KIND.png, KIND.svg and KIND.pdf; or a single file with one of these endings
+    /// [default: RUN.figures, beside the log].
+    #[arg(short, long, value_name = "FOLDER|FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Replace existing figures.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Draw figures without the code version and without the line that names
+    /// their source: for print, and for comparison byte by byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+    /// List the kinds: what each shows, and the keys for --set.
+    #[arg(long, conflicts_with_all = ["run", "kind", "set", "out", "force", "no_provenance"])]
+    pub(crate) list: bool,
+}
 
 pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Failure> {
     let DrawArguments { run, kind: named, set, out, no_provenance, force, list } = arguments;
@@ -49,24 +87,23 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
 
     let name = run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
     let mut figures: Vec<OneFigure> = Vec::new();
-    let begin = |header: &RunHeader, toml: &str| {
+    let begin = |log: &OpenLog| {
         let nothing = RequiredData::NOTHING;
-        let scenario =
-            reading::scenario(run, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
+        let (header, scenario) = (log.header(), log.needed_scenario()?);
         if named.is_empty() && !header.parts().area {
             kinds.retain(|kind| !USUAL_OVER_AREA.contains(&kind.name));
         }
         figures = kinds
             .iter()
-            .map(|kind| kind.of_run(&name, header, &scenario, set))
+            .map(|kind| kind.of_run(&name, header, scenario, set))
             .collect::<Result<_, String>>()?;
         let required = figures.iter().fold(nothing, |required, figure| required | figure.required_data());
-        Collector::of_log(&name, header, toml, required)
+        Collector::of_log(&name, header, scenario, required)
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
-    let Reading { checked, observer: mut collector, ruptures_from } = reading::once(run, begin, accept)?;
+    let Reading { checked, observer: mut collector, has_ruptures } = reading::once(run, begin, accept)?;
     add_nodes(run, &checked, &mut collector)?;
-    let data = collector.finish(ruptures_from, checked.seen.end.as_ref());
+    let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
     let stages = board.stages("figures");
     let mut drawn: Vec<PathBuf> = Vec::new();
     let mut lacking = Vec::new();

@@ -7,10 +7,18 @@ use std::path::{Path, PathBuf};
 use asperity_files::FileSet;
 use asperity_record::{Event, EventKind, EventPayload, Parts, SlipEvent};
 use asperity_tables::{CsvRows, Spelling};
+use clap::ValueEnum;
 
-use crate::args::TableFormat;
 use crate::exit::Failure;
 use crate::outputs::refused;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableFormat {
+    /// Comma-separated, one header line, numbers in full precision.
+    Csv,
+    /// One array of objects.
+    Json,
+}
 
 /// Adds the row of an event.
 fn add(rows: &mut CsvRows<impl Write>, kind: &EventKind, event: &Event) -> Result<(), Failure> {

@@ -1,16 +1,35 @@
 //! `asperity events`: the slip events of a log, or the rows of a Parquet table.
 
-use asperity_record::{Event, Observer, Parts, RunHeader};
-use asperity_run::{Verdict, check_seen};
+use std::path::PathBuf;
+
+use asperity_record::{Event, Observer, Parts};
+use asperity_run::{OpenLog, Verdict};
 #[cfg(feature = "analysis")]
 use asperity_tables::table_file::{self, PrintError};
+use clap::Args;
 
-use crate::args::{EventsArguments, TableFormat};
-use crate::event_table::Printed;
+use crate::event_table::{Printed, TableFormat};
 use crate::exit::Failure;
 use crate::progress::Board;
-use crate::terminal;
-use crate::verdict_exit;
+use crate::{terminal, verdict_exit};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity events out/mine.mcap --format csv
+  asperity events out/mine.mcap --format json | python3 -m json.tool
+  asperity events out/chapter5/tables/default.events.parquet
+
+As a filter for `git diff` of run logs and Parquet tables:
+  git config diff.asperity.textconv 'asperity events'")]
+pub(crate) struct EventsArguments {
+    /// The run log; or a Parquet table, which is printed as CSV.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
+    /// How to print the table.
+    #[arg(long, value_enum, default_value = "csv")]
+    pub(crate) format: TableFormat,
+}
 
 /// Prints the events of the sound part of a log, then its verdict.
 pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), Failure> {
@@ -19,8 +38,10 @@ pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), 
     if table_file::is_parquet(&arguments.run).unwrap_or(false) {
         return print_table(arguments);
     }
-    let mut printing = Printing { format: arguments.format, parts: Parts::default(), printed: None };
-    let checked = check_seen(&arguments.run, &mut printing);
+    let opened = OpenLog::open(&arguments.run);
+    let parts = opened.as_ref().map_or(Parts::default(), |log| log.header().parts());
+    let mut printing = Printing { format: arguments.format, parts, printed: None };
+    let checked = opened.map_or_else(|checked| *checked, |log| log.check(&mut printing));
     if checked.verdict == Verdict::NoRunLog {
         return Err(verdict_exit::failure(&arguments.run, &checked));
     }
@@ -44,10 +65,6 @@ impl Printing {
 }
 
 impl Observer for Printing {
-    fn begins(&mut self, header: &RunHeader, _scenario_toml: &str) {
-        self.parts = header.parts();
-    }
-
     fn event(&mut self, event: &Event) {
         let begin = || Printed::begin(self.format, self.parts, terminal::data());
         let printed = self.printed.get_or_insert_with(begin);

@@ -72,11 +72,6 @@ impl Code {
         codes.into_iter().max_by_key(rank).unwrap_or(Code::Success)
     }
 
-    /// The code of a child process that a signal stopped, if that is how it ended.
-    pub(crate) fn of_signal(code: Option<i32>) -> Option<Code> {
-        [Code::Interrupted, Code::Terminated].into_iter().find(|signal| code == Some(*signal as i32))
-    }
-
     /// Converts a code whose messages have been printed to a result.
     pub(crate) fn said(self) -> Result<(), Failure> {
         if self == Code::Success { Ok(()) } else { Err(Failure::Said(self)) }

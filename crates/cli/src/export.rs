@@ -1,24 +1,88 @@
 //! `asperity export`: writes logs as tables for data frames.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
-use asperity_run::{Checked, NodeState, Nodes, StatesError, Unchecked, Verdict};
+use asperity_run::{Checked, NodeState, Nodes, OpenLog, StatesError, Verdict};
 use asperity_tables::format::{Format, State};
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
 use asperity_tables::vtk::{Array, Image, pvd};
 use asperity_tables::{Csv, Export, ExportError, Ndjson, NodeRows, Ran, Report, Request, name_of};
+use clap::{Args, ValueEnum};
 
-use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
 use crate::outputs::{A_FOLDER, fits, refused};
 use crate::progress::Board;
-use crate::summary::WITHOUT_ENERGIES;
-use crate::terminal;
-use crate::verdict_exit;
+use crate::{terminal, verdict_exit};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportFormat {
+    /// Columns with types and units, compressed.
+    #[cfg(feature = "analysis")]
+    Parquet,
+    /// Comma-separated, one header line, numbers in full precision.
+    Csv,
+    /// One JSON object per row, each on its own line.
+    Ndjson,
+    /// All nodes and all contacts at the times of --nodes-at-s, for ParaView and VTK.
+    Vtk,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity export out/mine.mcap --to parquet -o out/tables
+  asperity export out/mine.mcap --to csv --topic /step -o out/tables
+  asperity export out/mine.mcap --to ndjson --from-s 0.5 --to-s 0.6 -o out/part
+  asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
+  asperity export out/slab.mcap --to csv --nodes-at-s 0.2 -o out/nodes
+  asperity export out/body.mcap --to vtk --nodes-at-s 0.2 -o out/images
+
+Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
+NAME.FORMAT.export.json with the header and scenario of the run, the columns
+with their units, and the number of rows of each file. Tables are long: states
+of all blocks (/fields, /window) have one row per block. The whole log is read
+and checked, even if only a part is exported. No log contains all nodes of a
+slab, a sheet or a body: they are computed by repeating steps of the run, which
+takes the version of the program that made the log.
+
+--to vtk writes images instead of tables: for each time of --nodes-at-s,
+NAME.nodes.STEP.vti of all nodes and NAME.contacts.STEP.vti of the contacts.
+NAME.nodes.pvd and NAME.contacts.pvd list them with their times; ParaView opens
+these.")]
+pub(crate) struct ExportArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
+    /// The format of the files.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub(crate) to: ExportFormat,
+    /// Folder for the files.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Only this topic. May be repeated [default: all].
+    #[arg(long, value_name = "TOPIC")]
+    pub(crate) topic: Vec<String>,
+    /// Only what happened at this time or later; events count by their onset.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) from_s: Option<f64>,
+    /// Only what happened before this time.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) to_s: Option<f64>,
+    /// Also export all nodes of a slab, a sheet or a body at this time, as NAME.nodes. May be repeated.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) nodes_at_s: Vec<f64>,
+    /// Replace existing files.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// How many runs to export at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+}
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     fits("--out", &arguments.out, "", A_FOLDER)?;
@@ -100,7 +164,7 @@ fn export_one(
         ExportFormat::Ndjson => Some(&Ndjson),
         ExportFormat::Vtk => None,
     };
-    let log = Unchecked::open(run).map_err(|checked| match checked.verdict {
+    let log = OpenLog::open(run).map_err(|checked| match checked.verdict {
         verdict if verdict.tells_nothing() || arguments.nodes_at_s.is_empty() => {
             verdict_exit::failure(run, &checked)
         }
@@ -144,16 +208,12 @@ fn export_one(
         export.nodes(&rows).map_err(failure)?;
     }
     let problem = checked.problem.as_ref().map(ToString::to_string);
-    let Report { files, ran, left_out, without_energies } =
-        export.finish(state(checked.verdict), problem).map_err(failure)?;
+    let Report { files, ran, left_out } = export.finish(state(checked.verdict), problem).map_err(failure)?;
     for (path, rows) in files {
         match rows {
             Some(rows) => terminal::say(format_args!("{}: {}", path.display(), counted(rows, "row")))?,
             None => terminal::say(format_args!("{}: what the others hold", path.display()))?,
         }
-    }
-    if without_energies {
-        board.line(&format!("{}: {WITHOUT_ENERGIES}", run.display()));
     }
     for (topic, count) in left_out {
         board.line(&format!(
@@ -188,7 +248,7 @@ fn export_one(
 
 /// Writes an image of all nodes and one of all contacts for each time, and their collections.
 fn vtk(
-    log: Unchecked,
+    log: OpenLog,
     run: &Path,
     request: &Request,
     arguments: &ExportArguments,

@@ -53,7 +53,7 @@ use asperity_record::printable;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 
-use args::{Arguments, Command, SweepCommand};
+use args::{Arguments, Command};
 use exit::Failure;
 use progress::Board;
 
@@ -98,11 +98,7 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
 
 fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     let board = Board::new(arguments.quiet);
-    // The exit of a study's worker shows whether its run is at fault.
-    let is_worker = matches!(&arguments.command, Command::Sweep(SweepCommand::Run(run)) if run.worker);
-    if !is_worker {
-        exhausted::fail();
-    }
+    exhausted::fail();
     match arguments.command {
         Command::Scenario(command) => scenario::command(command, &board),
         Command::Run(arguments) => run::command(&arguments, &board),

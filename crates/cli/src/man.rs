@@ -1,16 +1,33 @@
 //! `asperity man`: the help as manual pages, one for the command and one per subcommand.
 
 use std::io;
+use std::path::PathBuf;
 
 use asperity_files::{Existing, FileSet, Inputs};
-use clap::CommandFactory;
+use clap::{Args, CommandFactory};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
-use crate::args::{Arguments, ManArguments};
+use crate::args::Arguments;
 use crate::exit::Failure;
 use crate::outputs::{A_FOLDER, create_folder, fits, refused};
 use crate::terminal;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity man -o ~/.local/share/man/man1
+  man asperity-run
+
+One page for the command and one for each subcommand.")]
+pub(crate) struct ManArguments {
+    /// Folder for the pages.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Replace existing pages.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
 
 pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
@@ -18,7 +35,9 @@ pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     let mut all = Arguments::command().disable_help_subcommand(true);
     all.build();
     let mut pages = Vec::new();
-    collect(&all, &mut pages)?;
+    let help = all.get_after_help().map(ToString::to_string).unwrap_or_default();
+    let exit_codes = help.find(EXIT_CODES).map_or("", |start| &help[start..]);
+    collect(&all, exit_codes, &mut pages)?;
     let pages: Vec<_> = pages.into_iter().map(|(name, page)| (folder.join(name), page)).collect();
     create_folder(folder)?;
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
@@ -34,8 +53,11 @@ pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Collects the pages of a command and its subcommands, each with its file name.
-fn collect(command: &clap::Command, pages: &mut Vec<(String, Vec<u8>)>) -> io::Result<()> {
+/// Their heading, in the help of the whole command.
+const EXIT_CODES: &str = "Exit codes:";
+
+/// Collects the pages of a command and its subcommands, each with its file name and with all exit codes.
+fn collect(command: &clap::Command, exit_codes: &str, pages: &mut Vec<(String, Vec<u8>)>) -> io::Result<()> {
     let version = format!("asperity {}", env!("CARGO_PKG_VERSION"));
     let man = Man::new(command.clone()).source(version).manual("Asperity");
     let mut page = Vec::new();
@@ -47,11 +69,11 @@ fn collect(command: &clap::Command, pages: &mut Vec<(String, Vec<u8>)>) -> io::R
     if command.has_subcommands() {
         man.render_subcommands_section(&mut page)?;
     }
-    if let Some(help) = command.get_after_help() {
-        after_help(&help.to_string()).to_writer(&mut page)?;
-    }
+    let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+    let also = if help.contains(EXIT_CODES) { "" } else { exit_codes };
+    after_help(&format!("{help}\n{also}")).to_writer(&mut page)?;
     pages.push((man.get_filename(), page));
-    command.get_subcommands().try_for_each(|below| collect(below, pages))
+    command.get_subcommands().try_for_each(|below| collect(below, exit_codes, pages))
 }
 
 /// Converts the text below the options: short lines that end with a colon become headings, indented

@@ -122,20 +122,20 @@ impl Source<'_> {
                     )));
                 }
             }
-            to_make.push(job);
+            to_make.push((job.cost(), job));
         }
         let done = stored.len() - to_make.len();
         if done > 0 {
             board.line(&format!("{} used again", counted(done as u64, "run")));
         }
         // The longest first, so that no core waits for one at the end.
-        to_make.sort_by_key(|job| std::cmp::Reverse(job.cost()));
-        let overall = board.overall(to_make.iter().map(|job| (job.name.clone(), job.cost())));
+        to_make.sort_by_key(|(cost, _)| std::cmp::Reverse(*cost));
+        let overall = board.overall(to_make.iter().map(|(cost, job)| (job.name.clone(), *cost)));
         // With a run on every core, further threads only cost time.
         let cores =
             jobs_at_once.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
         let threads = if to_make.len() > cores { Threads::One } else { Threads::Several };
-        at_once(&to_make, jobs_at_once, |job| {
+        at_once(&to_make, jobs_at_once, |(_, job)| {
             reduction.of_run(job, fresh, threads, overall.board())?;
             overall.done(&job.name);
             Ok::<(), Failure>(())

@@ -1,15 +1,33 @@
 //! `asperity note`: the note of a log.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use asperity_run::{Verdict, check};
 use asperity_runlog::{annotate, note};
+use clap::Args;
 
-use crate::args::NoteArguments;
 use crate::exit::Failure;
 use crate::terminal::say;
 use crate::verdict_exit;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity note out/mine.mcap author='A. Name' comment='before the new springs'
+  asperity note out/mine.mcap
+
+A note stays when keys are added; KEY= removes one. Nothing else of the log
+changes: not its verdict, its events or any number. check, summary and report
+show the note.")]
+pub(crate) struct NoteArguments {
+    /// The finished log.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
+    /// What to note; without any, the note is printed.
+    #[arg(value_name = "KEY=VALUE")]
+    pub(crate) notes: Vec<String>,
+}
 
 pub(crate) fn command(arguments: &NoteArguments) -> Result<(), Failure> {
     let NoteArguments { run, notes } = arguments;

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use asperity_record::{Observer, RunHeader};
-use asperity_run::{Checked, Unread, read_once};
+use asperity_record::Observer;
+use asperity_run::{Checked, OpenLog, Unread, read_once};
 
 use crate::exit::Failure;
 use crate::verdict_exit::{self, unreadable};
 
-pub(crate) use asperity_run::{Reading, scenario_of as scenario};
+pub(crate) use asperity_run::Reading;
 
 /// Reads a log as [`read_once`] does.
 ///
@@ -16,7 +16,7 @@ pub(crate) use asperity_run::{Reading, scenario_of as scenario};
 /// If it is not a run log, is not accepted, or cannot be observed.
 pub(crate) fn once<O: Observer>(
     run: &Path,
-    begin: impl FnOnce(&RunHeader, &str) -> Result<O, String>,
+    begin: impl FnOnce(&OpenLog) -> Result<O, String>,
     accept: impl FnOnce(&Checked) -> Result<(), Failure>,
 ) -> Result<Reading<O>, Failure> {
     read_once(run, begin, accept).map_err(|unread| match unread {

@@ -1,6 +1,7 @@
 //! `asperity replay`: sends logged records through the detectors again, with the rules of the live
 //! run or others, and writes tables row by row as events are found.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -8,15 +9,50 @@ use asperity_files::{Existing, FileSet, Inputs};
 use asperity_record::{Event, counted};
 use asperity_run::detectors::Settings;
 use asperity_run::{CODE_VERSION, Checked, Comparison, Observer, ReplayError, Replayed, check};
+use clap::Args;
 use serde::Serialize;
 
-use crate::args::ReplayArguments;
-use crate::event_table::{EventTables, Printed};
+use crate::event_table::{EventTables, Printed, TableFormat};
 use crate::exit::{self, Code, Failure};
 use crate::outputs::{A_FOLDER, create_folder, fits, must_be_new, refused};
 use crate::progress::{Board, RunProgress};
 use crate::terminal::{self, Data};
 use crate::verdict_exit;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity replay out/mine.mcap
+  asperity replay out/mine.mcap --format csv > out/replayed.csv
+  asperity replay out/chapter5/runs/*.mcap -o out/replayed
+  asperity replay out/mine.mcap --detectors settings.toml -o out/merged
+
+A settings file lists what differs from a live run; every line is optional:
+  detectors = [\"onset\", \"extent\"]  # which detectors to run
+  merge_gap_s = 1e-4               # events no farther apart count as one
+  min_blocks = 2                   # leave out events of fewer distinct blocks
+  link_time_ratio = 30             # link ruptures by this many sqrt(m/k)
+Other settings give other events, which are not compared. --out writes
+NAME.onsets.csv, NAME.events.csv, NAME.global-slips.csv, NAME.ruptures.csv and
+NAME.arrivals.csv for each run, and replay.json with the settings and the logs
+that were replayed.")]
+pub(crate) struct ReplayArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
+    /// Print the slip events instead of the verdict; for a single run.
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<TableFormat>,
+    /// Folder for tables of each run's events; must be new or empty.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+    /// Which detectors to run, with which settings [default: those of a live run].
+    #[arg(long, value_name = "SETTINGS.toml")]
+    pub(crate) detectors: Option<PathBuf>,
+    /// How many runs to replay at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+}
 
 /// The record beside the tables: their settings and sources.
 const RECORD: &str = "replay.json";

@@ -7,22 +7,52 @@ use std::path::{Path, PathBuf};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::text;
 use asperity_numbers::{Slider, Summarizer};
-use asperity_record::RunHeader;
 use asperity_report::{
     Contents, Entry, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture, index,
 };
-use asperity_run::{Checked, at_once};
+use asperity_run::{Checked, OpenLog, at_once};
 use asperity_study::given::{Given, RECORD};
+use clap::Args;
 
-use crate::args::ReportArguments;
 use crate::exit::{self, Code, Failure};
 use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::relative_link::relative_link;
-use crate::study_page::{CLAIMS, claims_in};
+use crate::study_page::{self, CLAIMS, claims_in};
 use crate::terminal::say;
-use crate::{study_page, verdict_exit};
+use crate::verdict_exit;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity report out/mine.mcap --out out/mine.html
+  asperity report out/chapter5 --out out/chapter5.html
+  asperity report out/tilts --out out/tilts.html
+  asperity report out/chapter5 out/chapter6 --out out/index.html
+
+A page is one file that fetches nothing. It shows what a study asks, its claims
+beside their figures, and for every run the load curve, the space-time map of
+its ruptures, and a table of them; a rupture selected in one is marked in all.
+Without scripts, text and tables remain. docs/report.md describes the page.
+
+For several folders, the page shows their scores and figures and links to the
+report.html of each; pictures stay in their folders. asperity reproduce and
+asperity sweep collect write report.html themselves.")]
+pub(crate) struct ReportArguments {
+    /// Run logs; or one or more folders of pipelines or sweeps.
+    #[arg(value_name = "RUN.mcap|STUDY", required = true)]
+    pub(crate) of: Vec<PathBuf>,
+    /// The page.
+    #[arg(short, long, value_name = "PAGE.html")]
+    pub(crate) out: PathBuf,
+    /// Omit the code version, the time step and the solver of the runs.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+    /// Replace an existing file.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
 
 /// The file name of a study's own page.
 pub(crate) const PAGE: &str = "report.html";
@@ -151,19 +181,18 @@ fn run(
     accept: impl FnOnce(&Checked) -> Result<(), Failure>,
 ) -> Result<(Run, Checked), Failure> {
     let mut shown = None;
-    let begin = |header: &RunHeader, toml: &str| {
+    let begin = |log: &OpenLog| {
         // A log that ends early, or was salvaged without its scenario, has no parameters.
-        let scenario =
-            reading::scenario(log, toml)?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())?;
-        let summarizer = Summarizer::new(name, header, Slider::of(&scenario));
-        shown = Some((header.clone(), scenario));
+        let (header, scenario) = (log.header(), log.needed_scenario()?);
+        let summarizer = Summarizer::new(name, header, Slider::of(scenario));
+        shown = Some((header.clone(), scenario.clone()));
         Ok((summarizer, PageCollector::new(header.steps, header.contacts(), limits)))
     };
-    let Reading { checked, observer: (summarizer, page), ruptures_from } = reading::once(log, begin, accept)?;
+    let Reading { checked, observer: (summarizer, page), has_ruptures } = reading::once(log, begin, accept)?;
     let (header, scenario) = shown.expect("what is observed has begun");
     let run = Run {
         name: name.to_owned(),
-        summary: summarizer.finish(ruptures_from, checked.seen.end.as_ref()),
+        summary: summarizer.finish(has_ruptures, checked.seen.end.as_ref()),
         collected: page.finish(),
         header,
         scenario,
@@ -193,14 +222,7 @@ fn inputs(folder: &Path, recorded: &[String], contents: &Contents) -> Vec<PathBu
 /// Reads a pipeline from its folder.
 fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Result<Study, Failure> {
     let recorded = recorded(folder)?;
-    let path = folder.join(RECORD);
-    let Some(contents) = recorded.page else {
-        return Err(Failure::BadInput(format!(
-            "{}: it lacks the descriptions of its figures, since an older version wrote it (accepted: a \
-             folder updated by asperity reproduce, which reuses its runs)",
-            path.display()
-        )));
-    };
+    let contents = recorded.page;
     let logs: Vec<PathBuf> =
         recorded.runs.iter().map(|run| folder.join("runs").join(format!("{}.mcap", run.name))).collect();
     let inputs = inputs(folder, &recorded.files, &contents).into_iter().chain(logs.iter().cloned());
@@ -234,7 +256,7 @@ fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry
         return study_page::entry(folder, &way, report, files);
     }
     let recorded = recorded(folder)?;
-    let contents = recorded.page.unwrap_or_default();
+    let contents = recorded.page;
     files
         .add_inputs(inputs(folder, &recorded.files, &contents))
         .map_err(|error| refused("--out", &error, true))?;

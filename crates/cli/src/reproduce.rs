@@ -1,6 +1,7 @@
 //! `asperity reproduce` and `asperity reduce`: runs to tables and figures.
 
-use std::path::Path;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 
 use asperity_figures::draw as figures;
 use asperity_files::{Existing, FileSet, Inputs};
@@ -8,24 +9,87 @@ use asperity_model::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
-use asperity_record::{Observer, Record, RunHeader};
+use asperity_record::{Observer, Record};
 use asperity_run::study::Job;
-use asperity_run::{Checked, SolverKind};
+use asperity_run::{Checked, OpenLog, SolverKind};
 use asperity_study::reduction::Beside;
 use asperity_study::{Study, record};
 use asperity_tables::load_table::LoadTable;
-use asperity_tables::tables::ResidualRow;
-use asperity_tables::{TableFileError, summaries, table_file, tables};
+use asperity_tables::tables::{self, ResidualRow};
+use asperity_tables::{TableFileError, summaries, table_file};
+use clap::Args;
 
-use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::named_runs::{Missing, Source, inputs, not_written};
 use crate::outputs::{A_FOLDER, fits, must_be_new, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
+use crate::run::SolverChoice;
 use crate::terminal::say;
-use crate::verdict_exit;
-use crate::{collect, summary, sweep, sweep_plan};
+use crate::{collect, summary, sweep, sweep_plan, verdict_exit};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity reduce out/mine.mcap -o out/mine
+  asperity reduce out/mine.mcap -o out/sifted --merge-gap-s 1e-4 --min-blocks 2")]
+pub(crate) struct ReduceArguments {
+    /// The run log.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
+    /// Folder for tables and figures; must be new or empty.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Precursor tables: leave out ruptures and events of fewer distinct blocks.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) min_blocks: u32,
+    /// Precursor table of slip events: merge events that are no farther apart than this; 0 merges
+    /// none.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub(crate) merge_gap_s: f64,
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity reproduce pipelines/chapter5.toml -o out/chapter5
+  asperity reproduce pipelines/chapter5.toml -o out/chapter5-as-stated \\
+    --set parameter_set=as-stated
+
+Runs already in the folder are reused if asperity check finds their logs whole:
+complete, and made by this version of the program with its detectors. Other runs
+are repeated, and a line gives the reason. A run of another scenario or solver
+is replaced only with --fresh, which repeats all runs. Tables, figures and the
+page report.html are replaced together; reproduce.json records their sources.
+Only one process at a time can write to the folder.")]
+pub(crate) struct ReproduceArguments {
+    /// The pipeline; or any other file of a study, even with runs over axes.
+    #[arg(value_name = "PIPELINE.toml")]
+    pub(crate) pipeline: PathBuf,
+    /// Folder for runs, tables and figures.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Override one key in every run of the pipeline.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Repeat runs that are already in the folder, and replace those of other scenarios.
+    #[arg(long)]
+    pub(crate) fresh: bool,
+    /// The solver to use for every run; fast and plain give the same events. Default: that of the run's law.
+    #[arg(long, value_enum)]
+    pub(crate) solver: Option<SolverChoice>,
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+    /// How many runs to make, and to reduce, at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+}
 
 /// The file beside tables and figures of an incomplete log.
 const MISSING: &str = "what-is-missing.txt";
@@ -40,20 +104,20 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let run = &arguments.run;
     let files = FileSet::new(Existing::Refuse, Inputs::of([run]));
     files.folder(out).map_err(Failure::failed)?;
-    let begin = |header: &RunHeader, toml: &str| {
+    let begin = |log: &OpenLog| {
         let mut required = figures::OVERVIEW_DATA | rules.required_data();
-        if header.junction_count > 0 {
+        if log.header().junction_count > 0 {
             required |= RequiredData::motion();
         }
-        let collector = Collector::of_log(&name, header, toml, required)?;
+        let collector = Collector::of_log(&name, log.header(), log.needed_scenario()?, required)?;
         let loads = Loads(LoadTable::begin(&files, out, "load", collector.both_ways()));
         Ok((collector, loads))
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
-    let Reading { checked, observer: (collector, loads), ruptures_from } = reading::once(run, begin, accept)?;
+    let Reading { checked, observer: (collector, loads), has_ruptures } = reading::once(run, begin, accept)?;
     loads.0.and_then(LoadTable::finish).map_err(|error| not_written(error.into()))?;
     let verdict = checked.verdict;
-    let data = collector.finish(ruptures_from, checked.seen.end.as_ref());
+    let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
     let summary = &data.summary;
     let law = LengthLaw::natural(&data.scenario);
     let has_slow_slip = data.header.junction_count > 0;
@@ -113,7 +177,7 @@ impl Observer for Loads {
 
 /// Reads a study, and resolves its runs that have names with overrides.
 pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(Study, Vec<Job>), Failure> {
-    let study = sweep_plan::read_study(file, set, board)?;
+    let study = sweep_plan::read_study(file, set)?;
     let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
     let jobs = study.jobs().map_err(refused)?;
     sweep_plan::tell_parameter_sets(&study, file, board);

@@ -1,21 +1,80 @@
 //! `asperity run`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use asperity_files::is_taken;
 use asperity_model::{Scenario, ScenarioSource};
-use asperity_numbers::{RupturesFrom, Slider, Summarizer};
+use asperity_numbers::{Slider, Summarizer};
 use asperity_run::{Begin, CHECKPOINT_INTERVAL, LeftError, LogTo, RunError, SolverKind, Task};
 use asperity_runlog::{LogError, RunReader, Unfinished, WriteError, partial_path};
+use clap::{Args, ValueEnum};
 
-use crate::args::{RunArguments, ScenarioChoice};
 use crate::exit::Failure;
-use crate::interrupt;
 use crate::outputs::{fits, refused};
-use crate::preview;
 use crate::progress::Board;
-use crate::summary;
+use crate::scenario::ScenarioChoice;
+use crate::{interrupt, preview, summary};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity run default -o out/default.mcap
+  asperity run out/mine.toml -o out/mine.mcap --set normal_load.tilt=-0.5
+  asperity run out/long.toml -o out/long.mcap --resume
+
+During the run its log is called RUN.mcap.partial. About once a second a
+checkpoint, the complete state of the solver, is written to it. If the run is
+killed or the disk is full, --resume continues from the last checkpoint and ends
+with the same records and events as an uninterrupted run. With --resume, a
+finished run is left unchanged, and a run that was never begun is started, so a
+batch job can repeat the same command line.
+
+A run is stopped, with exit code 1, if the work of its finite time step exceeds
+30 % of the energy input, or if a number overflows; its log contains the run up
+to there, and the reason. A time step above 0.4 dt_max causes a warning
+(docs/model.md).")]
+pub(crate) struct RunArguments {
+    #[command(flatten)]
+    pub(crate) choice: ScenarioChoice,
+    /// The log to write; must not exist, except with --resume.
+    #[arg(short, long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
+    /// The solver to use; fast and plain give the same events. Default: adaptive for rate-and-state friction, fast
+    /// for other laws.
+    #[arg(long, value_enum)]
+    pub(crate) solver: Option<SolverChoice>,
+    /// Print statistics of the solver on stderr, even with --quiet.
+    #[arg(long)]
+    pub(crate) stats: bool,
+    /// Continue the run in RUN.mcap.partial, or start it if there is none.
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Shortest wall-clock time between two checkpoints, in seconds. Below 1 s, they take up to
+    /// 16 MB, and from then on 0.1 MB per second.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
+    pub(crate) checkpoint_s: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SolverChoice {
+    /// Many steps at once wherever it is certain that no block switches.
+    Fast,
+    /// One step at a time, as in the equations.
+    Plain,
+    /// Steps as long as their error allows, for rate-and-state friction.
+    Adaptive,
+}
+
+impl From<SolverChoice> for SolverKind {
+    fn from(choice: SolverChoice) -> SolverKind {
+        match choice {
+            SolverChoice::Fast => SolverKind::Fast,
+            SolverChoice::Plain => SolverKind::Plain,
+            SolverChoice::Adaptive => SolverKind::Adaptive,
+        }
+    }
+}
 
 /// A run to be made and logged.
 pub(crate) struct Making<'a> {
@@ -136,7 +195,7 @@ pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
     let (progress, summarizer) = observers;
     progress.end(outcome.has_run);
     if outcome.has_run {
-        let found = summarizer.finish(RupturesFrom::Log, outcome.end.as_ref());
+        let found = summarizer.finish(true, outcome.end.as_ref());
         let as_coded = scenario.as_coded_in_words().map(|words| format!("; {words}")).unwrap_or_default();
         board.line(&format!("{}: {}{as_coded}", scenario.name, summary::in_short(&found)));
         summary::tell(&scenario.name, &found, board);

@@ -1,17 +1,39 @@
 //! `asperity salvage`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use asperity_files::FileError;
 use asperity_record::counted;
 use asperity_run::{SalvageProblem, Verdict};
 use asperity_runlog::{SalvageError, Salvaged, WriteError};
+use clap::Args;
 
-use crate::args::SalvageArguments;
 use crate::exit::Failure;
 use crate::outputs::{fits, refused};
 use crate::terminal::say;
 use crate::verdict_exit;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity salvage damaged.mcap -o out/salvaged.mcap
+  asperity check out/salvaged.mcap
+
+Keeps every record, before and after the damage, that an independent checksum
+or schema confirms: chunks and attachments by their checksums, the header by
+the scenario, each message by its schema, each step by its complete switches.
+Prints the losses: bytes, messages of each topic, steps. The new log is marked
+as salvaged with gaps, so no command mistakes it for a whole one. To finish an
+unfinished run, use asperity run --resume. If the scenario of a damaged log is
+known, it is better to repeat the run.")]
+pub(crate) struct SalvageArguments {
+    /// The damaged log.
+    #[arg(value_name = "DAMAGED.mcap")]
+    pub(crate) run: PathBuf,
+    /// The log to write; must not exist.
+    #[arg(short, long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
+}
 
 pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     let (input, out) = (&arguments.run, &arguments.out);

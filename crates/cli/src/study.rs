@@ -54,7 +54,7 @@ pub(crate) fn outcome_of(results: &Results, counts: Counts) -> Result<(), Failur
 pub(crate) fn outcome(counts: Counts) -> Result<(), Failure> {
     let code = if counts.missing > 0 {
         Code::Incomplete
-    } else if counts.failed + counts.quarantined > 0 {
+    } else if counts.failed > 0 {
         Code::Failed
     } else {
         Code::Success
@@ -80,15 +80,10 @@ pub(crate) fn some_of(names: &[&str]) -> String {
 
 /// Formats the number of runs in each state.
 pub(crate) fn in_words(plan: &Plan, counts: Counts) -> String {
-    let Counts { done, failed, quarantined, refused, contradicted, missing } = counts;
+    let Counts { done, failed, refused, contradicted, missing } = counts;
     let mut words = format!("{} of {} done", done, runs(plan.rows.len() as u64));
-    let others = [
-        (failed, "failed"),
-        (quarantined, "quarantined"),
-        (refused, "refused"),
-        (contradicted, "contradicted"),
-        (missing, "missing"),
-    ];
+    let others =
+        [(failed, "failed"), (refused, "refused"), (contradicted, "contradicted"), (missing, "missing")];
     for (count, word) in others {
         if count > 0 {
             words.push_str(&format!(", {count} {word}"));

@@ -14,11 +14,11 @@ use asperity_report::{
 use asperity_study::results::Counts;
 use asperity_study::{Keep, Observer, Plan, RUNS, collect, segment};
 
-use crate::args::ReportArguments;
 use crate::exit::Failure;
 use crate::outputs::refused;
 use crate::progress::Board;
 use crate::relative_link::relative_link;
+use crate::report::ReportArguments;
 use crate::study;
 
 /// The results shown for each run, beside the keys that vary.

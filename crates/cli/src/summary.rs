@@ -2,21 +2,55 @@
 
 use std::fmt::Display;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use asperity_model::WRONG_FRONT;
+use asperity_model::{Scenario, WRONG_FRONT};
 use asperity_numbers::{Slider, Summarizer, Summary, text};
-use asperity_record::{RunHeader, counted};
-use asperity_run::{Checked, at_once};
+use asperity_record::counted;
+use asperity_run::{Checked, OpenLog, at_once};
 use asperity_tables::{CsvRows, Spelling};
+use clap::{Args, ValueEnum};
 
-use crate::args::{SummaryArguments, SummaryFormat};
 use crate::exit::{self, Code, Failure};
-use crate::note;
 use crate::progress::Board;
 use crate::reading::{self, Reading};
-use crate::terminal;
-use crate::verdict_exit;
+use crate::{note, terminal, verdict_exit};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SummaryFormat {
+    /// For people, six digits: all numbers of one run, the first of several.
+    Text,
+    /// Comma-separated, one header line, one row for each run, numbers in full precision.
+    Csv,
+    /// An object; an array of them if several runs are named.
+    Json,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity summary out/mine.mcap
+  asperity summary out/chapter5/runs/*.mcap
+  asperity summary out/chapter5/runs/*.mcap --format csv > out/summary.csv
+  asperity summary out/mine.mcap --format json | python3 -m json.tool
+  asperity summary --schema > out/summary.schema.json
+
+Numbers describe ruptures: sets of detachments that a front connects, whatever
+slides elsewhere at the same time. Numbers of raw slip events have `event` in
+their names. A precursor is a rupture that includes block 1, does not reach
+every block, and reaches farther than every earlier rupture that includes
+block 1. Units are SI. docs/outputs.md and the schema explain every key.")]
+pub(crate) struct SummaryArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required_unless_present = "schema")]
+    pub(crate) runs: Vec<PathBuf>,
+    /// How to print it.
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: SummaryFormat,
+    /// Print the JSON schema of a summary: each key with its meaning and unit.
+    #[arg(long, conflicts_with_all = ["runs", "format"])]
+    pub(crate) schema: bool,
+}
 
 /// Prints the summaries, then the verdicts on the logs.
 pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(), Failure> {
@@ -98,10 +132,6 @@ pub(crate) fn in_short(summary: &Summary) -> String {
     }
 }
 
-/// The warning about runs without energies.
-pub(crate) const WITHOUT_ENERGIES: &str = "its records have no energies, so numbers that need them are empty \
-    (recording.energies = \"none\" in an older version of the program, or a log of version 3 or before)";
-
 /// The warning about the speeds of fronts, as before the run.
 fn wrong_fronts(summary: &Summary) -> Option<String> {
     summary.front_speed_error_ratio.filter(|error| *error > WRONG_FRONT).map(|error| {
@@ -141,17 +171,11 @@ fn notes(summary: &Summary) -> Vec<String> {
             counted(summary.event_count, "slip event")
         ));
     }
-    match summary.ruptures_from.as_str() {
-        "steps" => notes.push("its log has no ruptures; they were found in its step records".to_owned()),
-        "none" => notes.push(
-            "its log has no ruptures, and lacks some of the step records that contain them; numbers that \
-             need them are missing"
+    if summary.rupture_count.is_none() {
+        notes.push(
+            "its log has no ruptures, since other detectors wrote it; numbers that need them are missing"
                 .to_owned(),
-        ),
-        _ => {}
-    }
-    if summary.step_record_count > 0 && summary.drive_work_j.is_none() {
-        notes.push(WITHOUT_ENERGIES.to_owned());
+        );
     }
     notes
 }
@@ -167,24 +191,20 @@ fn name(run: &Path) -> String {
 /// If it is not a run log, or its scenario is invalid.
 fn of_log(run: &Path) -> Result<(Summary, Checked, Option<String>), Failure> {
     let mut as_coded = None;
-    let begin = |header: &RunHeader, toml: &str| {
-        as_coded = reading::scenario(run, toml)?.and_then(|scenario| scenario.as_coded_in_words());
-        begin(run, header, toml)
+    let begin = |log: &OpenLog| {
+        as_coded = log.scenario()?.and_then(Scenario::as_coded_in_words);
+        begin(run, log)
     };
-    let Reading { checked, observer, ruptures_from } = reading::once(run, begin, |_| Ok(()))?;
-    Ok((observer.finish(ruptures_from, checked.seen.end.as_ref()), checked, as_coded))
+    let Reading { checked, observer, has_ruptures } = reading::once(run, begin, |_| Ok(()))?;
+    Ok((observer.finish(has_ruptures, checked.seen.end.as_ref()), checked, as_coded))
 }
 
-/// Begins the summary of a log with this header and scenario.
+/// Begins the summary of a log.
 ///
 /// # Errors
 /// In words, if its scenario is invalid.
-pub(crate) fn begin(run: &Path, header: &RunHeader, scenario_toml: &str) -> Result<Summarizer, String> {
+pub(crate) fn begin(run: &Path, log: &OpenLog) -> Result<Summarizer, String> {
     // A log that ends early, or was salvaged without its scenario, has none.
-    let scenario = reading::scenario(run, scenario_toml)?;
-    Ok(Summarizer::new(
-        &name(run),
-        header,
-        scenario.map_or_else(Slider::default, |scenario| Slider::of(&scenario)),
-    ))
+    let slider = log.scenario()?.map_or_else(Slider::default, Slider::of);
+    Ok(Summarizer::new(&name(run), log.header(), slider))
 }

@@ -1,44 +1,286 @@
 //! `asperity sweep`: parameter studies.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
-use std::io::{self, BufRead, BufReader, Write};
+use std::io::Write;
 use std::num::NonZeroUsize;
-use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
-use std::thread;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use asperity_model::text;
 use asperity_run::Notice;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, UnderWay, Word, arrays};
-use asperity_study::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
-use asperity_study::segment::{Kind, Writer, this_node};
+use asperity_study::results::{Counts, Results, parse_ranges, ranges};
+use asperity_study::segment::this_node;
 use asperity_study::verification::{Sample, Verification, number_in_parts};
-use asperity_study::work::{Made, PATIENCE, Ways, clear_done, make_and_store};
+use asperity_study::work::{Made, PATIENCE, Ways, make_runs};
 use asperity_study::{Plan, staging};
+use clap::{Args, Subcommand, ValueEnum};
 
-use crate::args::{
-    SweepChunk, SweepCollectArguments, SweepCommand, SweepEmitArguments, SweepEngine, SweepGoArguments,
-    SweepRunArguments, SweepStatusArguments,
-};
-use crate::collect;
+#[cfg(feature = "analysis")]
+use crate::collect::SweepDrawArguments;
+use crate::collect::{self, SweepCollectArguments, SweepTable, USUAL_FORMAT};
 use crate::exit::{Code, Failure};
 use crate::interrupt;
-use crate::outputs::create_folder;
-use crate::progress::{Board, StudyProgress};
+use crate::progress::Board;
 use crate::study::{faults, in_words, outcome_of, read, read_plan, unreadable};
+use crate::sweep_log::{self, SweepLogArguments};
+use crate::sweep_plan::{self, SweepPlanArguments};
 use crate::terminal::{self, say};
-use crate::{sweep_log, sweep_plan};
+
+#[derive(Debug, Subcommand)]
+#[command(after_help = "\
+Examples:
+  asperity sweep go out/tilts.toml -o out/tilts
+  asperity sweep log out/tilts 7 -o out/seven.mcap
+
+On a cluster, or in steps:
+  asperity sweep plan out/tilts.toml -o out/tilts
+  asperity sweep run out/tilts
+  asperity sweep status out/tilts
+  asperity sweep collect out/tilts
+
+A sweep is a TOML file with a scenario and what varies:
+
+  title = \"Precursors under a tilted load\"
+  scenario = \"default\"
+  [[axis]]
+  key = \"normal_load.tilt\"
+  from = -0.8
+  to = 0.8
+  count = 9
+
+docs/sweeps.md describes sweeps in full.")]
+pub(crate) enum SweepCommand {
+    /// Make a study in one go: its plan, all runs, tables, figures and page.
+    #[command(after_help = "\
+Examples:
+  asperity sweep go out/tilts.toml -o out/tilts
+  asperity sweep go out/tilts.toml -o out/tilts --to csv --jobs 4
+
+Runs sweep plan, sweep run and sweep collect in turn. If called again, it makes
+the missing runs, and the tables of all runs. A sweep that was edited since
+needs another folder; if only its figures were edited, use asperity sweep draw
+--from.")]
+    Go(SweepGoArguments),
+    /// Make the log of one run of a study.
+    #[command(after_help = "\
+Examples:
+  asperity sweep log out/tilts 7 -o out/seven.mcap
+  asperity report out/seven.mcap -o out/seven.html
+
+A study keeps tables of its runs, and logs only if keep = [\"log\"] requests
+them. The log of run 7 has the run id of the plan, and the records, events and
+digest that asperity run gives for its scenario.")]
+    Log(SweepLogArguments),
+    /// Write the plan of a sweep or a pipeline: every run with its values and its id.
+    #[command(after_help = "\
+Examples:
+  asperity sweep plan out/tilts.toml -o out/tilts
+  asperity sweep plan out/tilts.toml -o out/tilts --skip-refused
+  asperity sweep plan pipelines/chapter5.toml -o out/planned")]
+    Plan(SweepPlanArguments),
+    /// Make the missing runs of a plan, on all cores.
+    #[command(after_help = "\
+Examples:
+  asperity sweep run out/tilts
+  asperity sweep run out/tilts --index 3,7-9
+  asperity sweep run out/tilts --chunk 2/8 --jobs 4
+  asperity sweep run out/tilts --verify 5%
+
+Finished runs are kept: killed at any time and called again, the command makes
+the missing runs, and resumes those that had taken more than a minute. A run
+that fails is recorded with its reason and does not stop the others.
+
+With --verify, some of the runs that are done are made a second time, to find a
+node that computes wrongly: the same ones whenever and wherever the command is
+called. Missing runs are not made. Both results are kept. If they differ, their
+files are named, which begin with the names of the nodes.")]
+    Run(SweepRunArguments),
+    /// Print how many runs are done, and which failed or are missing.
+    #[command(after_help = "\
+Examples:
+  asperity sweep status out/tilts
+  asperity sweep status out/tilts --tasks 16")]
+    Status(SweepStatusArguments),
+    /// Make the tables of a study (runs, slip events, ruptures) and its figures.
+    #[command(after_help = "\
+Examples:
+  asperity sweep collect out/tilts
+  asperity sweep collect out/tilts --to csv -o out/tables
+
+Every table has a column for each key that varies. The figures that the sweep
+requests are drawn into `figures`. How and where the runs were made does not
+change a byte of the files. Existing files are replaced. If results contradict
+the plan or each other, no table is made, and the contradictions are named. For
+named runs, as in a pipeline, the files are those of `asperity reproduce`.")]
+    Collect(SweepCollectArguments),
+    /// Draw the figures of a study, without making tables.
+    #[cfg(feature = "analysis")]
+    #[command(after_help = "\
+Examples:
+  asperity sweep draw out/tilts
+  asperity sweep draw out/tilts --from out/tilts.toml
+
+A plan never changes, but its figures may: --from draws the figures of a sweep
+that was edited since. docs/figures.md explains their keys. Existing figures are
+replaced.")]
+    Draw(SweepDrawArguments),
+    /// Print a script that makes the runs on a cluster.
+    #[command(after_help = "\
+Examples:
+  asperity sweep emit slurm out/tilts --tasks 16 --cores 4 > out/sweep.slurm
+  asperity sweep emit slurm out/tilts --tasks 16 --verify 5% > out/sweep.slurm
+  asperity sweep emit list out/tilts --tasks 16 > out/commands.txt
+  asperity sweep emit row out/tilts > out/workflow.toml
+
+`bash out/sweep.slurm` submits the missing runs as job arrays, followed by a job
+that makes the tables; called again, it submits the runs that are still missing.
+Paths that a script cannot contain are refused: those that are not UTF-8 or have
+control characters, for Slurm also those with a backslash, for row also those
+with braces.")]
+    Emit(SweepEmitArguments),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepGoArguments {
+    /// The sweep, or a pipeline.
+    #[arg(value_name = "SWEEP.toml")]
+    pub(crate) sweep: PathBuf,
+    /// Folder of the study; new, empty, or from an earlier call.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Record combinations that the scenario refuses, instead of stopping at them.
+    #[arg(long)]
+    pub(crate) skip_refused: bool,
+    /// How many runs to make at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Stop when more runs than this have failed [default: never].
+    #[arg(long, value_name = "N")]
+    pub(crate) max_fails: Option<u64>,
+    /// The formats of the tables.
+    #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = USUAL_FORMAT)]
+    pub(crate) to: Vec<SweepTable>,
+    /// Draw figures without the code version and without the line that names
+    /// their source: for comparison byte by byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepRunArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// Only these runs, as in 3,7-9.
+    #[arg(long, value_name = "RUNS")]
+    pub(crate) index: Option<String>,
+    /// Only the K-th of N parts.
+    #[arg(long, value_name = "K/N")]
+    pub(crate) chunk: Option<SweepChunk>,
+    /// Make N of the runs that are done a second time, or a share such as 5%, and
+    /// compare the results.
+    #[arg(long, value_name = "N")]
+    pub(crate) verify: Option<Sample>,
+    /// All missing runs, which is the default; for scripts.
+    #[arg(long, conflicts_with_all = ["index", "chunk", "verify"])]
+    pub(crate) missing: bool,
+    /// How many runs to make at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Stop when more runs than this have failed [default: never].
+    #[arg(long, value_name = "N")]
+    pub(crate) max_fails: Option<u64>,
+    /// Work of a run, in seconds, from which on it keeps its unfinished log.
+    #[arg(long, hide = true, value_name = "S", default_value_t = PATIENCE.as_secs_f64())]
+    pub(crate) patience_s: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepStatusArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// Print which of N parts have missing runs, as arrays for a batch system: a
+    /// line per array, with an offset to add to all indices, the indices, and the
+    /// numbers of its parts.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) tasks: Option<u64>,
+    /// All indices are below this, as with MaxArraySize of Slurm.
+    #[arg(long, value_name = "N", default_value_t = USUAL_TASKS + 1, requires = "tasks",
+          value_parser = clap::value_parser!(u64).range(2..))]
+    pub(crate) array_size: u64,
+    /// Leave out the runs of the parts in this file, which are under way: lines such
+    /// as 3,7-9/12 are parts of twelve.
+    #[arg(long, value_name = "FILE", requires = "tasks")]
+    pub(crate) under_way: Option<PathBuf>,
+    /// Print how many runs of `sweep run --verify N` are verified, and on which
+    /// nodes; with --tasks, which parts have others.
+    #[arg(long, value_name = "N")]
+    pub(crate) verify: Option<Sample>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SweepEngine {
+    /// Job arrays for Slurm, followed by a job that makes the tables.
+    Slurm,
+    /// One command per line, for GNU parallel, HyperQueue and the like.
+    List,
+    /// A workflow for row.
+    Row,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepEmitArguments {
+    /// What the script is for.
+    pub(crate) engine: SweepEngine,
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// Number of parts to divide the runs into [default: one per run, 1000 at most].
+    #[arg(long, value_name = "N")]
+    pub(crate) tasks: Option<u64>,
+    /// Cores per task.
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub(crate) cores: NonZeroUsize,
+    /// Time limit of a task, in the notation of Slurm.
+    #[arg(long, value_name = "TIME", default_value = "01:00:00")]
+    pub(crate) time: String,
+    /// Most tasks of an array that run at once; for slurm.
+    #[arg(long, value_name = "N")]
+    pub(crate) at_once: Option<NonZeroUsize>,
+    /// Verify N of the runs, or a share such as 5%, before the tables are made; for
+    /// slurm.
+    #[arg(long, value_name = "N")]
+    pub(crate) verify: Option<Sample>,
+}
+
+/// One of several parts, `K/N`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SweepChunk {
+    /// Which, from 1.
+    pub(crate) part: u64,
+    /// How many there are.
+    pub(crate) of: u64,
+}
+
+impl FromStr for SweepChunk {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SweepChunk, String> {
+        let parts = text.split_once('/').map(|(part, of)| (part.parse(), of.parse()));
+        match parts {
+            Some((Ok(part), Ok(of))) if 1 <= part && part <= of => Ok(SweepChunk { part, of }),
+            _ => Err("accepted: K/N with K from 1 to N, as in 2/8".to_owned()),
+        }
+    }
+}
 
 pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failure> {
     match command {
         SweepCommand::Go(arguments) => go(arguments, board),
         SweepCommand::Log(arguments) => sweep_log::command(arguments, board),
         SweepCommand::Plan(arguments) => sweep_plan::command(arguments, board),
-        SweepCommand::Run(arguments) if arguments.worker => work(arguments),
         SweepCommand::Run(arguments) => run(arguments, board),
         SweepCommand::Status(arguments) => status(arguments),
         SweepCommand::Collect(arguments) => collect::tables(arguments, board),
@@ -82,7 +324,7 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     let of = |word: &str| {
         ranges(plan.rows.iter().map(|row| row.run).filter(|run| results.state(*run).word() == word))
     };
-    for name in ["failed", "quarantined", "refused", "contradicted", "missing"] {
+    for name in ["failed", "refused", "contradicted", "missing"] {
         let runs = of(name);
         if !runs.is_empty() {
             say(format_args!("{name}: {runs}"))?;
@@ -215,60 +457,41 @@ fn make(
     wanted: &Wanted,
     board: &Board,
 ) -> Result<Results, Failure> {
-    clear_done(folder, &results).map_err(Failure::Failed)?;
-    let deaths = |run: &u64| match results.state(*run) {
-        State::Missing(deaths) => deaths,
-        _ => 0,
-    };
-    let queue: VecDeque<(u64, u32)> = runs.iter().map(|run| (*run, deaths(run))).collect();
-    if queue.is_empty() {
-        return Ok(results);
-    }
     interrupt::install()?;
-    let jobs = wanted.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
-    let jobs = jobs.min(queue.len());
-    let study = Study {
-        plan,
-        folder,
-        wanted,
-        shared: Mutex::new(Shared {
-            progress: board.study(queue.len() as u64),
-            queue,
-            workers: Vec::new(),
-            deaths: None,
-            failed: 0,
-            problem: None,
-        }),
-        board,
-    };
-    drop(results);
-    thread::scope(|scope| {
-        // If the system grants fewer threads, those do all the work.
-        let supervise = || study.supervise();
-        let start = |_| thread::Builder::new().spawn_scoped(scope, supervise);
-        let started: Vec<_> = (0..jobs).map(start).collect();
-        if let Some(Err(error)) = started.first() {
-            study.give_up(format!("failed to start a thread: {error}"));
-        }
-        let supervisors: Vec<_> = started.into_iter().flatten().collect();
-        while !supervisors.iter().all(|supervisor| supervisor.is_finished()) {
-            if interrupt::has_come() {
-                study.shared().workers.iter().for_each(|worker| lock(worker).tell = None);
+    let patience = Duration::try_from_secs_f64(wanted.patience_s)
+        .map_err(|error| Failure::BadInput(format!("--patience-s {}: {error}", wanted.patience_s)))?;
+    let shared = Mutex::new((board.study(runs.len() as u64), 0));
+    let line = |run: u64, what: &str| board.line(&format!("{}: {what}", plan.label(run)));
+    let tell = |run: u64, notice: Notice<'_>| line(run, &notice.to_string());
+    let is_too_many = |failed: u64| wanted.max_fails.is_some_and(|most| failed > most);
+    let watch = |run: u64, made: &Made| {
+        let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        let (progress, failed) = &mut *shared;
+        match made {
+            Made::Done { events, .. } => progress.done(*events),
+            Made::Failed(reason) => {
+                line(run, &reason.replace('\n', " "));
+                progress.failed();
+                *failed += 1;
             }
-            thread::sleep(LOOK_INTERVAL);
+            Made::ByAnother => line(run, "left to another process, which is making it"),
+            Made::Stopped => {}
         }
-    });
-    let shared = study.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-    drop(shared.progress);
+        !is_too_many(*failed)
+    };
+    let ways =
+        Ways { folder, patience, stop: &interrupt::has_come, tell: &tell, again: wanted.verify.is_some() };
+    let made = make_runs(plan, results, runs, wanted.jobs, ways, &watch);
+    let (progress, failed) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    drop(progress);
+    let results = made.map_err(Failure::Failed)?;
     if let Some(code) = interrupt::code() {
         board.line("interrupted; called again, the command continues from here");
         return Err(Failure::Said(code));
     }
-    if let Some(problem) = shared.problem {
-        return Err(Failure::Failed(problem));
+    if is_too_many(failed) {
+        return Err(Failure::Failed(format!("more than {} runs failed (--max-fails)", failed - 1)));
     }
-    let results = Results::read(folder, plan).map_err(|error| unreadable(folder, &error))?;
-    clear_done(folder, &results).map_err(Failure::Failed)?;
     Ok(results)
 }
 
@@ -277,278 +500,6 @@ fn made(plan: &Plan, results: &Results, counts: Counts, board: &Board) -> Result
     board.line(&in_words(plan, results.counts()));
     faults(results).for_each(|fault| board.line(&fault));
     outcome_of(results, counts)
-}
-
-/// A worker's message that another process makes a run.
-const BY_ANOTHER: &str = "by another";
-
-/// Makes runs in worker processes.
-struct Study<'a> {
-    plan: &'a Plan,
-    folder: &'a Path,
-    wanted: &'a Wanted,
-    shared: Mutex<Shared>,
-    board: &'a Board,
-}
-
-/// The shared state of the workers' supervisors.
-struct Shared {
-    /// Runs to be made, and how often their process died.
-    queue: VecDeque<(u64, u32)>,
-    workers: Vec<Arc<Mutex<Reins>>>,
-    /// The segment of recorded deaths, once there is one.
-    deaths: Option<Writer>,
-    failed: u64,
-    progress: StudyProgress,
-    /// Why no more runs are started.
-    problem: Option<String>,
-}
-
-/// Time between checks for signals.
-const LOOK_INTERVAL: Duration = Duration::from_millis(20);
-
-fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// A process that makes the requested runs, one after the other.
-struct Worker {
-    reins: Arc<Mutex<Reins>>,
-    hear: BufReader<ChildStdout>,
-}
-
-/// The channel to a worker. When it closes, the worker stops its run and ends.
-struct Reins {
-    child: Child,
-    tell: Option<ChildStdin>,
-}
-
-impl Worker {
-    fn start(folder: &Path, wanted: &Wanted) -> io::Result<Worker> {
-        let Wanted { patience_s, verify, .. } = wanted;
-        let mut child = Command::new(std::env::current_exe()?)
-            .args(["--quiet", "sweep", "run", "--worker", "--patience-s", &patience_s.to_string()])
-            .args(verify.map(|sample| format!("--verify={sample}")))
-            .arg("--")
-            .arg(folder)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()?;
-        let (tell, hear) = (child.stdin.take(), child.stdout.take());
-        let hear = BufReader::new(hear.ok_or_else(|| io::Error::other("no pipe"))?);
-        Ok(Worker { reins: Arc::new(Mutex::new(Reins { child, tell })), hear })
-    }
-
-    /// Requests a run.
-    fn begin(&mut self, run: u64) -> Option<()> {
-        let mut reins = lock(&self.reins);
-        let tell = reins.tell.as_mut()?;
-        writeln!(tell, "{run}").and_then(|()| tell.flush()).ok()
-    }
-
-    /// Returns the worker's next message about the run, or None if it died.
-    fn hear(&mut self) -> Option<String> {
-        let mut line = String::new();
-        let read = self.hear.read_line(&mut line).ok()?;
-        (read > 0 && line.ends_with('\n')).then(|| line.trim_end().to_owned())
-    }
-
-    /// Ends the worker, which syncs its results first.
-    fn end(&self) -> io::Result<ExitStatus> {
-        let mut reins = lock(&self.reins);
-        reins.tell = None;
-        reins.child.wait()
-    }
-}
-
-impl Drop for Worker {
-    fn drop(&mut self) {
-        self.end().ok();
-    }
-}
-
-impl Study<'_> {
-    fn shared(&self) -> MutexGuard<'_, Shared> {
-        lock(&self.shared)
-    }
-
-    fn next(&self) -> Option<(u64, u32)> {
-        let mut shared = self.shared();
-        if shared.problem.is_some() || interrupt::has_come() {
-            return None;
-        }
-        shared.queue.pop_front()
-    }
-
-    /// Makes runs in a worker until there are none left, and replaces it if it dies.
-    fn supervise(&self) {
-        let mut worker = None;
-        self.supervise_runs(&mut worker);
-        // All its runs are done; at its end it syncs them to disk.
-        match worker.map(|worker| worker.end()) {
-            Some(Ok(status)) if status.success() || Code::of_signal(status.code()).is_some() => {}
-            Some(Ok(status)) => {
-                self.give_up(format!(
-                    "a worker failed after its last run ({status}); its results may be lost"
-                ));
-            }
-            Some(Err(error)) => self.give_up(format!("a worker is lost: {error}")),
-            None => {}
-        }
-    }
-
-    fn supervise_runs(&self, worker: &mut Option<Worker>) {
-        while let Some((run, deaths)) = self.next() {
-            if worker.is_none() {
-                *worker = match Worker::start(self.folder, self.wanted) {
-                    Ok(started) => {
-                        self.shared().workers.push(Arc::clone(&started.reins));
-                        Some(started)
-                    }
-                    Err(error) => return self.give_up(format!("failed to start a worker: {error}")),
-                };
-            }
-            let Some(current) = worker else { return };
-            current.begin(run);
-            let said = loop {
-                match current.hear() {
-                    Some(said) if said.starts_with(Notice::RESUMES) => self.tell(run, &said),
-                    said => break said,
-                }
-            };
-            match said {
-                Some(said) => self.heard(run, &said),
-                None => {
-                    let status = lock(&current.reins).child.wait();
-                    *worker = None;
-                    // It was stopped, or reported why it cannot continue.
-                    if interrupt::has_come() {
-                        return;
-                    }
-                    match status {
-                        Ok(status) if status.code().is_some_and(|code| code < 100) => {
-                            return self
-                                .give_up("a worker cannot continue; it printed the reason".to_owned());
-                        }
-                        // A signal stopped it, possibly before it reaches this process: not the
-                        // run's fault.
-                        Ok(status) if Code::of_signal(status.code()).is_some() => {
-                            self.shared().queue.push_front((run, deaths));
-                            thread::sleep(LOOK_INTERVAL);
-                        }
-                        Ok(status) => self.died(run, deaths + 1, &status.to_string()),
-                        Err(error) => return self.give_up(format!("a worker is lost: {error}")),
-                    }
-                }
-            }
-        }
-    }
-
-    fn give_up(&self, problem: String) {
-        self.shared().problem.get_or_insert(problem);
-    }
-
-    fn heard(&self, run: u64, said: &str) {
-        let mut shared = self.shared();
-        match said.split_once(' ') {
-            Some(("done", events)) => shared.progress.done(events.parse().unwrap_or(0)),
-            _ if said == BY_ANOTHER => self.tell(run, "left to another process, which is making it"),
-            _ => {
-                let reason = said.strip_prefix("failed ").unwrap_or(said);
-                self.tell(run, reason);
-                self.failed(&mut shared);
-            }
-        }
-    }
-
-    fn died(&self, run: u64, deaths: u32, how: &str) {
-        self.tell(run, &format!("its process died, {how}"));
-        let mut shared = self.shared();
-        let row = &self.plan.rows[run as usize - 1];
-        let written = match &mut shared.deaths {
-            Some(writer) => writer.add(Kind::Died, row, &[]).map_err(|error| error.to_string()),
-            none => match Writer::create(self.folder, &self.plan.hash) {
-                Ok(writer) => {
-                    none.insert(writer).add(Kind::Died, row, &[]).map_err(|error| error.to_string())
-                }
-                Err(error) => Err(error.to_string()),
-            },
-        };
-        if let Err(problem) = written {
-            shared.problem.get_or_insert(problem);
-        } else if deaths < MOST_DEATHS {
-            shared.queue.push_back((run, deaths));
-        } else {
-            self.failed(&mut shared);
-        }
-    }
-
-    fn tell(&self, run: u64, what: &str) {
-        self.board.line(&format!("{}: {what}", self.plan.label(run)));
-    }
-
-    fn failed(&self, shared: &mut Shared) {
-        shared.failed += 1;
-        shared.progress.failed();
-        if self.wanted.max_fails.is_some_and(|most| shared.failed > most) {
-            let problem = format!("more than {} runs failed (--max-fails)", shared.failed - 1);
-            shared.problem.get_or_insert(problem);
-        }
-    }
-}
-
-/// Makes the runs whose numbers arrive on standard input, one per line, and prints the outcome of
-/// each.
-fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
-    let SweepRunArguments { folder, patience_s, verify, .. } = arguments;
-    let patience = Duration::try_from_secs_f64(*patience_s).map_err(Failure::bad_input)?;
-    // The first signal is for the current run.
-    interrupt::install()?;
-    let plan = Plan::read(folder).map_err(Failure::failed)?;
-    plan.check_code(folder).map_err(Failure::failed)?;
-    create_folder(&folder.join(staging::FOLDER))?;
-    let is_left_alone = Arc::new(AtomicBool::new(false));
-    let told = listen(Arc::clone(&is_left_alone))
-        .map_err(|error| Failure::Failed(format!("failed to start a thread: {error}")))?;
-    let stop = || interrupt::has_come() || is_left_alone.load(Ordering::Relaxed);
-    let tell = |notice: Notice<'_>| say(notice).unwrap_or(());
-    let ways = Ways { folder, patience, stop: &stop, tell: &tell, again: verify.is_some() };
-    let mut segment: Option<Writer> = None;
-    for line in told {
-        let line = line.map_err(Failure::failed)?;
-        let run: u64 = line.trim().parse().map_err(|_| Failure::Failed(format!("{line} is no run")))?;
-        let row = (run as usize).checked_sub(1).and_then(|index| plan.rows.get(index));
-        let row = row.ok_or_else(|| Failure::Failed(format!("there is no run {run}")))?;
-        match make_and_store(&plan, row, ways, &mut segment).map_err(Failure::Failed)? {
-            Made::Done { events, .. } => say(format_args!("done {events}"))?,
-            Made::Failed(reason) => say(format_args!("failed {}", reason.replace('\n', " ")))?,
-            Made::ByAnother => say(BY_ANOTHER)?,
-            Made::Stopped => {
-                // From now on other processes may find the study complete and not return to it.
-                let results = Results::read(folder, &plan).map_err(Failure::failed)?;
-                clear_done(folder, &results).map_err(Failure::Failed)?;
-                break;
-            }
-        }
-    }
-    if let Some(mut segment) = segment {
-        segment.sync().map_err(Failure::failed)?;
-    }
-    interrupt::code().map_or(Ok(()), Code::said)
-}
-
-/// Reads the lines of standard input on a thread, which notices their end while a run is made.
-fn listen(is_over: Arc<AtomicBool>) -> io::Result<mpsc::Receiver<io::Result<String>>> {
-    let (send, receive) = mpsc::channel();
-    thread::Builder::new().spawn(move || {
-        for line in io::stdin().lock().lines() {
-            if send.send(line).is_err() {
-                return;
-            }
-        }
-        is_over.store(true, Ordering::Relaxed);
-    })?;
-    Ok(receive)
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {

@@ -1,13 +1,30 @@
 //! `asperity sweep log`: the log of one run of a study.
 
+use std::path::PathBuf;
+
 use asperity_study::Plan;
 use asperity_study::plan::Row;
+use clap::Args;
 
-use crate::args::SweepLogArguments;
 use crate::exit::Failure;
 use crate::progress::Board;
 use crate::run::{self, Making};
 use crate::study::read_plan;
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepLogArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// The number of the run, as in the tables; or its name, if it has one.
+    #[arg(value_name = "RUN")]
+    pub(crate) run: String,
+    /// The log to write; must not exist, except with --resume.
+    #[arg(short, long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
+    /// Continue the run in RUN.mcap.partial, or start it if there is none.
+    #[arg(long)]
+    pub(crate) resume: bool,
+}
 
 /// Makes the run as planned and logs it; its id is that in the plan.
 pub(crate) fn command(arguments: &SweepLogArguments, board: &Board) -> Result<(), Failure> {

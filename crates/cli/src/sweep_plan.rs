@@ -1,14 +1,14 @@
 //! `asperity sweep plan`, and the plan that `asperity sweep go` and `asperity reproduce` begin with.
 
 use std::num::NonZeroUsize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use asperity_files::Inputs;
 use asperity_model::Preview;
 use asperity_study::plan::FILE;
 use asperity_study::{Plan, PlanError, Study};
+use clap::Args;
 
-use crate::args::SweepPlanArguments;
 use crate::exit::Failure;
 use crate::given::{self, Taken};
 use crate::outputs::{A_FOLDER, create_folder, fits, must_be_new, refused};
@@ -17,10 +17,26 @@ use crate::progress::Board;
 use crate::study::runs;
 use crate::terminal::say;
 
+#[derive(Debug, Args)]
+pub(crate) struct SweepPlanArguments {
+    /// The sweep.
+    #[arg(value_name = "SWEEP.toml")]
+    pub(crate) sweep: PathBuf,
+    /// Folder of the study; must be new or empty.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Record combinations that the scenario refuses, instead of stopping at them.
+    #[arg(long)]
+    pub(crate) skip_refused: bool,
+    /// How many runs to resolve at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+}
+
 pub(crate) fn command(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
     let SweepPlanArguments { sweep, out, skip_refused, jobs } = arguments;
     is_new(out)?;
-    let study = read_study(sweep, &[], board)?;
+    let study = read_study(sweep, &[])?;
     let plan = resolved(&study, sweep, *skip_refused, *jobs)?;
     tell_parameter_sets(&study, sweep, board);
     write(&plan, sweep, out)?;
@@ -28,12 +44,11 @@ pub(crate) fn command(arguments: &SweepPlanArguments, board: &Board) -> Result<(
     Ok(say(out.join(FILE).display())?)
 }
 
-/// Reads a study with overrides for its named runs, and prints advice to its author.
-pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<Study, Failure> {
+/// Reads a study with overrides for its named runs.
+pub(crate) fn read_study(file: &Path, set: &[String]) -> Result<Study, Failure> {
     given::check(file, Taken::Runs)?;
     let mut study = Study::read(file).map_err(Failure::bad_input)?;
     study.set(set);
-    study.notes().iter().for_each(|note| board.line(&format!("note: {}: {note}", file.display())));
     Ok(study)
 }
 
@@ -54,7 +69,7 @@ pub(crate) fn begun(
     if !is_there {
         is_new(folder)?;
     }
-    let study = read_study(sweep, &[], board)?;
+    let study = read_study(sweep, &[])?;
     let plan = resolved(&study, sweep, skip_refused, jobs)?;
     tell_parameter_sets(&study, sweep, board);
     if is_there {

@@ -6,12 +6,29 @@ use std::time::Duration;
 use asperity_model::{ADVISED_SHARE, Scenario};
 use asperity_record::counted;
 use asperity_run::{Forecast, MostLogBytes};
+use clap::{Args, ValueEnum};
 
-use crate::args::ForecastFormat;
 use crate::exit::Failure;
-use crate::preview;
 use crate::progress::Board;
-use crate::terminal;
+use crate::scenario::ScenarioChoice;
+use crate::{preview, terminal};
+
+#[derive(Debug, Args)]
+pub(crate) struct ValidateArguments {
+    #[command(flatten)]
+    pub(crate) choice: ScenarioChoice,
+    /// How to print it.
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: ForecastFormat,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ForecastFormat {
+    /// For people.
+    Text,
+    /// An object, with the estimate of the plain solver's time unless --quiet is given.
+    Json,
+}
 
 /// Time spent on timing the plain solver.
 const TRIAL: Duration = Duration::from_millis(250);

@@ -2,6 +2,7 @@
 
 use std::fs::DirEntry;
 use std::io::Write;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
@@ -10,13 +11,54 @@ use asperity_record::counted;
 use asperity_run::at_once;
 use asperity_run::study::Job;
 use asperity_run::verify::{Proof, Verified, VerifyError, verify};
+use clap::Args;
 
-use crate::args::VerifySolverArguments;
 use crate::exit::Failure;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::reproduce::read_study;
 use crate::terminal;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity verify-solver pipelines/chapter5.toml
+  asperity verify-solver pipelines/chapter5.toml --set parameter_set=as-stated
+  asperity verify-solver pipelines/chapter5.toml --only default --for-s 0.1
+
+The plain solver computes every step: allow 15 seconds on one core for each
+simulated second of a run of 100 blocks in steps of 1e-8 s. Two runs are equal
+if every switch happens in the same step, every event has the same integers, and
+every number agrees within 1e-9 of the largest of its kind. Where a block comes
+so close to switching that rounding decides, the solvers may see the switch some
+steps apart. Each such near tie is proved by computing the step without
+rounding, and must be listed in the folder of --near-ties.
+
+A run by rate-and-state friction is compared with itself at a hundredth of
+time.tolerance, which must be 1e-10 or above (docs/rate-and-state.md).")]
+pub(crate) struct VerifySolverArguments {
+    /// The pipeline.
+    #[arg(value_name = "PIPELINE.toml")]
+    pub(crate) pipeline: PathBuf,
+    /// Override one key in every run of the pipeline.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Only this run. May be repeated.
+    #[arg(long, value_name = "RUN")]
+    pub(crate) only: Vec<String>,
+    /// Only the first SECONDS of each run, in simulated time.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) for_s: Option<f64>,
+    /// Folder of the known near ties [default: fixtures/near-ties, if it exists].
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) near_ties: Option<PathBuf>,
+    /// Folder for the proofs of near ties that are not listed.
+    #[arg(short, long, value_name = "FOLDER", default_value = "out/near-ties")]
+    pub(crate) out: PathBuf,
+    /// How many runs to make at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+}
 
 /// Default folder of known near ties.
 const NEAR_TIES: &str = "fixtures/near-ties";
@@ -46,7 +88,7 @@ pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Resul
         None => Vec::new(),
     };
     board.line(&format!("{}, {:e} plain steps", counted(jobs.len() as u64, "run"), steps as f64));
-    jobs.sort_by_key(|job| std::cmp::Reverse(job.cost()));
+    jobs.sort_by_cached_key(|job| std::cmp::Reverse(job.cost()));
     let mut outcomes = at_once(&jobs, arguments.jobs, |job| compare(job, arguments.for_s, board))?;
     outcomes.sort_by(|a, b| a.run.cmp(&b.run));
     print(&outcomes)?;

@@ -27,12 +27,12 @@
 //!     t_link_s: 1.0,
 //!     time_grid: TimeGrid::new(0.25),
 //!     spacing_m: 0.001,
-//!     modulus_n_per_m: None,
-//!     interfacial_stiffness_n_per_m: None,
+//!     modulus_n_per_m: 5e6,
+//!     interfacial_stiffness_n_per_m: 2e6,
 //! };
 //! let detector = RuptureDetector::new(10, links);
 //! let detectors = Detectors::new(10, SlipRules::EVERY_SLIP, vec![Box::new(detector)]);
-//! let mut detectors = detectors.with_ruptures(Some(links.tracker(10)));
+//! let mut detectors = detectors.with_ruptures(links.tracker(10));
 //! let events = detectors.all_events(&records);
 //! let ruptures: Vec<&Rupture> = events.iter().filter_map(|event| event.get()).collect();
 //! assert_eq!(ruptures.len(), 2);
@@ -59,11 +59,10 @@ pub struct Links {
     pub time_grid: TimeGrid,
     /// Length of a block, m.
     pub spacing_m: f64,
-    /// Elastic modulus times width, N/m, for the moment of a rupture; `None` if unknown. Over an area the
-    /// width is that of a contact.
-    pub modulus_n_per_m: Option<f64>,
-    /// Stiffness of a friction spring, N/m, for the energy of its stretch; `None` if unknown.
-    pub interfacial_stiffness_n_per_m: Option<f64>,
+    /// Elastic modulus times width, N/m, for the moment of a rupture. Over an area the width is that of a contact.
+    pub modulus_n_per_m: f64,
+    /// Stiffness of a friction spring, N/m, for the energy of its stretch.
+    pub interfacial_stiffness_n_per_m: f64,
 }
 
 impl Links {
@@ -191,10 +190,7 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let potency_m2 = slips.as_ref().map(|slips| sum(slips) * spacing_m);
     let change = |of: fn(&Energy) -> f64| slipped.energies.map(|[before, after]| of(&after) - of(&before));
     // Adds 0 to avoid -0 for laws without friction springs.
-    let anchor_change_j = slipped
-        .anchored_m2
-        .zip(interfacial_stiffness_n_per_m)
-        .map(|(anchored_m2, stiffness)| 0.5 * stiffness * anchored_m2 + 0.0);
+    let anchor_change_j = 0.5 * interfacial_stiffness_n_per_m * slipped.anchored_m2 + 0.0;
     // Records have the energies of springs after the switches of their step. The energy changed by
     // switches is therefore removed from both records, and that of the rupture's own switches is added.
     let in_steps_j = change(|energy| energy.elastic_j - energy.anchor_change_j);
@@ -218,7 +214,7 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         mean_slip_m: slips.as_ref().map(|slips| sum(slips) / count),
         largest_slip_m: slips.as_ref().map(|slips| slips.iter().copied().fold(0.0, f64::max)),
         potency_m2: potency_m2.filter(|_| rows.is_none()),
-        moment_n_m: potency_m2.zip(modulus_n_per_m).map(|(potency, modulus)| potency * modulus),
+        moment_n_m: potency_m2.map(|potency_m2| potency_m2 * modulus_n_per_m),
         mean_strength_drop_n: strength_drops.as_ref().map(|drops| sum(drops) / count),
         farthest_block_before: slipped.farthest_before,
         overlapping: slipped.overlapping,
@@ -226,10 +222,10 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         drive_work_j: change(|energy| energy.drive_work_j),
         prestress_work_j: change(|energy| energy.prestress_work_j),
         friction_heat_j: change(|energy| energy.friction_heat_j),
-        anchor_change_j,
+        anchor_change_j: Some(anchor_change_j),
         viscous_loss_j: change(|energy| energy.viscous_loss_j),
         kinetic_change_j: change(|energy| energy.kinetic_j),
-        elastic_change_j: in_steps_j.zip(anchor_change_j).map(|(in_steps_j, anchor_j)| in_steps_j + anchor_j),
+        elastic_change_j: in_steps_j.map(|in_steps_j| in_steps_j + anchor_change_j),
         scheme_work_j: change(|energy| energy.scheme_work_j),
         mean_shear_force_drop_n: force_drops.as_ref().map(|drops| sum(drops) / count),
         slip_weighted_shear_force_drop_n: force_drops.as_ref().zip(slips.as_ref()).and_then(weighted),

@@ -19,8 +19,8 @@ fn links() -> Links {
         t_link_s: T_LINK_S,
         time_grid: TimeGrid::new(STEP_S),
         spacing_m: 0.001,
-        modulus_n_per_m: Some(50.0),
-        interfacial_stiffness_n_per_m: Some(2.0),
+        modulus_n_per_m: 50.0,
+        interfacial_stiffness_n_per_m: 2.0,
     }
 }
 
@@ -63,7 +63,7 @@ fn records(slides: &[Slide], steps: u64, random: &mut Random) -> Vec<StepRecord>
         switches.sort_by_key(|switch| switch.block);
         if !switches.is_empty() || random.below(4) == 0 {
             let quiet = quiet_step(step, step as f64 * STEP_S, 0.4);
-            records.push(StepRecord { switches, energy: Some(energy(step)), ..quiet });
+            records.push(StepRecord { switches, energy: energy(step), ..quiet });
         }
     }
     records
@@ -145,7 +145,7 @@ fn decode<P: EventPayload>(events: &[Event]) -> Vec<P> {
 
 fn events(records: &[StepRecord], blocks: u32, detector: impl Detector + 'static) -> Vec<Event> {
     Detectors::new(blocks, SlipRules::EVERY_SLIP, vec![Box::new(detector)])
-        .with_ruptures(Some(links().tracker(blocks)))
+        .with_ruptures(links().tracker(blocks))
         .all_events(records)
 }
 
@@ -265,17 +265,6 @@ fn the_order_of_switches_in_a_step_changes_nothing() {
         assert_eq!(ruptures(&out_of_order, 12), ruptures(&in_order, 12), "{seed}");
         assert_eq!(arrivals(&out_of_order, 12), arrivals(&in_order, 12), "{seed}");
     }
-}
-
-#[test]
-fn without_energies_in_the_records_there_are_none_of_ruptures() {
-    let slides = [Slide { detach: 2, block: 1, attach: Some(4) }];
-    let mut records = records(&slides, 20, &mut Random::new(1));
-    assert_eq!(ruptures(&records, 3)[0].drive_work_j, Some(2.0));
-    for record in &mut records {
-        record.energy = None;
-    }
-    assert_eq!(energies(&ruptures(&records, 3)[0]), [None; 9]);
 }
 
 #[test]

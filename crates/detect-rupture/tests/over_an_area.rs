@@ -124,8 +124,8 @@ fn links() -> Links {
         t_link_s: LINK_STEPS as f64,
         time_grid: TimeGrid::new(1.0),
         spacing_m: SPACING_M,
-        modulus_n_per_m: Some(MODULUS_N_PER_M),
-        interfacial_stiffness_n_per_m: Some(2.0),
+        modulus_n_per_m: MODULUS_N_PER_M,
+        interfacial_stiffness_n_per_m: 2.0,
     }
 }
 
@@ -142,7 +142,7 @@ fn events(contacts: Contacts, records: &[StepRecord]) -> (Vec<Rupture>, Vec<Arri
         Box::new(ArrivalDetector::new(contacts, links)),
     ];
     let mut detectors =
-        Detectors::new(contacts, SlipRules::EVERY_SLIP, list).with_ruptures(Some(links.tracker(contacts)));
+        Detectors::new(contacts, SlipRules::EVERY_SLIP, list).with_ruptures(links.tracker(contacts));
     let events = detectors.all_events(records);
     let ruptures = events.iter().filter_map(|event| event.get().cloned()).collect();
     (ruptures, events.iter().filter_map(|event| event.get().cloned()).collect())
@@ -196,7 +196,7 @@ fn slip_and_forces_are_vectors() {
     use Direction::{Attach, Detach};
     let step = |step: u64, switches: Vec<Switch>| StepRecord {
         switches,
-        energy: Some(Energy::default()),
+        energy: Energy::default(),
         ..quiet_step(step, step as f64, 0.4)
     };
     let records = [

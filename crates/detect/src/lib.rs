@@ -8,7 +8,7 @@
 //!
 //! ```
 //! use asperity_detect::{Detector, Detectors, SlipRules};
-//! use asperity_record::{Event, EventKind, EventPayload, StepRecord, payload};
+//! use asperity_record::{Energy, Event, EventKind, EventPayload, StepRecord, payload};
 //!
 //! payload! {
 //!     topic: "/events/peak",
@@ -52,7 +52,7 @@
 //!     driving_force_n,
 //!     normal_load_n: 400.0,
 //!     end_forces_n: None,
-//!     energy: None,
+//!     energy: Energy::default(),
 //!     junctions: None,
 //!     peak_velocity_m_per_s: None,
 //!     sliding: 0,
@@ -127,8 +127,8 @@ impl Detectors {
 
     /// Tracks ruptures for the detectors.
     #[must_use]
-    pub fn with_ruptures(self, ruptures: Option<RuptureTracker>) -> Detectors {
-        Detectors { ruptures, ..self }
+    pub fn with_ruptures(self, ruptures: RuptureTracker) -> Detectors {
+        Detectors { ruptures: Some(ruptures), ..self }
     }
 
     /// Gives the ruptures the stiffness of each contact's friction spring over the mean one; empty where all are

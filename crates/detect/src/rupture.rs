@@ -75,7 +75,7 @@ struct Slipping {
     /// The earliest detachment, the lowest block first.
     nucleation: (u64, u32),
     ft_fn_onset: f64,
-    energy_before: Option<Energy>,
+    energy_before: Energy,
     last_detachment: u64,
     detachments: u64,
     /// How many of its blocks slide.
@@ -93,7 +93,7 @@ struct Slipping {
 struct Attachment {
     step: u64,
     ft_fn: f64,
-    energy: Option<Energy>,
+    energy: Energy,
 }
 
 impl Attachment {
@@ -126,12 +126,11 @@ pub struct Slipped {
     /// Whether the run ended before it was certain.
     pub open: bool,
     /// The run's energies after the detachments of the step before its first sliding one, and after its
-    /// last sliding step; `None` if other ruptures contribute to the difference, or energies are
-    /// unknown.
+    /// last sliding step; `None` if other ruptures contribute to the difference.
     pub energies: Option<[Energy; 2]>,
     /// Squared stretch of friction springs, times their stiffness over the mean one, summed over its re-attachments
-    /// less its detachments, m2; `None` in a run without energies.
-    pub anchored_m2: Option<f64>,
+    /// less its detachments, m2.
+    pub anchored_m2: f64,
 }
 
 /// How a rupture passed a block.
@@ -527,12 +526,8 @@ impl RuptureTracker {
             farthest_before: slipping.farthest_before,
             overlapping,
             open,
-            energies: slipping
-                .energy_before
-                .zip(end.and_then(|end| end.energy))
-                .filter(|_| !overlapping && !open)
-                .map(|(before, after)| [before, after]),
-            anchored_m2: slipping.energy_before.map(|_| slipping.anchored_m2),
+            energies: end.filter(|_| !overlapping && !open).map(|end| [slipping.energy_before, end.energy]),
+            anchored_m2: slipping.anchored_m2,
         };
         match (before, slipping.after) {
             (Some(before), Some(after)) if slipped.ends_in(after.step) => {

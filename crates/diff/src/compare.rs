@@ -4,7 +4,6 @@
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
-use asperity_numbers::RupturesFrom;
 use asperity_record::{Rupture, SlipEvent};
 use serde_json::Value;
 
@@ -229,7 +228,6 @@ fn compare_ruptures(
         let comparison = Comparison { cycles: Some(cycles), ..comparison };
         ruptures = RuptureDiff { matches_in_time, ..ruptures::compare(comparison, &sorted)? };
     }
-    ruptures.found_anew = sides.iter().any(|(_, log)| log.ruptures_from == RupturesFrom::Steps);
     let blocks = sides.map(|(run, _)| run.header().map_or(1, |header| header.contacts().columns()));
     // Where the drive pulls both ways, F_T is a difference, and the ratio is meaningless.
     let has_ratio = |log: &RunLog| !log.summary.contains(&("largest_ft_fn".to_owned(), Value::Null));

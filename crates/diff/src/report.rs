@@ -210,10 +210,9 @@ impl RunDiff {
         pair_name(&self.old.name, &self.new.name)
     }
 
-    /// Whether ruptures logged in both runs differ although every slip event is identical.
+    /// Whether ruptures differ although every slip event is identical.
     pub fn ruptures_alone_differ(&self) -> bool {
-        let logged = self.ruptures.as_ref().filter(|ruptures| !ruptures.found_anew);
-        logged.is_some_and(|ruptures| ruptures.table.counts.differing() > 0)
+        self.ruptures.as_ref().is_some_and(|ruptures| ruptures.table.counts.differing() > 0)
             && self.events.counts[Class::Identical] == self.events.counts.total()
     }
 }
@@ -238,8 +237,6 @@ pub struct RuptureDiff {
     pub pairs: Option<PairDifferences>,
     /// The load at which a precursor, or the first global slip, first reached a share of the slider.
     pub reached: Vec<LengthReached>,
-    /// Whether the ruptures of a side were found in its step records, since its log has none.
-    pub found_anew: bool,
     /// How many ruptures the old run has.
     pub old: u64,
     /// How many the new run has.

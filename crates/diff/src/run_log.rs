@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use asperity_numbers::{RupturesFrom, Summarizer, Summary};
+use asperity_numbers::{Summarizer, Summary};
 use asperity_record::{Event, EventPayload, Observer, Record, RunEnd, RunHeader, Rupture, SlipEvent};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use serde_json::Value;
@@ -21,8 +21,8 @@ pub struct RunLog {
     pub summary: Vec<(String, Value)>,
     /// Why summary or ruptures could not be determined; then it is not compared.
     pub problem: Option<String>,
-    /// The source of its ruptures.
-    pub ruptures_from: RupturesFrom,
+    /// Whether it has a topic for ruptures.
+    pub has_ruptures: bool,
     ruptures: Vec<Rupture>,
     slip_events: Vec<SlipEvent>,
     slip_event_count: u64,
@@ -37,7 +37,7 @@ impl RunLog {
             provenance: Provenance { header: header.clone(), scenario_toml: scenario_toml.to_owned() },
             summary: Vec::new(),
             problem: None,
-            ruptures_from: RupturesFrom::None,
+            has_ruptures: false,
             ruptures: Vec::new(),
             slip_events: Vec::new(),
             slip_event_count: 0,
@@ -57,9 +57,7 @@ impl RunLog {
                 log.event(&event);
             }
         }
-        if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
-            log.ruptures_from = RupturesFrom::Log;
-        }
+        log.has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
         Ok(log)
     }
 
@@ -70,15 +68,10 @@ impl RunLog {
 
     /// Its ruptures, or the reason why there are none.
     pub(crate) fn ruptures(&self, path: &Path) -> Result<&[Rupture], String> {
-        if self.ruptures_from != RupturesFrom::None {
+        if self.has_ruptures {
             return Ok(&self.ruptures);
         }
-        Err(format!(
-            "{} has none (accepted: a log with the topic {}; this one is of version {} of the records)",
-            path.display(),
-            Rupture::TOPIC,
-            self.provenance.header.record_schema_version
-        ))
+        Err(format!("{} has none (accepted: a log with the topic {})", path.display(), Rupture::TOPIC))
     }
 
     /// The time span of its slip events.
@@ -115,12 +108,12 @@ impl Summarized {
     }
 
     /// The log at this path, after its last event.
-    pub fn finish(self, path: &Path, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> RunLog {
+    pub fn finish(self, path: &Path, has_ruptures: bool, end: Option<&RunEnd>) -> RunLog {
         let Summarized { mut log, summarizer } = self;
-        log.ruptures_from = ruptures_from;
+        log.has_ruptures = has_ruptures;
         match summarizer {
             Ok(summarizer) => {
-                let summary = summarizer.finish(ruptures_from, end);
+                let summary = summarizer.finish(has_ruptures, end);
                 let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
                 // The name of the file is no number of the run.
                 log.summary = keys.zip(summary.values()).filter(|(key, _)| key != "run").collect();

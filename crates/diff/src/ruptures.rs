@@ -55,7 +55,6 @@ pub(crate) fn compare(comparison: Comparison<'_>, sides: &[Sorted; 2]) -> Result
             median_ft_fn_onset,
         }),
         reached: Vec::new(),
-        found_anew: false,
         old: table.old_rows,
         new: table.new_rows,
         table,

@@ -131,17 +131,6 @@ pub enum DetachBy {
     Spring,
 }
 
-/// Which records had the energies of the slider in older versions of the program.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Energies {
-    /// That of every step that is recorded, as now in any case.
-    #[default]
-    EveryRecord,
-    /// None.
-    None,
-}
-
 /// The condition for a sliding block to re-attach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use asperity_record::bounds::{LEAST_MAGNITUDE, LONGEST_NAME_BYTES, MOST_MAGNITUDE};
 use asperity_record::unit_of;
 
-use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind};
+use crate::keys::{self, AS_STATED, DRAWN_KEYS, KEYS, Key, Kind};
 use crate::source::{Entries, Entry, ScenarioError, Written};
 use crate::suggest;
 use crate::typed::whole;
@@ -19,7 +19,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
     }
     let set = match entries.values.get("parameter_set").map(|entry| &entry.value) {
         Some(Written::Text(word)) => word,
-        _ => entries.unnamed_set,
+        _ => AS_STATED,
     };
     let mut table = toml::Table::new();
     for key in KEYS {

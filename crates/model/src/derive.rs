@@ -362,8 +362,8 @@ impl Springs {
             block_length_m: self.spacing_m,
             block_time_s,
             link_time_ratio,
-            modulus_n_per_m: Some(self.modulus_n_per_m),
-            interfacial_stiffness_n_per_m: Some(kt),
+            modulus_n_per_m: self.modulus_n_per_m,
+            interfacial_stiffness_n_per_m: kt,
         }
     }
 }

@@ -126,7 +126,7 @@ pub mod typed;
 mod warnings;
 mod window_keys;
 
-pub use choices::{DetachBy, DriveKind, End, Energies, JunctionStart, ParameterSet, Reattach};
+pub use choices::{DetachBy, DriveKind, End, JunctionStart, ParameterSet, Reattach};
 pub use course::{ContactCourse, Course};
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;

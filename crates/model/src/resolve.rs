@@ -285,19 +285,6 @@ mod tests {
         assert_eq!([recording.sample_s, recording.fields_s], [0.003, 0.021]);
     }
 
-    /// Older programs used `as-coded` for texts that name no set; their stored texts keep that meaning.
-    #[test]
-    fn what_an_older_program_stored_keeps_its_parameter_set() {
-        let text = "slider.blocks = 20";
-        let coded = resolve("parameter_set = \"as-coded\"\nslider.blocks = 20").unwrap();
-        let stored = ScenarioSource::new("plan", text).stored_by_older_program();
-        for source in [ScenarioSource::logged("scenario.toml", text), stored.clone()] {
-            assert_eq!(Scenario::resolve(&source).unwrap(), coded);
-        }
-        let stated = stored.with_override("parameter_set=as-stated");
-        assert_eq!(Scenario::resolve(&stated).unwrap(), resolve(text).unwrap());
-    }
-
     #[test]
     fn a_text_relies_on_the_default_set_unless_it_names_one_or_needs_none() {
         for (text, relies) in [

@@ -7,8 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::choices::{
-    DetachBy, Distribution, DriveKind, End, Energies, JunctionStart, ParameterSet, Reattach, ScheduleFrom,
-    Start,
+    DetachBy, Distribution, DriveKind, End, JunctionStart, ParameterSet, Reattach, ScheduleFrom, Start,
 };
 use crate::elastic::gaps;
 use crate::junctions::Junctions;
@@ -376,8 +375,6 @@ pub struct Recording {
     pub rupture_fields_from_blocks: u32,
     #[serde(skip_serializing_if = "is_default")]
     pub rupture_fields_s: f64,
-    #[serde(skip_serializing_if = "is_default")]
-    pub energies: Energies,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub window: Vec<Window>,
 }
@@ -529,7 +526,7 @@ impl Scenario {
         if !anonymous.initial.state.is_empty() {
             (anonymous.initial.from, anonymous.initial.at_s) = Default::default();
         }
-        // These laws determine the rule; older programs did not always resolve it that way.
+        // These laws determine the rule, so it does not enter.
         if !anonymous.friction.law.uses("friction.reattach") {
             anonymous.friction.reattach = Reattach::OneWay;
         }
@@ -541,7 +538,7 @@ impl Scenario {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Plan, Scenario, ScenarioErrors, ScenarioSource};
+    use crate::{Scenario, ScenarioErrors, ScenarioSource};
 
     fn resolve(text: &str) -> Result<Scenario, ScenarioErrors> {
         Scenario::resolve(&ScenarioSource::new("test.toml", text))
@@ -561,19 +558,5 @@ mod tests {
         assert_eq!(resolve("name = \"a\"\nsummary = \"b\"").unwrap().hash(), base.hash());
         assert_ne!(resolve("normal_load.tilt = 1e-9").unwrap().hash(), base.hash());
         assert_ne!(resolve("recording.sample_s = 0.5").unwrap().hash(), base.hash());
-    }
-
-    #[test]
-    fn the_key_of_energies_enters_the_hash_only_where_it_asks_for_none() {
-        let base = resolve("").unwrap();
-        let of = |word: &str| resolve(&format!("recording.energies = {word:?}")).unwrap();
-        assert_eq!(of("every-record"), base);
-        assert!(!toml::to_string(&base).unwrap().contains("energies"));
-        assert_ne!(of("none").hash(), base.hash());
-        assert_eq!(Plan::new(&of("none")), Plan::new(&base));
-        assert_eq!(
-            resolve("recording.energies = \"some\"").unwrap_err().to_string(),
-            "test.toml:1:22: recording.energies: \"some\" is not accepted (accepted: \"every-record\" or \"none\")"
-        );
     }
 }

@@ -12,7 +12,7 @@ use asperity_record::bounds::check_toml;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::keys::{AS_CODED, AS_STATED, Default, KEYS};
+use crate::keys::{Default, KEYS};
 use crate::text::Lines;
 use crate::window_keys::WINDOW;
 
@@ -20,8 +20,6 @@ use crate::window_keys::WINDOW;
 #[derive(Debug, Clone)]
 pub struct ScenarioSource {
     layers: Vec<Layer>,
-    /// The parameter set of a text that names none.
-    unnamed_set: &'static str,
 }
 
 #[derive(Debug, Clone)]
@@ -38,7 +36,7 @@ struct Layer {
 pub(crate) enum LayerKind {
     /// A scenario file or built-in text.
     Scenario,
-    /// The log of a run; an older program with fewer rules may have written it.
+    /// The log of a run; a program with fewer rules may have written it.
     Log,
     /// An override for one run.
     Override,
@@ -48,21 +46,14 @@ impl ScenarioSource {
     /// A scenario text and the name of its source, for error messages.
     pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
         let layer = Layer::new(origin.into(), text.into(), LayerKind::Scenario);
-        ScenarioSource { layers: vec![layer], unnamed_set: AS_STATED }
+        ScenarioSource { layers: vec![layer] }
     }
 
-    /// The scenario embedded in a run log. Keys that its friction law does not use are ignored,
-    /// since older programs wrote them without effect. No file that it names is opened.
+    /// The scenario embedded in a run log. Keys that its friction law does not use are ignored. No file that it names
+    /// is opened.
     pub fn logged(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
         let layer = Layer::new(origin.into(), text.into(), LayerKind::Log);
-        ScenarioSource { layers: vec![layer], unnamed_set: AS_CODED }
-    }
-
-    /// Reads a text that names no `parameter_set` as `as-coded`, which was the default when an
-    /// older program stored it.
-    #[must_use]
-    pub fn stored_by_older_program(self) -> ScenarioSource {
-        ScenarioSource { unnamed_set: AS_CODED, ..self }
+        ScenarioSource { layers: vec![layer] }
     }
 
     /// Whether no layer names `parameter_set` although mass or damping follow from it.
@@ -118,7 +109,7 @@ impl ScenarioSource {
     /// # Errors
     /// If a layer is not valid TOML.
     pub(crate) fn entries(&self) -> Result<Entries, ScenarioErrors> {
-        let mut entries = Entries { unnamed_set: self.unnamed_set, ..Entries::default() };
+        let mut entries = Entries::default();
         let mut errors = Vec::new();
         for layer in &self.layers {
             if let Err(too_long) = check_toml(&layer.text) {
@@ -197,8 +188,6 @@ impl fmt::Display for Written {
 pub(crate) struct Entries {
     pub(crate) values: BTreeMap<String, Entry>,
     pub(crate) windows: Vec<BTreeMap<String, Entry>>,
-    /// The parameter set if none is written.
-    pub(crate) unnamed_set: &'static str,
 }
 
 impl Entries {
@@ -235,6 +224,8 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
         let path =
             if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
         match value.get_ref() {
+            // Earlier code writes this key, which says what every record has.
+            _ if layer.kind == LayerKind::Log && path == "recording.energies" => {}
             DeValue::Table(inner) => collect(layer, &path, inner, entries),
             DeValue::Array(windows) if path == WINDOW && windows.iter().all(|w| w.get_ref().is_table()) => {
                 // A layer with windows replaces the windows of all layers below.

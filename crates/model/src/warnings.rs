@@ -1,6 +1,6 @@
 //! Warnings about scenarios that are accepted but may surprise their users.
 
-use crate::choices::{DriveKind, Energies};
+use crate::choices::DriveKind;
 use crate::derive::ADVISED_SHARE;
 use crate::disorder::Quantity;
 use crate::implausible;
@@ -108,22 +108,18 @@ fn many_rows(_scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// Warns of a key that only older versions of the program obeyed, and of a seed without random draws.
+/// Warns of a seed without random draws.
 fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let friction = &scenario.friction;
     let draws = Quantity::ALL.iter().any(|quantity| quantity.spread(scenario) != 0.0);
     let key = KEYS.iter().find(|key| key.path == "friction.spread_seed").expect("the key is in the table");
     let is_default = key.default_in(true) == Some(Value::Count(friction.spread_seed.into()));
-    if !is_default && !draws {
-        return Some(format!(
+    (!is_default && !draws).then(|| {
+        format!(
             "friction.spread_seed = {} has no effect: nothing is drawn (friction.static_spread, friction.dynamic_spread, \
              disorder.stiffness_spread and disorder.load_spread are 0), so runs with other seeds are identical",
             friction.spread_seed
-        ));
-    }
-    (scenario.recording.energies == Energies::None).then(|| {
-        "recording.energies = \"none\": energies are always recorded now, and the key has no effect"
-            .to_owned()
+        )
     })
 }
 
@@ -523,11 +519,6 @@ mod tests {
 
     #[test]
     fn a_key_without_effect_is_named() {
-        assert_eq!(
-            only(&["recording.energies=none"]),
-            "recording.energies = \"none\": energies are always recorded now, and the key has no effect"
-        );
-        assert_eq!(warnings(&["recording.energies=every-record"]), Vec::<String>::new());
         assert_eq!(
             only(&["friction.spread_seed=7"]),
             "friction.spread_seed = 7 has no effect: nothing is drawn (friction.static_spread, friction.dynamic_spread, \

@@ -79,8 +79,7 @@ pub struct Catalogue {
 impl Catalogue {
     /// For a run of this scenario.
     pub fn new(header: &RunHeader, scenario: &Scenario) -> Catalogue {
-        let scales = header.scales.unwrap_or_else(|| scenario.scales());
-        let block_length_m = scales.block_length_m;
+        let block_length_m = header.scales.block_length_m;
         Catalogue {
             contacts: header.contacts(),
             block_length_m,
@@ -90,8 +89,8 @@ impl Catalogue {
         }
     }
 
-    /// The ruptures that have ended, by onset and number, and how many others there are: those that still slid at the
-    /// end, and those of logs before version 6, which do not record moments.
+    /// The ruptures that have ended, by onset and number, and how many others there are, which still slid at
+    /// the end.
     pub fn finish(mut self) -> (Vec<Entry>, usize) {
         self.ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.rupture));
         let all = self.ruptures.len();

@@ -111,10 +111,10 @@ pub enum ReadError {
     },
 }
 
-/// The columns that every version of the program has written.
+/// The columns by which a table of claims is recognised.
 const NEEDED: [&str; 6] = ["about", "run", "quote", "measure", "ours", "verdict"];
 
-/// Reads a table of claims. Cells of columns that older versions did not write are empty.
+/// Reads a table of claims. Cells of columns that it lacks are empty.
 ///
 /// # Errors
 /// If it is no such table.
@@ -206,15 +206,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_of_claims_is_refused_and_older_ones_are_read() {
+    fn what_is_no_table_of_claims_is_refused() {
         let refused = |text: &str| read(text.as_bytes()).unwrap_err().to_string();
         assert_eq!(refused("about,run\n"), "there is no column quote (accepted: a table of claims)");
-        let older = "about,run,quote,measure,ours,verdict\n";
+        let short = "about,run,quote,measure,ours,verdict\n";
         assert_eq!(
-            refused(&format!("{older}a,r,q,m,much,agrees\n")),
+            refused(&format!("{short}a,r,q,m,much,agrees\n")),
             "line 2: ours: \"much\" is not accepted (accepted: a number)"
         );
-        let claims = read(format!("{older}a,r,q,m,,not reached\n").as_bytes()).unwrap();
+        let claims = read(format!("{short}a,r,q,m,,not reached\n").as_bytes()).unwrap();
         assert_eq!((claims[0].own.ours, claims[0].own.verdict.as_str()), (None, "not reached"));
     }
 }

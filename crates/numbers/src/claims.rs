@@ -171,10 +171,10 @@ impl ClaimSpec {
         self.measure.required_data() | self.power_of.map_or(RequiredData::NOTHING, Number::required_data)
     }
 
-    /// What it measures, in words.
-    fn words(&self) -> String {
-        let power = self.power_of.map_or(String::new(), |of| format!(", exponent against {}", of.words()));
-        self.measure.words() + &power
+    /// What it measures.
+    fn measured(&self) -> String {
+        let power = self.power_of.map_or(String::new(), |of| format!(", exponent against {}", of.name()));
+        self.measure.name().to_owned() + &power
     }
 
     /// The number stated.
@@ -311,7 +311,7 @@ pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Clai
             of: claim.of.word().to_owned(),
             run: claim.run.clone(),
             quote: claim.quote.clone(),
-            measure: claim.words(),
+            measure: claim.measured(),
             stated: claim.stated.clone().unwrap_or_default(),
             deviation: own.ours.zip(claim.stated()).map(|(ours, stated)| ours - stated),
             own,
@@ -457,7 +457,7 @@ mod tests {
         let judged = judged(&claims, &mut runs);
         assert!((judged[0].own.ours.unwrap() + 1.0).abs() < 1e-6, "{judged:?}");
         assert_eq!(judged[0].own.verdict, "agrees");
-        assert!(judged[0].measure.ends_with(", exponent against slope to first slip"), "{judged:?}");
+        assert!(judged[0].measure.ends_with(", exponent against slope_to_first_event_per_s"), "{judged:?}");
         assert!(page_of(&claims, &judged, &runs).contains("| early to late |"));
         assert!(claim(&format!("run = \"late\"\n{power}")).check().unwrap_err().contains("needs minus"));
         let second = |runs: &str| {

@@ -11,10 +11,6 @@ pub struct Key {
     pub group: &'static str,
     /// Its name, type, unit and meaning.
     pub column: Column,
-    /// What pipelines called it before there was one list of numbers, and still may.
-    pub old_name: Option<&'static str>,
-    /// What it is called in the tables of claims and studies, where that is not its name in words.
-    pub words: Option<&'static str>,
 }
 
 impl Key {
@@ -65,14 +61,11 @@ impl<T: FieldValue> FieldValue for Option<T> {
 /// A [`Key`], of its group, name, type, meaning and attributes.
 macro_rules! key {
     (
-        $group:literal, $name:ident, $type:ty, $about:expr
-        $(, unit = $unit:literal)? $(, was = $was:literal)? $(, words = $words:literal)?
+        $group:literal, $name:ident, $type:ty, $about:expr $(, unit = $unit:literal)?
     ) => {
         $crate::key::Key {
             group: $group,
             column: $crate::key::key!(@column stringify!($name), $type, $about $(, $unit)?),
-            old_name: $crate::key::key!(@optional $($was)?),
-            words: $crate::key::key!(@optional $($words)?),
         }
     };
     (@column $name:expr, $type:ty, $about:expr) => {
@@ -81,8 +74,6 @@ macro_rules! key {
     (@column $name:expr, $type:ty, $about:expr, $unit:literal) => {
         ::asperity_record::Column::with_unit($name, <$type as $crate::key::FieldValue>::KIND, $unit, $about)
     };
-    (@optional) => { None };
-    (@optional $text:literal) => { Some($text) };
 }
 
 pub(crate) use key;
@@ -90,8 +81,7 @@ pub(crate) use key;
 /// Declares a summary: generates the struct, its JSON form with a schema, and its keys.
 ///
 /// The doc comment of a field is the meaning of its key on every page. The name of a number ends in
-/// its unit; a number without unit has `[unit = "1"]` after its type, and one with an old name
-/// `[was = "old-name"]`.
+/// its unit; a number without unit has `[unit = "1"]` after its type.
 macro_rules! summary {
     (
         $(#[doc = $about:tt])*
@@ -100,7 +90,7 @@ macro_rules! summary {
                 $group:literal {
                     $(
                         $(#[doc = $doc:tt])*
-                        $field:ident: $type:ty $([unit = $unit:literal])? $([was = $was:literal])?,
+                        $field:ident: $type:ty $([unit = $unit:literal])?,
                     )+
                 }
             )+
@@ -121,7 +111,7 @@ macro_rules! summary {
             pub const KEYS: &'static [$crate::Key] = &[
                 $($($crate::key::key!(
                     $group, $field, $type, concat!($($doc,)* "")
-                    $(, unit = $unit)? $(, was = $was)?
+                    $(, unit = $unit)?
                 ),)+)+
             ];
 

@@ -7,30 +7,13 @@
 //!
 //! ```
 //! use asperity_record::RunHeader;
-//! use asperity_numbers::{RupturesFrom, Slider, Summarizer, Summary};
-//! use asperity_testkit::quiet_step;
+//! use asperity_numbers::{Slider, Summarizer, Summary};
+//! use asperity_testkit::{quiet_step, run_header};
 //!
-//! let header = RunHeader {
-//!     record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
-//!     scenario: "default".to_owned(),
-//!     scenario_hash: String::new(),
-//!     run_id: String::new(),
-//!     code_version: String::new(),
-//!     parameter_set: "as-coded".to_owned(),
-//!     solver: "fast".to_owned(),
-//!     blocks: 10,
-//!     rows: 1,
-//!     junction_count: 0,
-//!     radiates: false,
-//!     has_state: false,
-//!     time_step_s: 1e-7,
-//!     longest_stable_step_s: None,
-//!     steps: 20_000_000,
-//!     scales: None,
-//! };
+//! let header = RunHeader { blocks: 10, time_step_s: 1e-7, steps: 20_000_000, ..run_header() };
 //! let mut summarizer = Summarizer::new("mine", &header, Slider::default());
 //! summarizer.step(&quiet_step(20_000_000, 2.0, 0.25));
-//! let summary = summarizer.finish(RupturesFrom::Log, None);
+//! let summary = summarizer.finish(true, None);
 //! assert_eq!((summary.precursor_count, summary.largest_ft_fn), (Some(0), Some(0.25)));
 //! assert_eq!(summary.first_slip_s, None);
 //! assert_eq!(Summary::KEYS.len(), summary.row().len());
@@ -45,7 +28,7 @@
 //! use asperity_numbers::{Number, precursors};
 //! use asperity_numbers::run_data::RunData;
 //!
-//! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
+//! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/complete.mcap");
 //! let run = RunData::read("complete", path.as_ref())?;
 //! for precursor in precursors::one_by_one(&run) {
 //!     let (length, load) = (precursor.length_ratio(run.columns()), precursor.start.ft_fn_onset);
@@ -102,7 +85,6 @@ pub mod text;
 mod theory_residuals;
 mod unloaded;
 
-pub use asperity_record::RupturesFrom;
 pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
 pub use number::Number;

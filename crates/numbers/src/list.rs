@@ -37,154 +37,131 @@ use crate::theory_residuals::{
 numbers! {
     "Load in time" {
         /// First time at which `F_T / F_N` has reached `mu_d`, s.
-        time_to_dynamic_coefficient_s: f64 [was = "time-to-dynamic-coefficient"] =
-            Loads |run, loads, _| time_to_reach(loads, run.mu_d()?);
+        time_to_dynamic_coefficient_s: f64 = Loads |run, loads, _| time_to_reach(loads, run.mu_d()?);
         /// `mu_d` over that time, 1/s.
-        slope_to_dynamic_coefficient_per_s: f64 [was = "slope-to-dynamic-coefficient"] =
+        slope_to_dynamic_coefficient_per_s: f64 =
             Loads |run, loads, _| Some(run.mu_d()? / time_to_reach(loads, run.mu_d()?)?);
         /// Time at which `F_T / F_N` reaches `mu_d` by [`LoadCurve`], s.
-        time_to_dynamic_coefficient_theory_s: f64 [was = "time-to-dynamic-coefficient-theory"] =
+        time_to_dynamic_coefficient_theory_s: f64 =
             Events |run, _| LoadCurve::of(&run.scenario)?.time_to_dynamic_s();
         /// `mu_d` over the time at which `F_T / F_N` reaches it by [`LoadCurve`], 1/s.
-        slope_to_dynamic_coefficient_theory_per_s: f64 [was = "slope-to-dynamic-coefficient-theory"] =
+        slope_to_dynamic_coefficient_theory_per_s: f64 =
             Events |run, _| Some(run.mu_d()? / LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?);
         /// Deviation of the time to `mu_d` from the theory, over the theory.
-        time_to_dynamic_coefficient_error_ratio: f64 [was = "time-to-dynamic-coefficient-error"] =
+        time_to_dynamic_coefficient_error_ratio: f64 =
             Loads |run, loads, _| {
                 let theory_s = LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?;
                 Some((time_to_reach(loads, run.mu_d()?)? / theory_s - 1.0).abs())
             };
         /// Largest deviation of `F_T / F_N` from [`LoadCurve`] up to `mu_d`, over `mu_d`.
-        load_curve_error_ratio: f64 [was = "load-curve-error"] = Loads |run, loads, _| load_curve_error(run, loads);
+        load_curve_error_ratio: f64 = Loads |run, loads, _| load_curve_error(run, loads);
         /// `mu_s / mu_d`; none by rate-and-state friction, as are all numbers over `mu_d`.
-        coefficient_ratio: f64 [was = "coefficient-ratio"] =
-            Events |run, _| Some(run.plan.friction.static_coefficient / run.mu_d()?);
+        coefficient_ratio: f64 = Events |run, _| Some(run.plan.friction.static_coefficient / run.mu_d()?);
         /// Share of the time in which the load rises.
-        rising_time_ratio: f64 [was = "rising-share"] = Loads |_, loads, _| rising_share(loads);
+        rising_time_ratio: f64 = Loads |_, loads, _| rising_share(loads);
     }
     "First slip event" {
         /// Share of the blocks that slid in the first slip event.
-        first_event_block_ratio: f64 [was = "first-slip-share"] = Events |run, _| {
+        first_event_block_ratio: f64 = Events |run, _| {
             Some(f64::from(run.slips.first()?.blocks_slipped) / f64::from(run.header.blocks))
         };
         /// `F_T / F_N` over time up to the first slip event, 1/s.
-        slope_to_first_event_per_s: f64 [was = "slope-to-first-slip"] = Events |run, _| {
+        slope_to_first_event_per_s: f64 = Events |run, _| {
             let first = run.slips.first()?;
             Some(first.ft_fn_onset / first.onset_s)
         };
         /// Deviation of the load at the first slip event from the prediction for a decaying drive, over
         /// the prediction; none without friction springs.
-        first_event_decaying_drive_error_ratio: f64
-            [was = "decaying-drive-onset-error", words = "decaying drive onset error"] =
+        first_event_decaying_drive_error_ratio: f64 =
             Events |run, _| decaying_drive_onset_error(run.of_stuck_springs()?);
         /// Number of blocks, block 1 included, that carry more than 0.49 % of the force on block 1 when
         /// the first precursor starts; none over an area.
-        affected_blocks: u32 [was = "affected-blocks"] = States |run, states, _| run.of_one_row().and(affected_blocks(states));
+        affected_blocks: u32 = States |run, states, _| run.of_one_row().and(affected_blocks(states));
         /// Number of affected blocks in the theory of the discrete chain; none without friction springs, as are
         /// the two errors below.
-        affected_blocks_theory: u32 [was = "affected-blocks-theory"] =
-            Events |run, _| Some(affected_blocks_theory(run.of_stuck_springs()?));
+        affected_blocks_theory: u32 = Events |run, _| Some(affected_blocks_theory(run.of_stuck_springs()?));
         /// Lowest cut-off, as a share of the force on block 1, at which the number of affected blocks is
         /// the claimed number, or `near`.
-        affected_cut_off_lowest_ratio: f64 [was = "affected-cut-off-lowest"] =
+        affected_cut_off_lowest_ratio: f64 =
             States |run, states, near| run.of_chain().and(affected_cut_off(states, near?));
         /// Highest cut-off at which the number of affected blocks is that number.
-        affected_cut_off_highest_ratio: f64 [was = "affected-cut-off-highest"] =
+        affected_cut_off_highest_ratio: f64 =
             States |run, states, near| run.of_chain().and(affected_cut_off(states, near? - 1.0));
         /// Largest difference between the number of affected blocks and the number in theory, over all
         /// cut-offs from 0.1 % to 100 % of the force on block 1.
-        affected_blocks_error: u32 [was = "affected-blocks-error"] =
+        affected_blocks_error: u32 =
             States |run, states, _| affected_blocks_error(run.of_stuck_springs()?, states);
         /// Largest deviation of `tau_n` at the first onset from (5.45), over its value on block 1.
-        onset_profile_error_ratio: f64 [was = "onset-profile-error"] =
+        onset_profile_error_ratio: f64 =
             States |run, states, _| onset_profile_error(run.of_stuck_springs()?, states);
     }
     "Precursors among slip events" {
         /// Number of precursors before the first global slip event.
-        precursor_event_count: u64 [was = "precursor-count"] =
-            Events |run, _| Some(precursors::alone(run).len() as f64);
+        precursor_event_count: u64 = Events |run, _| Some(precursors::alone(run).len() as f64);
         /// `L_p / L` of the longest of these precursors; 0 without any.
-        longest_precursor_event_ratio: f64 [was = "longest-precursor"] = Events |run, _| {
+        longest_precursor_event_ratio: f64 = Events |run, _| {
             let precursors = precursors::alone(run);
             Some(precursors.iter().map(|found| found.length_ratio(run.columns())).fold(0.0, f64::max))
         };
         /// `L_p / L` of the longest precursor, or global slip event, that began at or below a given load
         /// `F_T / F_N`.
-        event_length_at_load_ratio: f64 [was = "length-at-load"] =
+        event_length_at_load_ratio: f64 =
             Loads |run, loads, near| {
                 largest_at_load(run, loads, near?, |precursor| precursor.length_ratio(run.columns()))
             };
         /// Number of blocks of the precursor whose length is nearest to the claimed one.
-        nearest_precursor_event_blocks: u32 [was = "precursor-nearest"] =
+        nearest_precursor_event_blocks: u32 =
             Events |run, near| Some(f64::from(nearest_precursor(run, near?)?.last_block));
         /// Mean of `tau_n / p_n`, at the end of that precursor, over the blocks that its front passed.
-        mean_behind_event_front_ratio: f64 [was = "mean-behind-front"] =
+        mean_behind_event_front_ratio: f64 =
             LoadsAndStates |run, loads, states, near| mean_behind_front(run, loads, states, near?);
         /// Deviation of that mean from `mu_d`, over `mu_d`.
-        mean_behind_event_front_error_ratio: f64 [was = "mean-behind-front-error"] =
+        mean_behind_event_front_error_ratio: f64 =
             LoadsAndStates |run, loads, states, near| {
                 Some((mean_behind_front(run, loads, states, near?)? / run.mu_d()? - 1.0).abs())
             };
         /// Deviation of a mean of `tau_n / p_n` from `alpha = (mu_s + mu_d) / 2`, over `alpha`: the mean
         /// over all precursors before the first global slip event, each at its end, of the first block
         /// ahead of its front.
-        ahead_of_event_front_error_ratio: f64 [was = "ahead-of-front-error"] =
+        ahead_of_event_front_error_ratio: f64 =
             States |run, states, _| ahead_of_front_error(run.of_chain()?, states);
     }
     "Precursors among slip events, beside length laws" {
         /// Root mean square of the residuals against (5.22), over `mu_d`.
-        event_residual_tilted_ratio: f64 [was = "residual-rms-5.22", words = "residual tilted"] =
-            Events |run, _| residual(run, LengthLaw::Tilted);
+        event_residual_tilted_ratio: f64 = Events |run, _| residual(run, LengthLaw::Tilted);
         /// Root mean square of the residuals against (5.52), over `mu_d`.
-        event_residual_initial_shear_ratio: f64
-            [was = "residual-rms-5.52", words = "residual initial shear"] =
-            Events |run, _| residual(run, LengthLaw::InitialShear);
+        event_residual_initial_shear_ratio: f64 = Events |run, _| residual(run, LengthLaw::InitialShear);
         /// Root mean square of the residuals against (5.57), over `mu_d`.
-        event_residual_linear_ratio: f64 [was = "residual-rms-5.57", words = "residual linear"] =
-            Events |run, _| residual(run, LengthLaw::Linear);
+        event_residual_linear_ratio: f64 = Events |run, _| residual(run, LengthLaw::Linear);
         /// Root mean square of the residuals against the quasi-static balance, over `mu_d`.
-        event_residual_balance_ratio: f64 [was = "residual-rms-balance", words = "residual balance"] =
-            Events |run, _| residual(run, LengthLaw::Balance);
+        event_residual_balance_ratio: f64 = Events |run, _| residual(run, LengthLaw::Balance);
         /// Deviation from 1 of the slope of the straight line through the precursors, `F_T / F_N` against
         /// its value by (5.22).
-        event_slope_error_tilted_ratio: f64 [was = "slope-error-5.22", words = "slope error tilted"] =
-            Events |run, _| slope_error(run, LengthLaw::Tilted);
+        event_slope_error_tilted_ratio: f64 = Events |run, _| slope_error(run, LengthLaw::Tilted);
         /// Deviation from 1 of the slope against (5.52).
-        event_slope_error_initial_shear_ratio: f64
-            [was = "slope-error-5.52", words = "slope error initial shear"] =
+        event_slope_error_initial_shear_ratio: f64 =
             Events |run, _| slope_error(run, LengthLaw::InitialShear);
         /// Deviation from 1 of the slope against (5.57).
-        event_slope_error_linear_ratio: f64 [was = "slope-error-5.57", words = "slope error linear"] =
-            Events |run, _| slope_error(run, LengthLaw::Linear);
+        event_slope_error_linear_ratio: f64 = Events |run, _| slope_error(run, LengthLaw::Linear);
         /// Deviation from 1 of the slope against (5.22) with the shear ahead of the front.
-        event_slope_error_screened_ratio: f64 [was = "slope-error-screened"] =
-            Events |run, _| slope_error(run, LengthLaw::Screened);
+        event_slope_error_screened_ratio: f64 = Events |run, _| slope_error(run, LengthLaw::Screened);
         /// Deviation from 1 of the slope against the quasi-static balance.
-        event_slope_error_balance_ratio: f64 [was = "slope-error-balance"] =
-            Events |run, _| slope_error(run, LengthLaw::Balance);
+        event_slope_error_balance_ratio: f64 = Events |run, _| slope_error(run, LengthLaw::Balance);
         /// Deviation from 0 of the intercept of the straight line through the precursors, `F_T / F_N`
         /// against its value by (5.22), over `mu_d`.
-        event_intercept_error_tilted_ratio: f64
-            [was = "intercept-error-5.22", words = "intercept error tilted"] =
-            Events |run, _| intercept_error(run, LengthLaw::Tilted);
+        event_intercept_error_tilted_ratio: f64 = Events |run, _| intercept_error(run, LengthLaw::Tilted);
         /// Deviation from 0 of the intercept against (5.52), over `mu_d`.
-        event_intercept_error_initial_shear_ratio: f64
-            [was = "intercept-error-5.52", words = "intercept error initial shear"] =
+        event_intercept_error_initial_shear_ratio: f64 =
             Events |run, _| intercept_error(run, LengthLaw::InitialShear);
         /// Deviation from 0 of the intercept against (5.57), over `mu_d`.
-        event_intercept_error_linear_ratio: f64
-            [was = "intercept-error-5.57", words = "intercept error linear"] =
-            Events |run, _| intercept_error(run, LengthLaw::Linear);
+        event_intercept_error_linear_ratio: f64 = Events |run, _| intercept_error(run, LengthLaw::Linear);
         /// Deviation from 0 of the intercept against (5.22) with the shear ahead of the front, over
         /// `mu_d`.
-        event_intercept_error_screened_ratio: f64 [was = "intercept-error-screened"] =
-            Events |run, _| intercept_error(run, LengthLaw::Screened);
+        event_intercept_error_screened_ratio: f64 = Events |run, _| intercept_error(run, LengthLaw::Screened);
         /// Deviation from 0 of the intercept against the quasi-static balance, over `mu_d`.
-        event_intercept_error_balance_ratio: f64 [was = "intercept-error-balance"] =
-            Events |run, _| intercept_error(run, LengthLaw::Balance);
+        event_intercept_error_balance_ratio: f64 = Events |run, _| intercept_error(run, LengthLaw::Balance);
         /// Deviation of (5.52) at `L_p = L` from `mu_d`, over `mu_d`.
-        law_end_error_initial_shear_ratio: f64
-            [was = "end-error-5.52", words = "end error initial shear"] =
+        law_end_error_initial_shear_ratio: f64 =
             Events |run, _| {
                 let parameters = LengthLawParameters::of(&run.has_free_ends()?.scenario);
                 Some((LengthLaw::InitialShear.load_ratio(&parameters, 1.0) / run.mu_d()? - 1.0).abs())
@@ -192,11 +169,11 @@ numbers! {
     }
     "First global slip event, and those after it" {
         /// Deviation of `F_T / F_N` at the onset of the first global slip event from `mu_d`, over `mu_d`.
-        first_global_event_load_error_ratio: f64 [was = "load-at-first-global-slip-error"] =
+        first_global_event_load_error_ratio: f64 =
             Events |run, _| Some((run.first_global_slip()?.ft_fn_onset / run.mu_d()? - 1.0).abs());
         /// Position of `F_T / F_N` at the onset of the first global slip event between the two
         /// coefficients: 0 at `mu_d`, 1 at `mu_s`.
-        first_global_event_between_coefficients_ratio: f64 [was = "load-between-coefficients"] =
+        first_global_event_between_coefficients_ratio: f64 =
             Events |run, _| {
                 let mu_d = run.mu_d()?;
                 let above = run.first_global_slip()?.ft_fn_onset - mu_d;
@@ -204,150 +181,139 @@ numbers! {
                 (between > 0.0).then(|| above / between)
             };
         /// Mean of `F_T / F_N` over time from the first global slip event to the end, over `mu_d`.
-        mean_after_global_event_ratio: f64 [was = "mean-after-global-slip"] =
-            Loads |run, loads, _| mean_after_global_slip(run, loads);
+        mean_after_global_event_ratio: f64 = Loads |run, loads, _| mean_after_global_slip(run, loads);
         /// Deviation of that mean from 1.
-        mean_after_global_event_error_ratio: f64 [was = "mean-after-global-slip-error"] =
+        mean_after_global_event_error_ratio: f64 =
             Loads |run, loads, _| Some((mean_after_global_slip(run, loads)? - 1.0).abs());
         /// Deviation of the middle between the extrema of `F_T / F_N` in a global slip event from `mu_d`,
         /// over `mu_d`; the largest of all global slip events.
-        global_event_middle_error_ratio: f64 [was = "global-slip-middle-error"] =
+        global_event_middle_error_ratio: f64 =
             Events |run, _| {
                 let mu_d = run.mu_d()?;
                 largest(global_slips(run).map(|slip| middle(slip) / mu_d - 1.0))
             };
         /// Extent of the largest drop of `F_T / F_N` in a global slip event.
-        largest_global_event_drop_ft_fn: f64 [unit = "1"] [was = "largest-drop"] =
+        largest_global_event_drop_ft_fn: f64 [unit = "1"] =
             Events |run, _| largest_drop(run).map(|slip| slip.ft_fn_max - slip.ft_fn_min);
         /// The middle between the extrema of that drop.
-        largest_global_event_drop_middle_ft_fn: f64 [unit = "1"] [was = "largest-drop-middle"] =
+        largest_global_event_drop_middle_ft_fn: f64 [unit = "1"] =
             Events |run, _| largest_drop(run).map(middle);
         /// Deviation of that middle from `mu_d`, over `mu_d`.
-        largest_global_event_drop_middle_error_ratio: f64 [was = "largest-drop-middle-error"] =
+        largest_global_event_drop_middle_error_ratio: f64 =
             Events |run, _| Some((middle(largest_drop(run)?) / run.mu_d()? - 1.0).abs());
     }
     "Before and after the drive is held" {
         /// Sag of `F_T / F_N` below the chord of the longest flank between two slip events before the
         /// drive is held: its mean over time, over the rise of the flank. 0 for a straight flank, 1/6 for
         /// a parabola that begins level.
-        sag_before_hold_ratio: f64 [was = "sag-before-hold"] =
-            Loads |run, loads, _| sag(longest_flank(run, loads, Side::BeforeHold)?);
+        sag_before_hold_ratio: f64 = Loads |run, loads, _| sag(longest_flank(run, loads, Side::BeforeHold)?);
         /// Sag of the longest such flank after the drive is held.
-        sag_after_hold_ratio: f64 [was = "sag-after-hold"] =
-            Loads |run, loads, _| sag(longest_flank(run, loads, Side::AfterHold)?);
+        sag_after_hold_ratio: f64 = Loads |run, loads, _| sag(longest_flank(run, loads, Side::AfterHold)?);
         /// Largest deviation of that flank from the parabola through its ends and its middle, over its
         /// rise.
-        parabola_error_after_hold_ratio: f64 [was = "parabola-error-after-hold"] =
+        parabola_error_after_hold_ratio: f64 =
             Loads |run, loads, _| parabola_error(longest_flank(run, loads, Side::AfterHold)?);
         /// Largest deviation of that flank from the hyperbola that a constant `F_T` gives as `F_N` falls,
         /// over its rise.
-        hyperbola_error_after_hold_ratio: f64 [was = "hyperbola-error-after-hold"] =
+        hyperbola_error_after_hold_ratio: f64 =
             Loads |run, loads, _| hyperbola_error(longest_flank(run, loads, Side::AfterHold)?);
         /// Root mean square of the residuals against the length law that applies to the scenario, over
         /// `mu_d`, of the precursors among slip events before the drive is held.
-        event_residual_before_hold_ratio: f64 [was = "residual-before-hold"] =
+        event_residual_before_hold_ratio: f64 =
             Events |run, _| rms_over_mu_d(run, &points_beside_hold(run, Side::BeforeHold)?);
         /// Root mean square of the residuals of the precursors after it, the first global slip event
         /// included.
-        event_residual_after_hold_ratio: f64 [was = "residual-after-hold"] =
+        event_residual_after_hold_ratio: f64 =
             Events |run, _| rms_over_mu_d(run, &points_beside_hold(run, Side::AfterHold)?);
         /// Deviation from 1 of the slope of the straight line through the precursors among slip events
         /// before the drive is held, `F_T / F_N` against its value by that law.
-        event_slope_error_before_hold_ratio: f64 [was = "slope-error-before-hold"] =
+        event_slope_error_before_hold_ratio: f64 =
             Events |run, _| slope_error_of(&points_beside_hold(run, Side::BeforeHold)?);
         /// Deviation of the intercept of that line from 0, over `mu_d`.
-        event_intercept_error_before_hold_ratio: f64 [was = "intercept-error-before-hold"] =
+        event_intercept_error_before_hold_ratio: f64 =
             Events |run, _| intercept_error_of(run, &points_beside_hold(run, Side::BeforeHold)?);
     }
     "Motion" {
         /// Duration of the slip event within the dense window whose length is nearest to the claimed one,
         /// over the time in which sound crosses it, `n sqrt(m / k)`.
-        event_over_crossing_ratio: f64 [was = "event-over-crossing"] =
-            Events |run, near| over_crossing(run, event_in_window(run, near?)?);
+        event_over_crossing_ratio: f64 = Events |run, near| over_crossing(run, event_in_window(run, near?)?);
         /// Median of this ratio over the slip events of five blocks or more.
-        median_event_over_crossing_ratio: f64 [was = "median-event-over-crossing"] =
-            Events |run, _| median_over_crossing(run);
+        median_event_over_crossing_ratio: f64 = Events |run, _| median_over_crossing(run);
         /// Number of re-attachments in the run, of all blocks together.
-        reattachment_count: u64 [was = "reattachments"] = Events |run, _| {
+        reattachment_count: u64 = Events |run, _| {
             Some((run.summary.switch_count - run.summary.detachment_count) as f64)
         };
         /// Share of positive velocities in the dense window, during the slip event whose length is
         /// nearest to the claimed one.
-        event_forward_velocity_ratio: f64 [was = "forward-share"] = Windows |run, windows, near| {
+        event_forward_velocity_ratio: f64 = Windows |run, windows, near| {
             let velocities = velocities_in_event(run, windows, near?)?;
             let forward = velocities.iter().filter(|&&velocity| velocity > 0.0).count();
             Some(forward as f64 / velocities.len() as f64)
         };
         /// Lowest of these velocities over the highest.
-        event_lowest_velocity_ratio: f64 [was = "lowest-velocity"] = Windows |run, windows, near| {
+        event_lowest_velocity_ratio: f64 = Windows |run, windows, near| {
             let velocities = velocities_in_event(run, windows, near?)?;
             let highest = velocities.iter().copied().reduce(f64::max)?;
             Some(velocities.into_iter().reduce(f64::min)? / highest)
         };
         /// Largest displacement of any block in the recorded states, mm.
-        largest_displacement_mm: f64 [unit = "mm"] [was = "largest-displacement-mm"] =
+        largest_displacement_mm: f64 [unit = "mm"] =
             States |_, states, _| states.largest_displacement_m().map(|u| u * 1e3);
         /// Number of over-damped modes of the free chain (5.30).
-        overdamped_modes: u32 [was = "overdamped-modes"] = Events |run, _| {
+        overdamped_modes: u32 = Events |run, _| {
             let damping = run.of_chain()?.scenario.slider.relative_damping;
             Some(f64::from(analytic::overdamped_modes(damping, run.header.blocks)))
         };
         /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
-        ring_down_error_ratio: f64 [was = "ring-down-error"] =
-            Windows |run, windows, _| ring_down_error(run.of_chain()?, windows);
+        ring_down_error_ratio: f64 = Windows |run, windows, _| ring_down_error(run.of_chain()?, windows);
         /// Speed of the longitudinal wave of `near` spacings along a lattice, by the pull of its
         /// bonds, m/s.
-        longitudinal_wave_speed_m_per_s: f64 [was = "longitudinal-wave-speed"] =
+        longitudinal_wave_speed_m_per_s: f64 =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[_, c]| c);
         /// Speed of the shear wave of that length along the lattice, m/s.
-        shear_wave_speed_m_per_s: f64 [was = "shear-wave-speed"] =
+        shear_wave_speed_m_per_s: f64 =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[c, _]| c);
     }
     "Before the first step" {
         /// Largest deviation of the initial shear from (5.50), over `p`.
-        initial_shear_error_ratio: f64 [was = "initial-shear-error"] =
-            States |run, states, _| initial_shear_error(run.of_chain()?, states);
+        initial_shear_error_ratio: f64 = States |run, states, _| initial_shear_error(run.of_chain()?, states);
         /// `tau_1 / p_1`.
-        rest_shear_of_first_block_ratio: f64 [was = "rest-shear-of-first-block"] =
+        rest_shear_of_first_block_ratio: f64 =
             States |run, states, _| at_rest::shear_of_first_block(run, states);
         /// Largest sum of `tau_n` and its mirror image, over the largest `tau_n`.
-        rest_shear_asymmetry_ratio: f64 [was = "rest-shear-asymmetry"] =
-            States |run, states, _| at_rest::asymmetry(run, states);
+        rest_shear_asymmetry_ratio: f64 = States |run, states, _| at_rest::asymmetry(run, states);
         /// The `beta` of (5.50) that has the same first moment as the shear.
-        rest_shear_beta_ratio: f64 [was = "rest-shear-beta"] =
-            States |run, states, _| at_rest::shear_beta(run, states);
+        rest_shear_beta_ratio: f64 = States |run, states, _| at_rest::shear_beta(run, states);
         /// Poisson's ratio of a slab or a body, from its shear at rest and its expansion along x.
-        rest_poisson_ratio: f64 [was = "rest-poisson-ratio"] =
-            States |run, states, _| at_rest::poisson_ratio(run, states);
+        rest_poisson_ratio: f64 = States |run, states, _| at_rest::poisson_ratio(run, states);
         /// `tau`: the prestress of the middle block minus sliding friction, over static minus sliding
         /// friction.
-        relative_prestress_ratio: f64 [was = "relative-prestress"] =
+        relative_prestress_ratio: f64 =
             Events |run, _| front::relative_prestress(&run.of_chain()?.plan, run.plan.blocks / 2);
     }
     "The front from block 1, and pulses" {
         /// Speed of the front that started at block 1 over the chain's wave speed `a sqrt(k / m)`: the
         /// least-squares line through its arrivals at blocks `N / 2` to `11 N / 12`; none if it did not
         /// reach them all.
-        first_front_speed_over_wave_speed_ratio: f64 [was = "front-speed-over-c"] =
+        first_front_speed_over_wave_speed_ratio: f64 =
             Events |run, _| fronts::speed_over_c(run.of_one_row()?);
         /// Deviation of that speed from the theory of a steady front on rigid contacts, over the theory;
         /// none where there is no theory.
-        first_front_speed_error_ratio: f64 [was = "front-speed-error"] =
+        first_front_speed_error_ratio: f64 =
             Events |run, _| Some(fronts::speed_error(run.of_chain()?)?.abs());
         /// Length of a slip pulse, in blocks: its speed times the mean time for which a block of the
         /// same span slides.
-        pulse_length_blocks: f64 [unit = "1"] [was = "pulse-length-blocks"] =
+        pulse_length_blocks: f64 [unit = "1"] =
             Events |run, _| fronts::pulse_length_blocks(run.of_one_row()?);
         /// Mean slip behind a pulse, over the `2 tau / gamma` of the theory without damping.
-        pulse_slip_ratio: f64 [was = "pulse-slip-ratio"] = Events |run, _| fronts::pulse_slip_ratio(run.of_one_row()?);
+        pulse_slip_ratio: f64 = Events |run, _| fronts::pulse_slip_ratio(run.of_one_row()?);
         /// Number of blocks that a front from block 1 has passed: all before the first one that never
         /// slid.
-        first_front_reach_blocks: u32 [was = "front-reach-blocks"] =
+        first_front_reach_blocks: u32 =
             Events |run, _| Some(fronts::passages(run.of_one_row()?).len() as f64);
         /// `tau` of the last block that the front from block 1 reached; none if it reached all, or still
         /// runs.
-        first_front_arrest_prestress_ratio: f64 [was = "arrest-prestress"] =
-            Events |run, _| fronts::arrest_prestress(run.of_chain()?);
+        first_front_arrest_prestress_ratio: f64 = Events |run, _| fronts::arrest_prestress(run.of_chain()?);
         /// Number of blocks that slid behind a barrier, the last block of `prestress.from_blocks`; none if
         /// the last block of the chain slid as well, or a block still slides at the end.
         behind_barrier_blocks: u32 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.blocks);
@@ -394,22 +360,20 @@ numbers! {
     "Ruptures" {
         /// Number of ruptures of a tenth of the blocks or more before the first that reached all,
         /// wherever they began.
-        partial_rupture_count: u64 [was = "partial-ruptures"] = Events |run, _| partial_ruptures::count(run);
+        partial_rupture_count: u64 = Events |run, _| partial_ruptures::count(run);
         /// Share of the blocks in the largest of these ruptures; 0 without any.
-        largest_partial_rupture_ratio: f64 [was = "largest-partial-rupture"] =
-            Events |run, _| partial_ruptures::largest_share(run);
+        largest_partial_rupture_ratio: f64 = Events |run, _| partial_ruptures::largest_share(run);
         /// Distance from the driven end at which the first rupture of a tenth of the blocks or more
         /// began, mm.
-        first_nucleation_mm: f64 [unit = "mm"] [was = "first-nucleation-mm"] =
-            Events |run, _| partial_ruptures::nucleation_mm(run);
+        first_nucleation_mm: f64 [unit = "mm"] = Events |run, _| partial_ruptures::nucleation_mm(run);
         /// Speed of the front of the first rupture that reached every block, towards higher-numbered
         /// blocks, over the wave speed.
-        first_global_rupture_front_speed_over_wave_speed_ratio: f64 [was = "global-front-over-c"] =
+        first_global_rupture_front_speed_over_wave_speed_ratio: f64 =
             Events |run, _| partial_ruptures::global_front_over_c(run);
         /// Whether the fronts of precursors and of the first global rupture run faster under higher
         /// stress: Spearman's rank correlation of speed and `tau_n / p_n`, over an area of the local speed and
         /// the size of the tangential force over `p_n` at each contact, -1 to 1.
-        front_stress_correlation: f64 [unit = "1"] [was = "front-stress-correlation"] =
+        front_stress_correlation: f64 [unit = "1"] =
             Fronts |run, passed| fronts::speed_stress_correlation(run, passed);
         /// Number of local front speeds: over any four spacings on one side of the nucleation block, in all
         /// ruptures of five blocks or more; over an area at each contact by the contacts around it.
@@ -464,8 +428,7 @@ numbers! {
         /// Exponent `b` of the rate of ruptures per unit of `ln M_0`, `M_0^-b`: over ruptures of up to a given number of
         /// blocks, `near`, with more than ten times the median moment of those of one block, during which no other slid;
         /// none of fewer than 50.
-        moment_exponent: f64 [unit = "1"] =
-            Events |run, near| moments::exponent(run, near?);
+        moment_exponent: f64 [unit = "1"] = Events |run, near| moments::exponent(run, near?);
         /// Number of ruptures of more than `near` blocks with at least the median moment of those, over the number that this
         /// power law has there.
         moment_excess_ratio: f64 = Events |run, near| moments::excess_ratio(run, near?);

@@ -9,23 +9,16 @@ use crate::rupture_numbers::{energy_error_j, radiated_energy_j, released_energy_
 /// Collects one number of each rupture, and two sums.
 #[derive(Debug, Default)]
 pub(crate) struct Magnitudes {
-    /// Moments, N m, and in logs without them potencies over the width, m2.
-    sizes: Vec<Size>,
+    /// N m.
+    moments: Vec<f64>,
     radiated_j: f64,
     released_j: f64,
     error_j: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Size {
-    Moment(f64),
-    Potency(f64),
-}
-
 impl Magnitudes {
     pub(crate) fn take(&mut self, rupture: &Rupture) {
-        let moment = rupture.moment_n_m.map(Size::Moment);
-        self.sizes.extend(moment.or(rupture.potency_m2.map(Size::Potency)));
+        self.moments.extend(rupture.moment_n_m);
         if let (Some(radiated_j), Some(released_j)) = (radiated_energy_j(rupture), released_energy_j(rupture))
         {
             self.radiated_j += radiated_j;
@@ -34,18 +27,9 @@ impl Magnitudes {
         }
     }
 
-    /// The moment magnitudes, with the modulus for logs without moments.
-    fn magnitudes(&self, modulus_n_per_m: Option<f64>) -> Vec<f64> {
-        let moment = |size: &Size| match *size {
-            Size::Moment(moment_n_m) => Some(moment_n_m),
-            Size::Potency(potency_m2) => Some(potency_m2 * modulus_n_per_m?),
-        };
-        self.sizes.iter().filter_map(moment).filter_map(moment_magnitude).collect()
-    }
-
     /// The largest magnitude, and the law of Gutenberg and Richter, where there are enough to test it.
-    pub(crate) fn sizes(&self, modulus_n_per_m: Option<f64>) -> (Option<f64>, Option<GutenbergRichter>) {
-        let magnitudes = self.magnitudes(modulus_n_per_m);
+    pub(crate) fn sizes(&self) -> (Option<f64>, Option<GutenbergRichter>) {
+        let magnitudes: Vec<f64> = self.moments.iter().copied().filter_map(moment_magnitude).collect();
         let largest = magnitudes.iter().copied().max_by(f64::total_cmp);
         (largest, GutenbergRichter::complete(&magnitudes))
     }

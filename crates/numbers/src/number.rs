@@ -32,12 +32,12 @@ impl Number {
         of_summary.filter(|number| number.key.column.kind != ColumnKind::Word).chain(others)
     }
 
-    /// That of a name, which may be an old one.
+    /// That of a name.
     ///
     /// # Errors
     /// In words, with the name that may be meant.
     pub fn find(name: &str) -> Result<Number, String> {
-        let found = Number::all().find(|number| number.name() == name || number.key.old_name == Some(name));
+        let found = Number::all().find(|number| number.name() == name);
         found.ok_or_else(|| {
             let meant = suggestion(name, Number::all().map(Number::name));
             format!("there is no number {name:?} (accepted: those of docs/figures.md#numbers){meant}")
@@ -48,12 +48,6 @@ impl Number {
     pub fn name(self) -> &'static str {
         let Key { column, .. } = self.key;
         &column.name
-    }
-
-    /// Its name in words, as in the tables of claims.
-    pub fn words(self) -> String {
-        let Key { old_name, words, .. } = self.key;
-        words.or(*old_name).unwrap_or(self.name()).replace(['-', '_'], " ")
     }
 
     /// Whether every summary has it, so that sweeps do.
@@ -263,15 +257,11 @@ mod tests {
         let mut names = BTreeSet::new();
         for number in Number::all() {
             assert_eq!(Number::find(number.name()).unwrap().name(), number.name());
-            for name in [Some(number.name()), number.key.old_name].into_iter().flatten() {
-                assert!(names.insert(name), "{name} is the name of two numbers");
-            }
+            assert!(names.insert(number.name()), "{} is the name of two numbers", number.name());
             let unit = number.key.column.unit;
             assert!(unit.is_some() || number.key.column.kind != ColumnKind::Number, "{}", number.name());
         }
         assert!(names.len() > 200, "{}", names.len());
-        let old = Number::find("residual-rms-5.57").unwrap();
-        assert_eq!((old.name(), old.words().as_str()), ("event_residual_linear_ratio", "residual linear"));
         assert_eq!(
             Number::find("coeficient_ratio").unwrap_err(),
             "there is no number \"coeficient_ratio\" (accepted: those of docs/figures.md#numbers); did you mean \

@@ -77,8 +77,7 @@ macro_rules! numbers {
         $group:literal {
             $(
                 $(#[doc = $doc:tt])*
-                $name:ident: $type:ty $([unit = $unit:literal])? $([was = $was:literal $(, words = $words:literal)?])?
-                    = $of:ident |$($argument:pat_param),+| $body:expr;
+                $name:ident: $type:ty $([unit = $unit:literal])? = $of:ident |$($argument:pat_param),+| $body:expr;
             )+
         }
     )+) => {
@@ -87,7 +86,7 @@ macro_rules! numbers {
             $($((
                 $crate::key::key!(
                     $group, $name, $type, concat!($($doc,)* "")
-                    $(, unit = $unit)? $(, was = $was $(, words = $words)?)?
+                    $(, unit = $unit)?
                 ),
                 $crate::of::Of::$of(|$($argument),+| ($body).map($crate::estimate::Estimate::from)),
             ),)+)+

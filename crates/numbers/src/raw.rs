@@ -149,8 +149,8 @@ impl RawEvents {
     }
 
     /// Whether they are misleading, given the time `wave_s` of a wave along the slider.
-    pub(crate) fn mislead(&self, wave_s: Option<f64>, run_end_s: f64) -> bool {
-        let crossing_s = self.longest_crossing_s.max(wave_s.unwrap_or(0.0));
+    pub(crate) fn mislead(&self, wave_s: f64, run_end_s: f64) -> bool {
+        let crossing_s = self.longest_crossing_s.max(wave_s);
         let outlast =
             self.longest_s(run_end_s).is_some_and(|longest| longest > MISLEADING_CROSSINGS * crossing_s);
         let joined = self.joined_count() as f64 > MISLEADING_JOINED * self.wide_count() as f64;

@@ -9,7 +9,7 @@ use std::path::Path;
 use asperity_model::{NodeState, Plan, Scenario, ScenarioSource};
 use asperity_record::{
     Arrival, Direction, Event, EventPayload, FieldRecord, Observer, Record, RunEnd, RunHeader, Rupture,
-    RupturesFrom, SlipEvent, StepRecord, WindowRecord,
+    SlipEvent, StepRecord, WindowRecord,
 };
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
@@ -97,8 +97,8 @@ pub struct RunEvents {
     pub summary: Summary,
     /// Slip events, in order.
     pub slips: Vec<SlipEvent>,
-    /// Ruptures, in the order in which they became certain, as in the log; none where the log is
-    /// from before there were any.
+    /// Ruptures, in the order in which they became certain, as in the log; none of a log by other
+    /// detectors.
     pub ruptures: Option<Vec<Rupture>>,
     /// The first and the last switch of every block.
     pub switches: Vec<Option<[Switched; 2]>>,
@@ -168,7 +168,14 @@ impl RunData {
     /// If the log is damaged, incomplete, or its scenario invalid.
     pub fn read(name: &str, path: &Path) -> Result<RunData, UnreadRun> {
         let mut reader = RunReader::open(path, Topics::ALL)?;
-        let collector = Collector::of_log(name, reader.header(), reader.scenario_toml(), RequiredData::all());
+        // A log that ends early, or was salvaged without it, has no scenario.
+        let scenario = match reader.scenario_toml() {
+            "" => Err("it has no attachment `scenario.toml`".to_owned()),
+            toml => Scenario::resolve(&ScenarioSource::logged("scenario.toml", toml))
+                .map_err(|errors| errors.to_string()),
+        };
+        let collector = scenario
+            .and_then(|scenario| Collector::of_log(name, reader.header(), &scenario, RequiredData::all()));
         let mut collector =
             collector.map_err(|problem| UnreadRun::Run { run: path.display().to_string(), problem })?;
         while let Some(item) = reader.next_item()? {
@@ -178,8 +185,7 @@ impl RunData {
             }
         }
         let has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
-        let ruptures_from = if has_ruptures { RupturesFrom::Log } else { RupturesFrom::None };
-        Ok(collector.finish(ruptures_from, reader.end()))
+        Ok(collector.finish(has_ruptures, reader.end()))
     }
 
     fn if_kept<'a, T: ?Sized>(&self, kept: bool, what: &'static str, data: &'a T) -> Result<&'a T, NotKept> {
@@ -393,19 +399,13 @@ impl Collector {
     /// For a log that is about to be read, with this header and scenario.
     ///
     /// # Errors
-    /// In words, if its scenario cannot be understood, or is not that of its header.
+    /// In words, if the scenario is not that of the header.
     pub fn of_log(
         name: &str,
         header: &RunHeader,
-        scenario_toml: &str,
+        scenario: &Scenario,
         required: RequiredData,
     ) -> Result<Collector, String> {
-        // A log that ends so early, or was salvaged without it, has no scenario.
-        if scenario_toml.is_empty() {
-            return Err("it has no attachment `scenario.toml`".to_owned());
-        }
-        let source = ScenarioSource::logged("scenario.toml", scenario_toml);
-        let scenario = Scenario::resolve(&source).map_err(|errors| errors.to_string())?;
         // From here on, blocks and steps are those of the header.
         if scenario.hash() != header.scenario_hash {
             return Err(format!(
@@ -414,7 +414,7 @@ impl Collector {
                 header.scenario_hash
             ));
         }
-        Ok(Collector::new(name, header.clone(), scenario, required))
+        Ok(Collector::new(name, header.clone(), scenario.clone(), required))
     }
 
     /// The run's name.
@@ -470,13 +470,13 @@ impl Collector {
     }
 
     /// Returns the data kept, given the source of its ruptures, and its end if known.
-    pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> RunData {
+    pub fn finish(self, has_ruptures: bool, end: Option<&RunEnd>) -> RunData {
         let Collector { mut run, summarizer } = self;
         run.states.end();
-        if ruptures_from == RupturesFrom::None {
+        if !has_ruptures {
             run.ruptures = None;
         }
-        run.summary = summarizer.finish(ruptures_from, end);
+        run.summary = summarizer.finish(has_ruptures, end);
         run
     }
 }
@@ -519,7 +519,6 @@ mod tests {
     use crate::made_up;
     use crate::required_data::RequiredData;
     use crate::states::States;
-    use asperity_record::RupturesFrom;
 
     #[test]
     fn of_switches_there_stay_the_first_and_the_last_of_each_block() {
@@ -551,7 +550,7 @@ mod tests {
                 ..WindowRecord::default()
             }));
         }
-        let run = collector.finish(RupturesFrom::None, None);
+        let run = collector.finish(false, None);
         assert_eq!((run.windows.len(), run.rupture_fields.len()), (1, 2));
         assert_eq!((run.windows[0].first_block, run.rupture_fields[0].first_block), (2, 1));
     }

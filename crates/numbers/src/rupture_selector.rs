@@ -33,7 +33,7 @@ impl Sort {
 
 /// Why figures of ruptures cannot be drawn of a run without any list of them.
 pub fn no_ruptures(run: &RunEvents) -> String {
-    format!("the log of run {} has no ruptures: it is of an older version", run.name)
+    format!("the log of run {} has no ruptures: other detectors wrote it", run.name)
 }
 
 /// The ruptures of a run by onset, each with its kind.

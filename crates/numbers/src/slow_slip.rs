@@ -38,7 +38,7 @@ pub struct SlowSlip<'a> {
 /// kept.
 pub fn slow_slips(run: &RunData) -> Result<Vec<SlowSlip<'_>>, NotKept> {
     let motion = (run.arrivals()?, run.states()?, run.windows()?);
-    let link_s = run.header.scales.map_or(0.0, |scales| scales.link_s());
+    let link_s = run.header.scales.link_s();
     let moved_m = by_rupture(motion, [f64::INFINITY, link_s]);
     let mut slips = Vec::new();
     for rupture in run.ruptures.iter().flatten() {

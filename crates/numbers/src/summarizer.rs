@@ -3,8 +3,8 @@
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::{Plan, Scenario};
 use asperity_record::{
-    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, RunStatus, Rupture, RupturesFrom, Scales,
-    SlipEvent, StepRecord, TimeGrid,
+    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, RunStatus, Rupture, SlipEvent, StepRecord,
+    TimeGrid,
 };
 
 use crate::catalogue::contact_area_m2;
@@ -23,14 +23,9 @@ const CREEP_SHARE: f64 = 0.1;
 /// Fewest intervals between global ruptures whose second half shows the steady state.
 const FEWEST_INTERVALS: usize = 4;
 
-/// The log version from which on the solver counts steps of contacts in the air.
-const COUNTS_AIR_SINCE: u32 = 6;
-
 /// Properties of a slider beyond the header of its run.
 #[derive(Default)]
 pub struct Slider {
-    /// The scales of its elements, for headers without them.
-    pub scales: Option<Scales>,
     /// The area that a contact stands for, m2.
     pub contact_area_m2: Option<f64>,
     /// The law of precursor lengths for the scenario, and its parameters.
@@ -51,10 +46,8 @@ impl Slider {
             springs.len() == plan.blocks
                 && springs.iter().all(|spring| spring.stiffness_n_per_m == springs[0].stiffness_n_per_m)
         };
-        let scales = scenario.scales();
         Slider {
-            scales: Some(scales),
-            contact_area_m2: Some(contact_area_m2(scales.block_length_m, scenario)),
+            contact_area_m2: Some(contact_area_m2(scenario.scales().block_length_m, scenario)),
             length_law: LengthLaw::is_for(scenario).then_some(law),
             driven: plan.filter(is_even).map(Box::new),
         }
@@ -143,7 +136,7 @@ impl Summarizer {
         self.last_step = record.step;
         let force_n = (record.step, record.driving_force_n);
         self.driving_forces_n = Some([self.driving_forces_n.map_or(force_n, |[first, _]| first), force_n]);
-        self.energy = record.energy.or(self.energy);
+        self.energy = Some(record.energy);
         self.records += 1;
         self.switches += record.switches.len() as u64;
         self.largest_ft_fn = largest(self.largest_ft_fn, Some(record.load_ratio()));
@@ -183,19 +176,19 @@ impl Summarizer {
         }
     }
 
-    /// Ends the run, with its status if known.
-    pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> Summary {
+    /// Ends the run, with its status if known. Without ruptures, as of a log of a program without their detector, the
+    /// numbers that need them are unknown.
+    pub fn finish(self, has_ruptures: bool, end: Option<&RunEnd>) -> Summary {
         let Summarizer { header, slider, grid, growth, global, raw, unloaded, .. } = self;
-        let is_known = ruptures_from != RupturesFrom::None;
-        let known = |count: u64| is_known.then_some(count);
+        let known = |count: u64| has_ruptures.then_some(count);
         let pulls_one_way = !self.pulls_both_ways;
         let ratio = |value: Option<f64>| value.and_then(finite).filter(|_| pulls_one_way);
         let last_step = end.map_or(self.last_step, |end| end.last_step);
         let simulated_s = grid.time_s(last_step);
         let contacts = header.contacts();
         let length_ratio = |rupture: &Rupture| rupture.reach().length_ratio(contacts.columns());
-        let scales = header.scales.or(slider.scales);
-        let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
+        let scales = header.scales;
+        let wave_speed_m_per_s = Some(scales.wave_speed_m_per_s());
         let speed_m_per_s =
             |rupture: &Rupture| measures::front_speed_m_per_s(rupture, contacts, wave_speed_m_per_s);
 
@@ -222,12 +215,8 @@ impl Summarizer {
         let creeps = creep_front_block.is_some_and(|block| {
             block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(contacts.columns())
         });
-        // Before version 6 only the scenario has it.
-        let modulus_n_per_m =
-            [header.scales, slider.scales].into_iter().flatten().find_map(|scales| scales.modulus_n_per_m);
-        let (largest_magnitude, sizes) = self.magnitudes.sizes(modulus_n_per_m);
-        let wave_s =
-            scales.map(|scales| f64::from(contacts.columns().saturating_sub(1)) * scales.block_time_s);
+        let (largest_magnitude, sizes) = self.magnitudes.sizes();
+        let wave_s = f64::from(contacts.columns().saturating_sub(1)) * scales.block_time_s;
         let front_speed_m_per_s = median_of(&growing, speed_m_per_s);
         let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
         let energy = self.energy.as_ref();
@@ -240,22 +229,21 @@ impl Summarizer {
             Some(last_m? - first_m?)
         };
         // A log that was cut or lost records lacks ruptures, whose slip would count as creep.
-        let is_all = is_known && end.is_some_and(|end| end.status != RunStatus::Salvaged);
+        let is_all = has_ruptures && end.is_some_and(|end| end.status != RunStatus::Salvaged);
         let slip_m = self.slip_m.filter(|_| is_all);
         let [unloaded_contact_count, unloaded_detachment_count, unloaded_event_count] = unloaded.counts();
         // A log that counts them omits a count of zero.
-        let none_in_air = (end.is_some() && header.record_schema_version >= COUNTS_AIR_SINCE).then_some(0);
+        let none_in_air = end.is_some().then_some(0);
 
         Summary {
             run: self.name,
             scenario: header.scenario,
             parameter_set: header.parameter_set,
             status: status(end),
-            ruptures_from: ruptures_from.word().to_owned(),
             blocks: header.blocks,
             time_step_s: header.time_step_s,
             simulated_s,
-            link_time_s: scales.filter(|_| is_known).map(|scales| scales.link_s()),
+            link_time_s: has_ruptures.then(|| scales.link_s()),
             first_slip_s: raw.first().map(|first| first.onset_s),
             first_slip_ft_fn: ratio(raw.first().map(|first| first.ft_fn)),
             first_global_rupture_onset_s: first_global.map(|first| first.onset_s),
@@ -291,10 +279,9 @@ impl Summarizer {
             front_speed_over_wave_speed_ratio: front_speed_m_per_s
                 .zip(wave_speed_m_per_s)
                 .and_then(|(front, wave)| finite(front / wave)),
-            front_speed_error_ratio: scales
-                // With a state the solver chooses its steps.
-                .filter(|_| front_speed_m_per_s.is_some() && !header.has_state)
-                .map(|scales| scales.front_error(header.time_step_s)),
+            // With a state the solver chooses its steps.
+            front_speed_error_ratio: (front_speed_m_per_s.is_some() && !header.has_state)
+                .then(|| scales.front_error(header.time_step_s)),
             precursor_slip_m: mean_of(&precursors, |rupture| rupture.mean_slip_m),
             global_rupture_slip_m: mean_of(&global, |rupture| rupture.mean_slip_m),
             largest_slip_m: self.largest_slip_m,
@@ -306,8 +293,7 @@ impl Summarizer {
             precursor_strength_drop_n: mean_of(&precursors, |rupture| rupture.mean_strength_drop_n),
             global_rupture_strength_drop_n: mean_of(&global, |rupture| rupture.mean_strength_drop_n),
             global_rupture_moment_n_m: mean_of(&global, |rupture| rupture.potency_m2)
-                .zip(modulus_n_per_m)
-                .map(|(potency_m2, modulus)| potency_m2 * modulus)
+                .map(|potency_m2| potency_m2 * scales.modulus_n_per_m)
                 // Over an area, where the potency is another one.
                 .or_else(|| mean_of(&global, |rupture| rupture.moment_n_m)),
             largest_magnitude,
@@ -329,11 +315,11 @@ impl Summarizer {
             scheme_work_j: energy.map(|energy| energy.scheme_work_j),
             precursor_heat_j: mean_of(&precursors, |rupture| rupture.friction_heat_j),
             global_rupture_heat_j: mean_of(&global, |rupture| rupture.friction_heat_j),
-            creeps: is_known.then_some(creeps),
-            creep_front_block: creep_front_block.filter(|_| is_known),
+            creeps: has_ruptures.then_some(creeps),
+            creep_front_block: creep_front_block.filter(|_| has_ruptures),
             sliding_time_ratio: raw.sliding_time_ratio(first_global.map(|first| first.onset_s), simulated_s),
             creep_ratio: slip_m.zip(moved_m()).and_then(|(slip_m, moved_m)| finite(1.0 - slip_m / moved_m)),
-            raw_events_mislead: is_known.then(|| raw.mislead(wave_s, simulated_s)),
+            raw_events_mislead: has_ruptures.then(|| raw.mislead(wave_s, simulated_s)),
             event_count: raw.count(),
             global_event_count: raw.global_count(),
             longest_event_s: raw.longest_s(simulated_s),

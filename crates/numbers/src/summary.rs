@@ -26,9 +26,6 @@ summary! {
             /// `interrupted`, `salvaged`, `stopped-energy`, `stopped-not-finite` or `stopped-stalled` (it could not
             /// continue); or `unknown`, if the log does not record it.
             status: String,
-            /// Source of its ruptures: `log`; `steps`, if the log has none and they were found in its
-            /// step records for this summary; or `none`.
-            ruptures_from: String,
             /// Number of blocks.
             blocks: u32,
             /// Time step, s.
@@ -43,7 +40,7 @@ summary! {
             first_slip_s: Option<f64>,
             /// `F_T / F_N` at that time; null, as are all such ratios, where the drive pulls both ways,
             /// so that `F_T` is a difference.
-            first_slip_ft_fn: Option<f64> [unit = "1"] [was = "load-at-first-slip"],
+            first_slip_ft_fn: Option<f64> [unit = "1"],
         }
         "First slip of the whole slider" {
             /// Onset of the first rupture that reached every block, s; null if there is none.
@@ -60,9 +57,9 @@ summary! {
             first_global_rupture_front_speed_m_per_s: Option<f64>,
             /// Onset of the first raw slip event in which every block slid, s. If creep joins this event
             /// to earlier slip, the onset is long before the slider slipped.
-            first_global_event_onset_s: Option<f64> [was = "first-global-slip-time"],
+            first_global_event_onset_s: Option<f64>,
             /// `F_T / F_N` at the onset of that event.
-            first_global_event_ft_fn: Option<f64> [unit = "1"] [was = "load-at-first-global-slip"],
+            first_global_event_ft_fn: Option<f64> [unit = "1"],
             /// Number of ruptures that reached every block.
             global_rupture_count: Option<u64>,
         }
@@ -96,7 +93,7 @@ summary! {
         }
         "Loads" {
             /// Largest `F_T / F_N` in any step record.
-            largest_ft_fn: Option<f64> [unit = "1"] [was = "largest-load-ratio"],
+            largest_ft_fn: Option<f64> [unit = "1"],
             /// Mean fall of `F_T / F_N` from onset to end of a precursor.
             precursor_drop_ft_fn: Option<f64> [unit = "1"],
             /// Mean fall of `F_T / F_N` from onset to end of a global rupture.
@@ -176,7 +173,7 @@ summary! {
         }
         "Energy, from the start to the last record" {
             /// Work of the drive points on the drive springs, J; null, as are all energies, in logs
-            /// without them.
+            /// without step records.
             drive_work_j: Option<f64>,
             /// Work of the prestress, J.
             prestress_work_j: Option<f64>,
@@ -226,7 +223,7 @@ summary! {
             /// Number of raw slip events.
             event_count: u64,
             /// Number of raw slip events in which every block slid.
-            global_event_count: u64 [was = "global-slip-count"],
+            global_event_count: u64,
             /// Duration of the longest raw slip event, s; an event that did not end counts up to the end
             /// of the run.
             longest_event_s: Option<f64>,
@@ -238,7 +235,7 @@ summary! {
         }
         "Contacts without load" {
             /// Steps in which a contact of a slab or a body had lifted off, summed over the contacts; null
-            /// if the log does not record them, as before version 6.
+            /// in logs that are incomplete.
             contact_steps_in_air: Option<u64>,
             /// Number of contacts that detached without load, at a threshold of 0, because they bore
             /// nothing or have no static friction.

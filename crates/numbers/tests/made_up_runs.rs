@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::resolve;
-use asperity_numbers::{RupturesFrom, Slider, Summarizer, Summary, text};
+use asperity_numbers::{Slider, Summarizer, Summary, text};
 use asperity_record::{
     Direction, Energy, Event, Observer, RunEnd, RunHeader, RunStatus, Rupture, Scales, SlipEvent,
     SolverReport, StepRecord, unit_of,
@@ -12,23 +12,22 @@ use asperity_record::{
 use asperity_testkit::{quiet_step, run_header, slip_event, switch};
 use serde_json::Value;
 
-/// Ten blocks, in steps of a millisecond.
+/// Ten blocks, in steps of a millisecond. Nine waves from block to block take half a second, at 4 m/s.
 fn header() -> RunHeader {
-    RunHeader { blocks: 10, time_step_s: 1e-3, steps: 10_000, ..run_header() }
-}
-
-/// Nine waves from block to block take half a second, at 4 m/s.
-fn slider() -> Slider {
     let scales = Scales {
         block_length_m: 2.0 / 9.0,
         block_time_s: 0.5 / 9.0,
         link_time_ratio: 3.0,
-        modulus_n_per_m: Some(2e4),
-        interfacial_stiffness_n_per_m: None,
+        modulus_n_per_m: 2e4,
+        interfacial_stiffness_n_per_m: 1e4,
     };
+    RunHeader { blocks: 10, time_step_s: 1e-3, steps: 10_000, scales, ..run_header() }
+}
+
+fn slider() -> Slider {
     let scenario = resolve("default", &["friction.dynamic_coefficient=0.5"]).unwrap();
     let length_law = Some((LengthLaw::Linear, LengthLawParameters::of(&scenario)));
-    Slider { scales: Some(scales), contact_area_m2: Some(2e-6), length_law, driven: None }
+    Slider { contact_area_m2: Some(2e-6), length_law, driven: None }
 }
 
 fn summarizer() -> Summarizer {
@@ -56,6 +55,7 @@ fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_
         mean_slip_m: Some(2e-3),
         largest_slip_m: Some(f64::from(last_block) * 1e-3),
         potency_m2: Some(f64::from(last_block) * 1e-4),
+        moment_n_m: Some(f64::from(last_block) * 2.0),
         mean_strength_drop_n: Some(1.5),
         friction_heat_j: Some(f64::from(last_block) / 4.0),
         mean_shear_force_drop_n: Some(0.5),
@@ -111,7 +111,7 @@ fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
     for rupture in &ruptures {
         run.event(&Event::new(rupture.clone()));
     }
-    let found = run.finish(RupturesFrom::Log, None);
+    let found = run.finish(true, None);
     assert_eq!((found.precursor_count, found.global_rupture_count), (Some(3), Some(2)));
     assert_eq!((found.rupture_count, found.wide_rupture_count), (Some(8), Some(7)));
     assert_near(found.longest_precursor_ratio, 0.8);
@@ -155,7 +155,7 @@ fn only_fixed_steps_have_an_error_of_front_speeds() {
     let error_of = |header: &RunHeader| {
         let mut run = Summarizer::new("front", header, slider());
         run.rupture(&rupture(0, 1000, 1040, 1100, 8, 0.4));
-        let found = run.finish(RupturesFrom::Log, None);
+        let found = run.finish(true, None);
         assert_near(found.front_speed_m_per_s, 4.0);
         found.front_speed_error_ratio
     };
@@ -168,10 +168,10 @@ fn what_contacts_radiated_is_that_of_the_last_record() {
     let radiated_j = |energies: &[Option<f64>]| {
         let mut run = summarizer();
         for (step, radiated_j) in (1..).zip(energies) {
-            let energy = Some(Energy { radiated_j: *radiated_j, ..Energy::default() });
+            let energy = Energy { radiated_j: *radiated_j, ..Energy::default() };
             run.step(&StepRecord { energy, ..quiet_step(step, seconds(step), 0.4) });
         }
-        run.finish(RupturesFrom::Log, None).radiated_j
+        run.finish(true, None).radiated_j
     };
     assert_eq!([radiated_j(&[Some(0.5), Some(0.75)]), radiated_j(&[None, None])], [Some(0.75), None]);
 }
@@ -193,7 +193,7 @@ fn with_state(keys: &[&str]) -> Slider {
 /// rupture moves all ten by 2 mm, another five of them.
 #[test]
 fn creep_is_what_moves_outside_of_ruptures() {
-    let creep_ratio = |slider: Slider, last: &Rupture, from: RupturesFrom, status: Option<RunStatus>| {
+    let creep_ratio = |slider: Slider, last: &Rupture, has_ruptures: bool, status: Option<RunStatus>| {
         let mut run = Summarizer::new("creep", &RunHeader { has_state: true, ..header() }, slider);
         let of_force = |step: u64, driving_force_n: f64| StepRecord {
             driving_force_n,
@@ -203,20 +203,20 @@ fn creep_is_what_moves_outside_of_ruptures() {
         run.rupture(&rupture(0, 2_000, 2_040, 2_100, 10, 0.4));
         run.rupture(last);
         run.step(&of_force(10_000, 0.02));
-        run.finish(from, status.map(|status| end(status, 10_000, &[])).as_ref()).creep_ratio
+        run.finish(has_ruptures, status.map(|status| end(status, 10_000, &[])).as_ref()).creep_ratio
     };
     let last = rupture(1, 3_000, 3_040, 3_100, 5, 0.4);
     let whole = Some(RunStatus::Complete);
-    assert_near(creep_ratio(with_state(&[]), &last, RupturesFrom::Log, whole), 1.0 - 30e-3 / 100e-3);
+    assert_near(creep_ratio(with_state(&[]), &last, true, whole), 1.0 - 30e-3 / 100e-3);
     let sliding = Rupture { mean_slip_m: None, ..last.clone() };
     let other = Slider::of(&resolve("default", &["slider.blocks=10"]).unwrap());
     for (slider, last, from, status, why) in [
-        (with_state(&[]), &last, RupturesFrom::None, whole, "without ruptures"),
-        (with_state(&[]), &sliding, RupturesFrom::Log, whole, "a block slid at the end"),
-        (with_state(&["drive.kind=side"]), &last, RupturesFrom::Log, whole, "one block is pulled"),
-        (other, &last, RupturesFrom::Log, whole, "no state"),
-        (with_state(&[]), &last, RupturesFrom::Log, None, "the log was cut"),
-        (with_state(&[]), &last, RupturesFrom::Log, Some(RunStatus::Salvaged), "the log lost records"),
+        (with_state(&[]), &last, false, whole, "without ruptures"),
+        (with_state(&[]), &sliding, true, whole, "a block slid at the end"),
+        (with_state(&["drive.kind=side"]), &last, true, whole, "one block is pulled"),
+        (other, &last, true, whole, "no state"),
+        (with_state(&[]), &last, true, None, "the log was cut"),
+        (with_state(&[]), &last, true, Some(RunStatus::Salvaged), "the log lost records"),
     ] {
         assert_eq!(creep_ratio(slider, last, from, status), None, "{why}");
     }
@@ -230,7 +230,7 @@ fn the_peak_velocity_is_the_largest_of_all_slips() {
             let peak_velocity_m_per_s = *peak_velocity_m_per_s;
             run.slip_event(&SlipEvent { peak_velocity_m_per_s, ..slip(number, 100 * (number + 1), None, 2) });
         }
-        run.finish(RupturesFrom::Log, None).peak_velocity_m_per_s
+        run.finish(true, None).peak_velocity_m_per_s
     };
     assert_eq!([peak(&[Some(0.25), Some(0.5), Some(0.125)]), peak(&[None])], [Some(0.5), None]);
 }
@@ -242,7 +242,7 @@ fn recurrence_is_that_of_the_first_times_and_of_the_later_half() {
         for (number, onset) in onsets.iter().enumerate() {
             run.rupture(&rupture(number as u64, *onset, onset + 50, onset + 90, 10, 0.45));
         }
-        let found = run.finish(RupturesFrom::Log, None);
+        let found = run.finish(true, None);
         (found.recurrence_transient_s, found.recurrence_steady_s)
     };
     assert_eq!(of(&[]), (None, None));
@@ -267,7 +267,7 @@ fn creep_comes_to_the_blocks_that_slid_before_a_front_did() {
     run.rupture(&rupture(1, 1000, 1080, 1200, 10, 0.4));
     run.slip_event(&slip(0, 100, Some(900), 5));
     run.slip_event(&slip(1, 1000, Some(1300), 10));
-    let found = run.finish(RupturesFrom::Log, None);
+    let found = run.finish(true, None);
     assert_eq!((found.creep_front_block, found.creeps), (Some(4), Some(true)));
     // 0.8 s of the first second.
     assert_near(found.sliding_time_ratio, 0.8);
@@ -277,7 +277,7 @@ fn creep_comes_to_the_blocks_that_slid_before_a_front_did() {
     let mut run = summarizer();
     run.step(&detach(99, &[1, 5]));
     run.rupture(&rupture(0, 1000, 1080, 1200, 10, 0.4));
-    let found = run.finish(RupturesFrom::Log, None);
+    let found = run.finish(true, None);
     assert_eq!((found.creep_front_block, found.creeps), (Some(1), Some(false)));
 }
 
@@ -311,7 +311,7 @@ fn over_an_area_lengths_are_columns_and_sizes_contacts() {
         ..rupture(2, 3000, 3010, 3020, 10, 0.3)
     };
     run.rupture(&over_area(20, global));
-    let found = run.finish(RupturesFrom::Log, None);
+    let found = run.finish(true, None);
     assert_eq!((found.blocks, found.precursor_count, found.global_rupture_count), (20, Some(2), Some(1)));
     assert_near(found.longest_precursor_ratio, 0.3);
     assert_eq!((found.rupture_count, found.wide_rupture_count), (Some(3), Some(2)));
@@ -328,7 +328,7 @@ fn raw_events_mislead_where_they_outlast_fronts_or_join_them() {
         run.step(&quiet_step(30_000, 30.0, 0.4));
         slips.iter().for_each(|slip| run.slip_event(slip));
         ruptures.iter().for_each(|rupture| run.rupture(rupture));
-        run.finish(RupturesFrom::Log, None)
+        run.finish(true, None)
     };
     // A wave takes 0.5 s and the front 0.6 s: 12 s are twenty times as long.
     let crossing = [rupture(0, 1000, 1600, 1700, 10, 0.4)];
@@ -361,10 +361,9 @@ fn a_run_without_ruptures_has_the_numbers_of_its_raw_events() {
     let mut run = summarizer();
     run.slip_event(&slip(0, 500, Some(600), 3));
     run.slip_event(&slip(1, 700, Some(900), 10));
-    let found = run.finish(RupturesFrom::None, None);
+    let found = run.finish(false, None);
     assert_eq!((found.first_slip_s, found.first_slip_ft_fn), (Some(0.5), Some(0.125)));
     assert_eq!((found.event_count, found.first_global_event_onset_s), (2, Some(0.7)));
-    assert_eq!(found.ruptures_from, "none");
     assert_eq!((found.precursor_count, found.global_rupture_count, found.rupture_count), (None, None, None));
     assert_eq!((found.creeps, found.raw_events_mislead, found.joined_event_count), (None, None, None));
 }
@@ -373,16 +372,16 @@ fn a_run_without_ruptures_has_the_numbers_of_its_raw_events() {
 fn energies_are_those_of_the_last_record_and_counters_those_of_the_end() {
     let energy = Energy { drive_work_j: 3.0, scheme_work_j: -1e-9, ..Energy::default() };
     let mut run = summarizer();
-    run.step(&StepRecord { energy: Some(Energy::default()), ..quiet_step(5, 0.005, 0.25) });
-    run.step(&StepRecord { energy: Some(energy), normal_load_n: 0.0, ..quiet_step(9, 0.009, 0.5) });
+    run.step(&StepRecord { energy: Energy::default(), ..quiet_step(5, 0.005, 0.25) });
+    run.step(&StepRecord { energy, normal_load_n: 0.0, ..quiet_step(9, 0.009, 0.5) });
     let end = end(RunStatus::LoadNotReached, 20, &[("windows", 7)]);
-    let found = run.finish(RupturesFrom::Log, Some(&end));
+    let found = run.finish(true, Some(&end));
     assert_eq!((found.drive_work_j, found.scheme_work_j), (Some(3.0), Some(-1e-9)));
     assert_eq!((found.status.as_str(), found.windows, found.jumps), ("load-not-reached", Some(7), None));
     assert_eq!((found.last_step, found.simulated_s, found.step_record_count), (20, 0.02, 2));
     // Without a normal load there is no ratio.
     assert_eq!(found.largest_ft_fn, Some(0.25));
-    assert_eq!(summarizer().finish(RupturesFrom::Log, None).drive_work_j, None);
+    assert_eq!(summarizer().finish(true, None).drive_work_j, None);
 }
 
 /// The end of a run, with counts of its solver.
@@ -407,7 +406,7 @@ fn end(status: RunStatus, last_step: u64, counts: &[(&str, u64)]) -> RunEnd {
 fn full() -> Summary {
     let slider = Slider { driven: with_state(&[]).driven, ..slider() };
     let mut run = Summarizer::new("mine", &header(), slider);
-    let energy = Some(Energy { radiated_j: Some(0.5), ..Energy::default() });
+    let energy = Energy { radiated_j: Some(0.5), ..Energy::default() };
     run.step(&StepRecord { energy, ..detach(99, &[1]) });
     run.step(&StepRecord { energy, ..quiet_step(9_999, 9.999, 0.4) });
     run.slip_event(&SlipEvent { peak_velocity_m_per_s: Some(0.5), ..slip(0, 100, Some(600), 10) });
@@ -417,7 +416,7 @@ fn full() -> Summary {
     }
     let counts = ["plain_steps", "window_steps", "windows", "jump_steps", "jumps"].map(|name| (name, 1));
     let end = end(RunStatus::Complete, 10_000, &counts);
-    let summary = run.finish(RupturesFrom::Log, Some(&end));
+    let summary = run.finish(true, Some(&end));
     // Of eight ruptures there is no law.
     assert_eq!(summary.gutenberg_richter_b, None);
     Summary {
@@ -434,7 +433,7 @@ fn full() -> Summary {
 /// A front of 10 blocks over which it would run sooner than waves pass one, and energies no larger than their errors.
 #[test]
 fn what_the_grid_or_the_step_does_not_resolve_is_no_number() {
-    let wave_m_per_s = slider().scales.expect("it has them").wave_speed_m_per_s();
+    let wave_m_per_s = header().scales.wave_speed_m_per_s();
     let of = |over_wave: f64, viscous_j: f64| {
         let mut run = Summarizer::new("mine", &header(), slider());
         run.rupture(&Rupture {
@@ -449,7 +448,7 @@ fn what_the_grid_or_the_step_does_not_resolve_is_no_number() {
             scheme_work_j: Some(-1e-3),
             ..rupture(0, 100, 110, 130, 10, 0.4)
         });
-        let summary = run.finish(RupturesFrom::Log, Some(&end(RunStatus::Complete, 10_000, &[])));
+        let summary = run.finish(true, Some(&end(RunStatus::Complete, 10_000, &[])));
         let ratio = summary.radiated_over_released_energy_ratio.map(|ratio| (ratio * 3.001 * 1e4).round());
         (summary.front_speed_over_wave_speed_ratio, ratio)
     };
@@ -519,7 +518,7 @@ fn a_terminal_gets_a_line_for_each_key_and_a_row_for_each_run() {
     assert!(one.lines().all(|line| line.chars().count() <= 80), "{one}");
     let mut empty = Summarizer::new("other", &header(), Slider::default());
     empty.step(&quiet_step(1, 0.001, 0.1));
-    let empty = empty.finish(RupturesFrom::Log, None);
+    let empty = empty.finish(true, None);
     let several = text::of_several([&full, &empty]);
     let rows: Vec<Vec<&str>> = several.lines().map(|line| line.split_whitespace().collect()).collect();
     assert_eq!(rows[2], ["mine", "3", "5", "3.1", "0.4", "1", "5", "0.01", "1", "no"]);

@@ -11,8 +11,7 @@ use asperity_diff::{Settings, compare, page, policy::Policy, summary};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::text;
 use asperity_numbers::{Slider, Summarizer};
-use asperity_record::RunHeader;
-use asperity_run::{Checked, Reading, at_once, read_once, scenario_of};
+use asperity_run::{Checked, OpenLog, Reading, at_once, read_once};
 use pyo3::prelude::*;
 
 use crate::attend::{Callbacks, Watch, attend};
@@ -83,12 +82,11 @@ fn side(side: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
 }
 
 fn read_log(path: &Path, most_slip_events: usize, watch: &Watch) -> PyResult<RunLog> {
-    let begin = |header: &RunHeader, toml: &str| {
+    let begin = |log: &OpenLog| {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let slider = scenario_of(path, toml)
-            .map(|scenario| scenario.as_ref().map_or_else(Slider::default, Slider::of));
-        let summarizer = slider.map(|slider| Summarizer::new(&name, header, slider));
-        let observer = Summarized::begin(header, toml, summarizer, most_slip_events);
+        let slider = log.scenario().map(|scenario| scenario.map_or_else(Slider::default, Slider::of));
+        let summarizer = slider.map(|slider| Summarizer::new(&name, log.header(), slider));
+        let observer = Summarized::begin(log.header(), log.scenario_toml(), summarizer, most_slip_events);
         Ok(Stoppable { observer, watch })
     };
     let accept = |checked: &Checked| match checked.verdict.holds_all() {
@@ -96,8 +94,8 @@ fn read_log(path: &Path, most_slip_events: usize, watch: &Watch) -> PyResult<Run
         false => Err(of_log(path, checked)),
     };
     let read = read_once(path, begin, accept).map_err(|unread| of_unread(path, unread));
-    read.map(|Reading { checked, observer, ruptures_from }| {
-        observer.observer.finish(path, ruptures_from, checked.seen.end.as_ref())
+    read.map(|Reading { checked, observer, has_ruptures }| {
+        observer.observer.finish(path, has_ruptures, checked.seen.end.as_ref())
     })
 }
 

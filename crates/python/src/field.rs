@@ -102,12 +102,12 @@ fn span(header: &RunHeader, asked: &Asked<'_>) -> PyResult<Span> {
             return Err(refused("a field is of rupture=NUMBER or of t=(FROM, TO) (accepted: one of them)"));
         }
     };
-    let every_steps = match (asked.every, header.scales) {
-        (Some(every_s), _) if every_s > 0.0 && every_s.is_finite() => grid.nearest_step(every_s).max(1),
-        (Some(every_s), _) => return Err(refused(format!("every = {every_s} (accepted: seconds, above 0)"))),
+    let every_steps = match asked.every {
+        Some(every_s) if every_s > 0.0 && every_s.is_finite() => grid.nearest_step(every_s).max(1),
+        Some(every_s) => return Err(refused(format!("every = {every_s} (accepted: seconds, above 0)"))),
         // A front crosses a block in no less.
-        (None, Some(scales)) if asked.rupture.is_some() => grid.nearest_step(scales.block_time_s).max(1),
-        (None, _) => (to_step.saturating_sub(from_step) / USUAL_SAMPLES).max(1),
+        None if asked.rupture.is_some() => grid.nearest_step(header.scales.block_time_s).max(1),
+        None => (to_step.saturating_sub(from_step) / USUAL_SAMPLES).max(1),
     };
     Ok(Span { from_step, to_step, every_steps })
 }

@@ -69,7 +69,7 @@ impl Figure {
                 collector.nodes(state);
             }
         }
-        let data = py.detach(|| collector.finish(seen.ruptures_from, seen.end.as_ref()));
+        let data = py.detach(|| collector.finish(seen.has_ruptures, seen.end.as_ref()));
         // A notebook says itself where its figures are from; only files bear a line about it.
         let svg = attend(py, &Callbacks::default(), |_| figure.svg(&data, false))?.map_err(failed)?;
         let svg = String::from_utf8(svg).map_err(failed)?;

@@ -5,16 +5,15 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use asperity_files::{better_name, is_taken};
-use asperity_model::Scenario as Resolved;
+use asperity_model::{Scenario as Resolved, ScenarioSource};
 use asperity_numbers::{Slider, Summarizer, Summary, text};
-use asperity_record::{Notice, Observer, Record, RunHeader, RupturesFrom};
+use asperity_record::{Notice, Observer, Record, RunHeader};
 use asperity_report::html::markup;
 use asperity_run::detectors::Settings;
 use asperity_run::{
-    Begin, Detectors as Trackers, LogTo, Replay, ReplayError, SolverKind, Task, Unchecked, Verdict,
-    scenario_of,
+    Begin, Detectors as Trackers, LogTo, OpenLog, Replay, ReplayError, SolverKind, Task, Verdict,
 };
-use asperity_runlog::{RunReader, Topics, Unfinished, partial_path};
+use asperity_runlog::{Unfinished, partial_path};
 use asperity_tables::run_tables::{Chosen, RunTable, RunTables};
 use pyo3::exceptions::PyFileNotFoundError;
 use pyo3::prelude::*;
@@ -157,7 +156,8 @@ pub(crate) fn resume(
         ))
     };
     let (toml, solver) = begun.ok_or_else(ends_early)?;
-    let scenario = py.detach(|| scenario_of(&partial, &toml)).map_err(failed)?.ok_or_else(ends_early)?;
+    let source = ScenarioSource::logged(format!("{}: scenario.toml", partial.display()), &toml);
+    let scenario = py.detach(|| Resolved::resolve(&source)).map_err(failed)?;
     make(py, scenario, solver, Some(log), Begin::GoOn, detectors, progress, stop)
 }
 
@@ -187,27 +187,23 @@ fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult
     }
     let name = log.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let begun = Mutex::new(None);
-    let seen = read(py, &log, |watch, header, toml| {
-        let scenario = scenario_of(&log, toml)?;
-        let slider = scenario.as_ref().map_or_else(Slider::default, Slider::of);
-        let reader = RunReader::open(&log, Topics::NONE).map_err(|error| error.to_string())?;
+    let seen = read(py, &log, |watch, log| {
+        let (header, scenario) = (log.header(), log.scenario()?);
+        let slider = scenario.map_or_else(Slider::default, Slider::of);
         let numbers =
-            (Summarizer::new(&name, header, slider), events::begin(&reader.event_schemas(), header.parts()));
+            (Summarizer::new(&name, header, slider), events::begin(&log.event_schemas(), header.parts()));
         let observer = (numbers, Detectors::begin(detectors, watch));
-        *begun.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some((header.clone(), scenario));
+        let found = (header.clone(), scenario.cloned());
+        *begun.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(found);
         Ok(observer)
     })?;
     let begun = begun.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let (header, scenario) = begun.expect("what is observed has begun");
-    let Seen { observer: ((summarizer, tables), detectors), ruptures_from, end, checked } = seen;
+    let Seen { observer: ((summarizer, tables), detectors), has_ruptures, end, checked } = seen;
     let mut events = Events::of(py, tables, detectors.finish(py)?);
     let checked = checked.ok_or_else(|| failed("a log has no verdict"))?;
     // Events that the program of the log did not look for are not none.
-    let is_there = |topic: &String| {
-        let is_rupture = topic == "/events/rupture" && ruptures_from == RupturesFrom::Steps;
-        is_rupture || checked.seen.topics.contains(topic)
-    };
-    let has_ruptures = ruptures_from != RupturesFrom::None;
+    let is_there = |topic: &String| checked.seen.topics.contains(topic);
     events.tables.retain(|topic, _| is_there(topic) || has_ruptures && !topic.starts_with('/'));
     let (verdict, last_step) = (checked.verdict, checked.seen.last_step);
     let run = Run {
@@ -215,7 +211,7 @@ fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult
         header,
         scenario,
         source: Source::Log { path: log, last_step },
-        summary: summarizer.finish(ruptures_from, end.as_ref()),
+        summary: summarizer.finish(has_ruptures, end.as_ref()),
         notes: match verdict == Verdict::Whole && !checked.has_note() {
             true => Vec::new(),
             false => vec![checked.to_string()],
@@ -272,7 +268,7 @@ fn make(
         name,
         header,
         source,
-        summary: summarizer.finish(RupturesFrom::Log, Some(&end)),
+        summary: summarizer.finish(true, Some(&end)),
         notes,
         verdict,
         digest,
@@ -511,10 +507,12 @@ impl Run {
             let (tables, detectors) = replayed?;
             return Ok(Events::of(py, tables, detectors.finish(py)?));
         }
-        let toml = self.scenario()?.to_commented_toml();
+        let scenario = self.scenario()?;
         let seen = self.source.observe(py, &self.header, |watch| {
-            let (trackers, tables) =
-                (settings.start(&self.header, &toml), events::begin(&BTreeMap::new(), self.header.parts()));
+            let (trackers, tables) = (
+                settings.start(&self.header, Some(scenario)),
+                events::begin(&BTreeMap::new(), self.header.parts()),
+            );
             (Anew { trackers, tables }, Detectors::begin(detectors, watch))
         })?;
         let (Anew { mut trackers, mut tables }, detectors) = seen.observer;
@@ -528,7 +526,10 @@ impl Run {
         let log = self.unchanged_log(py)?;
         let checked = attend(py, &Callbacks::default(), |watch| {
             let mut observer = Stoppable { observer: (), watch };
-            Unchecked::open(log).map_or_else(|checked| *checked, |log| log.judge(again, &mut observer))
+            OpenLog::open(log).map_or_else(
+                |checked| *checked,
+                |log| if again { log.check_again(&mut observer) } else { log.check(&mut observer) },
+            )
         })?;
         let verdict = (checked.verdict.word(), checked.verdict.holds_all(), checked.to_string());
         py.import("asperity.numbers")?.getattr("Verdict")?.call1(verdict)

@@ -171,7 +171,7 @@ impl Scenario {
                 plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum(),
             ),
         ];
-        let scales = plan.scales.parts().into_iter().filter_map(|(name, value)| Some((name, value?)));
+        let scales = plan.scales.parts().into_iter();
         let own = scales.chain(of_plan).map(|(name, value)| (name.to_owned(), Value::from(value)));
         let forecast = [&forecast["preview"], &forecast].into_iter().filter_map(Value::as_object).flatten();
         // The time of the plain solver is only measured for the command.

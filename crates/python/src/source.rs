@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use asperity_model::Scenario;
-use asperity_record::{Event, Observer, Record, RunEnd, RunHeader, RupturesFrom};
-use asperity_run::{Begin, Checked, Nodes, Reading, SolverKind, StatesError, Task, Verdict, read_once, run};
+use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
+use asperity_run::{
+    Begin, Checked, Nodes, OpenLog, Reading, SolverKind, StatesError, Task, Verdict, read_once, run,
+};
 use asperity_runlog::{RunReader, Topics};
 use pyo3::prelude::*;
 
@@ -30,7 +32,7 @@ pub(crate) enum Source {
 /// What an observer saw.
 pub(crate) struct Seen<O> {
     pub(crate) observer: O,
-    pub(crate) ruptures_from: RupturesFrom,
+    pub(crate) has_ruptures: bool,
     pub(crate) end: Option<RunEnd>,
     /// The verdict on the log.
     pub(crate) checked: Option<Checked>,
@@ -69,7 +71,7 @@ impl Source {
         begin: impl FnOnce(&Arc<Watch>) -> O + Send,
     ) -> PyResult<Seen<O>> {
         match self {
-            Source::Log { path, .. } => read(py, path, |watch, found, _| match found == header {
+            Source::Log { path, .. } => read(py, path, |watch, log| match log.header() == header {
                 true => Ok(begin(watch)),
                 false => Err(ANOTHER.to_owned()),
             }),
@@ -83,7 +85,7 @@ impl Source {
                 })?;
                 let (observer, outcome) = ran.map_err(of_run)?;
                 let end = Some(outcome.into_end(steps));
-                Ok(Seen { observer, ruptures_from: RupturesFrom::Log, end, checked: None })
+                Ok(Seen { observer, has_ruptures: true, end, checked: None })
             }
         }
     }
@@ -95,21 +97,19 @@ const ANOTHER: &str = "it is the log of another run now";
 pub(crate) fn read<O: Observer + Send>(
     py: Python<'_>,
     path: &Path,
-    begin: impl FnOnce(&Arc<Watch>, &RunHeader, &str) -> Result<O, String> + Send,
+    begin: impl FnOnce(&Arc<Watch>, &OpenLog) -> Result<O, String> + Send,
 ) -> PyResult<Seen<O>> {
     let read = attend(py, &Callbacks::default(), |watch| {
-        let begin = |header: &RunHeader, toml: &str| {
-            begin(watch, header, toml).map(|observer| Stoppable { observer, watch })
-        };
+        let begin = |log: &OpenLog| begin(watch, log).map(|observer| Stoppable { observer, watch });
         let accept = |checked: &Checked| match checked.verdict {
             Verdict::Damaged => Err(of_log(path, checked)),
             _ => Ok(()),
         };
         let read = read_once(path, begin, accept);
-        read.map(|Reading { checked, observer, ruptures_from }| (checked, observer.observer, ruptures_from))
+        read.map(|Reading { checked, observer, has_ruptures }| (checked, observer.observer, has_ruptures))
     })?;
-    let (checked, observer, ruptures_from) = read.map_err(|unread| of_unread(path, unread))?;
-    Ok(Seen { observer, ruptures_from, end: checked.seen.end.clone(), checked: Some(checked) })
+    let (checked, observer, has_ruptures) = read.map_err(|unread| of_unread(path, unread))?;
+    Ok(Seen { observer, has_ruptures, end: checked.seen.end.clone(), checked: Some(checked) })
 }
 
 /// An observer that is done once its work is stopped.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_record::{Cell, Column};
 use asperity_study::plan::FILE;
-use asperity_study::work::{Made, make_missing};
+use asperity_study::work::{Made, PATIENCE, Ways, make_runs};
 use asperity_study::{Observer, Plan, Results, Study, collect};
 use asperity_tables::batch::Batch;
 use pyo3::prelude::*;
@@ -78,11 +78,18 @@ pub(crate) fn sweep(
     let callbacks = Callbacks { progress: bar(py, progress, "sweep")?, stop, total: plan.rows.len() as u64 };
     let made = attend(py, &callbacks, |watch| {
         let results = Results::read(&folder, &plan).map_err(|error| error.to_string())?;
-        let missing = results.missing().count() as u64;
-        watch.reached(plan.rows.len() as u64 - missing);
-        make_missing(&plan, &folder, jobs, &|| watch.is_stopped(), &|_, _: &Made| watch.one_more())
+        let missing: Vec<u64> = results.missing().collect();
+        watch.reached((plan.rows.len() - missing.len()) as u64);
+        plan.check_code(&folder).map_err(|error| error.to_string())?;
+        let stop = || watch.is_stopped();
+        let ways = Ways { folder: &folder, patience: PATIENCE, stop: &stop, tell: &|_, _| (), again: false };
+        let watch = |_, _: &Made| {
+            watch.one_more();
+            true
+        };
+        make_runs(&plan, results, &missing, jobs, ways, &watch).map(|_| stop())
     })?;
-    if !made.map_err(failed)? {
+    if made.map_err(failed)? {
         let folder = folder.display();
         return Err(crate::errors::error(
             "Interrupted",

@@ -29,8 +29,7 @@ pub struct Energy {
     pub elastic_j: f64,
     /// What the time step itself added: Euler-Cromer keeps energy only on average, J.
     pub scheme_work_j: f64,
-    /// Work of radiation damping on sliding contacts, `E v^2`, J; `None` in runs without, and in logs of
-    /// runs that counted it as friction heat.
+    /// Work of radiation damping on sliding contacts, `E v^2`, J; `None` in runs without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radiated_j: Option<f64>,
 }

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 
 use crate::{Contacts, Energy, Parts, Scales, TimeGrid};
 
-/// Version of the meaning and layout of records, events and header, raised with every change to them.
-/// Keys added to `run_end` do not raise it, since older readers ignore them, nor do [`Parts`], since older
-/// readers refuse the scenarios or the records of runs that have them.
+/// Version of the format of logs: the meaning and layout of records, events and header. Topics, columns and keys
+/// that are added leave it as it is: a reader takes what is absent as absent, and refuses the scenario of a run that
+/// has [`Parts`] unknown to it.
 pub const RECORD_SCHEMA_VERSION: u32 = 6;
 
 /// What a run is, known before it starts.
@@ -46,15 +46,13 @@ pub struct RunHeader {
     /// Time step `dt`, s.
     pub time_step_s: f64,
     /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
-    /// none in logs that were written before it was, and where the solver chooses its steps.
+    /// none where the solver chooses its steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longest_stable_step_s: Option<f64>,
     /// Number of steps that the run is to take.
     pub steps: u64,
-    /// What makes fronts of blocks and steps; none in logs of versions before 4, whose scenario
-    /// gives it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scales: Option<Scales>,
+    /// What makes fronts of blocks and steps.
+    pub scales: Scales,
 }
 
 fn one_row() -> u32 {
@@ -137,69 +135,16 @@ pub struct RunEnd {
     pub message_counts: BTreeMap<String, u64>,
     /// Number of block switches.
     pub switches: u64,
-    /// What became of the work, all in all: the energies of the last step. None in logs that were
-    /// written before there were any, and in salvaged ones.
+    /// What became of the work, all in all: the energies of the last step; none in salvaged logs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy: Option<Energy>,
     /// BLAKE3 hash over topic and payload of every message in order, hexadecimal.
     pub digest: String,
-    /// The same for each topic, over its messages alone; empty in logs that were written before
-    /// there were any. With them a log that has one topic more can be compared in all others
-    /// ([`RunEnd::compare_topics`]).
+    /// The same for each topic, over its messages alone.
     #[serde(default)]
     pub topic_digests: BTreeMap<String, String>,
     /// What the solver's work was made of.
     pub solver: SolverReport,
-}
-
-/// The topics that two logs have in common, and those that they do not.
-///
-/// Messages of a topic are equal if their digests are. The order of messages of different topics is not
-/// compared here; [`RunEnd::digest`] covers it.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct TopicComparison {
-    /// Topics of both logs with equal messages.
-    pub same: Vec<String>,
-    /// Topics of both logs with different messages.
-    pub different: Vec<String>,
-    /// Topics of both logs with equal numbers of messages, of which one log has no digest.
-    pub unknown: Vec<String>,
-    /// Topics of the first log only.
-    pub only_first: Vec<String>,
-    /// Topics of the second log only.
-    pub only_second: Vec<String>,
-}
-
-impl TopicComparison {
-    /// Whether the messages of all common topics are known to be equal.
-    pub fn same_in_common(&self) -> bool {
-        self.different.is_empty() && self.unknown.is_empty()
-    }
-}
-
-impl RunEnd {
-    /// Compares the messages of two logs topic by topic. For a log with an additional detector it shows
-    /// whether all other topics are unchanged.
-    pub fn compare_topics(&self, other: &RunEnd) -> TopicComparison {
-        let mut found = TopicComparison::default();
-        for (topic, count) in &self.message_counts {
-            let digests = self.topic_digests.get(topic).zip(other.topic_digests.get(topic));
-            let list = match (other.message_counts.get(topic), digests) {
-                (None, _) => &mut found.only_first,
-                (Some(other_count), _) if other_count != count => &mut found.different,
-                (_, Some((ours, theirs))) if ours != theirs => &mut found.different,
-                (_, Some(_)) => &mut found.same,
-                // Logs without digests of topics have one of all messages.
-                _ if self.digest == other.digest => &mut found.same,
-                _ => &mut found.unknown,
-            };
-            list.push(topic.clone());
-        }
-        let only_second =
-            other.message_counts.keys().filter(|topic| !self.message_counts.contains_key(*topic));
-        found.only_second = only_second.cloned().collect();
-        found
-    }
 }
 
 /// What a solver's work in a run was made of. Nothing follows from it for the

@@ -65,14 +65,14 @@ pub use energy::Energy;
 pub use event::{Event, EventKind, EventPayload};
 pub use extent::{BoundingBox, Extent, Reach};
 pub use fields::{FieldRecord, WindowRecord};
-pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
+pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 pub use magnitude::magnitude;
 pub use observer::{Notice, Observer};
 pub use parts::{Part, Parts};
 #[doc(hidden)]
 pub use payload::macros;
 pub use printable::printable;
-pub use rupture::{Arrival, Rupture, RupturesFrom, drop_n};
+pub use rupture::{Arrival, Rupture, drop_n};
 pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, JunctionTotals, StepRecord, Switch, SwitchAcross};

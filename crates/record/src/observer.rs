@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Event, Record, RunHeader, short_time};
+use crate::{Event, Record, short_time};
 
 /// Observes a run as it is made, replayed or read out of its log. All calls are made on one thread, in
 /// the order of the log. Summaries, tables, pages and progress bars are observers, and a pair of
@@ -10,19 +10,11 @@ use crate::{Event, Record, RunHeader, short_time};
 ///
 /// All methods default to no-ops; `()` ignores everything.
 pub trait Observer {
-    /// A log is about to be read, with this header and this scenario; the scenario is empty if the log
-    /// has lost it. Not called for runs and replays, whose caller knows both.
-    fn begins(&mut self, _header: &RunHeader, _scenario_toml: &str) {}
-
     /// A record: a step, the state of all blocks, or that of a dense window.
     fn record(&mut self, _record: &Record) {}
 
     /// An event, after the record that completed it.
     fn event(&mut self, _event: &Event) {}
-
-    /// An event that the detectors of this program find in the steps of a log whose topics do not
-    /// include it, after the record that completed it.
-    fn lacking(&mut self, _event: &Event) {}
 
     /// The last step that the records have reached; for progress.
     fn reached(&mut self, _step: u64) {}
@@ -40,20 +32,12 @@ pub trait Observer {
 impl Observer for () {}
 
 impl<O: Observer + ?Sized> Observer for &mut O {
-    fn begins(&mut self, header: &RunHeader, scenario_toml: &str) {
-        (**self).begins(header, scenario_toml);
-    }
-
     fn record(&mut self, record: &Record) {
         (**self).record(record);
     }
 
     fn event(&mut self, event: &Event) {
         (**self).event(event);
-    }
-
-    fn lacking(&mut self, event: &Event) {
-        (**self).lacking(event);
     }
 
     fn reached(&mut self, step: u64) {
@@ -70,11 +54,6 @@ impl<O: Observer + ?Sized> Observer for &mut O {
 }
 
 impl<A: Observer, B: Observer> Observer for (A, B) {
-    fn begins(&mut self, header: &RunHeader, scenario_toml: &str) {
-        self.0.begins(header, scenario_toml);
-        self.1.begins(header, scenario_toml);
-    }
-
     fn record(&mut self, record: &Record) {
         self.0.record(record);
         self.1.record(record);
@@ -83,11 +62,6 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     fn event(&mut self, event: &Event) {
         self.0.event(event);
         self.1.event(event);
-    }
-
-    fn lacking(&mut self, event: &Event) {
-        self.0.lacking(event);
-        self.1.lacking(event);
     }
 
     fn reached(&mut self, step: u64) {

@@ -9,7 +9,7 @@
 /// ([`unit_of`](crate::unit_of)); a number without one has `[unit = "1"]` after its type.
 ///
 /// Where a field means something else in runs with contacts over an area, `[area = "..."]` behind its type,
-/// and behind its unit, is its meaning there. `[was = "..."]`, the last of all, is its name in older logs.
+/// and behind its unit, is its meaning there.
 ///
 /// Fields that only runs with a [`Part`](crate::Part) have stand in a block `only PART { ... }` behind
 /// the others. They are `Option`s, absent from JSON while they are `None`; tables and schemas of other
@@ -64,7 +64,7 @@ macro_rules! payload {
         $vis:vis struct $name:ident {
             $(
                 $(#[doc = $doc:tt])*
-                $field_vis:vis $field:ident: $type:ty $([unit = $unit:literal])? $([area = $area:literal])? $([was = $was:literal])?
+                $field_vis:vis $field:ident: $type:ty $([unit = $unit:literal])? $([area = $area:literal])?
             ),+ $(,)?
         }
         $(only $part:ident {
@@ -83,12 +83,11 @@ macro_rules! payload {
             $crate::macros::serde::Deserialize,
             $crate::macros::schemars::JsonSchema,
         )]
-        #[serde(crate = "asperity_record::macros::serde", deny_unknown_fields)]
+        #[serde(crate = "asperity_record::macros::serde")]
         #[schemars(crate = "asperity_record::macros::schemars")]
         $vis struct $name {
             $(
                 $(#[doc = $doc])*
-                $(#[serde(alias = $was)])?
                 $field_vis $field: $type,
             )+
             $($(

@@ -56,13 +56,12 @@ payload! {
         /// block still slid at the end of the run.
         pub potency_m2: Option<f64> [area = "Null; see `potency_m3`."],
         /// Moment: slip times slipped area times elastic modulus, `E L_y a` times the sum of the sizes
-        /// of slip, N m; of a slab with its shear modulus, `3 E / 8`. Null as the potency, and in logs of
-        /// versions before 6.
+        /// of slip, N m; of a slab with its shear modulus, `3 E / 8`. Null as the potency.
         pub moment_n_m: Option<f64> [area = "Shear modulus times the potency, N m; null as the potency."],
         /// Strength before less resistance after: mean fall of the tangential force on a block, without friction,
         /// from its detachment to its re-attachment, in the direction of that force at the detachment, N; null if one
         /// still slid at the end of the run.
-        pub mean_strength_drop_n: Option<f64> [area = "Strength before less resistance after: mean fall of the size of the tangential force on a contact, without friction, from its detachment to its re-attachment, N; null if one still slid at the end of the run."] [was = "mean_force_drop_n"],
+        pub mean_strength_drop_n: Option<f64> [area = "Strength before less resistance after: mean fall of the size of the tangential force on a contact, without friction, from its detachment to its re-attachment, N; null if one still slid at the end of the run."],
         /// Highest-numbered block that had slid before, in the whole run; null if none had. In a
         /// slider that creeps from its first block this is the creep front.
         pub farthest_block_before: Option<u32> [area = "Farthest column in which a contact had slid before, in the whole run; null if none had."],
@@ -72,8 +71,7 @@ payload! {
         pub open: bool,
         /// Work of the drive points in the steps from the first to the last one in which a block
         /// slid, J; this and the other energies, but for the anchor change, are null where another
-        /// rupture slid at the same time, where the run ended before it was certain, and in runs
-        /// without energies.
+        /// rupture slid at the same time, and where the run ended before it was certain.
         pub drive_work_j: Option<f64>,
         /// Work of the prestress, J.
         pub prestress_work_j: Option<f64>,
@@ -81,15 +79,14 @@ payload! {
         pub friction_heat_j: Option<f64>,
         /// What the friction springs of its blocks held when they took hold again, less what they
         /// lost when they let go, J, summed over all of its switches, so that all ruptures add up
-        /// to the total of the run; null in runs without energies. Before version 6 of the log it
-        /// leaves out the detachments of its first step.
+        /// to the total of the run.
         pub anchor_change_j: Option<f64>,
         /// What the dampers between blocks took up, J.
         pub viscous_loss_j: Option<f64>,
         /// Change of the kinetic energy, J.
         pub kinetic_change_j: Option<f64>,
         /// Change of the energy of all springs, from just before its first switch to just after its
-        /// last, J; before version 6 of the log, from just after its first.
+        /// last, J.
         pub elastic_change_j: Option<f64>,
         /// What the time step itself added, J.
         pub scheme_work_j: Option<f64>,
@@ -203,27 +200,5 @@ impl Arrival {
     /// Its part of [`Rupture::mean_strength_drop_n`].
     pub fn strength_drop_n(&self) -> Option<f64> {
         Some(drop_n(self.force_detach_n, self.force_attach_n?, self.force_detach_n))
-    }
-}
-
-/// The origin of a run's ruptures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RupturesFrom {
-    /// Its log.
-    Log,
-    /// Its step records, searched for this summary.
-    Steps,
-    /// They were not searched for.
-    None,
-}
-
-impl RupturesFrom {
-    /// The word in a summary.
-    pub fn word(self) -> &'static str {
-        match self {
-            RupturesFrom::Log => "log",
-            RupturesFrom::Steps => "steps",
-            RupturesFrom::None => "none",
-        }
     }
 }

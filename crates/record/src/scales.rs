@@ -17,13 +17,10 @@ pub struct Scales {
     /// Elastic modulus times the width of the slider: of a chain `E L_y`, of a slab `G L_y` with its
     /// shear modulus `G = 3 E / 8`; the density times the square of the wave speed, times the width,
     /// in both. Over an area the shear modulus times the width of a contact, `G a`. It makes a moment of
-    /// slip (docs/ruptures.md), N/m. None in logs of versions before 6, whose scenario gives it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub modulus_n_per_m: Option<f64>,
-    /// Stiffness of a stuck block's friction spring, `k_t`, N/m; 0 by the laws that have none. None
-    /// as the modulus.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interfacial_stiffness_n_per_m: Option<f64>,
+    /// slip (docs/ruptures.md), N/m.
+    pub modulus_n_per_m: f64,
+    /// Stiffness of a stuck block's friction spring, `k_t`, N/m; 0 by the laws that have none.
+    pub interfacial_stiffness_n_per_m: f64,
 }
 
 /// Relative error of a front's speed per time step, in units of the time that a wave takes over a block.
@@ -37,11 +34,11 @@ impl Scales {
     }
 
     /// All numbers with their names in logs.
-    pub fn parts(&self) -> [(&'static str, Option<f64>); 5] {
+    pub fn parts(&self) -> [(&'static str, f64); 5] {
         [
-            ("block_length_m", Some(self.block_length_m)),
-            ("block_time_s", Some(self.block_time_s)),
-            ("link_time_ratio", Some(self.link_time_ratio)),
+            ("block_length_m", self.block_length_m),
+            ("block_time_s", self.block_time_s),
+            ("link_time_ratio", self.link_time_ratio),
             ("modulus_n_per_m", self.modulus_n_per_m),
             ("interfacial_stiffness_n_per_m", self.interfacial_stiffness_n_per_m),
         ]

@@ -26,8 +26,8 @@ pub struct StepRecord {
     /// The driving forces on the first and the last block, N, where the drive pulls both ways, so that
     /// their sum has little meaning.
     pub end_forces_n: Option<[f64; 2]>,
-    /// Energies up to the end of this step; `None` in records of versions without energies.
-    pub energy: Option<Energy>,
+    /// Energies up to the end of this step.
+    pub energy: Energy,
     /// Breaks and re-pins of junctions in all steps before this one; `None` by laws without junctions.
     pub junctions: Option<JunctionTotals>,
     /// Largest speed of any block since the step record before, m/s; `None` by laws without a state.

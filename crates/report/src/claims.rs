@@ -195,10 +195,10 @@ fn quoted(claim: &Claim) -> String {
 }
 
 /// The number that a claim measures, in words; its name appears on hovering.
-fn measure(words: &str) -> String {
-    match Number::all().find(|number| number.words() == words) {
-        Some(found) => named(found.name(), &lettered(&found.key.label())),
-        None => markup::name(words),
+fn measure(name: &str) -> String {
+    match Number::find(name) {
+        Ok(found) => named(found.name(), &lettered(&found.key.label())),
+        Err(_) => markup::name(name),
     }
 }
 
@@ -386,7 +386,7 @@ mod tests {
             of: of.to_owned(),
             run: "default".to_owned(),
             quote: "it <slips>".to_owned(),
-            measure: "precursor-count".to_owned(),
+            measure: "precursor_event_count".to_owned(),
             stated: "3".to_owned(),
             own: Judgement {
                 ours: Some(2.0),
@@ -437,10 +437,10 @@ mod tests {
 
     #[test]
     fn what_is_measured_is_said_in_words_and_keys_are_letters() {
-        let measured = Claim { measure: "largest load ratio".to_owned(), ..claim("this project", "agrees") };
+        let measured = Claim { measure: "largest_ft_fn".to_owned(), ..claim("this project", "agrees") };
         let shown = beside(&[&measured]);
         let words = "<span title=\"largest_ft_fn\">largest F<sub>T</sub>/F<sub>N</sub></span>";
-        assert!(shown.contains(words) && !shown.contains("largest load ratio"), "{shown}");
+        assert!(shown.contains(words) && !shown.contains(">largest_ft_fn"), "{shown}");
         assert!(all(&[measured], &about).contains(words));
         assert_eq!(
             worded("precursor_count grows with friction.static_coefficient."),

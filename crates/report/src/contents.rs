@@ -25,8 +25,7 @@ pub struct Contents {
 pub struct Shown {
     /// Its file, from the folder.
     pub file: String,
-    /// Its title; none in records of older versions.
-    #[serde(default)]
+    /// Its title.
     pub title: String,
     /// Its caption.
     pub caption: String,
@@ -43,9 +42,9 @@ pub struct Recorded {
     pub runs: Vec<RecordedRun>,
     /// The files that were written with it, from its folder.
     pub files: Vec<String>,
-    /// Its description of the page; none in older versions.
+    /// Its description of the page; empty for a command that makes none.
     #[serde(default)]
-    pub page: Option<Contents>,
+    pub page: Contents,
 }
 
 /// A run of a record.
@@ -78,7 +77,7 @@ impl Recorded {
         let is_figure = |file: &str| {
             file.strip_prefix("figures/").is_some_and(|name| is_plain(name) && name.ends_with(".png"))
         };
-        let mut figures = recorded.page.iter().flat_map(|page| &page.figures);
+        let mut figures = recorded.page.figures.iter();
         match figures.find(|figure| !is_figure(&figure.file)) {
             Some(figure) => {
                 refused("page.figures.file", &figure.file, &format!("figures/NAME.png, of {PLAIN}"))
@@ -220,7 +219,7 @@ mod tests {
     fn a_record_is_one_of_a_pipeline() {
         let text = r#"{"format": "asperity-reduce", "version": 1, "runs": [], "files": []}"#;
         assert!(Recorded::read(text).unwrap_err().contains("(accepted: \"asperity-reproduce\")"));
-        assert!(Recorded::read(&text.replace("reduce", "reproduce")).unwrap().page.is_none());
+        assert!(Recorded::read(&text.replace("reduce", "reproduce")).unwrap().page.figures.is_empty());
         assert!(Recorded::read("{").is_err());
     }
 
@@ -230,7 +229,7 @@ mod tests {
         let of = |file: &str, figure: &str| {
             let record = serde_json::json!({
                 "format": "asperity-reproduce", "runs": [], "files": [file],
-                "page": { "title": "", "figures": [{ "file": figure, "caption": "", "runs": [] }] },
+                "page": { "title": "", "figures": [{ "file": figure, "title": "", "caption": "", "runs": [] }] },
             });
             Recorded::read(&record.to_string())
         };

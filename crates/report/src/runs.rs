@@ -1,7 +1,6 @@
 //! Runs on a page: the pair of load curve and space-time map, the table of ruptures, and for each run its
 //! parameters, its numbers and its widest ruptures in words.
 
-use asperity_model::Energies;
 use asperity_model::keys::Key;
 use asperity_numbers::claim::Claim;
 use asperity_numbers::{Summary, front_speed_m_per_s};
@@ -290,9 +289,6 @@ pub(crate) fn details(
         body += &over_area::figure(run);
         body += &widest(run);
         body += &numbers(&run.summary);
-        if run.scenario.recording.energies == Energies::None && run.summary.drive_work_j.is_none() {
-            body += "<p>No energies: recording.energies = &quot;none&quot;.</p>\n";
-        }
         body += &links(&run.links);
         let part =
             if run.lacks.is_some() { " <span class=\"lacks\">not all of it is there</span>" } else { "" };
@@ -404,7 +400,7 @@ pub(crate) fn links(links: &[Link]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use asperity_numbers::{RupturesFrom, Slider, Summarizer};
+    use asperity_numbers::{Slider, Summarizer};
     use asperity_record::RunHeader;
 
     use super::in_short;
@@ -427,10 +423,15 @@ mod tests {
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 10_000,
-            scales: None,
+            scales: asperity_record::Scales {
+                block_length_m: 0.01,
+                block_time_s: 1e-4,
+                link_time_ratio: 100.0,
+                modulus_n_per_m: 5e6,
+                interfacial_stiffness_n_per_m: 2e6,
+            },
         };
-        let mut summary =
-            Summarizer::new("short", &header, Slider::default()).finish(RupturesFrom::Log, None);
+        let mut summary = Summarizer::new("short", &header, Slider::default()).finish(true, None);
         summary.first_global_rupture_onset_s = Some(2.3e-5);
         summary.simulated_s = 1e-4;
         let words = in_short(&summary);

@@ -1,17 +1,18 @@
 //! Reads a log completely, judges it, and names what is wrong with it.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
+use asperity_detect::Detectors;
 use asperity_record::{
-    EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent, counted, short_time,
+    Event, EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent, counted, short_time,
 };
-use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
+use asperity_runlog::{LogError, LogItem, LogProblem};
 
-use crate::detectors;
+use crate::detectors::{Settings, event_kinds};
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
 use crate::header::CODE_VERSION;
+use crate::open_log::OpenLog;
 use crate::self_check::{self, Rerun, SelfCheckProblem};
 use crate::verdict::Verdict;
 
@@ -49,64 +50,13 @@ impl fmt::Display for Checked {
 ///
 /// Only [`check_again`] compares the records with the run itself.
 pub fn check(log: &Path) -> Checked {
-    check_seen(log, &mut ())
-}
-
-/// Checks a log as [`check`] does, and passes the records and events that it finds sound to an observer,
-/// as well as events that the detectors find where the log lacks their topic.
-pub fn check_seen(log: &Path, observer: &mut dyn Observer) -> Checked {
-    Unchecked::open(log).map_or_else(|checked| *checked, |log| log.check(observer))
+    OpenLog::open(log).map_or_else(|checked| *checked, |log| log.check(&mut ()))
 }
 
 /// Checks a log as [`check`] does and, if it is of this code version, repeats its run with the same solver:
 /// every record and the status must agree. This costs about as much time as the run.
 pub fn check_again(log: &Path) -> Checked {
-    Unchecked::open(log).map_or_else(|checked| *checked, |log| log.judge(true, &mut ()))
-}
-
-/// A log that has been opened: its header and scenario are known, and no record has been read. For
-/// observers that depend on them.
-pub struct Unchecked(RunReader);
-
-impl Unchecked {
-    /// Opens a log.
-    ///
-    /// # Errors
-    /// The verdict, if it has no header that can be read.
-    pub fn open(log: &Path) -> Result<Unchecked, Box<Checked>> {
-        let mut reader = RunReader::open(log, Topics::ALL)
-            .map_err(|error| Box::new(Checked::new(Seen::default(), None, Some(error.into()))))?;
-        reader.read_ahead();
-        Ok(Unchecked(reader))
-    }
-
-    /// The header of the run.
-    pub fn header(&self) -> &RunHeader {
-        self.0.header()
-    }
-
-    /// The resolved scenario, as TOML; empty if the log has lost it.
-    pub fn scenario_toml(&self) -> &str {
-        self.0.scenario_toml()
-    }
-
-    /// The topics of events that the log announces, with their JSON schemas, empty where there is none.
-    pub fn event_schemas(&self) -> BTreeMap<&str, &str> {
-        self.0.event_schemas()
-    }
-
-    /// Checks the log as [`check_seen`] does.
-    pub fn check(self, observer: &mut dyn Observer) -> Checked {
-        self.judge(false, observer)
-    }
-
-    /// Checks the log as [`Unchecked::check`] does, with `again` as [`check_again`] does.
-    pub fn judge(self, again: bool, observer: &mut dyn Observer) -> Checked {
-        let Unchecked(mut reader) = self;
-        let mut seen = Seen::default();
-        let problem = seen.read(&mut reader, again, observer).err();
-        Checked::new(seen, Some(reader.header().clone()), problem)
-    }
+    OpenLog::open(log).map_or_else(|checked| *checked, |log| log.check_again(&mut ()))
 }
 
 impl Checked {
@@ -116,7 +66,7 @@ impl Checked {
             || (self.verdict == Verdict::Whole && self.seen.rewritten_by.is_some())
     }
 
-    fn new(seen: Seen, header: Option<RunHeader>, problem: Option<CheckProblem>) -> Checked {
+    pub(crate) fn new(seen: Seen, header: Option<RunHeader>, problem: Option<CheckProblem>) -> Checked {
         let is_ours = header.as_ref().is_some_and(|header| header.code_version == CODE_VERSION);
         let verdict = match &problem {
             Some(problem) => problem.verdict(),
@@ -202,8 +152,8 @@ pub struct Seen {
     pub events: u64,
     /// The code version that made the log, if it is not this one.
     pub other_code: Option<String>,
-    /// The first event of a log of another code version that differs from those found now.
-    pub other_events_from: Option<usize>,
+    /// The first difference between the events of a log of another code version and those found now.
+    pub other_events: Option<Difference>,
     /// Topics of events that only the log or only this program has.
     pub other_detectors: OtherDetectors,
     /// Topics of events that the log announces.
@@ -222,7 +172,7 @@ impl fmt::Display for Seen {
             last_s,
             slips,
             other_code,
-            other_events_from,
+            other_events,
             other_detectors,
             rewritten_by,
             ..
@@ -232,7 +182,7 @@ impl fmt::Display for Seen {
         if let Some(version) = other_code {
             write!(f, ", by code version {}", shortened(version))?;
         }
-        if let Some(number) = other_events_from {
+        if let Some(Difference { number, .. }) = other_events {
             write!(f, ", by another version, whose events differ from number {number} on")?;
         }
         if !other_detectors.is_none() {
@@ -251,51 +201,50 @@ fn shortened(version: &str) -> String {
 }
 
 impl Seen {
-    /// Reads a log, which has been read ahead to its first item.
-    fn read(
+    /// Reads a log, which has been read ahead to its first item, as [`OpenLog::judge`] does.
+    pub(crate) fn read(
         &mut self,
-        reader: &mut RunReader,
+        log: &mut OpenLog,
         again: bool,
         observer: &mut dyn Observer,
+        replay: Option<(Detectors, &mut dyn FnMut(Event))>,
     ) -> Result<(), CheckProblem> {
-        let read = self.read_items(reader, again, observer);
+        let read = self.read_items(log, again, observer, replay);
         let verdict = read.as_ref().err().map(CheckProblem::verdict);
         if !matches!(verdict, Some(Verdict::Damaged | Verdict::Unreadable)) {
-            self.end = reader.end().cloned();
-            self.topics = reader.event_topics().collect();
+            self.end = log.reader.end().cloned();
+            self.topics = log.reader.event_topics().collect();
         }
         read
     }
 
     fn read_items(
         &mut self,
-        reader: &mut RunReader,
+        log: &mut OpenLog,
         again: bool,
         observer: &mut dyn Observer,
+        replay: Option<(Detectors, &mut dyn FnMut(Event))>,
     ) -> Result<(), CheckProblem> {
-        let header = reader.header().clone();
-        observer.begins(&header, reader.scenario_toml());
-        self.rewritten_by = reader.rewritten_by().map(str::to_owned);
-        self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
+        let header = log.header().clone();
         let ours = header.code_version == CODE_VERSION;
+        self.rewritten_by = log.reader.rewritten_by().map(str::to_owned);
+        self.other_code = (!ours).then(|| header.code_version.clone());
+        let (mut detectors, mut found) = match replay {
+            Some((detectors, found)) => (detectors, Some(found)),
+            None => (Settings::default().start(&header, log.scenario().unwrap_or(None)), None),
+        };
+        let mut both = Some(EventCheck::with(&detectors, &log.event_schemas()));
+        let mut plan = log.self_check(ours)?.filter(|_| again);
         // A salvaged log may have lost its scenario; whether it was salvaged is known only later.
-        let scenario_is_lost = reader.scenario_toml().is_empty();
-        let mut plan = None;
-        if ours && !scenario_is_lost {
-            plan = Some(self_check::plan(&header, reader.scenario_toml())?).filter(|_| again);
-        } else if !scenario_is_lost {
-            self_check::has_values(reader.scenario_toml())?;
-        }
+        let scenario_is_lost = log.scenario_toml().is_empty();
+        let reader = &mut log.reader;
+        // Events found in the current record, for those who asked.
+        let mut new = Vec::new();
         let mut made_again = None;
-        let mut detectors = detectors::all(&header, reader.scenario_toml());
-        let mut both = Some(EventCheck::with(&detectors, &reader.event_schemas()));
         // The difference in a salvaged log, kept until the reader finds a gap that explains it.
         let mut differs = None;
         // The log of a stopped run contains all of its records.
         let mut stopped = None;
-        // Events that the log has no topic for, of the current record.
-        let mut lacking = Vec::new();
-        let mut has_gap = false;
         loop {
             let item = match reader.next_item() {
                 Ok(Some(item)) => item,
@@ -319,7 +268,7 @@ impl Seen {
             }
             if reader.has_gap() {
                 // The gap may contain the beginning of an event.
-                (both, differs, has_gap) = (None, None, true);
+                (both, differs) = (None, None);
             }
             match &item {
                 LogItem::Event(event) => {
@@ -334,14 +283,10 @@ impl Seen {
                     if let Some(made_again) = &mut made_again {
                         made_again.record(record)?;
                     }
-                    if !has_gap && (both.is_some() || !self.other_detectors.only_found.is_empty()) {
+                    if both.is_some() || found.is_some() {
                         detectors.observe(record, &mut |event| {
-                            if self.other_detectors.is_lacking(&event) {
-                                lacking.push(event.clone());
-                            }
-                            if let Some(both) = &mut both {
-                                both.found(event);
-                            }
+                            new.extend(found.as_ref().map(|_| event.clone()));
+                            both.iter_mut().for_each(|both| both.found(event.clone()));
                         });
                     }
                 }
@@ -358,17 +303,17 @@ impl Seen {
                 LogItem::Record(record) => {
                     observer.record(record);
                     observer.reached(record.step());
+                    found.iter_mut().for_each(|found| new.drain(..).for_each(found));
                 }
                 LogItem::Event(event) => observer.event(event),
             }
-            lacking.drain(..).for_each(|event| observer.lacking(&event));
             self.messages += 1;
             if observer.is_done() {
                 return Err(CheckProblem::Unread);
             }
         }
         if ours && scenario_is_lost {
-            self_check::plan(&header, reader.scenario_toml())?;
+            self_check::resolve(&header, "")?;
         }
         let end = reader.end();
         let status = end.map_or(RunStatus::Complete, |end| end.status);
@@ -377,25 +322,22 @@ impl Seen {
         if let Some(made) = made_again.or_else(|| plan.map(|plan| Rerun::new(plan, &header, false))) {
             made.finish(status, why)?;
         }
-        if let Some(both) = &both {
+        detectors.finish(&mut |event| {
+            both.iter_mut().for_each(|both| both.found(event.clone()));
+            found.iter_mut().for_each(|found| found(event.clone()));
+        });
+        if let Some(both) = both {
             self.other_detectors = both.other_detectors();
             // A log of this code version has all topics of its detectors, and may have more.
-            if ours && !self.other_detectors.only_found.is_empty() {
-                return Err(CheckProblem::Topics(self.other_detectors.only_found.clone()));
+            let ever = event_kinds(header.parts());
+            let is_lost = |topic: &&String| ever.iter().any(|kind| kind.topic == **topic);
+            let lost: Vec<String> = self.other_detectors.only_found.iter().filter(is_lost).cloned().collect();
+            if ours && !lost.is_empty() {
+                return Err(CheckProblem::Topics(lost));
             }
-        }
-        if !has_gap {
-            detectors.finish(&mut |event| {
-                if self.other_detectors.is_lacking(&event) {
-                    observer.lacking(&event);
-                }
-                if let Some(both) = &mut both {
-                    both.found(event);
-                }
-            });
-        }
-        if let Some(Err(difference)) = both.map(EventCheck::finish) {
-            self.events_differ(&header, difference)?;
+            if let Err(difference) = both.finish() {
+                self.events_differ(&header, difference)?;
+            }
         }
         stopped.map_or(Ok(()), |error| Err(error.into()))
     }
@@ -406,7 +348,7 @@ impl Seen {
         if header.code_version == CODE_VERSION {
             return Err(CheckProblem::Events(difference));
         }
-        self.other_events_from = Some(difference.number);
+        self.other_events = Some(difference);
         Ok(())
     }
 
@@ -468,7 +410,7 @@ fn not_finite(record: &Record) -> Option<&'static str> {
                 (
                     "a load on an end or an energy",
                     record.end_forces_n.is_none_or(|ends| all(&ends))
-                        && record.energy.is_none_or(|energy| energy.parts().all(|(_, j)| j.is_finite())),
+                        && record.energy.parts().all(|(_, j)| j.is_finite()),
                 ),
             ]
         }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use asperity_detect::{Detector, Detectors, SlipRules};
 use asperity_detect_rupture::{Links, RuptureDetector};
 use asperity_model::text::{self, Lines};
-use asperity_model::{Plan, Scenario, ScenarioSource, typed};
+use asperity_model::{Plan, Scenario, typed};
 use asperity_record::bounds::check_toml;
 use asperity_record::{Contacts, EventKind, Parts, RunEnd, RunHeader, Scales, TimeGrid};
 use serde::{Deserialize, Serialize};
@@ -21,26 +21,25 @@ use toml::Spanned;
 struct OfRun {
     /// How its blocks lie.
     blocks: Contacts,
-    /// The scales that link detachments to ruptures; None for a log that lost them, where ruptures cannot
-    /// be found.
-    links: Option<Links>,
+    /// What links detachments to ruptures.
+    links: Links,
     /// What its records have that those of other runs lack.
     parts: Parts,
 }
 
-type Start = fn(OfRun) -> Option<Box<dyn Detector>>;
+type Start = fn(OfRun) -> Box<dyn Detector>;
 
 /// Detectors by name. New ones are added at the end.
 const DETECTORS: &[(&str, Start)] = &[
     ("onset", |run| boxed(asperity_detect_onset::OnsetDetector { parts: run.parts })),
     ("extent", |run| boxed(asperity_detect_extent::ExtentDetector { parts: run.parts })),
     ("global", |_| boxed(asperity_detect_global::GlobalDetector::default())),
-    ("rupture", |run| boxed(RuptureDetector::new(run.blocks, run.links?).radiating(run.parts.radiation))),
-    ("arrival", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links?))),
+    ("rupture", |run| boxed(RuptureDetector::new(run.blocks, run.links).radiating(run.parts.radiation))),
+    ("arrival", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links))),
 ];
 
-fn boxed(detector: impl Detector + 'static) -> Option<Box<dyn Detector>> {
-    Some(Box::new(detector))
+fn boxed(detector: impl Detector + 'static) -> Box<dyn Detector> {
+    Box::new(detector)
 }
 
 fn names() -> Vec<&'static str> {
@@ -54,18 +53,13 @@ pub fn event_kinds(parts: Parts) -> Vec<EventKind> {
         t_link_s: 1.0,
         time_grid: TimeGrid::new(1.0),
         spacing_m: 1.0,
-        modulus_n_per_m: None,
-        interfacial_stiffness_n_per_m: None,
+        modulus_n_per_m: 1.0,
+        interfacial_stiffness_n_per_m: 1.0,
     };
     let rows = if parts.area { 2 } else { 1 };
     let blocks = Contacts::in_rows(2 * rows, rows).expect("rows of two contacts");
-    let run = OfRun { blocks, links: Some(links), parts };
-    DETECTORS.iter().filter_map(|(_, start)| start(run)).map(|detector| detector.emits()).collect()
-}
-
-/// The registered detectors, configured as in the live run with that header and scenario.
-pub fn all(header: &RunHeader, scenario_toml: &str) -> Detectors {
-    Settings::default().start(header, scenario_toml)
+    let run = OfRun { blocks, links, parts };
+    DETECTORS.iter().map(|(_, start)| start(run).emits()).collect()
 }
 
 /// The registered detectors for a run of that plan.
@@ -73,25 +67,8 @@ pub(crate) fn of_plan(plan: &Plan) -> Detectors {
     let contacts = plan.elastic.layout();
     let radiation = plan.friction.law.radiation_kg_per_s() > 0.0;
     let parts = Parts { area: contacts.is_area(), radiation, ..Parts::default() };
-    let detectors = Settings::default().for_run(contacts, plan.grid, Some(plan.scales), parts);
+    let detectors = Settings::default().for_run(contacts, plan.grid, plan.scales, parts);
     detectors.with_spring_factors(plan.spring_factors())
-}
-
-/// The scales that link detachments and enter moments and energies of ruptures: from the header, or
-/// from the scenario where the header is of an older version. None, or incomplete, if neither
-/// contains them, as in a partly lost log.
-fn scales(header: &RunHeader, scenario_toml: &str) -> Option<Scales> {
-    if header.scales.is_some_and(|scales| scales.modulus_n_per_m.is_some()) {
-        return header.scales;
-    }
-    scenario(header, scenario_toml).map(|scenario| scenario.scales()).or(header.scales)
-}
-
-/// The scenario of a log, if it is there and is that of its header.
-fn scenario(header: &RunHeader, scenario_toml: &str) -> Option<Scenario> {
-    let source = ScenarioSource::logged("scenario.toml", scenario_toml);
-    let scenario = Scenario::resolve(&source).ok().filter(|_| !scenario_toml.is_empty());
-    scenario.filter(|scenario| scenario.slider.contacts() == header.blocks)
 }
 
 /// A topic that a detector must not use.
@@ -255,42 +232,30 @@ impl Settings {
         Ok(settings)
     }
 
-    /// Starts the detectors for a run with that header and scenario. Detectors that need what
-    /// neither contains are left out: ruptures cannot be found in a log of a version before 4 that
-    /// has lost its scenario.
-    pub fn start(&self, header: &RunHeader, scenario_toml: &str) -> Detectors {
-        let scales = scales(header, scenario_toml);
-        let detectors = self.for_run(header.contacts(), header.time_grid(), scales, header.parts());
-        let scenario = scenario(header, scenario_toml).filter(Scenario::has_spring_factors);
-        match scenario {
-            Some(scenario) => detectors.with_spring_factors(Plan::new(&scenario).spring_factors()),
+    /// Starts the detectors for a run with that header and, unless it is lost, that scenario.
+    pub fn start(&self, header: &RunHeader, scenario: Option<&Scenario>) -> Detectors {
+        let detectors = self.for_run(header.contacts(), header.time_grid(), header.scales, header.parts());
+        let is_its = |scenario: &&Scenario| scenario.slider.contacts() == header.blocks;
+        match scenario.filter(is_its).filter(|scenario| scenario.has_spring_factors()) {
+            Some(scenario) => detectors.with_spring_factors(Plan::new(scenario).spring_factors()),
             None => detectors,
         }
     }
 
-    fn for_run(
-        &self,
-        blocks: Contacts,
-        time_grid: TimeGrid,
-        scales: Option<Scales>,
-        parts: Parts,
-    ) -> Detectors {
-        let links = scales.map(|scales| {
-            let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
-            let t_link_s = Scales { link_time_ratio, ..scales }.link_s();
-            Links {
-                t_link_s,
-                time_grid,
-                spacing_m: scales.block_length_m,
-                modulus_n_per_m: scales.modulus_n_per_m,
-                interfacial_stiffness_n_per_m: scales.interfacial_stiffness_n_per_m,
-            }
-        });
+    fn for_run(&self, blocks: Contacts, time_grid: TimeGrid, scales: Scales, parts: Parts) -> Detectors {
+        let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
+        let links = Links {
+            t_link_s: Scales { link_time_ratio, ..scales }.link_s(),
+            time_grid,
+            spacing_m: scales.block_length_m,
+            modulus_n_per_m: scales.modulus_n_per_m,
+            interfacial_stiffness_n_per_m: scales.interfacial_stiffness_n_per_m,
+        };
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
         let run = OfRun { blocks, links, parts };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
-        Detectors::new(blocks, rules, chosen.filter_map(|(_, start)| start(run)).collect())
-            .with_ruptures(links.map(|links| links.tracker(blocks)))
+        Detectors::new(blocks, rules, chosen.map(|(_, start)| start(run)).collect())
+            .with_ruptures(links.tracker(blocks))
     }
 }
 

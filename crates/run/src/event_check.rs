@@ -1,21 +1,14 @@
 //! Compares the events in a log with the events that detectors find now.
 //!
 //! A log may have been written with other detectors, more of them or fewer. The topics of both are
-//! compared, each in its order, and topics of only one are listed. Of older logs, fields that their schemas lack are
-//! ignored, and those that were redefined since.
+//! compared, each in its order, and topics of only one are listed. Columns that the schema in a log lacks are ignored.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 
 use asperity_detect::Detectors;
-use asperity_record::{Event, EventPayload, Rupture};
+use asperity_record::Event;
 use serde_json::{Map, Value};
-
-/// Fields of ruptures that were redefined when another one, the first of each list, was added.
-const REDEFINED: [&[&str]; 2] = [
-    &["moment_n_m", "anchor_change_j", "elastic_change_j"],
-    &["mean_strength_drop_n", "mean_slip_m", "largest_slip_m", "potency_m2", "moment_n_m"],
-];
 
 /// Most bytes that one side may be ahead of the other; far more than records and events are ever
 /// apart in the log of a run.
@@ -31,11 +24,6 @@ pub struct OtherDetectors {
 }
 
 impl OtherDetectors {
-    /// Whether the log has no topic for an event of the present detectors.
-    pub(crate) fn is_lacking(&self, event: &Event) -> bool {
-        self.only_found.iter().any(|topic| topic == event.topic())
-    }
-
     /// Whether there are none: the log was written with the present detectors.
     pub fn is_none(&self) -> bool {
         self.only_logged.is_empty() && self.only_found.is_empty()
@@ -96,8 +84,8 @@ impl EventCheck {
                 continue;
             };
             let names = kind.columns.iter().map(|column| column.name.to_string());
-            let fields = ignored_fields(kind.topic, names, |name| logged.contains_key(name));
-            ignored.extend((!fields.is_empty()).then_some((kind.topic, fields)));
+            let lacks: BTreeSet<String> = names.filter(|name| !logged.contains_key(name)).collect();
+            ignored.extend((!lacks.is_empty()).then_some((kind.topic, lacks)));
         }
         EventCheck {
             emitted: detectors.kinds().map(|kind| kind.topic.to_owned()).collect(),
@@ -107,7 +95,7 @@ impl EventCheck {
         }
     }
 
-    /// Removes the fields that the log lacks or defines otherwise.
+    /// Removes the fields that the log lacks.
     fn comparable(&self, event: Event) -> Event {
         let Some((topic, fields)) = self.ignored.get_key_value(event.topic()) else { return event };
         let Ok(mut payload) = serde_json::from_str::<Map<String, Value>>(&event.json()) else { return event };
@@ -190,24 +178,13 @@ fn difference(number: usize, [logged, found]: &[VecDeque<Event>; 2]) -> Differen
     Difference { number, logged: told(logged.front()), found: told(found.front()) }
 }
 
-/// The fields of a topic that its schema in a log lacks, and those that were redefined with one that it lacks.
-fn ignored_fields(
-    topic: &str,
-    names: impl Iterator<Item = String>,
-    has: impl Fn(&str) -> bool,
-) -> BTreeSet<String> {
-    let redefined = REDEFINED.iter().filter(|fields| topic == Rupture::TOPIC && !has(fields[0])).copied();
-    let redefined = redefined.flatten().map(|name| (*name).to_owned());
-    names.filter(|name| !has(name)).chain(redefined).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
 
     use asperity_record::Event;
 
-    use super::{EventCheck, OtherDetectors, ignored_fields};
+    use super::{EventCheck, OtherDetectors};
 
     fn event(topic: &str, payload: &str) -> Event {
         Event::of_json(topic, payload)
@@ -221,28 +198,18 @@ mod tests {
         EventCheck { emitted: topics(emitted), announced: topics(announced), ..EventCheck::default() }
     }
 
-    /// A log without the moment has another anchor change, and one without the drop of strength, other slips; the
-    /// remaining fields must agree.
     #[test]
-    fn what_a_later_version_says_is_not_compared_with_an_older_log() {
-        let logged = r#"{"rupture":0,"anchor_change_j":1.0,"elastic_change_j":2.0,"drive_work_j":3.0}"#;
-        let found = r#"{"rupture":0,"moment_n_m":5.0,"anchor_change_j":-1.0,"elastic_change_j":0.0,"drive_work_j":3.0}"#;
-        let names = ["rupture", "moment_n_m", "anchor_change_j", "elastic_change_j", "drive_work_j"];
+    fn a_column_that_the_log_lacks_is_not_compared() {
         let compare = |lacks: &[&str], found: &str| {
-            let topic = "/events/rupture";
-            let names = names.iter().chain(lacks).map(|name| (*name).to_owned());
-            let ignored = ignored_fields(topic, names, |name| !lacks.contains(&name));
-            let mut both = EventCheck { ignored: [(topic, ignored)].into(), ..between(&[topic], &[topic]) };
-            both.logged(event(topic, logged));
-            both.found(event(topic, found));
+            let ignored = lacks.iter().map(|&name| name.to_owned()).collect();
+            let mut both = EventCheck { ignored: [("/a", ignored)].into(), ..between(&["/a"], &["/a"]) };
+            both.logged(event("/a", r#"{"number":0}"#));
+            both.found(event("/a", found));
             both.finish().is_ok()
         };
-        let moment = &["moment_n_m"];
-        assert!(compare(moment, found) && !compare(&[], found) && !compare(&["mean_strength_drop_n"], found));
-        assert!(!compare(moment, &found.replace("3.0", "3.5")));
-        let of_size =
-            logged.replace("\"rupture\":0", "\"rupture\":0,\"moment_n_m\":7.0,\"mean_strength_drop_n\":1.0");
-        assert!(compare(&["mean_strength_drop_n"], &of_size) && !compare(&[], &of_size));
+        assert!(compare(&["moment"], r#"{"number":0,"moment":5.0}"#));
+        assert!(!compare(&[], r#"{"number":0,"moment":5.0}"#));
+        assert!(!compare(&["moment"], r#"{"number":1,"moment":5.0}"#));
     }
 
     #[test]

@@ -133,7 +133,7 @@ impl Field {
         let header = reader.header().clone();
         let contacts = header.contacts();
         there_is(quantity, contacts)?;
-        let plan = states::plan(&header, &reader);
+        let plan = states::resolve(&header, &reader).map(|(_, plan)| plan);
         // Without dense records, only checkpoints are read.
         let is_sparse =
             |plan: &Plan| plan.recording.windows.is_empty() && plan.recording.rupture_fields.is_none();
@@ -145,11 +145,9 @@ impl Field {
             let mut reader = RunReader::open(log, Topics::RECORDS)?;
             let observe = &mut |record: &Record| recorded.add(record);
             let found = states::saved(&mut reader, last_sound_step, &[before_step], stop, observe);
-            if recorded.is_whole()
-                && let Some(scales) = header.scales
-            {
+            if recorded.is_whole() {
                 let grid = header.time_grid();
-                return Ok(recorded.field(|step| grid.time_s(step), scales.block_length_m));
+                return Ok(recorded.field(|step| grid.time_s(step), header.scales.block_length_m));
             }
             found
         };

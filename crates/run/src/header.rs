@@ -26,7 +26,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s).filter(|longest_s| longest_s.is_finite()),
         steps: plan.steps,
-        scales: Some(plan.scales),
+        scales: plan.scales,
     };
     header.run_id = run_id(&header);
     header

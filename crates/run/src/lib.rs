@@ -7,8 +7,8 @@
 //! - [`Forecast`]: predictions about a run without making it.
 //! - [`detectors`]: the registered detectors, and how to choose among them.
 //! - [`Replay`]: sends a log through detectors.
-//! - [`read_once`]: a log, checked while an observer receives it.
-//! - [`check`], [`Unchecked`], [`Verdict`]: judges a log, for observers of it as well; [`salvage`]: recovers the sound parts of a damaged one.
+//! - [`OpenLog`], [`read_once`]: a log, checked while an observer receives it.
+//! - [`check`], [`Verdict`]: judges a log; [`salvage`]: recovers the sound parts of a damaged one.
 //! - [`verify`](verify::verify): compares the fast solver with the plain one.
 //! - [`Opened`]: the files and logs that the scenario of a user names.
 //! - [`study`]: named runs in a folder, made unless they exist.
@@ -53,7 +53,7 @@ mod header;
 mod log;
 mod log_target;
 mod nodes;
-mod reading;
+mod open_log;
 mod replay;
 mod resume;
 mod run;
@@ -68,7 +68,7 @@ pub mod verify;
 
 pub use asperity_model::NodeState;
 pub use asperity_record::{Notice, Observer};
-pub use check::{CheckProblem, Checked, Seen, Unchecked, check, check_again, check_seen};
+pub use check::{CheckProblem, Checked, Seen, check, check_again};
 pub use event_check::{Difference, OtherDetectors};
 pub use field::{Field, Quantity, Span};
 pub use forecast::{Forecast, MostLogBytes};
@@ -76,7 +76,7 @@ pub use header::CODE_VERSION;
 pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};
 pub use log_target::{LogTargetError, OtherRun};
 pub use nodes::Nodes;
-pub use reading::{Reading, Unread, read_once, scenario_of};
+pub use open_log::{OpenLog, Reading, Unread, read_once};
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
 pub use run::{Begin, Outcome, RunError, Task, Threads, run};

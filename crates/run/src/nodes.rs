@@ -43,7 +43,7 @@ impl Nodes {
     pub fn of_log(log: &Path, last_sound_step: u64, at_s: &[f64]) -> Result<Nodes, StatesError> {
         let mut reader = RunReader::open(log, Topics::RECORDS)?;
         let header = reader.header().clone();
-        let plan = states::plan(&header, &reader)?;
+        let (_, plan) = states::resolve(&header, &reader)?;
         let wanted = steps_at(&plan, at_s)?;
         let (last_step, saved) = states::saved(&mut reader, last_sound_step, &wanted, &|| false, &mut |_| ());
         let steps = within(&plan, wanted, last_step)?;

@@ -3,18 +3,20 @@
 //! A replay reads a log once, front to back, in bounded memory: the detectors observe the records that
 //! the check of the log finds sound, and logged and found events are compared as they arrive.
 
+use std::cell::{Cell, RefCell};
 use std::path::Path;
 
 use asperity_detect::{Detector, Detectors};
 use asperity_record::{Event, EventKind, EventPayload, Observer, Record, RunHeader, SlipEvent};
 
-use crate::check::{Checked, Unchecked};
+use crate::check::Checked;
 use crate::detectors::{Settings, TopicError, kinds_of};
-use crate::event_check::{Difference, EventCheck, OtherDetectors};
+use crate::event_check::{Difference, OtherDetectors};
+use crate::open_log::OpenLog;
 
 /// A log to be sent through detectors.
 pub struct Replay {
-    log: Unchecked,
+    log: OpenLog,
     detectors: Detectors,
     /// Whether the found events must equal the logged ones.
     compares: bool,
@@ -61,8 +63,8 @@ impl Replay {
     /// # Errors
     /// The verdict, if it has no header that can be read.
     pub fn open(log: &Path, settings: &Settings) -> Result<Replay, Box<Checked>> {
-        let log = Unchecked::open(log)?;
-        let detectors = settings.start(log.header(), log.scenario_toml());
+        let log = OpenLog::open(log)?;
+        let detectors = settings.start(log.header(), log.scenario().unwrap_or(None));
         Ok(Replay { log, detectors, compares: *settings == Settings::default() })
     }
 
@@ -91,73 +93,59 @@ impl Replay {
     pub fn run(self, stop: &dyn Fn() -> bool, observer: &mut dyn Observer) -> Result<Replayed, ReplayError> {
         let Replay { log, detectors, compares } = self;
         kinds_of(&detectors)?;
-        let event_check = compares.then(|| EventCheck::with(&detectors, &log.event_schemas()));
-        let found = Found { observer, event_check, slip_events: 0 };
-        let mut detecting = Detecting { detectors, found, stop, is_stopped: false };
-        let checked = log.check(&mut detecting);
-        let Detecting { mut detectors, mut found, is_stopped, .. } = detecting;
-        if is_stopped {
+        let observer = RefCell::new(observer);
+        let slip_events = Cell::new(0);
+        let mut found = |event: Event| {
+            slip_events.set(slip_events.get() + u64::from(event.topic() == SlipEvent::TOPIC));
+            observer.borrow_mut().event(&event);
+        };
+        let mut passing = Passing { observer: &observer, others: None, stop, is_stopped: false };
+        let mut checked = if compares {
+            // The detectors of the check are those of the replay.
+            log.judge(false, &mut passing, Some((detectors, &mut found)))
+        } else {
+            passing.others = Some((detectors, &mut found));
+            log.check(&mut passing)
+        };
+        if passing.is_stopped {
             return Err(ReplayError::Stopped);
         }
         if !checked.verdict.holds_all() {
             return Err(ReplayError::Log(Box::new(checked)));
         }
-        detectors.finish(&mut |event| found.add(event));
-        let Found { slip_events, event_check, .. } = found;
-        Ok(Replayed {
-            checked,
-            slip_events,
-            comparison: event_check.map(|event_check| Comparison {
-                other_detectors: event_check.other_detectors(),
-                difference: event_check.finish().err(),
-            }),
-        })
+        if let Some((mut detectors, found)) = passing.others {
+            detectors.finish(found);
+        }
+        let comparison = compares.then(|| Comparison {
+            difference: checked.seen.other_events.take(),
+            other_detectors: checked.seen.other_detectors.clone(),
+        });
+        Ok(Replayed { checked, slip_events: slip_events.get(), comparison })
     }
 }
 
-/// Passes the records of a log through detectors.
-struct Detecting<'a> {
-    detectors: Detectors,
-    found: Found<'a>,
+/// Passes the records of a log on, and through detectors other than those of its check.
+struct Passing<'a, 'o> {
+    observer: &'a RefCell<&'o mut dyn Observer>,
+    others: Option<(Detectors, &'a mut dyn FnMut(Event))>,
     stop: &'a dyn Fn() -> bool,
     is_stopped: bool,
 }
 
-/// Receives the events that detectors find.
-struct Found<'a> {
-    observer: &'a mut dyn Observer,
-    event_check: Option<EventCheck>,
-    slip_events: u64,
-}
-
-impl Observer for Detecting<'_> {
+impl Observer for Passing<'_, '_> {
     fn record(&mut self, record: &Record) {
-        self.found.observer.record(record);
-        self.detectors.observe(record, &mut |event| self.found.add(event));
+        self.observer.borrow_mut().record(record);
+        if let Some((detectors, found)) = &mut self.others {
+            detectors.observe(record, *found);
+        }
         self.is_stopped |= (self.stop)();
     }
 
-    fn event(&mut self, event: &Event) {
-        if let Some(event_check) = &mut self.found.event_check {
-            event_check.logged(event.clone());
-        }
-    }
-
     fn reached(&mut self, step: u64) {
-        self.found.observer.reached(step);
+        self.observer.borrow_mut().reached(step);
     }
 
     fn is_done(&self) -> bool {
         self.is_stopped
-    }
-}
-
-impl Found<'_> {
-    fn add(&mut self, event: Event) {
-        self.slip_events += u64::from(event.topic() == SlipEvent::TOPIC);
-        self.observer.event(&event);
-        if let Some(event_check) = &mut self.event_check {
-            event_check.found(event);
-        }
     }
 }

@@ -13,7 +13,7 @@ use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, parti
 use asperity_simulator::{Counters, Crew, Next, SimulationError, Solver, SolverKind, Stop};
 
 use crate::crew::Pool;
-use crate::detectors::{self, TopicError};
+use crate::detectors::{self, Settings, TopicError};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
 use crate::log_target::LogTargetError;
@@ -247,7 +247,7 @@ pub fn run(
         observer.notice(Notice::Warning(&warning.text));
     }
     let Task { scenario, solver, log, detectors: own, threads } = task;
-    let mut detectors = detectors::all(&header, "").with_spring_factors(plan.spring_factors());
+    let mut detectors = Settings::default().start(&header, None).with_spring_factors(plan.spring_factors());
     own.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors)?;
     let pool = if threads == Threads::All { Pool::of(&plan).map(Arc::new) } else { None };

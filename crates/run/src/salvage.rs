@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader, Scales};
+use asperity_record::{Parts, RunHeader};
 use asperity_runlog::{RunReader, SalvageError, Salvaged, Topics};
 
 use crate::check::{CheckProblem, Checked, check};
@@ -65,26 +65,15 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
         scenario.and_then(|text| Scenario::resolve(&ScenarioSource::logged("scenario.toml", text)).ok());
     match (logged, resolved) {
         (Some(logged), Some(scenario)) => {
-            let (solver, code_version) = (logged.solver.clone(), logged.code_version.clone());
-            let mut expected = of(&scenario, &solver, &code_version, logged.record_schema_version);
-            // Log versions before 4 contain no scales, those before 6 only some.
-            expected.scales = logged.scales.zip(expected.scales).map(|(logged, expected)| Scales {
-                modulus_n_per_m: logged.modulus_n_per_m.and(expected.modulus_n_per_m),
-                interfacial_stiffness_n_per_m: logged
-                    .interfacial_stiffness_n_per_m
-                    .and(expected.interfacial_stiffness_n_per_m),
-                ..expected
-            });
-            expected.longest_stable_step_s = logged.longest_stable_step_s.and(expected.longest_stable_step_s);
-            if expected == logged {
+            if of(&scenario, &logged.solver, &logged.code_version) == logged {
                 return Ok((logged, Vec::new()));
             }
             let remark = "metadata `run` contradicted the scenario, and was rebuilt from it".to_owned();
-            Ok((of(&scenario, UNKNOWN, UNKNOWN, logged.record_schema_version), vec![remark]))
+            Ok((of(&scenario, UNKNOWN, UNKNOWN), vec![remark]))
         }
         (None, Some(scenario)) => {
             let remark = "metadata `run` is lost, and was rebuilt from the scenario".to_owned();
-            Ok((of(&scenario, UNKNOWN, UNKNOWN, RECORD_SCHEMA_VERSION), vec![remark]))
+            Ok((of(&scenario, UNKNOWN, UNKNOWN), vec![remark]))
         }
         // Only its own id can confirm the header.
         (Some(logged), None) if logged.run_id == run_id(&logged) => Ok((logged, Vec::new())),
@@ -96,10 +85,9 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
 }
 
 /// The header of a scenario's run by the given program.
-fn of(scenario: &Scenario, solver: &str, code_version: &str, version: u32) -> RunHeader {
+fn of(scenario: &Scenario, solver: &str, code_version: &str) -> RunHeader {
     let mut of = header(scenario, &Plan::new(scenario), solver);
     of.code_version = code_version.to_owned();
-    of.record_schema_version = version;
     of.run_id = run_id(&of);
     of
 }

@@ -39,17 +39,31 @@ pub enum SelfCheckProblem {
     },
 }
 
-/// Derives the plan from a log's scenario, which must agree with the header.
+/// Resolves a log's scenario, which must agree with the header, and derives the plan.
 ///
 /// # Errors
 /// If the scenario is invalid or of another run.
-pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, SelfCheckProblem> {
+pub(crate) fn resolve(logged: &RunHeader, scenario_toml: &str) -> Result<(Scenario, Plan), SelfCheckProblem> {
     let source = ScenarioSource::logged("scenario.toml", scenario_toml);
     let scenario = Scenario::resolve(&source).map_err(SelfCheckProblem::Scenario)?;
     let plan = Plan::new(&scenario);
+    agree(logged, scenario_toml, &scenario, &plan)?;
+    Ok((scenario, plan))
+}
+
+/// Checks that a log's scenario and its plan agree with the header.
+///
+/// # Errors
+/// If they are of another run.
+pub(crate) fn agree(
+    logged: &RunHeader,
+    scenario_toml: &str,
+    scenario: &Scenario,
+    plan: &Plan,
+) -> Result<(), SelfCheckProblem> {
     let solvers = SolverKind::of(scenario.friction.law);
     let solver = solvers.iter().find(|kind| kind.name() == logged.solver).unwrap_or(&solvers[0]);
-    let of = header(&scenario, &plan, solver.name());
+    let of = header(scenario, plan, solver.name());
     let values = |header: &RunHeader| {
         [
             ("scenario_hash", header.scenario_hash.clone()),
@@ -68,7 +82,7 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, Self
             ),
             ("steps", header.steps.to_string()),
             ("run_id", header.run_id.clone()),
-            ("scales", header.scales.map_or("none".to_owned(), scales)),
+            ("scales", scales(header.scales)),
         ]
     };
     for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
@@ -80,28 +94,12 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, Self
     if scenario.to_commented_toml() != scenario_toml {
         return Err(SelfCheckProblem::Text);
     }
-    Ok(plan)
-}
-
-/// Refuses the scenario of a log by another code version if it names a file whose values it lacks; all else may have been
-/// right for that version.
-///
-/// # Errors
-/// If it does.
-pub(crate) fn has_values(scenario_toml: &str) -> Result<(), SelfCheckProblem> {
-    match Scenario::resolve(&ScenarioSource::logged("scenario.toml", scenario_toml)) {
-        Err(errors) if errors.lack_values() => Err(SelfCheckProblem::Scenario(errors)),
-        _ => Ok(()),
-    }
+    Ok(())
 }
 
 /// Formats scales as metadata `run` does.
 fn scales(scales: Scales) -> String {
-    let said = scales.parts().map(|(name, value)| match value {
-        Some(value) => format!("{name} = {value:e}"),
-        None => format!("{name} = none"),
-    });
-    said.join(", ")
+    scales.parts().map(|(name, value)| format!("{name} = {value:e}")).join(", ")
 }
 
 /// Repeats the run of a log in parallel with its records.

@@ -12,7 +12,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use crate::check::check;
-use crate::reading::scenario_of;
 use crate::states::{self, StatesError};
 use crate::verdict::Verdict;
 use asperity_model::files::UnfitState;
@@ -92,8 +91,7 @@ impl Parent {
         }
         let reader = RunReader::open(log, Topics::NONE).map_err(|error| error.to_string())?;
         let header = reader.header().clone();
-        let plan = states::plan(&header, &reader).map_err(|error| error.to_string())?;
-        let scenario = scenario_of(log, reader.scenario_toml())?.ok_or("its scenario is lost")?;
+        let (scenario, plan) = states::resolve(&header, &reader).map_err(|error| error.to_string())?;
         let last_step = checked.seen.end.map_or(plan.steps, |end| end.last_step);
         Ok(Parent {
             log: log.to_owned(),

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_model::Plan;
+use asperity_model::{Plan, Scenario};
 use asperity_record::{Record, RunHeader};
 use asperity_runlog::{LogError, LogItem, RunReader};
 use asperity_simulator::{Next, SimulationError, Snapshot, Solver, SolverKind, Stop};
@@ -92,15 +92,15 @@ pub(crate) fn kind(header: &RunHeader) -> SolverKind {
     SolverKind::named(&header.solver).unwrap_or_default()
 }
 
-/// The plan of a run of this code version.
+/// The scenario and the plan of a run of this code version.
 ///
 /// # Errors
 /// If the log is of other code, or its scenario is of another run.
-pub(crate) fn plan(header: &RunHeader, reader: &RunReader) -> Result<Plan, StatesError> {
+pub(crate) fn resolve(header: &RunHeader, reader: &RunReader) -> Result<(Scenario, Plan), StatesError> {
     if header.code_version != CODE_VERSION {
         return Err(StatesError::OtherCode { found: header.code_version.clone() });
     }
-    Ok(self_check::plan(header, reader.scenario_toml())?)
+    Ok(self_check::resolve(header, reader.scenario_toml())?)
 }
 
 /// The states that a solver of the plan can start from.

@@ -19,7 +19,7 @@
 //! use std::convert::Infallible;
 //!
 //! use asperity_detect::{Detectors, SlipRules};
-//! use asperity_record::{Record, StepRecord};
+//! use asperity_record::{Energy, Record, StepRecord};
 //! use asperity_run::stream::{Given, Item};
 //!
 //! let record = |step: u64| StepRecord {
@@ -28,7 +28,7 @@
 //!     driving_force_n: 100.0,
 //!     normal_load_n: 400.0,
 //!     end_forces_n: None,
-//!     energy: None,
+//!     energy: Energy::default(),
 //!     junctions: None,
 //!     peak_velocity_m_per_s: None,
 //!     sliding: 0,

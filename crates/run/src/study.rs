@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use asperity_model::{Plan, Scenario};
 use asperity_record::Observer;
 use asperity_record::{RunEnd, RunHeader};
-use asperity_runlog::{Existing, RunReader, Topics};
+use asperity_runlog::Existing;
 use asperity_simulator::SolverKind;
 
-use crate::check::{check, check_seen};
 use crate::log::LogTo;
 use crate::log_target::{self, LogTargetError, OtherRun, SCENARIO, SOLVER};
+use crate::open_log::OpenLog;
 use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
 use crate::verdict::Verdict;
 
@@ -61,9 +61,12 @@ impl Job {
     pub fn stored(&self, folder: &Path, solver: Option<SolverKind>, observer: &mut dyn Observer) -> Stored {
         let log = self.log(folder);
         let wanted = self.header(solver);
-        // Observers rely on the blocks and steps of this run.
-        let is_wanted = RunReader::open(&log, Topics::NONE).is_ok_and(|reader| *reader.header() == wanted);
-        let checked = if is_wanted { check_seen(&log, observer) } else { check(&log) };
+        let checked = match OpenLog::open(&log) {
+            Err(checked) => *checked,
+            // Observers rely on the blocks and steps of this run.
+            Ok(log) if *log.header() == wanted => log.check(observer),
+            Ok(log) => log.check(&mut ()),
+        };
         let Some(found) = checked.header.as_ref().filter(|_| checked.verdict != Verdict::NoRunLog) else {
             return Stored::Nothing;
         };

@@ -246,7 +246,7 @@ pub fn verify(plan: &Plan, reached: impl FnMut(u64)) -> Result<Verified, VerifyE
     // The rounding of a difference of totals is proportional to the totals.
     let largest_energy_j = records[0]
         .iter()
-        .filter_map(|record| record.energy)
+        .map(|record| record.energy)
         .flat_map(|energy| [energy.drive_work_j, energy.friction_heat_j, energy.elastic_j])
         .fold(0.0, |most: f64, energy_j| most.max(energy_j.abs()));
     let [plain, fast] = records.map(|records| detectors::of_plan(plan).all_events(&records));

@@ -43,8 +43,7 @@ pub(crate) fn time(
 }
 
 /// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
-/// energies, all present or absent, the radiated one where the header says so; the largest speed, likewise; the
-/// totals of junctions against the header and those `before`.
+/// radiated energy and the largest speed, where the header says so; the totals of junctions against the header and those `before`.
 ///
 /// # Errors
 /// If they disagree.
@@ -63,11 +62,7 @@ pub(crate) fn step(
         let what = "a force on one end and none on the other".to_owned();
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
-    if let Err(missing) = message.energy() {
-        let what = format!("it has energies without {missing}");
-        return Err(LogProblem::Contradiction { step: message.step, what });
-    }
-    if message.radiated_j.is_some() != (message.drive_work_j.is_some() && header.radiates) {
+    if message.radiated_j.is_some() != header.radiates {
         let what =
             format!("radiated_j = {:?}, in a run with radiates = {}", message.radiated_j, header.radiates);
         return Err(LogProblem::Contradiction { step: message.step, what });
@@ -434,7 +429,6 @@ fn rupture(rupture: &Rupture, header: &RunHeader) -> Result<(), String> {
     if rupture.radiated_j.is_some() && !header.radiates {
         return Err("it has radiated_j, in a run without radiation".to_owned());
     }
-    // Logs of other runs may lack all of these, by their versions.
     let potencies = [("potency_m2", rupture.potency_m2, false), ("potency_m3", rupture.potency_m3, true)];
     match potencies
         .into_iter()

@@ -31,9 +31,6 @@ pub(crate) const SALVAGE: &str = "salvage";
 /// Name of the metadata record with what users note on a log, which may follow `run_end`.
 pub(crate) const NOTE: &str = "note";
 
-/// The first version of the format in which a salvaged log states how events are ordered in its gaps.
-pub(crate) const GAPS_SINCE: u32 = 3;
-
 /// The key of `run_end` with the number of bytes before it: another program that writes the log again has other ones.
 pub(crate) const BYTES: &str = "bytes";
 

@@ -1,8 +1,5 @@
 //! The stated gaps of a salvaged log, across which its reader relaxes its checks. Its messages keep
 //! their original numbers.
-//!
-//! Logs of version 2 state their gaps as well, but not how events are ordered in them: there, any
-//! missing number counts as a gap.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +7,6 @@ use asperity_record::RunHeader;
 
 use crate::agree;
 use crate::findings::Gap;
-use crate::format::GAPS_SINCE;
 use crate::metadata;
 use crate::problem::LogProblem;
 
@@ -19,8 +15,6 @@ pub(crate) struct Gaps {
     stated: Vec<Gap>,
     /// The times of the last message before and of the first after each gap.
     times: Vec<(u64, u64)>,
-    /// Whether messages may be missing in stated gaps only.
-    is_strict: bool,
     /// Number of gaps before the current message.
     passed: usize,
     /// The next number of each topic, and the number of gaps before its last message.
@@ -36,8 +30,7 @@ impl Gaps {
     /// # Errors
     /// If metadata `salvage` is invalid.
     pub(crate) fn new(header: &RunHeader, map: &BTreeMap<String, String>) -> Result<Gaps, LogProblem> {
-        let is_strict = header.record_schema_version >= GAPS_SINCE;
-        let stated = if is_strict { metadata::gaps_from_map(map)? } else { Vec::new() };
+        let stated = metadata::gaps_from_map(map)?;
         let time_ns = |step| agree::time_ns(header, step).unwrap_or(u64::MAX);
         let times = stated
             .iter()
@@ -46,7 +39,6 @@ impl Gaps {
             says_lost: metadata::says_lost(map),
             times: times.collect(),
             stated,
-            is_strict,
             passed: 0,
             topics: BTreeMap::new(),
             has_any: false,
@@ -87,13 +79,10 @@ impl Gaps {
             self.pass();
         }
         let (expected, passed) = self.topics.get(topic).copied().unwrap_or_default();
-        if sequence != expected {
-            if !self.is_strict {
-                self.enter();
-            } else if sequence < expected || (passed == self.passed && !self.pass_before(time_ns)) {
-                let topic = topic.to_owned();
-                return Err(LogProblem::Number { topic, expected, found: sequence });
-            }
+        let is_lost = sequence > expected && (passed < self.passed || self.pass_before(time_ns));
+        if sequence != expected && !is_lost {
+            let topic = topic.to_owned();
+            return Err(LogProblem::Number { topic, expected, found: sequence });
         }
         self.topics.insert(topic.to_owned(), (sequence.saturating_add(1), self.passed));
         Ok(())
@@ -103,7 +92,7 @@ impl Gaps {
     /// it is in the gap between them.
     pub(crate) fn event(&mut self, record_ns: Option<u64>, time_ns: u64, publish_ns: u64) -> bool {
         let is_later = publish_ns == time_ns && record_ns.is_some_and(|record_ns| record_ns < time_ns);
-        self.is_strict && is_later && (self.is_before_record || self.pass_before(time_ns))
+        is_later && (self.is_before_record || self.pass_before(time_ns))
     }
 
     /// Records that there was a record: events follow their records again.
@@ -122,10 +111,6 @@ impl Gaps {
 
     fn pass(&mut self) {
         self.passed += 1;
-        self.enter();
-    }
-
-    fn enter(&mut self) {
         (self.has_any, self.is_state_unknown, self.is_before_record) = (true, true, true);
     }
 }

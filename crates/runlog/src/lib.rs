@@ -27,13 +27,13 @@
 //!
 //! | key | what |
 //! |---|---|
-//! | `bytes` | how many bytes of the file precede this record; none in logs that were written before it was added |
+//! | `bytes` | how many bytes of the file precede this record |
 //! | `status` | `complete`, `load-not-reached`, `interrupted` or `salvaged` |
 //! | `last_step` | the last step taken |
 //! | `switches` | how many blocks switched in all |
 //! | `messages:TOPIC` | how many messages the topic has |
 //! | `digest` | BLAKE3 over all messages |
-//! | `digest:TOPIC` | BLAKE3 over the messages of the topic; all topics have one, or none in logs that were written before there were any |
+//! | `digest:TOPIC` | BLAKE3 over the messages of the topic |
 //! | `solver:NAME`, `solver_fallbacks` | the solver's counters |
 //!
 //! A digest is the BLAKE3 hash, as 64 hexadecimal digits, of the following bytes for each message
@@ -45,15 +45,13 @@
 //! 4. the payload, byte for byte as in the file.
 //!
 //! A topic without messages has the hash of an empty input.
-//! [`RunEnd::compare_topics`](asperity_record::RunEnd::compare_topics) uses them to compare logs of
-//! one run with different detectors.
 //!
 //! # Example
 //!
 //! A log of two steps, written and read:
 //!
 //! ```
-//! use asperity_record::{Record, RunHeader, RunStatus, SolverReport, StepRecord};
+//! use asperity_record::{Energy, Record, RunHeader, RunStatus, Scales, SolverReport, StepRecord};
 //! use asperity_runlog::{Existing, LogItem, RunReader, RunWriter, Topics};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -75,7 +73,13 @@
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,
 //!     steps: 2,
-//!     scales: None,
+//!     scales: Scales {
+//!         block_length_m: 0.01,
+//!         block_time_s: 1e-4,
+//!         link_time_ratio: 100.0,
+//!         modulus_n_per_m: 5e6,
+//!         interfacial_stiffness_n_per_m: 2e6,
+//!     },
 //! };
 //! let step = |step, driving_force_n| StepRecord {
 //!     step,
@@ -83,7 +87,7 @@
 //!     driving_force_n,
 //!     normal_load_n: 400.0,
 //!     end_forces_n: None,
-//!     energy: None,
+//!     energy: Energy::default(),
 //!     junctions: None,
 //!     peak_velocity_m_per_s: None,
 //!     sliding: 0,
@@ -114,7 +118,7 @@
 //!
 //! # In reading order
 //!
-//! - `format`: names and bounds; `versions`: the versions of the format.
+//! - `format`: names and bounds.
 //! - `problem`: errors of reading and writing.
 //! - `messages`, `announced`, `metadata`, `digest`: the contents of the file as types.
 //! - `write`: writes a log; `unfinished`: the temporary name of a log until it is whole, and its
@@ -147,7 +151,6 @@ mod records;
 mod salvage;
 mod size;
 mod unfinished;
-mod versions;
 mod walk;
 mod write;
 

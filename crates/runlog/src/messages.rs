@@ -42,29 +42,21 @@ pub(crate) struct StepMessage {
     /// How many blocks switched at its end: so many `/switch` messages follow.
     pub(crate) switches: u32,
     /// Work of the drive points on the drive springs since the start, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) drive_work_j: Option<f64>,
+    pub(crate) drive_work_j: f64,
     /// Work of the prestress, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) prestress_work_j: Option<f64>,
+    pub(crate) prestress_work_j: f64,
     /// Work that sliding contacts have turned into heat, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) friction_heat_j: Option<f64>,
+    pub(crate) friction_heat_j: f64,
     /// What friction springs held when they took hold again, less what they lost when they let go, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) anchor_change_j: Option<f64>,
+    pub(crate) anchor_change_j: f64,
     /// Work of the dampers between blocks, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) viscous_loss_j: Option<f64>,
+    pub(crate) viscous_loss_j: f64,
     /// Kinetic energy, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) kinetic_j: Option<f64>,
+    pub(crate) kinetic_j: f64,
     /// Energy of all springs, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) elastic_j: Option<f64>,
+    pub(crate) elastic_j: f64,
     /// What the time step itself added, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) scheme_work_j: Option<f64>,
+    pub(crate) scheme_work_j: f64,
     /// Work of radiation damping, J.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) radiated_j: Option<f64>,
@@ -121,6 +113,17 @@ pub(crate) struct SwitchMessage {
 
 impl StepMessage {
     pub(crate) fn new(record: &StepRecord) -> StepMessage {
+        let Energy {
+            drive_work_j,
+            prestress_work_j,
+            friction_heat_j,
+            anchor_change_j,
+            viscous_loss_j,
+            kinetic_j,
+            elastic_j,
+            scheme_work_j,
+            radiated_j,
+        } = record.energy;
         StepMessage {
             step: record.step,
             time_s: record.time_s,
@@ -131,48 +134,19 @@ impl StepMessage {
             ft_fn: record.load_ratio(),
             sliding: record.sliding,
             switches: record.switches.len() as u32,
-            drive_work_j: record.energy.map(|energy| energy.drive_work_j),
-            prestress_work_j: record.energy.map(|energy| energy.prestress_work_j),
-            friction_heat_j: record.energy.map(|energy| energy.friction_heat_j),
-            anchor_change_j: record.energy.map(|energy| energy.anchor_change_j),
-            viscous_loss_j: record.energy.map(|energy| energy.viscous_loss_j),
-            kinetic_j: record.energy.map(|energy| energy.kinetic_j),
-            elastic_j: record.energy.map(|energy| energy.elastic_j),
-            scheme_work_j: record.energy.map(|energy| energy.scheme_work_j),
-            radiated_j: record.energy.and_then(|energy| energy.radiated_j),
+            drive_work_j,
+            prestress_work_j,
+            friction_heat_j,
+            anchor_change_j,
+            viscous_loss_j,
+            kinetic_j,
+            elastic_j,
+            scheme_work_j,
+            radiated_j,
             peak_velocity_m_per_s: record.peak_velocity_m_per_s,
             breaks: record.junctions.map(|totals| totals.breaks),
             repins: record.junctions.map(|totals| totals.repins),
         }
-    }
-
-    /// The energies, if all are there; an error if some are.
-    pub(crate) fn energy(&self) -> Result<Option<Energy>, &'static str> {
-        let given = [
-            ("drive_work_j", self.drive_work_j),
-            ("prestress_work_j", self.prestress_work_j),
-            ("friction_heat_j", self.friction_heat_j),
-            ("anchor_change_j", self.anchor_change_j),
-            ("viscous_loss_j", self.viscous_loss_j),
-            ("kinetic_j", self.kinetic_j),
-            ("elastic_j", self.elastic_j),
-            ("scheme_work_j", self.scheme_work_j),
-        ];
-        if given.iter().all(|(_, value)| value.is_none()) && self.radiated_j.is_none() {
-            return Ok(None);
-        }
-        let one = |name: &'static str, value: Option<f64>| value.ok_or(name);
-        Ok(Some(Energy {
-            drive_work_j: one("drive_work_j", self.drive_work_j)?,
-            prestress_work_j: one("prestress_work_j", self.prestress_work_j)?,
-            friction_heat_j: one("friction_heat_j", self.friction_heat_j)?,
-            anchor_change_j: one("anchor_change_j", self.anchor_change_j)?,
-            viscous_loss_j: one("viscous_loss_j", self.viscous_loss_j)?,
-            kinetic_j: one("kinetic_j", self.kinetic_j)?,
-            elastic_j: one("elastic_j", self.elastic_j)?,
-            scheme_work_j: one("scheme_work_j", self.scheme_work_j)?,
-            radiated_j: self.radiated_j,
-        }))
     }
 
     pub(crate) fn into_record(self) -> StepRecord {
@@ -182,7 +156,17 @@ impl StepMessage {
             driving_force_n: self.driving_force_n,
             normal_load_n: self.normal_load_n,
             end_forces_n: self.first_end_force_n.zip(self.last_end_force_n).map(|(a, b)| [a, b]),
-            energy: self.energy().unwrap_or(None),
+            energy: Energy {
+                drive_work_j: self.drive_work_j,
+                prestress_work_j: self.prestress_work_j,
+                friction_heat_j: self.friction_heat_j,
+                anchor_change_j: self.anchor_change_j,
+                viscous_loss_j: self.viscous_loss_j,
+                kinetic_j: self.kinetic_j,
+                elastic_j: self.elastic_j,
+                scheme_work_j: self.scheme_work_j,
+                radiated_j: self.radiated_j,
+            },
             junctions: self.breaks.zip(self.repins).map(|(breaks, repins)| JunctionTotals { breaks, repins }),
             peak_velocity_m_per_s: self.peak_velocity_m_per_s,
             sliding: self.sliding,

@@ -10,8 +10,9 @@ use asperity_record::{
 
 use crate::findings::{Gap, Salvaged};
 use crate::format::{RUN, RUN_END, SALVAGE};
-use crate::problem::MetadataError;
+use crate::problem::{LogProblem, MetadataError};
 
+const VERSION: &str = "record_schema_version";
 /// Prefixes of the keys for each topic, and for each kind of the solver's work.
 const MESSAGES: &str = "messages:";
 const DIGEST: &str = "digest:";
@@ -34,7 +35,7 @@ const BETWEEN_FALLBACKS: &str = "; ";
 
 pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     let mut map: BTreeMap<String, String> = [
-        ("record_schema_version", header.record_schema_version.to_string()),
+        (VERSION, header.record_schema_version.to_string()),
         ("scenario", header.scenario.clone()),
         ("scenario_hash", header.scenario_hash.clone()),
         ("run_id", header.run_id.clone()),
@@ -69,12 +70,10 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     if let Some(longest_s) = header.longest_stable_step_s {
         map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
     }
-    if let Some(scales) = &header.scales {
-        // For readers: it follows from two of the others.
-        let link_s = ("link_s", Some(scales.link_s()));
-        let said = scales.parts().into_iter().chain([link_s]);
-        map.extend(said.filter_map(|(key, value)| Some((key.to_owned(), value?.to_string()))));
-    }
+    // For readers: it follows from two of the others.
+    let link_s = ("link_s", header.scales.link_s());
+    let scales = header.scales.parts().into_iter().chain([link_s]);
+    map.extend(scales.map(|(key, value)| (key.to_owned(), value.to_string())));
     let crc = crc_of(&map);
     map.insert(CRC.to_owned(), crc);
     map
@@ -91,20 +90,27 @@ fn crc_of(map: &BTreeMap<String, String>) -> String {
     format!("{:08x}", crc.finalize())
 }
 
-/// The format version of a log.
-pub(crate) fn version(run: &BTreeMap<String, String>) -> Result<u32, MetadataError> {
-    Reader { record: RUN, map: run }.parse("record_schema_version", "a whole number")
+/// Checks the version of a log before anything else in it, since another one may mean anything.
+///
+/// # Errors
+/// If the version is missing or another one.
+pub(crate) fn check_version(run: &BTreeMap<String, String>) -> Result<(), LogProblem> {
+    let run = Reader { record: RUN, map: run };
+    match run.parse(VERSION, "a whole number")? {
+        RECORD_SCHEMA_VERSION => Ok(()),
+        other => Err(LogProblem::Version(other)),
+    }
 }
 
 pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeader, MetadataError> {
     let expected = crc_of(map);
     let map = Reader { record: RUN, map };
-    // None in logs that were written before it was added.
+    // Programs of earlier code write none.
     if map.map.get(CRC).is_some_and(|crc| *crc != expected) {
         return Err(map.invalid(CRC, format!("{expected}, that of the other keys")));
     }
     let header = RunHeader {
-        record_schema_version: map.parse("record_schema_version", "a whole number")?,
+        record_schema_version: map.parse(VERSION, "a whole number")?,
         scenario: map.text("scenario")?,
         scenario_hash: map.text("scenario_hash")?,
         run_id: map.text("run_id")?,
@@ -122,7 +128,13 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
             false => None,
         },
         steps: map.parse("steps", "a whole number")?,
-        scales: scales_from_map(&map)?,
+        scales: Scales {
+            block_length_m: map.positive(BLOCK_LENGTH)?,
+            block_time_s: map.positive(BLOCK_TIME)?,
+            link_time_ratio: map.positive(LINK_TIME_RATIO)?,
+            modulus_n_per_m: map.positive(MODULUS)?,
+            interfacial_stiffness_n_per_m: map.not_negative(INTERFACIAL_STIFFNESS)?,
+        },
     };
     // These two determine allocations and divisors, so they are bounded here, once.
     if !(1..=MOST_BLOCKS).contains(&u64::from(header.blocks)) {
@@ -134,35 +146,13 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
         return Err(map.invalid("time_step_s", "a number above 0"));
     }
-    // Derived words must agree with the rest. Older programs may have used other words.
-    if header.record_schema_version == RECORD_SCHEMA_VERSION {
-        for (key, expected) in header_to_map(&header).into_iter().filter(|(key, _)| key != CRC) {
-            if map.map.get(&key) != Some(&expected) {
-                return Err(map.invalid(&key, format!("{expected:?}, which the other keys give")));
-            }
+    // Derived words must agree with the rest.
+    for (key, expected) in header_to_map(&header).into_iter().filter(|(key, _)| key != CRC) {
+        if map.map.get(&key) != Some(&expected) {
+            return Err(map.invalid(&key, format!("{expected:?}, which the other keys give")));
         }
     }
     Ok(header)
-}
-
-/// The scales; None if there are none, as in versions before 4.
-fn scales_from_map(map: &Reader<'_>) -> Result<Option<Scales>, MetadataError> {
-    if [BLOCK_LENGTH, BLOCK_TIME, LINK_TIME_RATIO].iter().all(|key| !map.map.contains_key(*key)) {
-        return Ok(None);
-    }
-    Ok(Some(Scales {
-        block_length_m: map.positive(BLOCK_LENGTH)?,
-        block_time_s: map.positive(BLOCK_TIME)?,
-        link_time_ratio: map.positive(LINK_TIME_RATIO)?,
-        modulus_n_per_m: match map.map.contains_key(MODULUS) {
-            true => Some(map.positive(MODULUS)?),
-            false => None,
-        },
-        interfacial_stiffness_n_per_m: match map.map.contains_key(INTERFACIAL_STIFFNESS) {
-            true => Some(map.not_negative(INTERFACIAL_STIFFNESS)?),
-            false => None,
-        },
-    }))
 }
 
 const STATUSES: [RunStatus; 7] = [

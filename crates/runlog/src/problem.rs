@@ -136,10 +136,8 @@ pub enum LogProblem {
     /// A run log without its header.
     #[error("no metadata `{RUN}` before the first message")]
     NoHeader,
-    /// The version is unknown.
-    #[error(
-        "written with version {0} of the format; this program reads versions 1 to {RECORD_SCHEMA_VERSION}: a newer one is needed"
-    )]
+    /// It is of another version of the format.
+    #[error("written with version {0} of the format; this program reads version {RECORD_SCHEMA_VERSION}")]
     Version(u32),
     /// A message that does not match its topic.
     #[error("message {sequence} of {topic} cannot be read: {error}")]

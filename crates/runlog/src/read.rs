@@ -24,7 +24,6 @@ use crate::messages::{StepMessage, SwitchMessage};
 use crate::metadata;
 use crate::problem::{LogError, LogProblem, most};
 use crate::records::Records;
-use crate::versions;
 
 /// The messages to decode. All messages are read and checked in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,7 +111,7 @@ impl RunReader {
     /// Opens a log and reads its header and scenario.
     ///
     /// # Errors
-    /// If the file cannot be read or is not a run log of a supported version.
+    /// If the file cannot be read or is not a run log of this version of the format.
     pub fn open(path: &Path, topics: Topics) -> Result<RunReader, LogError> {
         let (reader, read) = RunReader::begin(path, topics)?;
         read.and_then(|()| reader.header.as_ref().map(|_| ()).ok_or_else(|| reader.records.no_header()))
@@ -188,7 +187,7 @@ impl RunReader {
             while !matches!(self.records.next()?, None | Some(Raw::Message { .. })) {}
             return Err(self.records.no_header());
         };
-        versions::check(&run)?;
+        metadata::check_version(&run)?;
         let header = metadata::header_from_map(&run)?;
         self.detached = vec![false; header.blocks as usize];
         if let Some(salvage) = &ahead.salvage {
@@ -284,7 +283,6 @@ impl RunReader {
     }
 
     /// The gaps that a salvaged log states; known after the first item, and empty for other logs.
-    /// Versions 1 and 2 do not state them in this form.
     pub fn gaps(&self) -> &[Gap] {
         self.salvage.as_ref().map_or(&[], Gaps::stated)
     }
@@ -439,7 +437,7 @@ impl RunReader {
                 self.at_record(message.step);
                 let promised = message.switches;
                 let record = message.into_record();
-                self.energy = record.energy;
+                self.energy = Some(record.energy);
                 self.junctions = record.junctions;
                 self.open_step = Some((record, promised));
                 if promised == 0 {
@@ -587,21 +585,17 @@ impl RunReader {
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
         let (digest, topic_digests) = self.digests.finish(topics.iter().chain(end.topic_digests.keys()));
-        // Older logs have no digests of topics.
-        if !end.topic_digests.is_empty() {
-            for (topic, found) in topic_digests {
-                let nothing = self.counts.get(&topic).copied().unwrap_or_default() == 0;
-                let promised = match end.topic_digests.get(&topic) {
-                    Some(promised) => promised.clone(),
-                    None if nothing => continue,
-                    None => "nothing".to_owned(),
-                };
-                mismatch(&format!("digest of {topic}:"), promised, found)?;
-            }
+        for (topic, found) in topic_digests {
+            let nothing = self.counts.get(&topic).copied().unwrap_or_default() == 0;
+            let promised = match end.topic_digests.get(&topic) {
+                Some(promised) => promised.clone(),
+                None if nothing => continue,
+                None => "nothing".to_owned(),
+            };
+            mismatch(&format!("digest of {topic}:"), promised, found)?;
         }
         let order = "digest of the order among topics, each of which is right by itself:";
-        let what = if end.topic_digests.is_empty() { "digest:" } else { order };
-        mismatch(what, end.digest.clone(), digest)?;
+        mismatch(order, end.digest.clone(), digest)?;
         match end.status {
             RunStatus::Interrupted => Err(LogProblem::Interrupted(end.last_step)),
             RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite | RunStatus::StoppedStalled => {

@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::Path;
 
-use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
+use asperity_record::{EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
 
 use crate::digest::Digests;
 use crate::findings::{Damage, Salvaged};
@@ -25,7 +25,6 @@ use crate::messages::Topic;
 use crate::metadata;
 use crate::pieces::{Content, Piece, Pieces};
 use crate::problem::{LogProblem, WriteError};
-use crate::versions;
 use crate::walk::{ChunkProblem, Message, Walk};
 use crate::write::RunWriter;
 
@@ -40,7 +39,7 @@ pub enum SalvageError {
         /// The reason.
         error: io::Error,
     },
-    /// No message that a checksum confirms is left, or neither header nor scenario, or their version is unknown.
+    /// No message that a checksum confirms is left, or neither header nor scenario, or it is of another version.
     #[error("{path}: {problem}")]
     Hopeless {
         /// The file.
@@ -73,13 +72,11 @@ pub fn salvage(
     let read_error = |error| SalvageError::Read { path: name.clone(), error };
     let hopeless = |problem: String| SalvageError::Hopeless { path: name.clone(), problem };
     let mut pieces = Pieces::open(input).map_err(read_error)?;
-    let Found { header, scenario, end, entries, newer } = find(&mut pieces).map_err(read_error)?;
-    if let (None, Some(version)) = (&header, newer) {
+    let Found { header, scenario, end, entries, other_version } = find(&mut pieces).map_err(read_error)?;
+    if let (None, Some(version)) = (&header, other_version) {
         return Err(hopeless(LogProblem::Version(version).to_string()));
     }
-    let (mut header, mut remarks) = settle(header, scenario.as_deref()).map_err(hopeless)?;
-    // The new log is of the present version, whatever the damaged one was.
-    header.record_schema_version = RECORD_SCHEMA_VERSION;
+    let (header, mut remarks) = settle(header, scenario.as_deref()).map_err(hopeless)?;
     if scenario.is_none() {
         remarks.push("the scenario is lost".to_owned());
     }
@@ -149,8 +146,8 @@ fn changed(end: &RunEnd, salvaged: &Salvaged, digests: &mut Digests) -> Option<S
 struct Found {
     /// The first header.
     header: Option<RunHeader>,
-    /// The unknown format version of a header, if there is one.
-    newer: Option<u32>,
+    /// The version of a header of another version of the format, if there is one.
+    other_version: Option<u32>,
     /// The first scenario.
     scenario: Option<String>,
     /// The last end.
@@ -176,8 +173,10 @@ fn find(pieces: &mut Pieces) -> io::Result<Found> {
     let mut damages = 0;
     while let Some(piece) = pieces.next()? {
         match piece.content {
-            Content::Run(map) => match versions::check(&map) {
-                Err(LogProblem::Version(version)) => found.newer = found.newer.or(Some(version)),
+            Content::Run(map) => match metadata::check_version(&map) {
+                Err(LogProblem::Version(version)) => {
+                    found.other_version = found.other_version.or(Some(version))
+                }
                 _ => found.header = found.header.or(metadata::header_from_map(&map).ok()),
             },
             Content::Scenario(text) => found.scenario = found.scenario.or(Some(text)),

@@ -82,7 +82,7 @@ impl MostBytes {
     pub fn step(&self, pulls_both_ways: bool) -> u64 {
         self.message(&StepMessage::new(&StepRecord {
             end_forces_n: pulls_both_ways.then_some([0.0; 2]),
-            energy: Some(Energy { radiated_j: self.parts.radiation.then_some(0.0), ..Energy::default() }),
+            energy: Energy { radiated_j: self.parts.radiation.then_some(0.0), ..Energy::default() },
             peak_velocity_m_per_s: self.parts.state.then_some(0.0),
             junctions: self.parts.junctions.then(JunctionTotals::default),
             ..step()
@@ -193,7 +193,7 @@ fn step() -> StepRecord {
         driving_force_n: 0.0,
         normal_load_n: 0.0,
         end_forces_n: None,
-        energy: None,
+        energy: Energy::default(),
         junctions: None,
         peak_velocity_m_per_s: None,
         sliding: 0,

@@ -170,7 +170,7 @@ impl RunWriter {
         self.last_step = record.step();
         match record {
             Record::Step(record) => {
-                self.energy = record.energy;
+                self.energy = Some(record.energy);
                 self.step(record)
             }
             Record::Fields(record) => self.message(FIELDS, record.step, record),

@@ -6,8 +6,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use asperity_record::{
-    Event, EventKind, EventPayload, GlobalSlip, Record, RunHeader, RunStatus, SolverReport, StepRecord,
-    payload,
+    Energy, Event, EventKind, EventPayload, GlobalSlip, Record, RunHeader, RunStatus, Scales, SolverReport,
+    StepRecord, payload,
 };
 use asperity_runlog::{
     Existing, LogError, LogItem, LogProblem, RunReader, RunWriter, Salvaged, Topics, Unfinished, WriteError,
@@ -44,7 +44,13 @@ fn header() -> RunHeader {
         time_step_s: 1.0,
         longest_stable_step_s: None,
         steps: STEPS,
-        scales: None,
+        scales: Scales {
+            block_length_m: 0.01,
+            block_time_s: 1e-4,
+            link_time_ratio: 100.0,
+            modulus_n_per_m: 5e6,
+            interfacial_stiffness_n_per_m: 2e6,
+        },
     }
 }
 
@@ -55,7 +61,7 @@ fn step(step: u64) -> Record {
         driving_force_n: 1.0,
         normal_load_n: 2.0,
         end_forces_n: None,
-        energy: None,
+        energy: Energy::default(),
         junctions: None,
         peak_velocity_m_per_s: None,
         sliding: 0,

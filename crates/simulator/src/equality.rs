@@ -387,7 +387,7 @@ impl Numbers {
 
     fn add(&mut self, plain: &Next, fast: &Next) {
         self.one(0, plain.record.driving_force_n, fast.record.driving_force_n);
-        self.energies(plain.record.energy.as_ref(), fast.record.energy.as_ref());
+        self.energies(&plain.record.energy, &fast.record.energy);
         let (plain, fast) = (&plain.fields, &fast.fields);
         // Along the sliding direction, and over an area across it.
         fn of(state: &FieldRecord) -> [[&[f64]; 2]; 4] {
@@ -406,8 +406,7 @@ impl Numbers {
     }
 
     /// Compares all energies relative to the largest of them.
-    fn energies(&mut self, plain: Option<&Energy>, fast: Option<&Energy>) {
-        let (Some(plain), Some(fast)) = (plain, fast) else { return };
+    fn energies(&mut self, plain: &Energy, fast: &Energy) {
         for ((_, plain), (_, fast)) in plain.parts().zip(fast.parts()) {
             self.one(5, plain, fast);
         }

@@ -200,7 +200,7 @@ fn load(
         time_s: plan.grid.time_s(state.step),
         driving_force_n: driving.total_n,
         end_forces_n: driving.ends_n,
-        energy: Some(energy),
+        energy,
         junctions: state.junctions.as_ref().map(|junctions| junctions.totals_before()),
         peak_velocity_m_per_s: state.peak_velocity_m_per_s,
         normal_load_n: Load::of_all(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
@@ -407,7 +407,7 @@ fn are_finite(values: &[f64]) -> bool {
 fn not_finite(record: &StepRecord, step: u64, state: &SliderState) -> Option<SimulationError> {
     let ends_n = record.end_forces_n.into_iter().flatten();
     let driving_n = ends_n.chain([record.driving_force_n]).map(|force_n| ("the force of the drive", force_n));
-    let energies_j = record.energy.into_iter().flat_map(|energy| energy.parts());
+    let energies_j = record.energy.parts();
     let peak = record.peak_velocity_m_per_s.map(|speed| ("the largest speed", speed));
     let mut numbers = driving_n.chain(energies_j).chain(peak);
     let (what, _) = numbers.find(|(_, value)| !value.is_finite())?;

@@ -111,7 +111,7 @@ pub fn collect(
     let common_columns = common_columns(&keys);
     let mut columns = common_columns.clone();
     columns.extend([
-        Column::new("status", ColumnKind::Word, "`done`, `failed`, `quarantined`, `refused` or `missing`."),
+        Column::new("status", ColumnKind::Word, "`done`, `failed`, `refused` or `missing`."),
         Column::new("reason", ColumnKind::Word, "Why the run failed or was refused."),
         Column::new("run_id", ColumnKind::Word, "Id of the run, as in its log."),
         Column::new("ended", ColumnKind::Word, "How the run ended, see `status` of a summary."),
@@ -153,22 +153,22 @@ pub fn collect(
                     observer.row(kind.table, &cells);
                     tables.push(&cells)?;
                 }
-                summary = Some((stored.summary, stored.values));
+                summary = Some(stored.summary);
             }
             State::Failed(place) => {
                 reason_of = reason(opened(place)?).map_err(|problem| stray(place, problem))?;
             }
-            State::Quarantined => "its process died repeatedly".clone_into(&mut reason_of),
-            State::Missing(_) | State::Refused | State::Contradicted | State::Logged => {}
+            State::Missing | State::Refused | State::Contradicted | State::Logged => {}
         }
         cells.extend([
             Cell::Word(state.word()),
             word(&reason_of),
             word(row.id.as_deref().unwrap_or_default()),
-            word(summary.as_ref().map_or("", |(summary, _)| &summary.status)),
+            word(summary.as_ref().map_or("", |summary| &summary.status)),
         ]);
+        let values = summary.map_or_else(Vec::new, |summary| summary.values());
         cells.extend(summary_columns.iter().map(|n| {
-            let value = summary.as_ref().map_or(&serde_json::Value::Null, |(_, values)| &values[*n]);
+            let value = values.get(*n).unwrap_or(&serde_json::Value::Null);
             cell(value, Summary::KEYS[*n].column.kind)
         }));
         observer.row(RUNS, &cells);

@@ -11,8 +11,6 @@ use asperity_model::analytic::LengthLaw;
 use asperity_model::text::Lines;
 use asperity_model::typed;
 #[cfg(feature = "analysis")]
-use asperity_numbers::Number;
-#[cfg(feature = "analysis")]
 use asperity_numbers::claims::ClaimSpec;
 #[cfg(feature = "analysis")]
 use asperity_numbers::precursors::PrecursorRules;
@@ -100,32 +98,6 @@ pub(crate) struct File {
     #[cfg(feature = "analysis")]
     #[serde(default)]
     pub(crate) claim: Vec<ClaimSpec>,
-    /// What its author should change, a line each: old names of numbers.
-    #[cfg(feature = "analysis")]
-    #[serde(skip)]
-    pub(crate) notes: Vec<String>,
-}
-
-/// The old names of numbers in a file, each with its new one.
-#[cfg(feature = "analysis")]
-fn old_names(file: &toml::Table) -> Vec<String> {
-    fn find(value: &toml::Value, is_name: bool, found: &mut BTreeSet<String>) {
-        match value {
-            toml::Value::String(name) if is_name => {
-                let number = Number::find(name).ok().filter(|number| number.name() != name);
-                found
-                    .extend(number.map(|number| format!("measure {name:?} is now called {}", number.name())));
-            }
-            toml::Value::Array(values) => values.iter().for_each(|value| find(value, is_name, found)),
-            toml::Value::Table(table) => table.iter().for_each(|(key, value)| {
-                find(value, matches!(key.as_str(), "measure" | "measures"), found);
-            }),
-            _ => {}
-        }
-    }
-    let mut found = BTreeSet::new();
-    file.values().for_each(|value| find(value, false, &mut found));
-    found.into_iter().collect()
 }
 
 impl File {
@@ -144,10 +116,6 @@ impl File {
             let (line, column) = place.split_once(':').unwrap_or((&place, "1"));
             format!("line {line}, column {column}: {problem}")
         })?;
-        #[cfg(feature = "analysis")]
-        {
-            file.notes = old_names(&toml::from_str(text).map_err(|error| error.to_string())?);
-        }
         file.spell_out_ensembles()?;
         let mut names = BTreeSet::new();
         for run in &file.run {

@@ -78,9 +78,9 @@ impl Study {
             (self.parameter.clone(), numbers(&|row| Some(row.parameter))),
         ];
         let measures = self.measures.iter().enumerate();
-        columns.extend(measures.map(|(index, measure)| {
-            (measure.words().replace(' ', "_"), numbers(&|row| row.measured[index]))
-        }));
+        columns.extend(
+            measures.map(|(index, measure)| (measure.name().to_owned(), numbers(&|row| row.measured[index]))),
+        );
         Ok(tables::of_columns(columns)?)
     }
 }
@@ -108,8 +108,8 @@ mod tests {
                 "parameter_set",
                 "time_step_s",
                 "slider.blocks",
-                "precursor_count",
-                "residual_linear",
+                "precursor_event_count",
+                "event_residual_linear_ratio",
                 "event_count"
             ]
         );

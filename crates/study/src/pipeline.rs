@@ -35,8 +35,6 @@ pub struct Pipeline {
     pub figure: Figures,
     /// The claims.
     pub claim: Vec<ClaimSpec>,
-    /// Advice to its author, a line each: old names of numbers.
-    pub notes: Vec<String>,
 }
 
 /// The name of a table of one run.
@@ -89,9 +87,9 @@ impl Pipeline {
     pub(crate) fn of(file: File, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
         let of_tables = file.figure.of_tables();
         let runs = file.run.iter().map(|run| run.name.clone()).collect();
-        let File { title, first_global_slips, slow_slip, precursors, study, figure, claim, notes, .. } = file;
+        let File { title, first_global_slips, slow_slip, precursors, study, figure, claim, .. } = file;
         let mut pipeline =
-            Pipeline { title, runs, first_global_slips, slow_slip, precursors, study, figure, claim, notes };
+            Pipeline { title, runs, first_global_slips, slow_slip, precursors, study, figure, claim };
         pipeline.check(numbered, &of_tables)?;
         for claim in pipeline.claim.iter_mut().filter(|claim| !claim.at.is_empty()) {
             let runs = if numbered == 0 { Err("at: nothing varies".to_owned()) } else { at(&claim.at) };
@@ -250,29 +248,6 @@ impl Pipeline {
 #[cfg(test)]
 mod tests {
     use super::Pipeline;
-
-    #[test]
-    fn old_names_of_numbers_are_read_and_noted_once() {
-        let pipeline = Pipeline::parse(
-            "title = \"t\"\n[[run]]\nname = \"precursor-count\"\nscenario = \"default\"\n\
-             [[study]]\nname = \"s\"\nparameter = \"slider.blocks\"\nruns = [\"precursor-count\"]\n\
-             measures = [\"precursor-count\", \"creeps\"]\n\
-             [[figure.study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
-             measure = \"precursor-count\"\nmeasure_label = \"n\"\nseries = []\n\
-             [[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"precursor-count\"\n\
-             measure = \"first-global-slip-time\"\nat_most = 1\n",
-        );
-        let pipeline = pipeline.unwrap();
-        assert_eq!(
-            pipeline.notes,
-            [
-                "measure \"first-global-slip-time\" is now called first_global_event_onset_s",
-                "measure \"precursor-count\" is now called precursor_event_count",
-            ]
-        );
-        assert_eq!(pipeline.study[0].measures[0].words(), "precursor count");
-        assert_eq!(pipeline.claim[0].measure.name(), "first_global_event_onset_s");
-    }
 
     #[test]
     fn over_axes_both_numbers_of_an_exponent_are_of_the_summary() {

@@ -30,11 +30,8 @@ use crate::study::{Grid, Study};
 /// The file name of a plan.
 pub const FILE: &str = "plan.ndjson";
 
-/// The version of the plan format.
+/// The version of the format.
 const FORMAT: u32 = 2;
-
-/// The version in which scenarios without `parameter_set` mean `as-coded`.
-const FORMAT_AS_CODED: u32 = 1;
 
 /// Characters of an id.
 const ID_LENGTH: usize = 64;
@@ -260,6 +257,9 @@ impl Plan {
             };
             longest_bytes = LONGEST_ROW_BYTES;
             if let Some(whole) = before.replace(line) {
+                if reading.common.is_none() {
+                    check_version(&whole)?;
+                }
                 hasher.update(whole.as_bytes()).update(b"\n");
                 reading.take(&whole, lines.number() - 1);
             }
@@ -428,6 +428,20 @@ impl Plan {
     }
 }
 
+/// Checks the version of a plan before anything else in it, since another one may mean anything.
+fn check_version(line: &str) -> Result<(), String> {
+    #[derive(Deserialize)]
+    struct Versioned {
+        format: u32,
+    }
+    match serde_json::from_str(line) {
+        Ok(Versioned { format }) if format != FORMAT => {
+            Err(format!("written with version {format} of the format; this program reads version {FORMAT}"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The part of a plan read so far.
 #[derive(Default)]
 struct Reading {
@@ -504,15 +518,10 @@ impl Row {
 
 impl Common {
     fn parse(line: &str) -> Result<(Common, Vec<&'static Key>), String> {
-        let mut common: Common = serde_json::from_str(line).map_err(|error| {
+        let common: Common = serde_json::from_str(line).map_err(|error| {
             let problem = problem_of(&error);
             format!("a plan of another form: {problem} (accepted: a plan by this version of the program)")
         })?;
-        if ![FORMAT_AS_CODED, FORMAT].contains(&common.format) {
-            return Err(format!("format = {} (accepted: {FORMAT_AS_CODED} or {FORMAT})", common.format));
-        }
-        let is_older = common.is_older();
-        common.runs.iter_mut().for_each(|run| run.is_older = is_older);
         let keys = common.keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>();
         let keys = keys.map_err(|problem| format!("keys: {problem}"))?;
         let mut seen = BTreeSet::new();
@@ -530,10 +539,6 @@ impl Common {
         Ok((common, keys))
     }
 
-    fn is_older(&self) -> bool {
-        self.format == FORMAT_AS_CODED
-    }
-
     /// The overrides of a run, as `key=value`.
     pub fn assignments(&self, values: &[Value]) -> Vec<String> {
         self.keys.iter().zip(values).map(|(key, value)| format!("{key}={value}")).collect()
@@ -549,7 +554,6 @@ impl Common {
 
     fn resolve_with(&self, values: &[Value], files: &dyn Files) -> Result<Scenario, String> {
         let source = ScenarioSource::new(&self.scenario, &self.scenario_toml);
-        let source = if self.is_older() { source.stored_by_older_program() } else { source };
         let assignments = self.set.iter().cloned().chain(self.assignments(values));
         let source = assignments.fold(source, |source, assignment| source.with_override(&assignment));
         Scenario::resolve_with(&source, files).map_err(|errors| errors.to_string())
@@ -648,11 +652,7 @@ fn json(value: &impl Serialize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
-    use asperity_model::ParameterSet;
-
-    use super::{Holding, LONGEST_COMMON_BYTES, Plan};
+    use super::{Holding, LONGEST_COMMON_BYTES};
 
     #[test]
     fn more_than_a_plan_has_room_for_is_refused_while_it_is_read() {
@@ -661,25 +661,5 @@ mod tests {
         assert!(["a", "b", "a"].iter().all(|name| get(name).is_ok()));
         let problem = get("c").unwrap_err();
         assert_eq!(problem, format!("{} bytes of files and states in a plan", LONGEST_COMMON_BYTES / 2 * 3));
-    }
-
-    /// Its scenario names no parameter set, which meant `as-coded` at the time of planning.
-    #[test]
-    fn a_plan_of_the_former_default_means_the_scenarios_that_it_was_made_of() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1");
-        let plan = Plan::read(&folder).unwrap();
-        assert!(!plan.common.scenario_toml.contains("parameter_set"));
-        for row in &plan.rows {
-            let scenario = plan.resolve(row).unwrap();
-            assert_eq!(scenario.parameter_set, ParameterSet::AsCoded);
-            // As run ids are computed.
-            let id = blake3::Hasher::new()
-                .update(scenario.hash().as_bytes())
-                .update(&plan.common.record_schema_version.to_le_bytes())
-                .update(plan.common.code_version.as_bytes())
-                .finalize();
-            assert_eq!(row.id, Some(id.to_hex().to_string()), "run {}", row.run);
-        }
-        assert!(plan.check_code(&folder).unwrap_err().to_string().contains("by code version"));
     }
 }

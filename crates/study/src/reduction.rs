@@ -12,12 +12,12 @@ use asperity_figures::draw::Gathering;
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::{NodeState, Scenario};
+use asperity_numbers::Summary;
 use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::claims::{self, Measured};
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
-use asperity_numbers::{RupturesFrom, Summary};
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
 use asperity_report::{Collected, Limits, PageCollector, Run, Shown, Study as Page};
 use asperity_tables::load_table::LoadTable;
@@ -207,7 +207,7 @@ impl<'a> Reduction<'a> {
     pub fn passed(&self, passing: Passing, end: &RunEnd) -> Result<(), StudyError> {
         let Passing { collector, loads, page, written } = passing;
         written.and_then(|()| loads.finish())?;
-        let run = collector.finish(RupturesFrom::Log, Some(end));
+        let run = collector.finish(true, Some(end));
         let write = |what: &str, mut table: Frame| {
             table_file::write(&self.files, &self.tables, &table_of(&run.name, what), &mut table)
         };

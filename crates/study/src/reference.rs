@@ -149,14 +149,14 @@ impl Schema {
     }
 }
 
-/// Numbers of a run with their units, meanings and old names, under their headings.
+/// Numbers of a run with their units and meanings, under their headings.
 fn keys<'a>(keys: impl IntoIterator<Item = &'a Key>) -> String {
-    let mut text = String::from("| number | unit | meaning | old name |\n|---|---|---|---|\n");
+    let mut text = String::from("| number | unit | meaning |\n|---|---|---|\n");
     let mut group = "";
     for key in keys {
         if key.group != group {
             group = key.group;
-            text.push_str(&format!("| **{group}** | | | |\n"));
+            text.push_str(&format!("| **{group}** | | |\n"));
         }
         let Column { name, kind, unit, about, .. } = &key.column;
         let holds = unit.unwrap_or(match kind {
@@ -165,8 +165,7 @@ fn keys<'a>(keys: impl IntoIterator<Item = &'a Key>) -> String {
             _ => "whole number",
         });
         let about = spelled(about).replace(&format!(", {holds};"), ";").replace(&format!(", {holds}."), ".");
-        let old_name = key.old_name.map_or("-".to_owned(), |name| format!("`{name}`"));
-        text.push_str(&format!("| `{name}` | {holds} | {} | {old_name} |\n", about.replace('|', "\\|")));
+        text.push_str(&format!("| `{name}` | {holds} | {} |\n", about.replace('|', "\\|")));
     }
     text
 }

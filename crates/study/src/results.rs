@@ -16,9 +16,6 @@ use crate::plan::{Plan, Row};
 use crate::segment::{self, Frame, Kind, Owner, Reader};
 use crate::stored::{KeptEvents, Stored, kept_events, reason};
 
-/// A run whose process died this many times is not tried again.
-pub const MOST_DEATHS: u32 = 3;
-
 /// Most faults that are stored: enough to identify the files.
 const MOST_FAULTS: usize = 100;
 
@@ -80,16 +77,14 @@ pub enum Fault {
 /// The state of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// No result yet; its process died this many times.
-    Missing(u32),
+    /// No result yet.
+    Missing,
     /// It has a result.
     Done(Place),
     /// It is a named run, and its log exists and is complete.
     Logged,
     /// It failed.
     Failed(Place),
-    /// Its process died too often to try again.
-    Quarantined,
     /// The scenario refuses its values.
     Refused,
     /// It has two different results.
@@ -100,10 +95,9 @@ impl State {
     /// The word in tables.
     pub fn word(self) -> &'static str {
         match self {
-            State::Missing(_) => "missing",
+            State::Missing => "missing",
             State::Done(_) | State::Logged => "done",
             State::Failed(_) => "failed",
-            State::Quarantined => "quarantined",
             State::Refused => "refused",
             State::Contradicted => "contradicted",
         }
@@ -111,7 +105,7 @@ impl State {
 
     /// Whether the run must still be made.
     pub fn is_missing(self) -> bool {
-        matches!(self, State::Missing(_))
+        self == State::Missing
     }
 }
 
@@ -122,8 +116,6 @@ pub struct Counts {
     pub done: u64,
     /// Failed.
     pub failed: u64,
-    /// Quarantined.
-    pub quarantined: u64,
     /// Refused.
     pub refused: u64,
     /// With two different results.
@@ -153,7 +145,7 @@ impl Results {
     /// # Errors
     /// If one cannot be read.
     pub fn read(folder: &Path, plan: &Plan) -> io::Result<Results> {
-        let state = |refused: bool| if refused { State::Refused } else { State::Missing(0) };
+        let state = |refused: bool| if refused { State::Refused } else { State::Missing };
         let states = plan.rows.iter().map(|row| state(row.refused.is_some())).collect();
         let (torn, foreign, faults) = (Vec::new(), Vec::new(), Vec::new());
         let mut results =
@@ -197,7 +189,7 @@ impl Results {
         Ok(results)
     }
 
-    /// Adds a result: the first of a run counts, and replaces deaths. Returns further ones, which
+    /// Adds a result: the first of a run counts. Returns further ones, which
     /// must be compared with it.
     fn take(&mut self, row: &Row, frame: &Frame, place: Place) -> Option<Doubt> {
         let state = &mut self.states[row.run as usize - 1];
@@ -207,19 +199,14 @@ impl Results {
             _ => None,
         };
         *state = match (*state, frame.kind) {
-            (State::Missing(_) | State::Quarantined, Kind::Done) => State::Done(place),
-            (State::Missing(_) | State::Quarantined, Kind::Failed) => State::Failed(place),
-            (State::Missing(deaths), Kind::Died) if deaths + 1 < MOST_DEATHS => State::Missing(deaths + 1),
-            (State::Missing(_), Kind::Died) => State::Quarantined,
+            (State::Missing, Kind::Done) => State::Done(place),
+            (State::Missing, Kind::Failed) => State::Failed(place),
             (state, _) => state,
         };
-        let known = known.filter(|_| frame.kind != Kind::Died);
-        // A result without an owner line must be read to identify its run.
-        let is_unowned = frame.owner.is_none() && frame.kind == Kind::Done;
-        (known.is_some() || is_unowned).then_some(Doubt { run: row.run, known, new: (frame.kind, place) })
+        Some(Doubt { run: row.run, known: known?, new: (frame.kind, place) })
     }
 
-    /// Checks a doubtful result.
+    /// Compares a doubtful result with the known one.
     fn settle(
         &mut self,
         plan: &Plan,
@@ -232,19 +219,13 @@ impl Results {
             // Without another result the run is missing again.
             let state = &mut results.states[run as usize - 1];
             if matches!(*state, State::Done(known) | State::Failed(known) if known == place) {
-                *state = State::Missing(0);
+                *state = State::Missing;
             }
             results.add(Fault::Stray { spot, run, problem });
         };
         let opened = |results: &Results, (_, place): (Kind, Place)| {
             let content = results.content(place)?;
             Ok::<_, io::Error>(Stored::open(content, &plan.common, row, kept))
-        };
-        let Some(known) = known else {
-            if let Err(problem) = opened(self, new)? {
-                stray(self, new.1, problem);
-            }
-            return Ok(());
         };
         if known.0 == new.0 && self.are_same_bytes(known.1, new.1)? {
             self.confirm(run, known.1, new.1);
@@ -358,10 +339,9 @@ impl Results {
         let mut counts = Counts::default();
         for (_, state) in (1..).zip(&self.states).filter(|(run, _)| is_counted(run)) {
             *match state {
-                State::Missing(_) => &mut counts.missing,
+                State::Missing => &mut counts.missing,
                 State::Done(_) | State::Logged => &mut counts.done,
                 State::Failed(_) => &mut counts.failed,
-                State::Quarantined => &mut counts.quarantined,
                 State::Refused => &mut counts.refused,
                 State::Contradicted => &mut counts.contradicted,
             } += 1;
@@ -388,10 +368,10 @@ impl Results {
     }
 }
 
-/// A result to be compared with the known one of its run, or whose run must be verified.
+/// A result to be compared with the known one of its run.
 struct Doubt {
     run: u64,
-    known: Option<(Kind, Place)>,
+    known: (Kind, Place),
     new: (Kind, Place),
 }
 
@@ -412,12 +392,12 @@ fn of_run<'a>(plan: &'a Plan, frame: &Frame) -> Result<&'a Row, String> {
         return Err("the result of a run with a name is its log (accepted: results of other runs)".to_owned());
     }
     match &frame.owner {
-        Some(Err(problem)) => Err(format!("{problem} (accepted: number and id of its run)")),
-        Some(Ok(Owner { run, .. })) if *run != row.run => Err(format!(
+        Err(problem) => Err(format!("{problem} (accepted: number and id of its run)")),
+        Ok(Owner { run, .. }) if *run != row.run => Err(format!(
             "its content says that it is of run {run} (accepted: {}, under which it stands)",
             row.run
         )),
-        Some(Ok(Owner { run_id, .. })) if row.id.as_ref() != Some(run_id) => Err(format!(
+        Ok(Owner { run_id, .. }) if row.id.as_ref() != Some(run_id) => Err(format!(
             "its content says that its run has the id {run_id:?} (accepted: {}, as it is planned)",
             row.id.as_deref().unwrap_or_default()
         )),

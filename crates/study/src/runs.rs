@@ -44,7 +44,7 @@ impl RunSpec {
         let RunSpec { name, scenario, set } = self.clone();
         let problem = |problem: String| format!("run {name}: {problem}");
         let Text { text, of_log, .. } = read_scenario(&scenario, folder).map_err(problem)?;
-        Ok(Named { name, scenario, scenario_toml: text, of_log, set, is_older: false })
+        Ok(Named { name, scenario, scenario_toml: text, of_log, set })
     }
 }
 
@@ -73,9 +73,6 @@ pub struct Named {
     /// Overrides, `key=value`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
-    /// Whether its plan is older than the present default of the parameter set.
-    #[serde(skip)]
-    pub(crate) is_older: bool,
 }
 
 impl Named {
@@ -98,15 +95,14 @@ impl Named {
 
     /// Its scenario as written, without overrides.
     pub(crate) fn source(&self) -> ScenarioSource {
-        let Named { scenario, scenario_toml, of_log, is_older, .. } = self;
-        let source = if *of_log {
+        let Named { scenario, scenario_toml, of_log, .. } = self;
+        if *of_log {
             ScenarioSource::logged(format!("{scenario}: scenario.toml"), scenario_toml)
         } else if builtin::find(scenario).is_some() {
             ScenarioSource::new(format!("built-in {scenario}"), scenario_toml)
         } else {
             ScenarioSource::new(scenario, scenario_toml)
-        };
-        if *is_older { source.stored_by_older_program() } else { source }
+        }
     }
 
     /// The run, ready to be made, likewise.

@@ -1,17 +1,17 @@
-//! Segments: each worker appends the results of its runs to a file of its own, so that a hundred thousand
+//! Segments: each thread appends the results of its runs to a file of its own, so that a hundred thousand
 //! runs need only a handful of files.
 //!
 //! A segment begins with a line of its version and its plan. Each result is a *frame*:
 //!
 //! | bytes | what |
 //! |---|---|
-//! | 1 | kind: 1 done, 2 failed, 3 its process died |
+//! | 1 | kind: 1 done, 2 failed |
 //! | 8 | the run's number, from 1 |
 //! | 4 | length of the content |
 //! | 4 | CRC-32 of all the others |
 //! | length | a line of JSON with number and id of the run; then, done: zstd, see [`stored`](crate::stored); failed: text |
 //!
-//! with the least significant byte first. Version 1 has no line with number and id. Everything
+//! with the least significant byte first. Everything
 //! after an incomplete frame is ignored.
 
 use std::fs::{self, DirEntry, File};
@@ -33,8 +33,11 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 
 const HEAD: usize = 17;
 
-/// The supported versions; the last one is written.
-const VERSIONS: [u32; 2] = [1, 2];
+/// The version of the format.
+const VERSION: u32 = 2;
+
+/// The beginning of a segment, before its version.
+const BEGINNING: &str = "asperity sweep segment ";
 
 /// The kind of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,26 +46,23 @@ pub enum Kind {
     Done,
     /// The run failed, and would always fail.
     Failed,
-    /// The process that made it died.
-    Died,
 }
 
 impl Kind {
     fn of(byte: u8) -> Option<Kind> {
-        [Kind::Done, Kind::Failed, Kind::Died].into_iter().find(|kind| kind.byte() == byte)
+        [Kind::Done, Kind::Failed].into_iter().find(|kind| kind.byte() == byte)
     }
 
     fn byte(self) -> u8 {
         match self {
             Kind::Done => 1,
             Kind::Failed => 2,
-            Kind::Died => 3,
         }
     }
 }
 
-fn first_line(version: u32, plan: &str) -> String {
-    format!("asperity sweep segment {version} {plan}\n")
+fn first_line(plan: &str) -> String {
+    format!("{BEGINNING}{VERSION} {plan}\n")
 }
 
 /// The owner of a result, according to its content.
@@ -123,7 +123,7 @@ impl Writer {
             }
             match LockedFile::create(&path) {
                 Ok(locked) if locked.file().metadata().is_ok_and(|file| file.len() == 0) => {
-                    let written = locked.file().write_all(first_line(VERSIONS[1], plan).as_bytes());
+                    let written = locked.file().write_all(first_line(plan).as_bytes());
                     written.map_err(|error| FileError::Io { path, error })?;
                     return Ok(Writer { locked, synced: Instant::now() });
                 }
@@ -175,8 +175,8 @@ pub struct Frame {
     pub kind: Kind,
     /// The run's number, from 1.
     pub run: u64,
-    /// The owner line, or its error; `None` in version 1, which has none.
-    pub owner: Option<Result<Owner, String>>,
+    /// The owner line, or its error.
+    pub owner: Result<Owner, String>,
     /// The offset of the content after that line.
     pub at: u64,
     /// The length of the content.
@@ -187,7 +187,6 @@ pub struct Frame {
 #[derive(Debug)]
 pub struct Reader {
     file: BufReader<File>,
-    has_owners: bool,
     at: u64,
 }
 
@@ -195,16 +194,21 @@ impl Reader {
     /// Opens a segment; `None` if it is of another plan or not a segment.
     ///
     /// # Errors
-    /// If it cannot be read.
+    /// If it cannot be read, or is of another version of the format.
     pub fn open(path: &Path, plan: &str) -> io::Result<Option<Reader>> {
         let mut file = BufReader::with_capacity(1 << 16, asperity_files::open(path)?);
-        let mut found = vec![0; first_line(VERSIONS[0], plan).len()];
+        let expected = first_line(plan);
+        let mut found = vec![0; expected.len()];
         if !whole(file.read_exact(&mut found))? {
             return Ok(None);
         }
-        let version = VERSIONS.into_iter().find(|version| first_line(*version, plan).as_bytes() == found);
-        let at = found.len() as u64;
-        Ok(version.map(|version| Reader { file, has_owners: version > 1, at }))
+        let text = str::from_utf8(&found).ok().and_then(|text| text.strip_prefix(BEGINNING));
+        match text.and_then(|text| text.split_once(' ')?.0.parse::<u32>().ok()) {
+            Some(other) if other != VERSION => Err(io::Error::other(format!(
+                "written with version {other} of the format; this program reads version {VERSION}"
+            ))),
+            _ => Ok((expected.as_bytes() == found).then_some(Reader { file, at: found.len() as u64 })),
+        }
     }
 
     /// Returns the next result; `None` at the end or an incomplete frame.
@@ -224,10 +228,8 @@ impl Reader {
         hasher.update(&head[..13]);
         let mut content = self.file.by_ref().take(length);
         let mut first = Vec::new();
-        if self.has_owners {
-            content.by_ref().take(LONGEST_OWNER_BYTES as u64).read_until(b'\n', &mut first)?;
-            hasher.update(&first);
-        }
+        content.by_ref().take(LONGEST_OWNER_BYTES as u64).read_until(b'\n', &mut first)?;
+        hasher.update(&first);
         let mut read = first.len() as u64;
         loop {
             fill(&mut content)?;
@@ -245,10 +247,8 @@ impl Reader {
         }
         let begins = self.at + HEAD as u64;
         self.at = begins + length;
-        let owner = self.has_owners.then(|| {
-            let parsed = first.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok());
-            parsed.ok_or_else(|| "its content does not say whose it is".to_owned())
-        });
+        let owner = first.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok());
+        let owner = owner.ok_or_else(|| "its content does not say whose it is".to_owned());
         let of_owner = first.len() as u64;
         Ok(Some(Frame { kind, run, owner, at: begins + of_owner, length: length - of_owner }))
     }
@@ -332,7 +332,7 @@ mod tests {
             while let Some(frame) = reader.next_frame().unwrap() {
                 let content = &bytes[frame.at as usize..][..frame.length as usize];
                 assert_eq!(content, format!("result {}", frame.run).as_bytes());
-                assert_eq!(frame.owner, Some(Ok(Owner { run: frame.run, run_id: "id".to_owned() })));
+                assert_eq!(frame.owner, Ok(Owner { run: frame.run, run_id: "id".to_owned() }));
                 runs.push(frame.run);
             }
             let torn = reader.torn().unwrap();

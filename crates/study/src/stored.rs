@@ -10,8 +10,6 @@ use std::io::{self, BufRead, BufReader};
 use asperity_numbers::Summary;
 use asperity_record::bounds::{LONGEST_LINE_BYTES, LONGEST_REASON_BYTES};
 use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Rupture, SlipEvent};
-use asperity_run::CODE_VERSION;
-use serde_json::Value as Json;
 use zstd::bulk::Compressor;
 use zstd::stream::read::Decoder;
 
@@ -124,34 +122,6 @@ pub(crate) struct Stored<'a, R: BufRead> {
     /// Number of events of each kind read so far.
     counts: Vec<u64>,
     pub(crate) summary: Summary,
-    /// The value of each of [`Summary::KEYS`]; null if the program that made the run did not know the key.
-    pub(crate) values: Vec<Json>,
-}
-
-/// Parses a summary and the values of its keys. Another code version may have further keys, and
-/// lack some.
-fn summary_of(line: &str, is_own: bool) -> serde_json::Result<(Summary, Vec<Json>)> {
-    if is_own {
-        let summary: Summary = serde_json::from_str(line)?;
-        let values = summary.values();
-        return Ok((summary, values));
-    }
-    let mut map: serde_json::Map<String, Json> = serde_json::from_str(line)?;
-    let keys = || Summary::KEYS.iter().map(|key| (key.column.name.as_ref(), key.column.kind));
-    let lacks: Vec<bool> = keys().map(|(name, _)| !map.contains_key(name)).collect();
-    map.retain(|key, _| keys().any(|(name, _)| name == key));
-    for ((name, kind), _) in keys().zip(&lacks).filter(|(_, lacks)| **lacks) {
-        let value = match kind {
-            // Counts are not null; the value is not used.
-            ColumnKind::Count | ColumnKind::Step => Json::from(0),
-            _ => Json::Null,
-        };
-        map.insert(name.to_owned(), value);
-    }
-    let summary: Summary = serde_json::from_value(Json::Object(map))?;
-    let known = |(value, lacks)| if lacks { Json::Null } else { value };
-    let values = summary.values().into_iter().zip(lacks).map(known).collect();
-    Ok((summary, values))
 }
 
 impl<'a, R: BufRead> Stored<'a, R> {
@@ -170,8 +140,9 @@ impl<'a, R: BufRead> Stored<'a, R> {
         decoder.window_log_max(WINDOW_LOG).map_err(unpacked)?;
         let mut lines = Lines::of(BufReader::new(decoder));
         let line = lines.next(LONGEST_LINE_BYTES).map_err(unpacked)?.unwrap_or_default();
-        let (summary, values) = summary_of(line, common.code_version == CODE_VERSION)
-            .map_err(|error| format!("line 1: {} (accepted: the summary of a run)", problem_of(&error)))?;
+        let summary: Summary = serde_json::from_str(line).map_err(|error| {
+            format!("line 1: {} (accepted: the summary of a run by this program)", problem_of(&error))
+        })?;
         if summary.run != row.run.to_string() {
             return Err(format!(
                 "its summary is of run {} (accepted: {}, under which it stands)",
@@ -188,7 +159,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
                 return Err(format!("its summary has {key} = {said} (accepted: {value}, as it is planned)"));
             }
         }
-        Ok(Stored { lines, kept, counts: vec![0; kept.len()], summary, values })
+        Ok(Stored { lines, kept, counts: vec![0; kept.len()], summary })
     }
 
     /// Returns the next event: the index of its kind, and its row; `None` at the end.
@@ -272,7 +243,9 @@ impl<'a, R: BufRead> Stored<'a, R> {
         mut self,
         mut other: Stored<'_, S>,
     ) -> Result<Option<String>, [Option<String>; 2]> {
-        for (key, (a, b)) in Summary::KEYS.iter().zip(self.values.iter().zip(&other.values)) {
+        for (key, (a, b)) in
+            Summary::KEYS.iter().zip(self.summary.values().iter().zip(other.summary.values()))
+        {
             // Compared as written: 0 and -0 differ in a table.
             let (a, b) = (a.to_string(), b.to_string());
             if a != b {

@@ -130,14 +130,6 @@ impl Study {
         claims || !self.runs.is_empty()
     }
 
-    /// Advice to its author, a line each: old names of numbers.
-    pub fn notes(&self) -> &[String] {
-        #[cfg(feature = "analysis")]
-        return &self.pipeline.notes;
-        #[cfg(not(feature = "analysis"))]
-        &[]
-    }
-
     /// Adds overrides to the runs that have names.
     pub fn set(&mut self, set: &[String]) {
         self.runs.iter_mut().for_each(|run| run.set.extend_from_slice(set));

@@ -97,7 +97,6 @@ pub struct Verification {
     elsewhere: Option<(String, u64)>,
     /// Runs without a first result, which may still come, in order.
     pub missing: Vec<u64>,
-    quarantined: u64,
 }
 
 impl Verification {
@@ -123,9 +122,8 @@ impl Verification {
                     all.elsewhere.get_or_insert((first, 0)).1 += 1;
                 }
                 (_, (Some(_), _)) => all.due.push(run),
-                (State::Missing(_), _) => all.missing.push(run),
+                (State::Missing, _) => all.missing.push(run),
                 (State::Contradicted, _) => all.contradicted += 1,
-                (State::Quarantined, _) => all.quarantined += 1,
                 // Not chosen, or made without a segment.
                 (State::Done(_) | State::Failed(_) | State::Logged | State::Refused, _) => {}
             }
@@ -156,7 +154,6 @@ impl Verification {
             (self.due.len() as u64, "to be made a second time".to_owned()),
             (elsewhere, format!("to be made a second time on another node than {node}")),
             (self.missing.len() as u64, "without a first result".to_owned()),
-            (self.quarantined, "quarantined".to_owned()),
         ];
         let others = others.into_iter().filter(|(count, _)| *count > 0);
         lines.extend(others.map(|(count, what)| format!("{count} {what}")));

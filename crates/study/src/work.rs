@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::num::NonZeroUsize;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -9,7 +10,7 @@ use std::time::Duration;
 
 use asperity_files::create_folder;
 use asperity_model::Scenario;
-use asperity_numbers::{RupturesFrom, Slider, Summarizer};
+use asperity_numbers::{Slider, Summarizer};
 use asperity_record::{Event, EventPayload, Record, RunHeader, Rupture, SlipEvent};
 use asperity_run::study::Job;
 use asperity_run::{
@@ -57,8 +58,8 @@ pub struct Ways<'a> {
     pub patience: Duration,
     /// Whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Called when a run resumes instead of starting from its beginning.
-    pub tell: &'a dyn Fn(Notice<'_>),
+    /// Called with the number of a run that resumes instead of starting from its beginning.
+    pub tell: &'a (dyn Fn(u64, Notice<'_>) + Sync),
     /// Makes runs over axes a second time: from their beginning and without a log, so that nothing of the
     /// first time is used or replaced.
     pub again: bool,
@@ -69,7 +70,7 @@ pub struct Ways<'a> {
 ///
 /// # Errors
 /// If the system refuses something, independent of the run.
-pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
+fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
     let (scenario, header) = match plan.scenario(row) {
         Ok(planned) => planned,
         Err(reason) => return Err(format!("run {}: {reason}", row.run)),
@@ -78,12 +79,13 @@ pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
         return make_named(plan, row, scenario, ways);
     }
     let failed = |error: &dyn Error| format!("run {}: {error}", row.run);
+    let tell = |notice: Notice<'_>| (ways.tell)(row.run, notice);
     let path = staging::log(ways.folder, row.run);
-    let mut made = make_from(Begin::GoOn, plan, row, (&scenario, &header), &path, ways);
+    let mut made = make_from(Begin::GoOn, plan, row, (&scenario, &header), &path, ways, &tell);
     // A run that cannot be resumed, or whose whole log has no recorded result, is repeated.
     if matches!(made.0, Err(RunError::Left(_)) | Ok(Outcome { has_run: false, .. })) {
         staging::discard(ways.folder, row.run).map_err(|error| failed(&error))?;
-        made = make_from(Begin::Anew, plan, row, (&scenario, &header), &path, ways);
+        made = make_from(Begin::Anew, plan, row, (&scenario, &header), &path, ways, &tell);
     }
     let (outcome, Kept { summarizer, lines, .. }) = made;
     let is_kept = match &outcome {
@@ -102,23 +104,22 @@ pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
         Err(error) => return Err(failed(&error)),
     };
     let end = outcome.into_end(header.steps);
-    let summary = summarizer.finish(RupturesFrom::Log, Some(&end));
+    let summary = summarizer.finish(true, Some(&end));
     let content = pack(&summary, &lines).map_err(|error| error.to_string())?;
     Ok(Made::Done { content: Some(content), events: summary.event_count })
 }
 
-/// Makes a run as [`make`] does, and stores its packed result, or why it failed, in this worker's segment,
+/// Makes a run as [`make`] does, and stores its packed result, or why it failed, in this thread's segment,
 /// which its first result creates.
-///
-/// # Errors
-/// If the system refuses something, independent of the run.
-pub fn make_and_store(
+fn make_and_store(
     plan: &Plan,
     row: &Row,
     ways: Ways<'_>,
     segment: &mut Option<Writer>,
 ) -> Result<Made, String> {
-    let made = make(plan, row, ways)?;
+    // The panic has printed the place in the program.
+    let made = catch_unwind(AssertUnwindSafe(|| make(plan, row, ways)))
+        .unwrap_or_else(|_| Ok(Made::Failed("a defect of the program: the run panicked".to_owned())))?;
     let (kind, content) = match &made {
         Made::Done { content: Some(content), .. } => (Kind::Done, &content[..]),
         Made::Failed(reason) => (Kind::Failed, reason_kept(reason).as_bytes()),
@@ -137,64 +138,65 @@ pub fn make_and_store(
     Ok(made)
 }
 
-/// Removes logs of runs that are no longer missing: left by workers that died between storing a result and
+/// Removes logs of runs that are no longer missing: left by processes that died between storing a result and
 /// clearing its log, or whose run another process finished first.
 ///
 /// # Errors
 /// If the system refuses.
-pub fn clear_done(folder: &Path, results: &Results) -> Result<(), String> {
+fn clear_done(folder: &Path, results: &Results) -> Result<(), String> {
     let left = staging::left(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut done = left.into_iter().filter(|run| !results.is_missing(*run));
     done.try_for_each(|run| staging::clear(folder, run)).map_err(|error| error.to_string())
 }
 
-/// Makes all missing runs of a plan on the threads of this process, one on each. `watch` is called after
-/// each run. Returns false if `stop` ended it.
-///
-/// A crash of a run, such as a lack of memory, ends the process, and the next call continues; worker
-/// processes, as those of the command, record such a death and continue themselves.
+/// Makes these runs on the threads of this process, one on each, and returns all results. `watch` is called after each
+/// run, and decides whether another one begins.
 ///
 /// # Errors
 /// If the system refuses something, independent of a run.
-pub fn make_missing(
+pub fn make_runs(
     plan: &Plan,
-    folder: &Path,
+    results: Results,
+    runs: &[u64],
     jobs: Option<NonZeroUsize>,
-    stop: &(dyn Fn() -> bool + Sync),
-    watch: &(dyn Fn(u64, &Made) + Sync),
-) -> Result<bool, String> {
-    plan.check_code(folder).map_err(|error| error.to_string())?;
-    let read = || Results::read(folder, plan).map_err(|error| format!("{}: {error}", folder.display()));
-    let results = read()?;
+    ways: Ways<'_>,
+    watch: &(dyn Fn(u64, &Made) -> bool + Sync),
+) -> Result<Results, String> {
+    let folder = ways.folder;
     clear_done(folder, &results)?;
+    if runs.is_empty() {
+        return Ok(results);
+    }
+    // A hundred thousand of them take memory.
+    drop(results);
     create_folder(&folder.join(staging::FOLDER)).map_err(|error| error.to_string())?;
-    let missing: Vec<u64> = results.missing().collect();
-    let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let next = AtomicUsize::new(0);
     let worker = |_: &usize| {
         let mut segment = None;
-        while let Some(run) = missing.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !stop()) {
-            let ways = Ways { folder, patience: PATIENCE, stop, tell: &|_| (), again: false };
-            match make_and_store(plan, &plan.rows[*run as usize - 1], ways, &mut segment)? {
-                Made::Stopped => break,
-                made => watch(*run, &made),
+        while let Some(run) = runs.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !(ways.stop)()) {
+            let made = make_and_store(plan, &plan.rows[*run as usize - 1], ways, &mut segment)?;
+            if matches!(made, Made::Stopped) || !watch(*run, &made) {
+                next.store(runs.len(), Ordering::Relaxed);
             }
         }
         segment.map_or(Ok(()), |mut segment| segment.sync().map_err(|error| error.to_string()))
     };
-    let workers: Vec<usize> = (0..jobs.min(missing.len())).collect();
+    let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let workers: Vec<usize> = (0..jobs.min(runs.len())).collect();
     at_once(&workers, NonZeroUsize::new(workers.len()), worker)?;
-    clear_done(folder, &read()?)?;
-    Ok(!stop())
+    let results = Results::read(folder, plan).map_err(|error| format!("{}: {error}", folder.display()))?;
+    clear_done(folder, &results)?;
+    Ok(results)
 }
 
 /// Makes a run that has a name, or resumes it, with its log among those of the study.
 fn make_named(plan: &Plan, row: &Row, scenario: Scenario, ways: Ways<'_>) -> Result<Made, String> {
     let label = plan.label(row.run);
-    let name = label.trim_start_matches("run ").to_owned();
+    let name = plan.named(row.run).map(|named| named.name.clone()).unwrap_or_default();
     let folder = ways.folder.join(runs::FOLDER);
     create_folder(&folder).map_err(|error| format!("{label}: {error}"))?;
-    let mut counted = Counted { events: 0, tell: ways.tell };
+    let tell = |notice: Notice<'_>| (ways.tell)(row.run, notice);
+    let mut counted = Counted { events: 0, tell: &tell };
     let threads = Threads::One;
     let job = Job { name, scenario };
     match job.make(&folder, None, false, threads, ways.stop, &mut counted) {
@@ -230,7 +232,8 @@ fn make_from<'a>(
     row: &Row,
     (scenario, header): (&Scenario, &RunHeader),
     path: &Path,
-    ways: Ways<'a>,
+    ways: Ways<'_>,
+    tell: &'a dyn Fn(Notice<'_>),
 ) -> (Result<Outcome, RunError>, Kept<'a>) {
     let keeps = |keep: Keep| plan.common.keep.contains(&keep);
     let log = LogTo {
@@ -250,7 +253,7 @@ fn make_from<'a>(
     let task = if ways.again { task } else { task.log_to(log) };
     let summarizer = Summarizer::new(&row.run.to_string(), header, Slider::of(scenario));
     let (events, ruptures) = (keeps(Keep::Events), keeps(Keep::Ruptures));
-    let mut kept = Kept { events, ruptures, summarizer, lines: String::new(), tell: ways.tell };
+    let mut kept = Kept { events, ruptures, summarizer, lines: String::new(), tell };
     (run(task, begin, ways.stop, &mut kept), kept)
 }
 

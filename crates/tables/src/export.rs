@@ -64,8 +64,6 @@ pub struct Report {
     pub ran: Ran,
     /// Numbers of events in topics without a table, see [`RunTables::left_out`].
     pub left_out: BTreeMap<String, u64>,
-    /// Whether the step records have no energies, so that tables of them have no such columns.
-    pub without_energies: bool,
 }
 
 /// How far a log was exported.
@@ -176,10 +174,9 @@ impl<'a> Export<'a> {
         let last_step = self.tables.last_step();
         let last_s = self.header.time_grid().time_s(last_step);
         let ran = Ran { state, last_step, last_s, problem };
-        let without_energies = self.tables.lacks_energies();
         let left_out = self.tables.left_out().clone();
         let files = self.publish(&ran)?;
-        Ok(Report { files, ran, left_out, without_energies })
+        Ok(Report { files, ran, left_out })
     }
 
     /// Writes the rows of tables that have at least `rows`.

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io;
 
-use asperity_record::{RunHeader, Scales};
+use asperity_record::RunHeader;
 
 use crate::batch::Batch;
 use crate::layout::Layout;
@@ -148,23 +148,7 @@ impl About {
         pairs.extend(radiates.then(|| ("radiates", radiates.to_string())));
         pairs.extend(has_state.then(|| ("has_state", has_state.to_string())));
         pairs.extend(longest_stable_step_s.map(|longest_s| ("longest_stable_step_s", longest_s.to_string())));
-        if let Some(Scales {
-            block_length_m,
-            block_time_s,
-            link_time_ratio,
-            modulus_n_per_m,
-            interfacial_stiffness_n_per_m,
-        }) = scales
-        {
-            let scales = [
-                ("block_length_m", Some(*block_length_m)),
-                ("block_time_s", Some(*block_time_s)),
-                ("link_time_ratio", Some(*link_time_ratio)),
-                ("modulus_n_per_m", *modulus_n_per_m),
-                ("interfacial_stiffness_n_per_m", *interfacial_stiffness_n_per_m),
-            ];
-            pairs.extend(scales.into_iter().filter_map(|(key, value)| Some((key, value?.to_string()))));
-        }
+        pairs.extend(scales.parts().map(|(key, value)| (key, value.to_string())));
         pairs.extend(self.from_s.map(|from_s| ("from_s", from_s.to_string())));
         pairs.extend(self.to_s.map(|to_s| ("to_s", to_s.to_string())));
         pairs.into_iter().map(|(name, text)| (format!("asperity:{name}"), text)).collect()

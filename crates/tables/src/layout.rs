@@ -77,7 +77,7 @@ pub fn nodes_layout(axes: &[usize]) -> Layout {
 pub struct StepParts {
     /// Forces on both ends, if the drive pulls there.
     pub end_forces: bool,
-    /// Energies, in logs that have them.
+    /// Energies, which the load tables that runs are reduced to leave out.
     pub energies: bool,
     /// In states of all blocks, the normal load of each: of slabs and bodies.
     pub contact_loads: bool,
@@ -97,12 +97,12 @@ impl StepParts {
     pub fn of(record: &StepRecord, run: Parts) -> StepParts {
         StepParts {
             end_forces: record.end_forces_n.is_some(),
-            energies: record.energy.is_some(),
+            energies: true,
             contact_loads: false,
             junctions: record.junctions.is_some(),
             area: run.area,
             state: record.peak_velocity_m_per_s.is_some(),
-            radiation: record.energy.is_some_and(|energy| energy.radiated_j.is_some()),
+            radiation: record.energy.radiated_j.is_some(),
         }
     }
 
@@ -194,8 +194,7 @@ fn window_columns(parts: StepParts) -> Vec<Column> {
     columns
 }
 
-/// The columns of the table of step records; without energies those of the load table that runs
-/// are reduced to.
+/// The columns of the table of step records.
 pub fn step_columns(parts: StepParts) -> Vec<Column> {
     let mut columns = vec![
         STEP_COLUMN,

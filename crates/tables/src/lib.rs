@@ -15,12 +15,12 @@
 //! ```
 //! use asperity_files::{Existing, Inputs};
 //! use asperity_record::{EventKind, SlipEvent};
-//! use asperity_run::Unchecked;
+//! use asperity_run::OpenLog;
 //! use asperity_tables::format::State;
 //! use asperity_tables::run_tables::Chosen;
 //! use asperity_tables::{Csv, Export, Request, name_of};
 //!
-//! # let run = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
+//! # let run = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/complete.mcap");
 //! # let run = std::path::Path::new(run);
 //! # let folder = tempfile::tempdir()?;
 //! # let out = folder.path().to_owned();
@@ -36,7 +36,7 @@
 //!     existing: Existing::Refuse,
 //!     inputs: Inputs::of([run]),
 //! };
-//! let log = Unchecked::open(run).map_err(|verdict| verdict.to_string())?;
+//! let log = OpenLog::open(run).map_err(|verdict| verdict.to_string())?;
 //! let (header, scenario_toml, schemas) = (log.header(), log.scenario_toml(), log.event_schemas());
 //! let kinds = [EventKind::of::<SlipEvent>()];
 //! let mut export = Export::begin(header, scenario_toml, &schemas, request, &kinds, &Csv)?;

@@ -53,8 +53,7 @@ pub(crate) fn seal(file: &mut File) -> io::Result<()> {
     file.seek(SeekFrom::End(0)).map(drop)
 }
 
-/// Compares a file with the checksum in its footer; one without is by another program, or by an older
-/// version of this one.
+/// Compares a file with the checksum in its footer; one without is by another program.
 ///
 /// # Errors
 /// In words, if they differ or the file cannot be read.

@@ -38,7 +38,7 @@ pub fn step(batch: &mut Batch, record: &StepRecord, parts: StepParts) {
         row.extend([0, 1].map(|end| record.end_forces_n.map(|ends| ends[end]).cell()));
     }
     if parts.energies {
-        let energies = record.energy.unwrap_or_default().parts();
+        let energies = record.energy.parts();
         row.extend(energies.map(|(_, energy)| Cell::Number(energy)));
     }
     row.extend(parts.state.then(|| record.peak_velocity_m_per_s.cell()));

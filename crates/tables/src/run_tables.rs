@@ -177,11 +177,6 @@ impl RunTables {
         &self.left_out
     }
 
-    /// Whether the step records have no energies, so that tables of them have no such columns.
-    pub fn lacks_energies(&self) -> bool {
-        self.parts.is_some_and(|parts| !parts.energies)
-    }
-
     /// Why no further rows were added: a log has something that no run writes.
     pub fn problem(&self) -> Option<&str> {
         self.problem.as_deref()
@@ -217,7 +212,6 @@ impl RunTables {
                 };
                 let differs = [
                     ("forces on the ends", parts.end_forces, found.end_forces),
-                    ("energies", parts.energies, found.energies),
                     ("counts of junctions", parts.junctions, found.junctions),
                     ("radiated energies", parts.radiation, found.radiation),
                     ("largest speeds", parts.state, found.state),

@@ -8,7 +8,7 @@ use asperity_record::{
     Direction, Event, EventKind, Observer, Onset, Record, RunHeader, RunStatus, SolverReport, StepRecord,
     payload,
 };
-use asperity_run::Unchecked;
+use asperity_run::OpenLog;
 use asperity_runlog::RunWriter;
 use asperity_tables::format::State;
 use asperity_tables::run_tables::{ChoiceError, Chosen};
@@ -83,12 +83,12 @@ fn request(out: &Path, topics: &[&str]) -> Request {
     }
 }
 
-fn begin(log: &Unchecked, request: Request, kinds: &[EventKind]) -> Result<Export<'static>, ExportError> {
+fn begin(log: &OpenLog, request: Request, kinds: &[EventKind]) -> Result<Export<'static>, ExportError> {
     Export::begin(log.header(), log.scenario_toml(), &log.event_schemas(), request, kinds, &Csv)
 }
 
 fn export(log: &Path, request: Request, kinds: &[EventKind]) -> Report {
-    let log = Unchecked::open(log).unwrap();
+    let log = OpenLog::open(log).unwrap();
     let mut export = begin(&log, request, kinds).unwrap();
     assert!(log.check(&mut export).verdict.holds_all());
     export.finish(State::Whole, None).unwrap()
@@ -145,7 +145,7 @@ fn events_are_chosen_by_their_onset_or_by_when_they_became_certain() {
 #[test]
 fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
     let folder = tempfile::tempdir().unwrap();
-    let log = Unchecked::open(&log(folder.path())).unwrap();
+    let log = OpenLog::open(&log(folder.path())).unwrap();
     let kinds = [EventKind::of::<Onset>()];
     let request = |topic| request(folder.path(), &[topic]);
     let Err(error) = begin(&log, request("/events/none"), &kinds) else { panic!("there are none") };
@@ -165,7 +165,7 @@ fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
 #[test]
 fn a_step_of_other_columns_ends_the_tables_as_damage() {
     let folder = tempfile::tempdir().unwrap();
-    let log = Unchecked::open(&log(folder.path())).unwrap();
+    let log = OpenLog::open(&log(folder.path())).unwrap();
     let mut export = begin(&log, request(folder.path(), &["/step"]), &[]).unwrap();
     let step = |step, end_forces_n| {
         let quiet = quiet_step(step, step as f64, 0.5);

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use asperity_model::{NodeState, Plan, Scenario, ScenarioSource};
-use asperity_numbers::RupturesFrom;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Collector, RunData};
 use asperity_numbers::states::States;
@@ -78,7 +77,7 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
     let mut collector = Collector::new("test", header, scenario.clone(), RequiredData::all());
     steps.iter().for_each(|step| collector.record(&Record::Step(step.clone())));
     slips.into_iter().for_each(|slip| collector.event(&Event::new(slip)));
-    collector.finish(RupturesFrom::None, None)
+    collector.finish(false, None)
 }
 
 /// Lets these states of all blocks go by once more, among the slip events that the run has.

@@ -4,7 +4,8 @@
 use std::ops::RangeInclusive;
 
 use asperity_record::{
-    Direction, Energy, RECORD_SCHEMA_VERSION, Record, RunHeader, Rupture, SlipEvent, StepRecord, Switch,
+    Direction, Energy, RECORD_SCHEMA_VERSION, Record, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
+    Switch,
 };
 
 /// Normal load of the steps made up here.
@@ -28,7 +29,13 @@ pub fn run_header() -> RunHeader {
         time_step_s: 0.5,
         longest_stable_step_s: None,
         steps: 9,
-        scales: None,
+        scales: Scales {
+            block_length_m: 0.01,
+            block_time_s: 1e-4,
+            link_time_ratio: 100.0,
+            modulus_n_per_m: 5e6,
+            interfacial_stiffness_n_per_m: 2e6,
+        },
     }
 }
 
@@ -40,7 +47,7 @@ pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
         driving_force_n: load_ratio * NORMAL_LOAD_N,
         normal_load_n: NORMAL_LOAD_N,
         end_forces_n: None,
-        energy: None,
+        energy: Energy::default(),
         junctions: None,
         peak_velocity_m_per_s: None,
         sliding: 0,
@@ -143,7 +150,7 @@ pub fn rupture(onset_step: u64, end_step: Option<u64>, blocks: RangeInclusive<u3
 /// How far the energies are out of balance in any record, and the largest of them.
 pub fn balance_j(records: &[Record]) -> (f64, f64) {
     let of = |record: &Record| match record {
-        Record::Step(step) => step.energy,
+        Record::Step(step) => Some(step.energy),
         _ => None,
     };
     let energies: Vec<Energy> = records.iter().filter_map(of).collect();

@@ -177,9 +177,6 @@ fn of_studies(study: &Study) -> Result<Vec<Input>, Error> {
         segment.frames[0].content = encoder.finish()?;
         inputs.push(of_name(&format!("segments/{name}.seg"), segment.bytes()));
     }
-    let mut deaths = first.clone();
-    deaths.frames = vec![Frame { kind: 3, content: Vec::new(), ..first.frames[0].clone() }; 80_000];
-    inputs.push(of_name("segments/deaths.seg", deaths.bytes()));
     let mut twice = first.clone();
     twice.frames = vec![Frame { kind: 2, content: b"x".to_vec(), ..first.frames[0].clone() }; 80_000];
     inputs.push(of_name("segments/twice.seg", twice.bytes()));

@@ -16,7 +16,7 @@ pub struct Segment {
 pub struct Frame {
     pub kind: u8,
     pub run: u64,
-    /// The line with its owner; empty in segments of version 1.
+    /// The line with its owner.
     pub owner: Vec<u8>,
     pub content: Vec<u8>,
 }
@@ -51,7 +51,6 @@ impl Segment {
     pub fn read(bytes: &[u8]) -> Segment {
         let end = bytes.iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| end + 1);
         let first_line = bytes[..end].to_vec();
-        let has_owners = !first_line.starts_with(b"asperity sweep segment 1 ");
         let mut frames = Vec::new();
         let mut left = &bytes[end..];
         while left.len() >= 17 {
@@ -59,8 +58,7 @@ impl Segment {
             let length = u32::from_le_bytes(*left[9..].first_chunk().expect("there are seventeen"));
             let (frame, behind) = left.split_at((17 + length as usize).min(left.len()));
             let content = &frame[17..];
-            let of_owner =
-                content.iter().position(|byte| has_owners && *byte == b'\n').map_or(0, |end| end + 1);
+            let of_owner = content.iter().position(|byte| *byte == b'\n').map_or(0, |end| end + 1);
             let (owner, content) = content.split_at(of_owner);
             frames.push(Frame { kind: frame[0], run, owner: owner.to_vec(), content: content.to_vec() });
             left = behind;
@@ -70,8 +68,7 @@ impl Segment {
 
     /// The segment with these results for another plan.
     pub fn of_plan(&self, plan: &str) -> Segment {
-        let version = self.first_line.get(23).copied().map_or('2', char::from);
-        let first_line = format!("asperity sweep segment {version} {}\n", hash_of(plan)).into_bytes();
+        let first_line = format!("asperity sweep segment 2 {}\n", hash_of(plan)).into_bytes();
         Segment { first_line, frames: self.frames.clone() }
     }
 

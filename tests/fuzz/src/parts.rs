@@ -176,7 +176,7 @@ pub fn take_apart(bytes: &[u8]) -> Vec<Part> {
             LinearReadEvent::Record { opcode: op::DATA_END, .. } => return parts,
             LinearReadEvent::Record { opcode: op::MESSAGE_INDEX, .. } => {}
             LinearReadEvent::Record { opcode, data } => {
-                // Statements about chunks are recomputed when the log is assembled.
+                // What earlier code states of its chunks, which nothing reads, would not hold of other ones.
                 let part = Part::new(opcode, data);
                 if part.opcode != op::METADATA || part.name() != Some("chunk") {
                     parts.push(part);
@@ -186,8 +186,7 @@ pub fn take_apart(bytes: &[u8]) -> Vec<Part> {
     }
 }
 
-/// Corrects the counts, switches and digests of messages in `run_end`, with those of the topics if it has
-/// any.
+/// Corrects the counts, switches and digests of messages in `run_end`.
 pub fn correct_end(parts: &mut [Part]) {
     let mut topics: BTreeMap<u16, String> = BTreeMap::new();
     let mut counts: BTreeMap<String, u64> = BTreeMap::new();
@@ -216,18 +215,15 @@ pub fn correct_end(parts: &mut [Part]) {
     }
     for part in parts {
         let Some(mut map) = part.map().filter(|_| part.name() == Some("run_end")) else { continue };
-        let has_digests = map.keys().any(|key| key.starts_with("digest:"));
         map.retain(|key, _| !key.starts_with("messages:") && !key.starts_with("digest:"));
         map.insert("switches".to_owned(), counts.get("/switch").unwrap_or(&0).to_string());
         map.insert("digest".to_owned(), digest.finalize().to_hex().to_string());
         map.extend(counts.iter().map(|(topic, count)| (format!("messages:{topic}"), count.to_string())));
-        if has_digests {
-            map.extend(
-                digests.iter().map(|(topic, digest)| {
-                    (format!("digest:{topic}"), digest.finalize().to_hex().to_string())
-                }),
-            );
-        }
+        map.extend(
+            digests
+                .iter()
+                .map(|(topic, digest)| (format!("digest:{topic}"), digest.finalize().to_hex().to_string())),
+        );
         *part = Part::metadata("run_end", &map);
     }
 }
@@ -252,13 +248,20 @@ pub fn beginning(parts: &[Part], messages: usize) -> Option<Vec<Part>> {
             && number(&parts[at], "switches") == Some(0)
             && parts.get(at + 1).is_some_and(|next| topic(next) == "/step")
     })?;
-    let last_step = number(&parts[end], "step")?.to_string();
+    let last: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_slice(parts[end].payload()?).ok()?;
+    let last_step = last["step"].to_string();
     let mut own = parts[..=end].to_vec();
     own.extend(parts.iter().filter(|part| part.name() == Some("run_end")).cloned());
     for part in &mut own {
         for (record, key) in [("run", "steps"), ("run_end", "last_step")] {
             if let Some(mut map) = part.map().filter(|_| part.name() == Some(record)) {
                 map.insert(key.to_owned(), last_step.clone());
+                for (key, value) in &mut map {
+                    if let Some(energy) = key.strip_prefix("energy:").and_then(|name| last.get(name)) {
+                        *value = energy.to_string();
+                    }
+                }
                 *part = Part::metadata(record, &map);
             }
         }

@@ -17,11 +17,12 @@ pub fn renumber(parts: &mut [Part]) {
     }
 }
 
-/// A small log from a sound one: with only the first few samples between slips, and only the used parts of
-/// scenario and schemas.
+/// A small log from a sound one: with only the first few samples between slips and those in which ruptures become
+/// certain, and only the used parts of scenario and schemas.
 pub fn thinned(sound: &[Part]) -> Vec<Part> {
     let steps = messages(sound, "/step");
     let states = messages(sound, "/fields");
+    let ruptures = ["/events/rupture", "/events/arrival"].map(|topic| messages(sound, topic)).concat();
     let number = |part: &Part, key: &str| {
         let message: serde_json::Value =
             serde_json::from_slice(part.payload().unwrap_or_default()).expect("messages are JSON");
@@ -33,7 +34,9 @@ pub fn thinned(sound: &[Part]) -> Vec<Part> {
         if steps.contains(&at) {
             let slides = number(part, "sliding") + number(part, "switches") > 0;
             samples += 1;
-            if !slides && !slid && samples > 8 && Some(&at) != steps.last() {
+            let next = steps.iter().find(|step| **step > at).copied().unwrap_or(sound.len());
+            let is_needed = ruptures.iter().any(|rupture| (at..next).contains(rupture));
+            if !slides && !slid && !is_needed && samples > 8 && Some(&at) != steps.last() {
                 continue;
             }
             (slid, step) = (slides, number(part, "step"));

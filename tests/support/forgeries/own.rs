@@ -89,12 +89,6 @@ impl Forge {
             let number = messages(parts, "/step").len() / 2;
             change_step(parts, number, |message| message["friction_heat_j"] = json!(1e-3));
         });
-        self.parts("again-no-energies", "a step without energies", says, |parts| {
-            change_step(parts, 3, |message| {
-                let message = message.as_object_mut().expect("it is an object");
-                message.retain(|key, _| !key.ends_with("_j"));
-            });
-        });
     }
 
     fn other_end(&mut self) {
@@ -111,7 +105,7 @@ impl Forge {
         self.parts(
             "own-energy-lost",
             "a step without one of the energies",
-            "it has energies without",
+            "missing field `elastic_j`",
             |parts| {
                 change_step(parts, 3, |message| {
                     message.as_object_mut().expect("it is an object").remove("elastic_j");
@@ -215,7 +209,7 @@ impl Forge {
         let missing = "a header that is silent on a part of what links detachments";
         self.says("own-no-link", "run", "link_time_ratio", None, missing, "lacks the key link_time_ratio");
         let none = "a header that is silent on what links detachments";
-        self.parts("own-no-links", none, "metadata `run` says none", |parts| {
+        self.parts("own-no-links", none, "lacks the key block_length_m", |parts| {
             change_run(parts, |map| {
                 map.retain(|key, _| !key.starts_with("link_") && !key.starts_with("block_"));
             });

@@ -10,7 +10,8 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_run::{Detectors, Task, detectors};
+use asperity_run::detectors::Settings;
+use asperity_run::{Detectors, Task};
 use asperity_simulator::SolverKind;
 
 use crate::{ROUNDS, asperity, median, seconds};
@@ -117,7 +118,8 @@ pub(crate) fn make_runs(arguments: &[String]) -> ExitCode {
         let source = set.iter().fold(source, |source, value| source.with_override(value));
         let source = source.with_override(&format!("normal_load.tilt={}", tilt(run, runs)));
         let scenario = Scenario::resolve(&source).expect("the scenario is accepted");
-        let detectors = (kind == "detectors").then(|| detectors::all(&Task::new(&scenario).header(), ""));
+        let detectors =
+            (kind == "detectors").then(|| Settings::default().start(&Task::new(&scenario).header(), None));
         std::hint::black_box(events(&Plan::new(&scenario), detectors));
     }
     ExitCode::SUCCESS

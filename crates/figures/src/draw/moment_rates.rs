@@ -87,8 +87,7 @@ fn courses(run: &RunData) -> Result<Vec<Course<'_>>, String> {
         ));
     }
     let plan = &run.plan;
-    let modulus_n_per_m = plan.scales.modulus_n_per_m.unwrap_or_default();
-    let of_velocity = modulus_n_per_m * plan.spacing_m;
+    let of_velocity = plan.scales.modulus_n_per_m * plan.spacing_m;
     let mut slides: BTreeMap<u64, Vec<(usize, u64, u64, f64)>> = BTreeMap::new();
     for arrival in run.arrivals()? {
         if let Some(stop_step) = arrival.stop_step {
@@ -157,7 +156,7 @@ mod tests {
         run.rupture_fields = records;
         let found = courses(&run).expect("it is recorded");
         // E L_y a.
-        let factor = run.plan.scales.modulus_n_per_m.unwrap() * run.plan.spacing_m;
+        let factor = run.plan.scales.modulus_n_per_m * run.plan.spacing_m;
         let sums: Vec<f64> = found[0].points.iter().map(|(_, rate)| rate / factor * 1e3).collect();
         assert_eq!(found.len(), 1);
         assert!(sums.iter().zip([1.0, 3.0, 3.0, 3.0, 2.0]).all(|(a, b)| (a - b).abs() < 1e-9), "{sums:?}");

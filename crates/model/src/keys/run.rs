@@ -91,12 +91,4 @@ pub(super) const RUN: &[Key] = &[
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },
-    Key {
-        path: "recording.energies",
-        symbol: "",
-        doc: "Without effect: every step record has the energies of the whole slider. In older versions, \
-              the value none left them out.",
-        kind: Word(&["every-record", "none"]),
-        default: Is(Value::Text("every-record")),
-    },
 ];

@@ -1,5 +1,5 @@
 //! Where ruptures stop behind a barrier, and when slow ones are over, beside tables of an independent program
-//! (`fixtures/reference/fronts`) and closed forms. More of both is claimed by `cargo xtask reproduce-front-speed`.
+//! (`fixtures/reference/fronts`) and closed forms. More of both is claimed by `cargo xtask reproduce front-speed`.
 //!
 //! Units are those of `crates/model/src/front.rs`: `a`, `sqrt(m / k)` and `(mu_s - mu_d) p`.
 

@@ -64,19 +64,19 @@ fn both_solvers_tell_the_same_energies_and_the_plain_ones_balance() {
         let [(plain, ..), (fast, ..)] = [SolverKind::Plain, SolverKind::Fast].map(|kind| run(&plan, kind));
         let (plain, fast) = (steps(&plain), steps(&fast));
         assert_eq!(plain.len(), fast.len(), "{name}");
-        let first = plain[0].energy.unwrap();
-        let last = plain.last().unwrap().energy.unwrap();
+        let first = plain[0].energy;
+        let last = plain.last().unwrap().energy;
         // The energy put in, and that at the start.
         let put_in_j = last.drive_work_j + last.prestress_work_j.abs();
         let scale = put_in_j + first.kinetic_j + first.elastic_j;
         let mut worst = vec![0.0f64; last.parts().count()];
         // Without dampers, and where all blocks move alike, nothing is lost in them.
         if plan.elastic.damping_kg_per_s() == 0.0 || name == "top-driven []" {
-            assert!(fast.iter().all(|step| step.energy.unwrap().viscous_loss_j == 0.0), "{name}");
+            assert!(fast.iter().all(|step| step.energy.viscous_loss_j == 0.0), "{name}");
         }
         for (plain, fast) in plain.iter().zip(&fast) {
             assert_eq!((plain.step, plain.switches.len()), (fast.step, fast.switches.len()), "{name}");
-            let [plain, fast] = [plain, fast].map(|step| step.energy.unwrap());
+            let [plain, fast] = [plain, fast].map(|step| step.energy);
             for (worst, ((_, plain), (_, fast))) in worst.iter_mut().zip(plain.parts().zip(fast.parts())) {
                 *worst = worst.max((plain - fast).abs() / scale);
             }

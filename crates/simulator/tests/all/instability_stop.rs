@@ -25,7 +25,7 @@ struct Ended {
 
 impl Ended {
     fn energy(&self) -> Energy {
-        self.last.as_ref().and_then(|last| last.energy).expect("there is a step record with energies")
+        self.last.as_ref().expect("there is a step record").energy
     }
 }
 
@@ -161,7 +161,7 @@ fn what_is_not_finite_is_named_and_never_recorded() {
         };
         assert_eq!(error.status(), RunStatus::StoppedNotFinite);
         assert!(error.to_string().contains(" is no longer finite: block 1 is at u = "), "{error}");
-        let recorded = ended.last.and_then(|last| last.energy).unwrap_or_default();
+        let recorded = ended.last.map(|last| last.energy).unwrap_or_default();
         assert!(recorded.parts().all(|(_, value_j)| value_j.is_finite()));
     }
 }

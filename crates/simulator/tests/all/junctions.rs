@@ -77,7 +77,7 @@ fn energies_balance_and_no_anchor_returns_energy() {
     for (scenario, sets) in [("slab-junctions", &longer[..]), ("chain-junctions", &unloaded)] {
         let (records, ..) = run(&plan(scenario, sets), SolverKind::Plain);
         assert_balanced(&records, 1e-10, scenario);
-        let energies = steps(&records).into_iter().map(|step| step.energy.unwrap());
+        let energies = steps(&records).into_iter().map(|step| step.energy);
         assert!(energies.clone().is_sorted_by_key(|energy| energy.friction_heat_j), "{scenario}");
         assert!(energies.clone().all(|energy| energy.anchor_change_j == 0.0), "{scenario}");
         let checked = energies.count();

@@ -166,7 +166,7 @@ fn pipelines_repeat_reuse_and_repair() {
     assert!(!first.contains("there already"), "{first}");
     reproduce(&pipeline, &two, "2");
     let made = Made::in_folder(&one);
-    assert!(made == Made::in_folder(&two), "one worker and two made different things");
+    assert!(made == Made::in_folder(&two), "one thread and two made different things");
     assert!(made.tables.contains_key("plain.precursors-eq-5.57.csv"));
     assert!(made.figures["lengths.png"].starts_with(b"\x89PNG"));
 

@@ -413,7 +413,7 @@ fn studies_are_read_in_bounds_whatever_they_unpack_to() {
     }
 }
 
-/// A segment for each worker of a large cluster is more than a process may have open.
+/// A segment for each thread of a large cluster is more than a process may have open.
 #[test]
 fn there_may_be_more_segments_than_open_files() {
     let made = Made::new();

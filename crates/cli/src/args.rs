@@ -53,8 +53,8 @@ Examples:
 
 Exit codes:
   0    success; all of every log or study; or nothing differs
-  1    failure; or a replay gave other events, two runs differ, or runs of a
-       study failed
+  1    failure; or a run was stopped, a replay gave other events, two runs
+       differ, or runs of a study failed
   2    bad input, nothing was written; or a file is not a run log
   3    a log or a study is incomplete; results are of what it contains
   4    a log is damaged; results are of what precedes the damage, or none

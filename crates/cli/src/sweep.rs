@@ -457,7 +457,9 @@ fn make(
     wanted: &Wanted,
     board: &Board,
 ) -> Result<Results, Failure> {
-    interrupt::install()?;
+    if !runs.is_empty() {
+        interrupt::install()?;
+    }
     let patience = Duration::try_from_secs_f64(wanted.patience_s)
         .map_err(|error| Failure::BadInput(format!("--patience-s {}: {error}", wanted.patience_s)))?;
     let shared = Mutex::new((board.study(runs.len() as u64), 0));
@@ -489,8 +491,8 @@ fn make(
         board.line("interrupted; called again, the command continues from here");
         return Err(Failure::Said(code));
     }
-    if is_too_many(failed) {
-        return Err(Failure::Failed(format!("more than {} runs failed (--max-fails)", failed - 1)));
+    if let Some(most) = wanted.max_fails.filter(|_| is_too_many(failed)) {
+        return Err(Failure::Failed(format!("more than {most} runs failed (--max-fails)")));
     }
     Ok(results)
 }

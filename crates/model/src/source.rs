@@ -224,7 +224,7 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
         let path =
             if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
         match value.get_ref() {
-            // Earlier code writes this key, which says what every record has.
+            // Logs by earlier code of this format have this key, which says what every record has.
             _ if layer.kind == LayerKind::Log && path == "recording.energies" => {}
             DeValue::Table(inner) => collect(layer, &path, inner, entries),
             DeValue::Array(windows) if path == WINDOW && windows.iter().all(|w| w.get_ref().is_table()) => {

@@ -98,7 +98,6 @@ macro_rules! summary {
     ) => {
         $(#[doc = $about])*
         #[derive(Debug, Clone, Default, PartialEq, ::serde::Serialize, ::serde::Deserialize, ::schemars::JsonSchema)]
-        #[serde(deny_unknown_fields)]
         pub struct $name {
             $($(
                 $(#[doc = $doc])*

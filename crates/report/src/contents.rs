@@ -36,14 +36,11 @@ pub struct Shown {
 /// A record, as far as pages need it.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Recorded {
-    /// Which command wrote it.
-    pub format: String,
     /// Its runs.
     pub runs: Vec<RecordedRun>,
     /// The files that were written with it, from its folder.
     pub files: Vec<String>,
-    /// Its description of the page; empty for a command that makes none.
-    #[serde(default)]
+    /// Its description of the page.
     pub page: Contents,
 }
 
@@ -62,10 +59,15 @@ impl Recorded {
     /// # Errors
     /// If it is none, in words.
     pub fn read(text: &str) -> Result<Recorded, String> {
-        let recorded: Recorded = serde_json::from_str(text).map_err(|error| error.to_string())?;
-        if recorded.format != "asperity-reproduce" {
-            return Err(format!("format: {:?} (accepted: \"asperity-reproduce\")", recorded.format));
+        #[derive(Deserialize)]
+        struct By {
+            format: String,
         }
+        let By { format } = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        if format != "asperity-reproduce" {
+            return Err(format!("format: {format:?} (accepted: \"asperity-reproduce\")"));
+        }
+        let recorded: Recorded = serde_json::from_str(text).map_err(|error| error.to_string())?;
         let refused =
             |key: &str, value: &str, accepted: &str| Err(format!("{key}: {value:?} (accepted: {accepted})"));
         if let Some(run) = recorded.runs.iter().find(|run| !is_plain(&run.name)) {
@@ -219,7 +221,7 @@ mod tests {
     fn a_record_is_one_of_a_pipeline() {
         let text = r#"{"format": "asperity-reduce", "version": 1, "runs": [], "files": []}"#;
         assert!(Recorded::read(text).unwrap_err().contains("(accepted: \"asperity-reproduce\")"));
-        assert!(Recorded::read(&text.replace("reduce", "reproduce")).unwrap().page.figures.is_empty());
+        assert!(Recorded::read(&text.replace("reduce", "reproduce")).unwrap_err().contains("`page`"));
         assert!(Recorded::read("{").is_err());
     }
 

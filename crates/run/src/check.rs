@@ -3,13 +3,12 @@
 use std::fmt;
 use std::path::Path;
 
-use asperity_detect::Detectors;
 use asperity_record::{
     Event, EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent, counted, short_time,
 };
 use asperity_runlog::{LogError, LogItem, LogProblem};
 
-use crate::detectors::{Settings, event_kinds};
+use crate::detectors::Settings;
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
 use crate::header::CODE_VERSION;
 use crate::open_log::OpenLog;
@@ -207,9 +206,9 @@ impl Seen {
         log: &mut OpenLog,
         again: bool,
         observer: &mut dyn Observer,
-        replay: Option<(Detectors, &mut dyn FnMut(Event))>,
+        found: Option<&mut dyn FnMut(Event)>,
     ) -> Result<(), CheckProblem> {
-        let read = self.read_items(log, again, observer, replay);
+        let read = self.read_items(log, again, observer, found);
         let verdict = read.as_ref().err().map(CheckProblem::verdict);
         if !matches!(verdict, Some(Verdict::Damaged | Verdict::Unreadable)) {
             self.end = log.reader.end().cloned();
@@ -223,16 +222,13 @@ impl Seen {
         log: &mut OpenLog,
         again: bool,
         observer: &mut dyn Observer,
-        replay: Option<(Detectors, &mut dyn FnMut(Event))>,
+        mut found: Option<&mut dyn FnMut(Event)>,
     ) -> Result<(), CheckProblem> {
         let header = log.header().clone();
         let ours = header.code_version == CODE_VERSION;
         self.rewritten_by = log.reader.rewritten_by().map(str::to_owned);
         self.other_code = (!ours).then(|| header.code_version.clone());
-        let (mut detectors, mut found) = match replay {
-            Some((detectors, found)) => (detectors, Some(found)),
-            None => (Settings::default().start(&header, log.scenario().unwrap_or(None)), None),
-        };
+        let mut detectors = Settings::default().start(&header, log.scenario().unwrap_or(None));
         let mut both = Some(EventCheck::with(&detectors, &log.event_schemas()));
         let mut plan = log.self_check(ours)?.filter(|_| again);
         // A salvaged log may have lost its scenario; whether it was salvaged is known only later.
@@ -329,11 +325,8 @@ impl Seen {
         if let Some(both) = both {
             self.other_detectors = both.other_detectors();
             // A log of this code version has all topics of its detectors, and may have more.
-            let ever = event_kinds(header.parts());
-            let is_lost = |topic: &&String| ever.iter().any(|kind| kind.topic == **topic);
-            let lost: Vec<String> = self.other_detectors.only_found.iter().filter(is_lost).cloned().collect();
-            if ours && !lost.is_empty() {
-                return Err(CheckProblem::Topics(lost));
+            if ours && !self.other_detectors.only_found.is_empty() {
+                return Err(CheckProblem::Topics(self.other_detectors.only_found.clone()));
             }
             if let Err(difference) = both.finish() {
                 self.events_differ(&header, difference)?;

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use asperity_detect::Detectors;
 use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
 use asperity_record::{Event, EventPayload, Observer, RunHeader, Rupture};
 use asperity_runlog::{RunReader, Topics};
@@ -95,16 +94,16 @@ impl OpenLog {
         self.judge(true, observer, None)
     }
 
-    /// Checks the log, for a replay with its detectors: the registered ones, and custom ones. It receives the events that
-    /// they find in the records, each after the record that completed it.
+    /// Checks the log, and repeats its run if so asked. `found` receives the events that the registered detectors find in
+    /// the records, each after the record that completed it.
     pub(crate) fn judge(
         mut self,
         again: bool,
         observer: &mut dyn Observer,
-        replay: Option<(Detectors, &mut dyn FnMut(Event))>,
+        found: Option<&mut dyn FnMut(Event)>,
     ) -> Checked {
         let mut seen = Seen::default();
-        let problem = seen.read(&mut self, again, observer, replay).err();
+        let problem = seen.read(&mut self, again, observer, found).err();
         Checked::new(seen, Some(self.reader.header().clone()), problem)
     }
 }
@@ -116,7 +115,7 @@ pub struct Reading<O> {
     pub checked: Checked,
     /// The observer.
     pub observer: O,
-    /// Whether the log has a topic for ruptures; one by other detectors may have none.
+    /// Whether the log has a topic for ruptures. A log by other detectors may lack it.
     pub has_ruptures: bool,
 }
 

@@ -11,7 +11,7 @@ use asperity_record::{Event, EventKind, EventPayload, Observer, Record, RunHeade
 
 use crate::check::Checked;
 use crate::detectors::{Settings, TopicError, kinds_of};
-use crate::event_check::{Difference, OtherDetectors};
+use crate::event_check::{Difference, EventCheck, OtherDetectors};
 use crate::open_log::OpenLog;
 
 /// A log to be sent through detectors.
@@ -20,6 +20,8 @@ pub struct Replay {
     detectors: Detectors,
     /// Whether the found events must equal the logged ones.
     compares: bool,
+    /// Whether the detectors are those that the check of the log starts itself.
+    are_of_check: bool,
 }
 
 /// The result of a replay.
@@ -65,14 +67,15 @@ impl Replay {
     pub fn open(log: &Path, settings: &Settings) -> Result<Replay, Box<Checked>> {
         let log = OpenLog::open(log)?;
         let detectors = settings.start(log.header(), log.scenario().unwrap_or(None));
-        Ok(Replay { log, detectors, compares: *settings == Settings::default() })
+        let compares = *settings == Settings::default();
+        Ok(Replay { log, detectors, compares, are_of_check: compares })
     }
 
     /// Adds a custom detector.
     #[must_use]
     pub fn detect(mut self, detector: impl Detector + 'static) -> Replay {
         self.detectors.push(Box::new(detector));
-        self
+        Replay { are_of_check: false, ..self }
     }
 
     /// The header of the run.
@@ -91,20 +94,19 @@ impl Replay {
     /// # Errors
     /// If the log is incomplete, a detector uses a topic that it must not, or the caller stops the replay.
     pub fn run(self, stop: &dyn Fn() -> bool, observer: &mut dyn Observer) -> Result<Replayed, ReplayError> {
-        let Replay { log, detectors, compares } = self;
+        let Replay { log, detectors, compares, are_of_check } = self;
         kinds_of(&detectors)?;
-        let observer = RefCell::new(observer);
-        let slip_events = Cell::new(0);
-        let mut found = |event: Event| {
+        let (observer, slip_events) = (RefCell::new(observer), Cell::new(0));
+        let mut tell = |event: Event| {
             slip_events.set(slip_events.get() + u64::from(event.topic() == SlipEvent::TOPIC));
             observer.borrow_mut().event(&event);
         };
         let mut passing = Passing { observer: &observer, others: None, stop, is_stopped: false };
-        let mut checked = if compares {
-            // The detectors of the check are those of the replay.
-            log.judge(false, &mut passing, Some((detectors, &mut found)))
+        let checked = if are_of_check {
+            log.judge(false, &mut passing, Some(&mut tell))
         } else {
-            passing.others = Some((detectors, &mut found));
+            let event_check = compares.then(|| EventCheck::with(&detectors, &log.event_schemas()));
+            passing.others = Some(Others { detectors, event_check, new: Vec::new(), tell: &mut tell });
             log.check(&mut passing)
         };
         if passing.is_stopped {
@@ -113,13 +115,20 @@ impl Replay {
         if !checked.verdict.holds_all() {
             return Err(ReplayError::Log(Box::new(checked)));
         }
-        if let Some((mut detectors, found)) = passing.others {
-            detectors.finish(found);
-        }
-        let comparison = compares.then(|| Comparison {
-            difference: checked.seen.other_events.take(),
-            other_detectors: checked.seen.other_detectors.clone(),
-        });
+        let comparison = match passing.others {
+            None => Some(Comparison {
+                difference: checked.seen.other_events.clone(),
+                other_detectors: checked.seen.other_detectors.clone(),
+            }),
+            Some(mut others) => {
+                others.detectors.finish(&mut |event| others.new.push(event));
+                others.pass();
+                others.event_check.map(|event_check| Comparison {
+                    other_detectors: event_check.other_detectors(),
+                    difference: event_check.finish().err(),
+                })
+            }
+        };
         Ok(Replayed { checked, slip_events: slip_events.get(), comparison })
     }
 }
@@ -127,22 +136,47 @@ impl Replay {
 /// Passes the records of a log on, and through detectors other than those of its check.
 struct Passing<'a, 'o> {
     observer: &'a RefCell<&'o mut dyn Observer>,
-    others: Option<(Detectors, &'a mut dyn FnMut(Event))>,
+    others: Option<Others<'a>>,
     stop: &'a dyn Fn() -> bool,
     is_stopped: bool,
+}
+
+/// Such detectors, and who receives their events.
+struct Others<'a> {
+    detectors: Detectors,
+    event_check: Option<EventCheck>,
+    /// Events found in the current record.
+    new: Vec<Event>,
+    tell: &'a mut dyn FnMut(Event),
+}
+
+impl Others<'_> {
+    fn pass(&mut self) {
+        for event in self.new.drain(..) {
+            (self.tell)(event.clone());
+            self.event_check.iter_mut().for_each(|event_check| event_check.found(event.clone()));
+        }
+    }
 }
 
 impl Observer for Passing<'_, '_> {
     fn record(&mut self, record: &Record) {
         self.observer.borrow_mut().record(record);
-        if let Some((detectors, found)) = &mut self.others {
-            detectors.observe(record, *found);
+        if let Some(Others { detectors, new, .. }) = &mut self.others {
+            detectors.observe(record, &mut |event| new.push(event));
         }
         self.is_stopped |= (self.stop)();
     }
 
+    fn event(&mut self, event: &Event) {
+        if let Some(Others { event_check: Some(event_check), .. }) = &mut self.others {
+            event_check.logged(event.clone());
+        }
+    }
+
     fn reached(&mut self, step: u64) {
         self.observer.borrow_mut().reached(step);
+        self.others.iter_mut().for_each(Others::pass);
     }
 
     fn is_done(&self) -> bool {

@@ -59,7 +59,7 @@ pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> 
         .map_err(|error| SalvageProblem::Failed { error, checked: Box::new(checked) })
 }
 
-/// Compares the header with the scenario. The scenario has a checksum; the header has none.
+/// Compares the header with the scenario.
 fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeader, Vec<String>), String> {
     let resolved =
         scenario.and_then(|text| Scenario::resolve(&ScenarioSource::logged("scenario.toml", text)).ok());

@@ -55,7 +55,10 @@ impl InstabilityStop {
 
     /// The error that stops the run in the step of this record, if any.
     pub(crate) fn stops(&self, record: &StepRecord) -> Option<SimulationError> {
-        let energy = Some(&record.energy).filter(|_| !record.switches.is_empty())?;
+        if record.switches.is_empty() {
+            return None;
+        }
+        let energy = &record.energy;
         let scheme_work_j = energy.scheme_work_j;
         // Lower bound on the scale, since the drive's work is zero at the start of a front or where it
         // does not move: the energy of springs at every block that pull with `mu_s p`.

@@ -1,7 +1,7 @@
 //! Parameter studies: many runs of one scenario, on one machine or many, and their tables.
 //!
 //! ```text
-//! study (TOML) -> plan -> results, by any number of workers -> tables, figures, claims
+//! study (TOML) -> plan -> results, by any number of threads and processes -> tables, figures, claims
 //! ```
 //!
 //! The runs and their parameters:
@@ -34,15 +34,15 @@
 //! - [`axis`]: the parameters that vary; [`runs`]: named runs; [`Study`]: the file with both;
 //!   `parameter_sets`: the parameter sets of runs, and their source.
 //! - [`Plan`]: every run with its values and its id; never changed once made.
-//! - [`work`]: makes one run; [`staging`]: unfinished logs of long runs.
-//! - [`stored`]: the packed result of a run; [`segment`]: the file of a worker's results;
+//! - [`work`]: makes runs; [`staging`]: unfinished logs of long runs.
+//! - [`stored`]: the packed result of a run; [`segment`]: the file of a thread's results;
 //!   [`Results`]: all results, run logs included, and contradictions among them or with the plan.
 //! - [`verification`]: the runs that are made a second time, to find nodes that compute wrongly.
 //! - [`collect()`]: the tables of runs over axes.
 //! - [`emit`]: scripts for clusters.
 //! - [`given`]: recognises the kind of a path: a run log, a scenario, a sweep, a folder of these.
 //!
-//! The tables depend on the plan alone: not on the order of the runs, the number of workers, or how
+//! The tables depend on the plan alone: not on the order of the runs, the number of threads and processes, or how
 //! often they were killed.
 
 pub mod axis;

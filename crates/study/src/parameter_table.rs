@@ -113,7 +113,7 @@ mod tests {
                 "event_count"
             ]
         );
-        let counts = table.column("precursor_count").unwrap().f64().unwrap().to_vec();
+        let counts = table.column("precursor_event_count").unwrap().f64().unwrap().to_vec();
         assert_eq!(counts, [Some(0.0), Some(3.0)]);
     }
 

@@ -17,6 +17,7 @@
 use std::fs::{self, DirEntry, File};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use asperity_files::{FileError, LockedFile, create_folder, fill};
@@ -99,6 +100,9 @@ pub fn node_of(path: &Path) -> String {
     name.rsplitn(3, '-').last().unwrap_or_default().to_owned()
 }
 
+/// The numbers of this process' segments.
+static NUMBERS: AtomicU64 = AtomicU64::new(1);
+
 /// A segment in progress.
 #[derive(Debug)]
 pub struct Writer {
@@ -116,7 +120,9 @@ impl Writer {
         create_folder(&folder)?;
         // Process ids repeat on other machines.
         let (node, process) = (this_node(), std::process::id());
-        for number in 1.. {
+        loop {
+            // Also where the file system has no locks, no two threads begin the same file.
+            let number = NUMBERS.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{node}-{process}-{number}.seg"));
             if path.exists() {
                 continue;
@@ -127,12 +133,11 @@ impl Writer {
                     written.map_err(|error| FileError::Io { path, error })?;
                     return Ok(Writer { locked, synced: Instant::now() });
                 }
-                // Another process has just begun it.
+                // Another process has just begun it, on another machine of this name.
                 Ok(_) | Err(FileError::Busy(_)) => {}
                 Err(error) => return Err(error),
             }
         }
-        unreachable!("numbers do not end")
     }
 
     /// Appends a result.

@@ -1,7 +1,7 @@
 //! Makes some runs of a study a second time, on another node if possible: a node that computes wrongly gives
 //! results that differ from those of another one.
 //!
-//! The plan alone decides which runs these are, so that all workers choose the same ones.
+//! The plan alone decides which runs these are, so that every call on every node chooses the same ones.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;

@@ -1,4 +1,4 @@
-//! Makes a run of a plan: its log, if it has a name, or else its packed result.
+//! Makes runs of a plan: the log of a run with a name, the packed result of any other.
 
 use std::error::Error;
 use std::num::NonZeroUsize;
@@ -150,7 +150,7 @@ fn clear_done(folder: &Path, results: &Results) -> Result<(), String> {
 }
 
 /// Makes these runs on the threads of this process, one on each, and returns all results. `watch` is called after each
-/// run, and decides whether another one begins.
+/// run that was not stopped, and decides whether another one begins.
 ///
 /// # Errors
 /// If the system refuses something, independent of a run.
@@ -171,15 +171,24 @@ pub fn make_runs(
     drop(results);
     create_folder(&folder.join(staging::FOLDER)).map_err(|error| error.to_string())?;
     let next = AtomicUsize::new(0);
+    let end = || next.store(runs.len(), Ordering::Relaxed);
     let worker = |_: &usize| {
         let mut segment = None;
-        while let Some(run) = runs.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !(ways.stop)()) {
-            let made = make_and_store(plan, &plan.rows[*run as usize - 1], ways, &mut segment)?;
-            if matches!(made, Made::Stopped) || !watch(*run, &made) {
-                next.store(runs.len(), Ordering::Relaxed);
+        let mut make_all = || {
+            while let Some(run) = runs.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !(ways.stop)()) {
+                let made = make_and_store(plan, &plan.rows[*run as usize - 1], ways, &mut segment)?;
+                if matches!(made, Made::Stopped) || !watch(*run, &made) {
+                    end();
+                }
             }
+            Ok(())
+        };
+        let made: Result<(), String> = make_all();
+        if made.is_err() {
+            end();
         }
-        segment.map_or(Ok(()), |mut segment| segment.sync().map_err(|error| error.to_string()))
+        let synced = segment.map_or(Ok(()), |mut segment| segment.sync().map_err(|error| error.to_string()));
+        made.and(synced)
     };
     let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let workers: Vec<usize> = (0..jobs.min(runs.len())).collect();

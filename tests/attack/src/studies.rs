@@ -152,7 +152,7 @@ fn judged(case: &mut Case<'_>, kind: &str, what: &str, files: &Files, ours: &Stu
                 format!("{}\n{}: {}\n{}", told(), run.ending(), run.said(), again.said())
             });
         }
-        // A forged death or failure appears in the tables as such.
+        // A forged failure appears in the tables as such.
         Some(1) if collect.err.is_empty() => {}
         Some(1 | 2) => {
             let named =

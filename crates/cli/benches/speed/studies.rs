@@ -1,8 +1,8 @@
 //! The runs of a study, against bare solvers in as many processes.
 //!
 //! Bare solvers take the steps of the same runs and drop the records; others hand them to the
-//! detectors and drop the events. They are processes of this program, one for each core, as the
-//! workers of a study are.
+//! detectors and drop the events. They are processes of this program, one for each core,
+//! where a study has threads.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -22,7 +22,7 @@ const STUDIES: [(&str, &[&str], usize); 2] = [
     ("10 blocks, 0.02 s", &["slider.blocks=10", "time.duration_s=0.02"], 4_000),
 ];
 
-/// The argument that starts this program as one of several workers.
+/// The argument that starts this program as one of several processes.
 pub(crate) const MAKE_RUNS: &str = "make-runs";
 
 /// The axis: the tilt of the load of a run, counted from 0.

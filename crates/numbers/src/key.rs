@@ -98,6 +98,8 @@ macro_rules! summary {
     ) => {
         $(#[doc = $about])*
         #[derive(Debug, Clone, Default, PartialEq, ::serde::Serialize, ::serde::Deserialize, ::schemars::JsonSchema)]
+        // The schema is that of this code; in results of other code, numbers that it lacks are ignored.
+        #[schemars(deny_unknown_fields)]
         pub struct $name {
             $($(
                 $(#[doc = $doc])*

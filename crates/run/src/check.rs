@@ -281,8 +281,12 @@ impl Seen {
                     }
                     if both.is_some() || found.is_some() {
                         detectors.observe(record, &mut |event| {
-                            new.extend(found.as_ref().map(|_| event.clone()));
-                            both.iter_mut().for_each(|both| both.found(event.clone()));
+                            if found.is_some() {
+                                new.push(event.clone());
+                            }
+                            if let Some(both) = &mut both {
+                                both.found(event);
+                            }
                         });
                     }
                 }
@@ -299,7 +303,9 @@ impl Seen {
                 LogItem::Record(record) => {
                     observer.record(record);
                     observer.reached(record.step());
-                    found.iter_mut().for_each(|found| new.drain(..).for_each(found));
+                    if let Some(found) = &mut found {
+                        new.drain(..).for_each(found);
+                    }
                 }
                 LogItem::Event(event) => observer.event(event),
             }
@@ -318,10 +324,16 @@ impl Seen {
         if let Some(made) = made_again.or_else(|| plan.map(|plan| Rerun::new(plan, &header, false))) {
             made.finish(status, why)?;
         }
-        detectors.finish(&mut |event| {
-            both.iter_mut().for_each(|both| both.found(event.clone()));
-            found.iter_mut().for_each(|found| found(event.clone()));
-        });
+        if both.is_some() || found.is_some() {
+            detectors.finish(&mut |event| {
+                if let Some(found) = &mut found {
+                    found(event.clone());
+                }
+                if let Some(both) = &mut both {
+                    both.found(event);
+                }
+            });
+        }
         if let Some(both) = both {
             self.other_detectors = both.other_detectors();
             // A log of this code version has all topics of its detectors, and may have more.

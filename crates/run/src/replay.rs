@@ -154,7 +154,9 @@ impl Others<'_> {
     fn pass(&mut self) {
         for event in self.new.drain(..) {
             (self.tell)(event.clone());
-            self.event_check.iter_mut().for_each(|event_check| event_check.found(event.clone()));
+            if let Some(event_check) = &mut self.event_check {
+                event_check.found(event);
+            }
         }
     }
 }
@@ -176,7 +178,9 @@ impl Observer for Passing<'_, '_> {
 
     fn reached(&mut self, step: u64) {
         self.observer.borrow_mut().reached(step);
-        self.others.iter_mut().for_each(Others::pass);
+        if let Some(others) = &mut self.others {
+            others.pass();
+        }
     }
 
     fn is_done(&self) -> bool {

@@ -6,8 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use asperity_record::{
-    Energy, Event, EventKind, EventPayload, GlobalSlip, Record, RunHeader, RunStatus, Scales, SolverReport,
-    StepRecord, payload,
+    Event, EventKind, EventPayload, GlobalSlip, Record, RunHeader, RunStatus, SolverReport, payload,
 };
 use asperity_runlog::{
     Existing, LogError, LogItem, LogProblem, RunReader, RunWriter, Salvaged, Topics, Unfinished, WriteError,
@@ -28,45 +27,11 @@ payload! {
 }
 
 fn header() -> RunHeader {
-    RunHeader {
-        record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
-        scenario: "made up".to_owned(),
-        scenario_hash: String::new(),
-        run_id: String::new(),
-        code_version: String::new(),
-        parameter_set: "as-coded".to_owned(),
-        solver: "by hand".to_owned(),
-        blocks: 2,
-        rows: 1,
-        junction_count: 0,
-        radiates: false,
-        has_state: false,
-        time_step_s: 1.0,
-        longest_stable_step_s: None,
-        steps: STEPS,
-        scales: Scales {
-            block_length_m: 0.01,
-            block_time_s: 1e-4,
-            link_time_ratio: 100.0,
-            modulus_n_per_m: 5e6,
-            interfacial_stiffness_n_per_m: 2e6,
-        },
-    }
+    RunHeader { time_step_s: 1.0, steps: STEPS, ..asperity_testkit::run_header() }
 }
 
 fn step(step: u64) -> Record {
-    Record::Step(StepRecord {
-        step,
-        time_s: step as f64,
-        driving_force_n: 1.0,
-        normal_load_n: 2.0,
-        end_forces_n: None,
-        energy: Energy::default(),
-        junctions: None,
-        peak_velocity_m_per_s: None,
-        sliding: 0,
-        switches: Vec::new(),
-    })
+    Record::Step(asperity_testkit::quiet_step(step, step as f64, 0.5))
 }
 
 fn writer(path: &Path, kinds: &[EventKind]) -> RunWriter {

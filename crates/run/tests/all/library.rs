@@ -158,6 +158,8 @@ fn a_detector_of_ones_own_adds_a_topic_and_changes_no_other() {
         }
         let mut again = Seen::ALL;
         let replayed = replay.run(NEVER, &mut again).expect("the log is whole");
+        // A detector of one's own says nothing of the log.
+        assert_eq!(replayed.checked.verdict, check(log).verdict);
         let comparison = replayed.comparison.expect("the settings are those of a live run");
         assert_eq!(comparison.difference, None);
         assert_eq!(comparison.other_detectors.only_logged, only_logged);

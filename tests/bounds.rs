@@ -20,7 +20,6 @@ fn parts_of(log: &Path) -> Vec<Part> {
 
 /// Three million equal rows in nineteen thousand bytes.
 #[test]
-#[cfg(feature = "analysis")]
 fn parquet_that_stands_for_more_than_its_bytes_is_refused() {
     let folder = asperity_testkit::folder();
     let equal_rows =
@@ -33,13 +32,11 @@ fn parquet_that_stands_for_more_than_its_bytes_is_refused() {
 }
 
 #[test]
-#[cfg(feature = "analysis")]
 fn no_mutant_of_a_parquet_table_makes_its_reader_panic() {
     mutate_a_table(40);
 }
 
 /// Any change of a good table is read, or an error that names the file.
-#[cfg(feature = "analysis")]
 fn mutate_a_table(mutants: usize) {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("small.mcap");
@@ -399,7 +396,6 @@ fn forge_checkpoints(each: usize) {
 }
 
 #[test]
-#[cfg(feature = "analysis")]
 #[ignore = "a thousand calls: cargo xtask nightly"]
 fn none_of_five_hundred_mutants_of_a_parquet_table_makes_its_reader_panic() {
     mutate_a_table(500);

@@ -52,9 +52,7 @@ fn every_command_has_help() {
     let helps = help_of_all("80");
     let mut expected =
         vec!["", "scenario list", "scenario show", "scenario validate", "run", "completions", "man"];
-    if cfg!(feature = "analysis") {
-        expected.extend(["draw", "reduce", "reproduce", "verify-solver"]);
-    }
+    expected.extend(["draw", "reduce", "reproduce", "verify-solver"]);
     for command in expected {
         assert!(helps.iter().any(|(name, _)| name == command), "no help of {command:?}");
     }
@@ -341,7 +339,6 @@ fn a_missing_folder_is_created_for_what_is_written_into_it() {
     );
 }
 
-#[cfg(feature = "analysis")]
 #[test]
 fn reduce_does_not_write_into_a_folder_in_use() {
     let folder = folder();

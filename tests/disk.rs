@@ -98,7 +98,7 @@ fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
 }
 
 /// Wherever the room ends, in one table or between two, there are all or none.
-#[cfg(all(target_os = "linux", feature = "analysis"))]
+#[cfg(target_os = "linux")]
 #[test]
 fn tables_on_a_full_disk_are_whole_or_not_there() {
     let folder = asperity_testkit::folder();
@@ -122,7 +122,7 @@ fn tables_on_a_full_disk_are_whole_or_not_there() {
 }
 
 /// Of a short run the table of ruptures is within the limit as CSV, and above it as Parquet.
-#[cfg(all(unix, feature = "analysis"))]
+#[cfg(unix)]
 #[test]
 fn a_table_that_is_refused_as_parquet_alone_is_named() {
     let folder = asperity_testkit::folder();
@@ -138,7 +138,7 @@ fn a_table_that_is_refused_as_parquet_alone_is_named() {
 }
 
 /// The library of Parquet has a sentence of its own for each failure; users need the system's.
-#[cfg(all(target_os = "linux", feature = "analysis"))]
+#[cfg(target_os = "linux")]
 #[test]
 fn a_parquet_table_that_cannot_be_written_is_named_with_the_reason() {
     let folder = asperity_testkit::folder();

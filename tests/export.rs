@@ -266,17 +266,15 @@ fn csv_is_spelled_as_the_tables_are() {
     export(&log, "csv", &out, &["--topic", "/step", "--topic", "/events/slip"]);
     let read = |path: PathBuf| fs::read_to_string(path).expect("the file is there");
     assert_eq!(read(file(&out, "/events/slip", "csv")), succeed(&["events", text(&log)]));
-    if cfg!(feature = "analysis") {
-        let tables = folder.path().join("tables");
-        succeed(&["reduce", text(&log), "--out", text(&tables)]);
-        assert_eq!(read(file(&out, "/events/slip", "csv")), read(tables.join("events.csv")));
-        // The table of the load lacks the energies, which are the last columns.
-        let steps = read(file(&out, "/step", "csv"));
-        let load = read(tables.join("load.csv"));
-        let columns = load.lines().next().map_or(0, |header| header.split(',').count());
-        let first = |line: &str| line.split(',').take(columns).collect::<Vec<_>>().join(",") + "\n";
-        assert!(columns > 6 && steps.lines().map(first).collect::<String>() == load);
-    }
+    let tables = folder.path().join("tables");
+    succeed(&["reduce", text(&log), "--out", text(&tables)]);
+    assert_eq!(read(file(&out, "/events/slip", "csv")), read(tables.join("events.csv")));
+    // The table of the load lacks the energies, which are the last columns.
+    let steps = read(file(&out, "/step", "csv"));
+    let load = read(tables.join("load.csv"));
+    let columns = load.lines().next().map_or(0, |header| header.split(',').count());
+    let first = |line: &str| line.split(',').take(columns).collect::<Vec<_>>().join(",") + "\n";
+    assert!(columns > 6 && steps.lines().map(first).collect::<String>() == load);
 }
 
 #[test]

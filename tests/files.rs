@@ -117,7 +117,7 @@ fn salvage_loses_neither_its_input_nor_an_unfinished_run() {
     assert!(fs::read(&damaged).expect("it is there") == half && !partial_path(&damaged).exists());
 }
 
-#[cfg(all(unix, feature = "analysis"))]
+#[cfg(unix)]
 #[test]
 fn a_diff_writes_over_no_input_by_whatever_name() {
     let folder = folder();
@@ -204,7 +204,6 @@ fn what_is_no_log_is_not_written_over_as_an_unfinished_one() {
     }
 }
 
-#[cfg(feature = "analysis")]
 const PIPELINE: &str = r#"
 title = "Small"
 [[run]]
@@ -213,7 +212,6 @@ scenario = "ten-blocks"
 set = ["parameter_set=as-coded", "time.step_s=1e-7", "time.duration_s=0.3"]
 "#;
 
-#[cfg(feature = "analysis")]
 #[test]
 fn one_pipeline_at_a_time_writes_into_a_folder() {
     let folder = folder();
@@ -232,7 +230,6 @@ fn one_pipeline_at_a_time_writes_into_a_folder() {
     assert!(content(&out).keys().eq(whole.keys()), "{:?}", content(&out).keys());
 }
 
-#[cfg(feature = "analysis")]
 #[test]
 fn a_pipeline_replaces_no_run_of_another_scenario_unless_told() {
     let folder = folder();
@@ -255,7 +252,6 @@ fn a_pipeline_replaces_no_run_of_another_scenario_unless_told() {
     assert!(content(&out) != before);
 }
 
-#[cfg(feature = "analysis")]
 #[test]
 fn a_run_by_other_code_is_made_again_and_this_is_said() {
     let folder = folder();
@@ -270,7 +266,6 @@ fn a_run_by_other_code_is_made_again_and_this_is_said() {
 }
 
 /// Figures may have any names, as long as none overwrites another, or the pipeline.
-#[cfg(feature = "analysis")]
 #[test]
 fn names_of_a_pipeline_that_collide_are_refused_before_it_runs() {
     let folder = folder();

@@ -114,7 +114,6 @@ const ON_LOGS: &[&str] = &[
     "replay FILE",
     "note FILE",
     "report FILE --out page.html",
-    #[cfg(feature = "analysis")]
     "reduce FILE --out reduced",
 ];
 const ON_TOML: &[&str] = &[
@@ -122,7 +121,6 @@ const ON_TOML: &[&str] = &[
     "sweep plan FILE --out never",
     "replay run.mcap --detectors FILE",
     "diff run.mcap run.mcap --policy FILE",
-    #[cfg(feature = "analysis")]
     "reproduce FILE --out never",
 ];
 const ON_TEXTS: &[(&str, &[&str])] = &[
@@ -130,11 +128,7 @@ const ON_TEXTS: &[(&str, &[&str])] = &[
     ("profiles", &["scenario show default --set initial_shear.profile_csv=FILE"]),
     ("states", &["scenario show default --set slider.blocks=3 --set initial.state_csv=FILE"]),
     ("settings", &["replay run.mcap --detectors FILE"]),
-    #[cfg(not(feature = "analysis"))]
-    ("sweeps", &["sweep plan FILE --out never"]),
-    #[cfg(feature = "analysis")]
     ("sweeps", &["sweep plan FILE --out never", "sweep draw study --from FILE"]),
-    #[cfg(feature = "analysis")]
     ("pipelines", &["reproduce FILE --out never"]),
 ];
 
@@ -418,9 +412,7 @@ fn what_fuzzing_found_stays_mended() {
         ("profile", laws::profile),
         ("plan", laws::plan),
         ("results", laws::results),
-        #[cfg(feature = "analysis")]
         ("pipeline", laws::pipeline),
-        #[cfg(feature = "analysis")]
         ("tables", laws::tables),
     ];
     let mut read = 0;

@@ -76,7 +76,6 @@ fn mistaken_commands_and_options_lead_to_the_right_ones() {
     ] {
         refused(folder.path(), command, words);
     }
-    #[cfg(feature = "analysis")]
     refused(folder.path(), "plot none.mcap", &["the command is 'asperity "]);
 }
 
@@ -152,9 +151,6 @@ fn mistakes_in_sweeps_and_pipelines_are_refused_with_what_is_meant() {
     ] {
         made("sweep.toml", SWEEP, from, to);
         refused(folder.path(), "sweep plan sweep.toml -o out", words);
-    }
-    if cfg!(not(feature = "analysis")) {
-        return;
     }
     for (from, to, words) in [
         ("event_count", "event_conut", &["did you mean event_count?"][..]),

@@ -112,14 +112,14 @@ impl Copy {
         }
     }
 
-    /// Builds the command, without tables and figures as those need polars.
+    /// Builds the command.
     fn build(&self) -> PathBuf {
         let target = self.folder.join("target");
         let built = Path::new(env!("CARGO_BIN_EXE_asperity")).parent().expect("it lies in a folder");
         seed::dependencies(built, &target.join("debug")).expect("compiled dependencies can be copied");
         let started = Instant::now();
         let output = Command::new(env!("CARGO"))
-            .args(["build", "--quiet", "--offline", "--package", "asperity-cli", "--no-default-features"])
+            .args(["build", "--quiet", "--offline", "--package", "asperity-cli"])
             .current_dir(&self.folder)
             .env("CARGO_TARGET_DIR", &target)
             // For one short run the compiler's time counts, not the program's.

@@ -52,13 +52,11 @@ fn no_command_waits_for_a_pipe() {
         (vec!["sweep", "plan", text(&toml), "--out", "planned"], &toml),
         (vec!["sweep", "go", text(&toml), "--out", "gone"], &toml),
     ];
-    if cfg!(feature = "analysis") {
-        commands.push((vec!["draw", text(&log), "--out", "drawn"], &log));
-        commands.push((vec!["reduce", text(&log), "--out", "reduced"], &log));
-        commands.push((vec!["reproduce", text(&toml), "--out", "made"], &toml));
-        commands.push((vec!["events", text(&parquet)], &parquet));
-        commands.push((vec!["diff", text(&parquet), text(&parquet)], &parquet));
-    }
+    commands.push((vec!["draw", text(&log), "--out", "drawn"], &log));
+    commands.push((vec!["reduce", text(&log), "--out", "reduced"], &log));
+    commands.push((vec!["reproduce", text(&toml), "--out", "made"], &toml));
+    commands.push((vec!["events", text(&parquet)], &parquet));
+    commands.push((vec!["diff", text(&parquet), text(&parquet)], &parquet));
     for (arguments, file) in commands {
         let said = refused(folder, &arguments, file);
         assert!(said.contains("it is a pipe"), "{arguments:?}: {said}");
@@ -100,9 +98,7 @@ fn what_a_log_or_a_plan_names_is_not_opened() {
         vec!["run", "--set", "time.duration_s=0.1", "--out", "run.mcap"],
         vec!["run", "--set", "initial.at_s=0.1", "--out", "run.mcap"],
     ];
-    if cfg!(feature = "analysis") {
-        commands.extend([vec!["reduce", "--out", "reduced"], vec!["draw", "--out", "drawn"]]);
-    }
+    commands.extend([vec!["reduce", "--out", "reduced"], vec!["draw", "--out", "drawn"]]);
     for (n, (section, key)) in [
         ("prestress", "profile_csv"),
         ("prestress", "course_csv"),

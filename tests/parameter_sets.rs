@@ -69,7 +69,6 @@ fn a_run_as_coded_says_so_in_its_line_its_summary_and_its_page() {
     let (_, _, said) = outcome(&["summary", text(&stated), text(&coded)]);
     assert_eq!(said.lines().collect::<Vec<_>>(), [format!("{}: {CODED}", coded.display())]);
 
-    #[cfg(feature = "analysis")]
     {
         for (log, count) in [(&coded, 1), (&stated, 0)] {
             assert_eq!(outcome(&["report", text(log), "--out", text(&page), "--force"]).0, Some(0));

@@ -299,7 +299,6 @@ fn a_log_by_other_detectors_has_no_ruptures_and_commands_say_so() {
     assert!(said.contains("ruptures not compared: "), "{said}");
     // A replay finds them.
     assert_eq!(replayed(&log, 100.0, &path("of-log")), replayed(&usual, 100.0, &path("of-usual")));
-    #[cfg(feature = "analysis")]
     {
         let tables = path("tables");
         ends(0, &["reduce", text(&log), "--out", text(&tables)], &[none]);

@@ -124,9 +124,7 @@ fn tables(scenario: &[String], folder: &Path) -> BTreeMap<String, Vec<Vec<String
     let [exported, reduced, printed] = ["exported", "reduced", "printed"].map(|name| folder.join(name));
     succeed(&["export", text(&log), "--to", "csv", "--out", text(&exported), "--quiet"]);
     fs::create_dir_all(&reduced).expect("the folder is ours");
-    if cfg!(feature = "analysis") {
-        succeed(&["reduce", text(&log), "--out", text(&reduced), "--quiet"]);
-    }
+    succeed(&["reduce", text(&log), "--out", text(&reduced), "--quiet"]);
     fs::create_dir_all(&printed).expect("the folder is ours");
     for arguments in [&["catalogue"][..], &["summary", "--format", "csv"]] {
         let table = succeed(&[arguments, &[text(&log)]].concat());

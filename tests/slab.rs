@@ -90,7 +90,6 @@ fn states_of_a_slab_say_what_each_contact_bears() {
     assert!(table.lines().next().expect("a header").ends_with(",detached"), "{table}");
 }
 
-#[cfg(feature = "analysis")]
 #[test]
 fn a_slab_is_drawn_and_reported() {
     let folder = asperity_testkit::folder();

@@ -20,7 +20,6 @@ use asperity_study::results::parse_ranges;
 use asperity_study::segment::this_node;
 
 use crate::support::binary::{succeed, text};
-#[cfg(feature = "analysis")]
 use crate::sweep::{RUNS, files_below};
 use crate::sweep::{SHORT, Study, kill, sweep, tables};
 
@@ -330,7 +329,6 @@ fn runs_of_job_arrays_are_verified_before_the_tables_are_made() {
 }
 
 /// A pipeline on Slurm ends in the files of `reproduce`.
-#[cfg(feature = "analysis")]
 #[test]
 fn a_pipeline_is_made_by_job_arrays() {
     let Some(cluster) = Cluster::start() else { return };

@@ -73,15 +73,13 @@ fn the_default_slider() {
             value => assert_eq!(serde_json::from_str::<Value>(cell).ok().as_ref(), Some(value), "{name}"),
         }
     }
-    if cfg!(feature = "analysis") {
-        let out = folder.path().join("reduced");
-        succeed(&["reduce", text(&log), "--out", text(&out)]);
-        assert_eq!(fs::read_to_string(out.join("summary.csv")).expect("it is there"), csv);
-        let written = fs::read_to_string(out.join("summary.json")).expect("it is there");
-        assert_eq!(serde_json::from_str::<Value>(&written).expect("it is JSON"), json);
-        let record = fs::read_to_string(out.join("reduce.json")).expect("it is there");
-        assert!(record.contains("\"summary.csv\"") && record.contains("\"summary.json\""), "{record}");
-    }
+    let out = folder.path().join("reduced");
+    succeed(&["reduce", text(&log), "--out", text(&out)]);
+    assert_eq!(fs::read_to_string(out.join("summary.csv")).expect("it is there"), csv);
+    let written = fs::read_to_string(out.join("summary.json")).expect("it is there");
+    assert_eq!(serde_json::from_str::<Value>(&written).expect("it is JSON"), json);
+    let record = fs::read_to_string(out.join("reduce.json")).expect("it is there");
+    assert!(record.contains("\"summary.csv\"") && record.contains("\"summary.json\""), "{record}");
 }
 
 /// Every key matches the schema, and there is no other key.
@@ -214,7 +212,6 @@ fn several_runs_are_a_table_and_what_is_no_log_is_said() {
     assert_eq!((code, printed.as_str()), (2, ""));
 }
 
-#[cfg(feature = "analysis")]
 #[test]
 fn a_pipeline_has_the_summary_of_each_of_its_runs() {
     let folder = folder();

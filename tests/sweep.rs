@@ -66,8 +66,7 @@ impl Study {
 
 /// The bytes of all tables of a study.
 pub(crate) fn tables(study: &Path) -> BTreeMap<String, Vec<u8>> {
-    let formats = if cfg!(feature = "analysis") { "parquet,csv" } else { "csv" };
-    succeed(&["sweep", "collect", text(study), "--to", formats]);
+    succeed(&["sweep", "collect", text(study), "--to", "parquet,csv"]);
     contents(&study.join("tables"))
 }
 
@@ -391,7 +390,6 @@ fn a_list_of_commands_makes_all_runs() {
 }
 
 /// Named runs, and their outputs.
-#[cfg(feature = "analysis")]
 pub(crate) const RUNS: &str = "
 first_global_slips = ['base', 'kicked']
 [[run]]
@@ -418,7 +416,6 @@ at_least = 1
 
 /// A pipeline that is planned and made in parts, one of them killed, ends in the files of `reproduce`; so
 /// do runs with names beside runs over axes.
-#[cfg(feature = "analysis")]
 #[test]
 fn runs_with_names_are_made_in_parts_as_reproduce_makes_them() {
     let (slips, runs) = RUNS.trim_start().split_once('\n').unwrap();
@@ -461,7 +458,6 @@ fn runs_with_names_are_made_in_parts_as_reproduce_makes_them() {
 }
 
 /// Claims of runs over axes are judged by the numbers of their summaries, and appear beside their figures.
-#[cfg(feature = "analysis")]
 #[test]
 fn claims_of_runs_over_axes_are_judged_by_their_summaries() {
     const CLAIMS: &str = "
@@ -532,7 +528,6 @@ stated = '0.5'
 }
 
 /// The bytes of all files below a folder, except plan, segments and staging, by their paths.
-#[cfg(feature = "analysis")]
 pub(crate) fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     for of in ["tables", "figures", "runs", "report.html", "reproduce.json"] {

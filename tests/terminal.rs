@@ -121,10 +121,8 @@ fn stderr_that_cannot_be_written_changes_nothing_but_the_words() {
         "export small.mcap no-such.mcap --to csv --out NEW",
         "run ten-blocks --set time.step_s=1e-7 --set time.duration_s=0.2 --stats --out NEW.mcap",
     ];
-    if cfg!(feature = "analysis") {
-        commands.push("reproduce two.toml --out NEW");
-        commands.push("verify-solver two.toml --out NEW");
-    }
+    commands.push("reproduce two.toml --out NEW");
+    commands.push("verify-solver two.toml --out NEW");
     for (number, command) in commands.iter().enumerate() {
         let mut outcomes = Vec::new();
         let ways = ["2>err", "2>/dev/full", "2>&-", "2> >(true)"];
@@ -242,9 +240,7 @@ fn a_name_that_is_no_utf_8_is_a_name_for_every_command() {
     with_out("report", &log, &[], &named(".html"));
     let page = fs::read_to_string(named(".html")).expect("there is a page");
     assert!(page.contains("<h1>Run caf\u{fffd}</h1>") && page.contains("href=\"caf%E9.mcap\""), "{page}");
-    if cfg!(feature = "analysis") {
-        with_out("reduce", &log, &[], &named("-reduced"));
-    }
+    with_out("reduce", &log, &[], &named("-reduced"));
 }
 
 /// An error about a lack of resources names the resource, and its limit.

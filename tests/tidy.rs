@@ -403,7 +403,6 @@ fn every_built_in_scenario_resolves_in_both_parameter_sets() {
     }
 }
 
-#[cfg(feature = "analysis")]
 #[test]
 fn every_pipeline_resolves_in_both_parameter_sets() {
     let studies = files_in(&["pipelines"]);

@@ -133,13 +133,13 @@ fn every_command_goes_by_the_verdict_of_check() {
                 "replay" => vec!["replay", text(log), "--out", text(&out)],
                 "diff" => vec!["diff", text(&whole), text(log)],
                 "salvage" => vec!["salvage", text(log), "--out", text(&file)],
-                "reduce" if cfg!(feature = "analysis") => vec!["reduce", text(log), "--out", text(&out)],
-                "draw" if cfg!(feature = "analysis") => {
+                "reduce" => vec!["reduce", text(log), "--out", text(&out)],
+                "draw" => {
                     vec!["draw", text(log), "--kind", "load", "--out", text(&out)]
                 }
                 "report" => vec!["report", text(log), "--out", text(&page)],
                 // Tested below.
-                "draw" | "reduce" | "reproduce" => continue,
+                "reproduce" => continue,
                 other => panic!("the table speaks of {other}"),
             };
             commands += 1;
@@ -233,9 +233,9 @@ fn judge_beginnings(each: usize) {
         };
         let verdict = table.keys().find(says).unwrap_or_else(|| panic!("no verdict: {said}")).clone();
         *verdicts.entry(verdict.clone()).or_default() += 1;
-        let commands = ["check", "events", "summary", "export", "replay", "diff", "salvage", "report"];
-        let drawing: &[&str] = if cfg!(feature = "analysis") { &["draw", "reduce"] } else { &[] };
-        for command in commands.iter().chain(drawing).skip(number / 3 % each).step_by(each) {
+        let commands =
+            ["check", "events", "summary", "export", "replay", "diff", "salvage", "report", "draw", "reduce"];
+        for command in commands.iter().skip(number / 3 % each).step_by(each) {
             let ending = match *command {
                 "salvage" => "mcap",
                 "report" => "html",
@@ -285,7 +285,6 @@ fn the_worst_of_several_logs_decides() {
 }
 
 /// A stored run is reused if it is complete; otherwise a line gives the reason for repeating it.
-#[cfg(feature = "analysis")]
 #[test]
 fn reproduce_uses_only_what_is_whole() {
     let Logs { folder, logs } = Logs::make();

@@ -12,7 +12,7 @@ use crate::notices;
 use crate::python::{self, PythonArguments};
 use crate::say::say;
 use crate::test::{self, TestArguments};
-use crate::workspace::{Failure, cargo, output, program, run, succeeded};
+use crate::workspace::{Failure, cargo, program, run, succeeded};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -34,7 +34,7 @@ pub(crate) struct CiArguments {
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
-const STAGES: [Stage; 10] = [
+const STAGES: [Stage; 9] = [
     ("format", format),
     ("licences", notices::check),
     ("advisories", || advisories::command(&AdvisoriesArguments {})),
@@ -42,13 +42,12 @@ const STAGES: [Stage; 10] = [
     ("long-tests", long_tests),
     ("doc", doc),
     ("lint", lint),
-    ("without-analysis", without_analysis),
     ("python", python),
     ("attack", attack),
 ];
 
 /// What keeps one core busy and waits for files and programs in between: beside the tests, which do as well.
-const SECOND_ROW: [&str; 3] = ["lint", "without-analysis", "python"];
+const SECOND_ROW: [&str; 2] = ["lint", "python"];
 
 /// What has a time to end in, and is alone.
 const AT_LAST: &str = "attack";
@@ -131,18 +130,6 @@ fn lint() -> Result<(), Failure> {
         "-D",
         "warnings",
     ]))
-}
-
-/// Simulating, detecting and replaying build without the heavy dependencies of
-/// tables and figures.
-fn without_analysis() -> Result<(), Failure> {
-    const PACKAGE: [&str; 4] = ["--package", "asperity-cli", "--no-default-features", "--locked"];
-    let tree = output(cargo(&["tree", "--edges", "normal", "--prefix", "none"]).args(PACKAGE))?;
-    let is_heavy = |line: &&str| line.starts_with("polars") || line.starts_with("plotters");
-    if let Some(found) = tree.lines().find(is_heavy) {
-        return Err(Failure::Check(format!("without its feature analysis, asperity-cli depends on {found}")));
-    }
-    run(cargo(&["check"]).args(PACKAGE))
 }
 
 fn test() -> Result<(), Failure> {

@@ -22,9 +22,6 @@ const TARGETS: [(&str, u32); 9] = [
     ("tables", 600),
 ];
 
-/// Those that need the feature `analysis`, and with it polars.
-const OF_ANALYSIS: [&str; 2] = ["pipeline", "tables"];
-
 /// Limits of an input: MB in total and at once, and seconds.
 const LIMITS: [&str; 3] = ["-rss_limit_mb=1500", "-malloc_limit_mb=300", "-timeout=20"];
 
@@ -82,9 +79,6 @@ fn fuzz(target: &str, longest: u32, arguments: &FuzzArguments) -> Result<(), Fai
         .env("RUSTC_BOOTSTRAP", "1")
         .args(["--fuzz-dir", "tests/fuzz", "--target-dir"])
         .arg(work.as_path());
-    if OF_ANALYSIS.contains(&target) {
-        command.args(["--features", "analysis"]);
-    }
     command.arg(target).arg(&corpus);
     if arguments.minimise {
         return run(command.arg("--").args(LIMITS));

@@ -8,7 +8,6 @@ use crate::catalogue::CatalogueArguments;
 use crate::check::CheckArguments;
 use crate::completions::CompletionsArguments;
 use crate::diff::DiffArguments;
-#[cfg(feature = "analysis")]
 use crate::draw::DrawArguments;
 use crate::events::EventsArguments;
 use crate::export::ExportArguments;
@@ -16,14 +15,12 @@ use crate::man::ManArguments;
 use crate::note::NoteArguments;
 use crate::replay::ReplayArguments;
 use crate::report::ReportArguments;
-#[cfg(feature = "analysis")]
 use crate::reproduce::{ReduceArguments, ReproduceArguments};
 use crate::run::RunArguments;
 use crate::salvage::SalvageArguments;
 use crate::scenario::ScenarioCommand;
 use crate::summary::SummaryArguments;
 use crate::sweep::SweepCommand;
-#[cfg(feature = "analysis")]
 use crate::verify::VerifySolverArguments;
 
 /// What `--version` says: the package's version, and that of the code that shapes a run.
@@ -106,16 +103,12 @@ pub(crate) enum Command {
     /// Write run logs as tables for data frames (Parquet, CSV, NDJSON), or all nodes as images (VTK).
     Export(ExportArguments),
     /// Draw figures of one run.
-    #[cfg(feature = "analysis")]
     Draw(DrawArguments),
     /// Make tables and figures of one run.
-    #[cfg(feature = "analysis")]
     Reduce(ReduceArguments),
     /// Run a pipeline: make its runs, tables and figures, and judge its claims.
-    #[cfg(feature = "analysis")]
     Reproduce(ReproduceArguments),
     /// Compare the fast solver with the plain one, or the adaptive one at two tolerances, in every run of a pipeline.
-    #[cfg(feature = "analysis")]
     VerifySolver(VerifySolverArguments),
     /// Vary parameters: make many runs from one file, here or on a cluster, and tabulate them.
     #[command(subcommand)]

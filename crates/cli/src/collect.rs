@@ -1,41 +1,30 @@
 //! `asperity sweep collect` and `asperity sweep draw`: makes the tables and figures of a study in
 //! one pass over its results.
 
-#[cfg(feature = "analysis")]
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_figures::Figure;
-#[cfg(feature = "analysis")]
 use asperity_figures::draw::files_of;
-#[cfg(feature = "analysis")]
 use asperity_figures::draw::of_study::{Drawer, Origins, ScenarioOf};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_numbers::claim::Claim;
-#[cfg(feature = "analysis")]
 use asperity_numbers::claims::{ClaimSpec, Measured};
 use asperity_record::{Cell, Column};
-#[cfg(feature = "analysis")]
 use asperity_record::{EventKind, RunHeader, Rupture, SlipEvent};
-#[cfg(feature = "analysis")]
 use asperity_study::pipeline::Pipeline;
 use asperity_study::plan::FILE;
-#[cfg(feature = "analysis")]
 use asperity_study::reduction::{Beside, Claimed, claim_files, write_claims};
 use asperity_study::results::{Counts, State};
-#[cfg(feature = "analysis")]
 use asperity_study::{Grid, Keep, Study as StudyFile};
 use asperity_study::{Observer, Plan, RUNS, Results, collect};
 use asperity_tables::Csv;
 use asperity_tables::format::Format;
-#[cfg(feature = "analysis")]
 use asperity_tables::parquet_tables::Parquet;
 use clap::{Args, ValueEnum};
 
 use crate::exit::Failure;
-#[cfg(feature = "analysis")]
 use crate::given::{self, Taken};
-#[cfg(feature = "analysis")]
 use crate::named_runs::{self, not_written};
 use crate::outputs::{A_FOLDER, create_folder, fits};
 use crate::progress::{Board, Stages};
@@ -47,17 +36,12 @@ use crate::terminal::say;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SweepTable {
     /// Columns with types and units, compressed.
-    #[cfg(feature = "analysis")]
     Parquet,
     /// Comma-separated, one header line, numbers in full precision.
     Csv,
 }
 
-#[cfg(feature = "analysis")]
 pub(crate) const USUAL_FORMAT: &str = "parquet";
-
-#[cfg(not(feature = "analysis"))]
-pub(crate) const USUAL_FORMAT: &str = "csv";
 
 #[derive(Debug, Args)]
 pub(crate) struct SweepCollectArguments {
@@ -76,7 +60,6 @@ pub(crate) struct SweepCollectArguments {
     pub(crate) no_provenance: bool,
 }
 
-#[cfg(feature = "analysis")]
 #[derive(Debug, Args)]
 pub(crate) struct SweepDrawArguments {
     /// Folder of the study.
@@ -111,7 +94,6 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
         ));
     }
     let provenance = !no_provenance;
-    #[cfg(feature = "analysis")]
     let mut beside = Beside::default();
     if plan.numbered() > 0 {
         let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
@@ -120,7 +102,6 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
         let study = Study { plan: &plan, inputs: Inputs::of([folder.join(FILE)]), board };
         let made = study.tables_and_figures(&results, &tables, &formats, own, provenance)?;
         made.paths.iter().try_for_each(|path| say(path.display()))?;
-        #[cfg(feature = "analysis")]
         {
             beside = self::beside(&plan, folder, made.claimed)?;
         }
@@ -136,17 +117,13 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
         if !missing.is_empty() {
             board.line(&format!("no tables, figures and claims without {}", some_of(&missing)));
         } else {
-            #[cfg(feature = "analysis")]
             named_runs::of_plan(&plan, folder, beside, provenance, board)?;
-            #[cfg(not(feature = "analysis"))]
-            board.line("no outputs of named runs: this program was built without figures");
         }
     }
     outcome(counts)
 }
 
 /// Makes tables and figures of the runs of a plan over axes, in its folder, and reports the files.
-#[cfg(feature = "analysis")]
 pub(crate) fn of_grid(
     plan: &Plan,
     folder: &Path,
@@ -161,7 +138,6 @@ pub(crate) fn of_grid(
 }
 
 /// The tables and figures of runs over axes, which accompany the outputs of named runs.
-#[cfg(feature = "analysis")]
 fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Result<Beside, Failure> {
     let of_grid = [RUNS, EventKind::of::<SlipEvent>().table, EventKind::of::<Rupture>().table];
     let is_of_grid =
@@ -175,7 +151,6 @@ fn beside(plan: &Plan, folder: &Path, claimed: Claimed) -> Result<Beside, Failur
     Ok(Beside { figures, files, claimed })
 }
 
-#[cfg(feature = "analysis")]
 pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
     let SweepDrawArguments { folder, from, out, no_provenance } = arguments;
     out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
@@ -209,7 +184,6 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
 }
 
 /// The figures in the present version of the sweep's file.
-#[cfg(feature = "analysis")]
 fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
     given::check(path, Taken::Runs)?;
     let study = StudyFile::read(path).map_err(Failure::bad_input)?;
@@ -236,7 +210,6 @@ fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
 
 fn format(table: SweepTable) -> &'static dyn Format {
     match table {
-        #[cfg(feature = "analysis")]
         SweepTable::Parquet => &Parquet,
         SweepTable::Csv => &Csv,
     }
@@ -291,15 +264,12 @@ impl Study<'_> {
             done: 0,
             of: self.plan.numbered() as usize,
             rows: Rows::of(self.plan),
-            #[cfg(feature = "analysis")]
             claims: Claims::of(self.plan)?,
-            #[cfg(feature = "analysis")]
             drawer: Drawer::new(figures.all),
         };
         let (counts, mut paths) =
             collect(self.plan, results, &files, tables, formats, &mut passing).map_err(Failure::failed)?;
         if !figures.all.is_empty() {
-            #[cfg(feature = "analysis")]
             {
                 create_folder(&figures.folder)?;
                 let scenario_of = |run: u64| {
@@ -311,15 +281,8 @@ impl Study<'_> {
                     passing.drawer.draw(&scenario_of, &origins, figures.provenance, &files, &figures.folder);
                 paths.extend(drawn.map_err(Failure::failed)?);
             }
-            #[cfg(not(feature = "analysis"))]
-            self.board.line(&format!(
-                "{} is left unchanged: this program was built without figures",
-                figures.folder.display()
-            ));
         }
-        #[cfg(feature = "analysis")]
         let Claims { pipeline, claimed, .. } = passing.claims;
-        #[cfg(feature = "analysis")]
         let judged = match (&pipeline, &figures.page) {
             (Some(pipeline), Some(_)) if !formats.is_empty() => {
                 paths.extend(claim_files(tables));
@@ -329,8 +292,6 @@ impl Study<'_> {
             (_, Some(page)) => study_page::claims_in(page.parent().unwrap_or(Path::new("")))?,
             _ => Vec::new(),
         };
-        #[cfg(not(feature = "analysis"))]
-        let judged = Vec::new();
         let rows = passing.rows;
         if let Some(path) = &figures.page {
             write_page(path, self.plan, counts, (rows, judged), &paths, &files, figures)?;
@@ -338,11 +299,7 @@ impl Study<'_> {
         }
         files.publish().map_err(Failure::failed)?;
         paths.sort();
-        Ok(Made {
-            paths,
-            #[cfg(feature = "analysis")]
-            claimed,
-        })
+        Ok(Made { paths, claimed })
     }
 }
 
@@ -379,7 +336,6 @@ fn write_page(
 }
 
 /// The origin of the tables: the first run represents all, except for the axes.
-#[cfg(feature = "analysis")]
 fn origins(plan: &Plan, scenario_of: ScenarioOf<'_>) -> Origins {
     let accepted = plan.rows.iter().find(|row| row.refused.is_none());
     let Some(scenario) = accepted.and_then(|row| scenario_of(row.run).ok()) else {
@@ -396,21 +352,17 @@ struct Passing {
     done: usize,
     of: usize,
     rows: Rows,
-    #[cfg(feature = "analysis")]
     claims: Claims,
-    #[cfg(feature = "analysis")]
     drawer: Drawer,
 }
 
 /// The outputs of runs over axes.
 struct Made {
     paths: Vec<PathBuf>,
-    #[cfg(feature = "analysis")]
     claimed: Claimed,
 }
 
 /// Measures claims in the rows of the table of runs.
-#[cfg(feature = "analysis")]
 struct Claims {
     pipeline: Option<Pipeline>,
     /// The headers of the runs that claims name, by their numbers.
@@ -419,7 +371,6 @@ struct Claims {
     claimed: Claimed,
 }
 
-#[cfg(feature = "analysis")]
 impl Claims {
     /// Of the study of a plan; none where it makes no claims.
     fn of(plan: &Plan) -> Result<Claims, Failure> {
@@ -465,7 +416,6 @@ impl Claims {
 
 impl Observer for Passing {
     fn begin(&mut self, table: &'static str, columns: &[Column]) {
-        #[cfg(feature = "analysis")]
         {
             self.drawer.begin(table, columns);
             if table == RUNS {
@@ -476,11 +426,9 @@ impl Observer for Passing {
     }
 
     fn row(&mut self, table: &'static str, cells: &[Cell]) {
-        #[cfg(feature = "analysis")]
         self.drawer.row(table, cells);
         self.rows.row(table, cells);
         if table == RUNS {
-            #[cfg(feature = "analysis")]
             self.claims.row(cells);
             self.done += 1;
             self.stages.reached("runs", self.done, self.of);

@@ -97,7 +97,6 @@ pub(crate) struct DiffArguments {
     #[arg(long, value_name = "FILE.html")]
     pub(crate) page: Option<PathBuf>,
     /// Write one row per match, including identical events.
-    #[cfg(feature = "analysis")]
     #[arg(long, value_name = "FILE.parquet")]
     pub(crate) matches: Option<PathBuf>,
     /// Replace existing output files; OLD and NEW are never replaced.
@@ -109,7 +108,7 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     for (option, path, ending, what) in [
         ("--page", &arguments.page, "html", "a page"),
         ("--draft-policy", &arguments.draft_policy, "toml", "a policy"),
-        ("--matches", &matches_file(arguments), "parquet", "a Parquet table"),
+        ("--matches", &arguments.matches, "parquet", "a Parquet table"),
     ] {
         path.as_ref().map_or(Ok(()), |path| fits(option, path, ending, what))?;
     }
@@ -182,7 +181,7 @@ fn outputs(arguments: &DiffArguments) -> Result<FileSet, Failure> {
     let outputs = [
         ("--draft-policy", arguments.draft_policy.clone()),
         ("--page", arguments.page.clone()),
-        ("--matches", matches_file(arguments)),
+        ("--matches", arguments.matches.clone()),
     ];
     for (option, path) in outputs {
         files.reserve(path).map_err(|error| refused(option, &error, true))?;
@@ -205,7 +204,7 @@ fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
         },
         keep_findings,
         keep_matches,
-        matches_file: matches_file(arguments),
+        matches_file: arguments.matches.clone(),
         logs: Logs::new(),
     })
 }
@@ -216,16 +215,6 @@ fn read_policy(arguments: &DiffArguments) -> Result<Policy, Failure> {
         Failure::BadInput(format!("policy {}: {error} (accepted: a TOML file)", path.display()))
     })?;
     Policy::parse(&path.display().to_string(), &text).map_err(Failure::bad_input)
-}
-
-#[cfg(feature = "analysis")]
-fn matches_file(arguments: &DiffArguments) -> Option<PathBuf> {
-    arguments.matches.clone()
-}
-
-#[cfg(not(feature = "analysis"))]
-fn matches_file(_arguments: &DiffArguments) -> Option<PathBuf> {
-    None
 }
 
 fn as_failure(error: CompareError) -> Failure {

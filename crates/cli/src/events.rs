@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use asperity_record::{Event, Observer, Parts};
 use asperity_run::{OpenLog, Verdict};
-#[cfg(feature = "analysis")]
 use asperity_tables::table_file::{self, PrintError};
 use clap::Args;
 
@@ -34,7 +33,6 @@ pub(crate) struct EventsArguments {
 /// Prints the events of the sound part of a log, then its verdict.
 pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), Failure> {
     // If it cannot be read, reading it as a log reports that.
-    #[cfg(feature = "analysis")]
     if table_file::is_parquet(&arguments.run).unwrap_or(false) {
         return print_table(arguments);
     }
@@ -77,7 +75,6 @@ impl Observer for Printing {
 }
 
 /// Prints a Parquet table, of slip events or others, as CSV.
-#[cfg(feature = "analysis")]
 fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
     if arguments.format != TableFormat::Csv {
         return Err(Failure::BadInput(format!(

@@ -22,7 +22,6 @@ use crate::{terminal, verdict_exit};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ExportFormat {
     /// Columns with types and units, compressed.
-    #[cfg(feature = "analysis")]
     Parquet,
     /// Comma-separated, one header line, numbers in full precision.
     Csv,
@@ -158,7 +157,6 @@ fn export_one(
     board: &Board,
 ) -> Result<(), Failure> {
     let format: Option<&dyn Format> = match arguments.to {
-        #[cfg(feature = "analysis")]
         ExportFormat::Parquet => Some(&asperity_tables::parquet_tables::Parquet),
         ExportFormat::Csv => Some(&Csv),
         ExportFormat::Ndjson => Some(&Ndjson),

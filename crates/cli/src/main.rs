@@ -7,7 +7,6 @@ mod collect;
 mod commands;
 mod completions;
 mod diff;
-#[cfg(feature = "analysis")]
 mod draw;
 mod event_table;
 mod events;
@@ -17,7 +16,6 @@ mod export;
 mod given;
 mod interrupt;
 mod man;
-#[cfg(feature = "analysis")]
 mod named_runs;
 mod note;
 mod notices;
@@ -29,7 +27,6 @@ mod reading;
 mod relative_link;
 mod replay;
 mod report;
-#[cfg(feature = "analysis")]
 mod reproduce;
 mod run;
 mod salvage;
@@ -43,7 +40,6 @@ mod sweep_plan;
 mod terminal;
 mod validate;
 mod verdict_exit;
-#[cfg(feature = "analysis")]
 mod verify;
 
 use std::ffi::OsString;
@@ -112,13 +108,9 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
         Command::Report(arguments) => report::command(&arguments, &board),
-        #[cfg(feature = "analysis")]
         Command::Draw(arguments) => draw::command(&arguments, &board),
-        #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
-        #[cfg(feature = "analysis")]
         Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
-        #[cfg(feature = "analysis")]
         Command::VerifySolver(arguments) => verify::command(&arguments, &board),
         Command::Sweep(command) => sweep::command(&command, &board),
         Command::Completions(arguments) => completions::command(&arguments),

@@ -1,10 +1,5 @@
 //! Progress on stderr: a bar on a terminal, occasional lines elsewhere.
 
-#![cfg_attr(
-    not(feature = "analysis"),
-    expect(dead_code, reason = "only pipelines, which need it, make several runs together")
-)]
-
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, stderr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -19,7 +19,6 @@ use asperity_study::work::{Made, PATIENCE, Ways, make_runs};
 use asperity_study::{Plan, staging};
 use clap::{Args, Subcommand, ValueEnum};
 
-#[cfg(feature = "analysis")]
 use crate::collect::SweepDrawArguments;
 use crate::collect::{self, SweepCollectArguments, SweepTable, USUAL_FORMAT};
 use crate::exit::{Code, Failure};
@@ -118,7 +117,6 @@ the plan or each other, no table is made, and the contradictions are named. For
 named runs, as in a pipeline, the files are those of `asperity reproduce`.")]
     Collect(SweepCollectArguments),
     /// Draw the figures of a study, without making tables.
-    #[cfg(feature = "analysis")]
     #[command(after_help = "\
 Examples:
   asperity sweep draw out/tilts
@@ -284,7 +282,6 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
         SweepCommand::Run(arguments) => run(arguments, board),
         SweepCommand::Status(arguments) => status(arguments),
         SweepCommand::Collect(arguments) => collect::tables(arguments, board),
-        #[cfg(feature = "analysis")]
         SweepCommand::Draw(arguments) => collect::figures(arguments, board),
         SweepCommand::Emit(arguments) => emit(arguments),
     }
@@ -362,7 +359,6 @@ fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
 }
 
 /// Makes the runs over axes of a plan that are not made yet; `collect` reports which have failed.
-#[cfg(feature = "analysis")]
 pub(crate) fn make_numbered(
     plan: &Plan,
     folder: &Path,

@@ -82,7 +82,6 @@ pub(crate) fn begun(
 }
 
 /// The plan of a study in a folder, which is made if there is none.
-#[cfg(feature = "analysis")]
 pub(crate) fn planned(
     study: &Study,
     file: &Path,

@@ -9,11 +9,9 @@ use serde_json::Value;
 
 use crate::column::{Column, Columns};
 use crate::error::CompareError;
-#[cfg(feature = "analysis")]
 use crate::matches::Matches;
 use crate::matching::{self, MatchError};
 use crate::policy::{Policy, Spread, WINDOW_S, between_events_s};
-#[cfg(feature = "analysis")]
 use crate::precursors::Precursors;
 use crate::progress::Cycles;
 use crate::report::{
@@ -25,8 +23,6 @@ use crate::ruptures::{self, Sorted};
 use crate::sides::{self, Logs, PairBy, Paired, Run, Side};
 use crate::table::{self, Events, Table, TableError};
 use crate::tally::{self, Comparison, Draft};
-#[cfg(not(feature = "analysis"))]
-use crate::without_analysis::{Matches, Precursors};
 use crate::{claims, progress, provenance};
 
 /// How two sides are compared, and which results are kept.

@@ -48,31 +48,16 @@ pub enum CompareError {
     #[error(transparent)]
     File(#[from] asperity_files::FileError),
     /// The file of matches cannot be begun.
-    #[cfg(feature = "analysis")]
     #[error(transparent)]
     NoMatchesFile(asperity_tables::TableFileError),
     /// Matches cannot be written.
-    #[cfg(feature = "analysis")]
     #[error(transparent)]
     Matches(asperity_tables::TableFileError),
-    /// Matches were requested, which need the feature `analysis`.
-    #[cfg(not(feature = "analysis"))]
-    #[error(
-        "{}: built without the feature `analysis`, this program writes no Parquet (accepted: no file of matches)",
-        path.display()
-    )]
-    NoParquet {
-        /// The file asked for.
-        path: PathBuf,
-    },
 }
 
 impl CompareError {
     /// Whether the input is sound and the system refused to write.
     pub fn is_of_output(&self) -> bool {
-        #[cfg(feature = "analysis")]
-        return matches!(self, CompareError::Matches(_));
-        #[cfg(not(feature = "analysis"))]
-        return false;
+        matches!(self, CompareError::Matches(_))
     }
 }

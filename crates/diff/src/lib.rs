@@ -97,7 +97,6 @@
 //! And the results: [`report`] as data, rounded by `reading`: [`summary`] on a terminal, [`page`] as one
 //! HTML page.
 //!
-//! Parquet and the precursor table need the feature `analysis`.
 
 mod claims;
 pub mod classify;
@@ -106,13 +105,11 @@ mod compare;
 mod cost;
 mod error;
 mod grid;
-#[cfg(feature = "analysis")]
 mod matches;
 pub mod matching;
 pub mod page;
 mod pending;
 pub mod policy;
-#[cfg(feature = "analysis")]
 mod precursors;
 pub mod progress;
 pub mod provenance;
@@ -126,8 +123,6 @@ pub mod statistics;
 pub mod summary;
 pub mod table;
 pub mod tally;
-#[cfg(not(feature = "analysis"))]
-mod without_analysis;
 
 pub use claims::ClaimsError;
 pub use compare::{Compared, Settings, compare};

@@ -57,19 +57,8 @@ pub enum TableError {
         accepted: &'static str,
     },
     /// A Parquet file.
-    #[cfg(feature = "analysis")]
     #[error(transparent)]
     Parquet(#[from] asperity_tables::TableFileError),
-    /// Parquet, which only the analysis reads.
-    #[cfg(not(feature = "analysis"))]
-    #[error(
-        "{}: built without the feature `analysis`, this program reads no Parquet (accepted: .mcap, .csv)",
-        path.display()
-    )]
-    NoParquet {
-        /// The table.
-        path: PathBuf,
-    },
 }
 
 fn accepted() -> String {
@@ -330,7 +319,6 @@ fn written(column: Column, text: &str) -> Option<Value> {
     }
 }
 
-#[cfg(feature = "analysis")]
 fn parquet(path: &Path) -> Result<Table<'static>, TableError> {
     use asperity_tables::event_file::{Cell, Rows};
 
@@ -352,9 +340,4 @@ fn parquet(path: &Path) -> Result<Table<'static>, TableError> {
         Ok(Some(event))
     });
     Ok(Table { columns, events })
-}
-
-#[cfg(not(feature = "analysis"))]
-fn parquet(path: &Path) -> Result<Table<'static>, TableError> {
-    Err(TableError::NoParquet { path: path.to_owned() })
 }

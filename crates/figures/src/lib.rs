@@ -1,7 +1,7 @@
 //! Figures of runs and of studies.
 //!
 //! - [`spec`]: the figures of a study, as its sweep writes them and as they are understood.
-//! - [`draw`]: figures drawn with plotters and an embedded font, by the feature `draw`.
+//! - [`draw`]: figures drawn with plotters and an embedded font.
 //! - [`spelling`]: doc comments as words on a page.
 //!
 //! A figure of a study, understood once the keys that vary are known:
@@ -23,7 +23,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg(feature = "draw")]
 pub mod draw;
 pub mod spec;
 pub mod spelling;

@@ -2,25 +2,17 @@
 
 use std::collections::BTreeSet;
 
-#[cfg(not(feature = "analysis"))]
-use asperity_figures::Figures;
-#[cfg(feature = "analysis")]
 use asperity_figures::draw::Figures;
-#[cfg(feature = "analysis")]
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text::Lines;
 use asperity_model::typed;
-#[cfg(feature = "analysis")]
 use asperity_numbers::claims::ClaimSpec;
-#[cfg(feature = "analysis")]
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_record::bounds::check_toml;
-#[cfg(feature = "analysis")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::Written;
-#[cfg(feature = "analysis")]
 use crate::parameter_table;
 use crate::runs::{Ensemble, RunSpec, SpellOut};
 
@@ -28,8 +20,7 @@ use crate::runs::{Ensemble, RunSpec, SpellOut};
 const LISTED_IN: &str = "docs/figures.md and docs/scenarios.md";
 
 /// What is stored of each run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(feature = "analysis", derive(JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Keep {
     /// Its slip events.
@@ -51,8 +42,7 @@ impl Keep {
 }
 
 /// A study, as its file has it.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "analysis", derive(JsonSchema))]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct File {
     /// What it is about, for headings.
@@ -67,7 +57,7 @@ pub(crate) struct File {
     pub(crate) keep: Vec<Keep>,
     /// What varies.
     #[serde(default)]
-    #[cfg_attr(feature = "analysis", schemars(with = "Vec<serde_json::Value>"))]
+    #[schemars(with = "Vec<serde_json::Value>")]
     pub(crate) axis: Vec<Written>,
     /// The runs that have names, those of ensembles included.
     #[serde(default)]
@@ -79,23 +69,18 @@ pub(crate) struct File {
     #[serde(default)]
     pub(crate) figure: Figures,
     /// Runs whose first global slips are set side by side in a table.
-    #[cfg(feature = "analysis")]
     #[serde(default)]
     pub(crate) first_global_slips: Vec<String>,
     /// Runs of which a table gives the slow slip behind each rupture.
-    #[cfg(feature = "analysis")]
     #[serde(default)]
     pub(crate) slow_slip: Vec<String>,
     /// The precursor tables, one per run and length law.
-    #[cfg(feature = "analysis")]
     #[serde(default)]
     pub(crate) precursors: Vec<PrecursorSpec>,
     /// The tables of numbers against a parameter.
-    #[cfg(feature = "analysis")]
     #[serde(default)]
     pub(crate) study: Vec<parameter_table::Study>,
     /// The claims.
-    #[cfg(feature = "analysis")]
     #[serde(default)]
     pub(crate) claim: Vec<ClaimSpec>,
 }
@@ -103,10 +88,7 @@ pub(crate) struct File {
 impl File {
     /// The figures of the tables of its grid.
     pub(crate) fn of_tables(&self) -> asperity_figures::Figures {
-        #[cfg(feature = "analysis")]
-        return self.figure.of_tables();
-        #[cfg(not(feature = "analysis"))]
-        self.figure.clone()
+        self.figure.of_tables()
     }
 
     pub(crate) fn parse(text: &str) -> Result<File, String> {
@@ -136,7 +118,6 @@ impl File {
         let mut spell_out = SpellOut::new(&self.ensemble)?;
         spell_out.add_runs(&mut self.run)?;
         spell_out.set_in_all(&self.set, &mut self.run)?;
-        #[cfg(feature = "analysis")]
         {
             let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
                 .chain(self.study.iter_mut().map(|study| &mut study.runs))
@@ -149,7 +130,6 @@ impl File {
 }
 
 /// A run whose precursors are compared with a length law.
-#[cfg(feature = "analysis")]
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrecursorSpec {

@@ -48,22 +48,16 @@
 pub mod axis;
 mod collect;
 pub mod emit;
-#[cfg(feature = "analysis")]
 mod error;
 mod file;
 pub mod given;
 mod lines;
 mod parameter_sets;
-#[cfg(feature = "analysis")]
 pub mod parameter_table;
-#[cfg(feature = "analysis")]
 pub mod pipeline;
 pub mod plan;
-#[cfg(feature = "analysis")]
 pub mod record;
-#[cfg(feature = "analysis")]
 pub mod reduction;
-#[cfg(feature = "analysis")]
 pub mod reference;
 pub mod results;
 pub mod runs;
@@ -75,7 +69,6 @@ pub mod verification;
 pub mod work;
 
 pub use collect::{CollectError, Observer, RUNS, collect};
-#[cfg(feature = "analysis")]
 pub use error::StudyError;
 pub use plan::{Plan, PlanError};
 pub use results::Results;

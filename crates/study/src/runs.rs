@@ -12,7 +12,6 @@ use asperity_model::{Files, Scenario, ScenarioSource, builtin, find};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_run::study::Job;
 use asperity_runlog::{RunReader, Topics};
-#[cfg(feature = "analysis")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -20,8 +19,7 @@ use serde::{Deserialize, Serialize};
 pub const FOLDER: &str = "runs";
 
 /// A run: a scenario and overrides.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "analysis", derive(JsonSchema))]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunSpec {
     /// Its name, for files and for the rest of the study.
@@ -145,8 +143,7 @@ const MOST_MEMBERS: usize = 1000;
 
 /// Runs that differ in one key: `NAME-1`, `NAME-2` and so on. In a list of runs, the name of the ensemble
 /// means all of them.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "analysis", derive(JsonSchema))]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ensemble {
     /// The name, with which the names of its runs begin.
@@ -160,7 +157,7 @@ pub struct Ensemble {
     /// The key in which they differ.
     pub key: String,
     /// Its values, one for each run.
-    #[cfg_attr(feature = "analysis", schemars(with = "Vec<serde_json::Value>"))]
+    #[schemars(with = "Vec<serde_json::Value>")]
     pub values: Vec<toml::Value>,
 }
 
@@ -276,7 +273,6 @@ impl<'a> SpellOut<'a> {
     ///
     /// # Errors
     /// If there would be too many.
-    #[cfg(feature = "analysis")]
     pub(crate) fn replace_in(&mut self, names: &mut Vec<String>) -> Result<(), String> {
         if !names.iter().any(|name| self.ensembles.contains_key(name.as_str())) {
             return Ok(());
@@ -296,7 +292,7 @@ impl<'a> SpellOut<'a> {
     }
 }
 
-#[cfg(all(test, feature = "analysis"))]
+#[cfg(test)]
 mod tests {
     use crate::file::File;
     use crate::pipeline::Pipeline;

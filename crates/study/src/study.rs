@@ -1,6 +1,5 @@
 //! A study as written: named runs, one scenario over axes, the data stored of them, and their outputs.
 
-#[cfg(feature = "analysis")]
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,12 +10,10 @@ use asperity_record::bounds::MOST_RUNS;
 use asperity_run::Opened;
 use asperity_run::study::Job;
 
-#[cfg(feature = "analysis")]
 use crate::axis;
 use crate::axis::{Axis, Value};
 use crate::file::File;
 pub use crate::file::Keep;
-#[cfg(feature = "analysis")]
 use crate::pipeline::Pipeline;
 use crate::runs::{Named, read_scenario};
 
@@ -51,7 +48,6 @@ pub struct Study {
     /// The figures of the tables of the grid.
     pub figures: Vec<Figure>,
     /// The outputs of single runs, and the claims.
-    #[cfg(feature = "analysis")]
     pub pipeline: Pipeline,
     /// Its text.
     pub text: String,
@@ -104,7 +100,6 @@ impl Study {
         }
         let figures = of_tables.understand(&for_figures, keeps_ruptures)?;
         let runs = file.run.iter().map(|run| run.read(folder)).collect::<Result<_, _>>()?;
-        #[cfg(feature = "analysis")]
         let pipeline = {
             let at = |at: &[String]| grid.as_ref().map_or(Ok(Vec::new()), |grid| grid.runs_at(at));
             Pipeline::of(file.clone(), grid.as_ref().map_or(0, Grid::count), &at)?
@@ -115,7 +110,6 @@ impl Study {
             runs,
             shared_sets: (file.set.len(), 0),
             figures,
-            #[cfg(feature = "analysis")]
             pipeline,
             text: text.to_owned(),
         })
@@ -123,10 +117,7 @@ impl Study {
 
     /// Whether it has outputs beyond the tables of its grid and their figures, which need its text.
     pub(crate) fn is_more_than_tables(&self) -> bool {
-        #[cfg(feature = "analysis")]
         let claims = !self.pipeline.claim.is_empty();
-        #[cfg(not(feature = "analysis"))]
-        let claims = false;
         claims || !self.runs.is_empty()
     }
 
@@ -226,7 +217,6 @@ impl Grid {
     }
 
     /// The runs with these values of keys, counted from 1.
-    #[cfg(feature = "analysis")]
     fn runs_at(&self, at: &[String]) -> Result<Vec<u64>, String> {
         let runs = (0..self.count()).map(|run| (run + 1, Cow::Owned(self.values(run))));
         axis::runs_at(at, &self.keys(), runs)
@@ -307,7 +297,6 @@ mod tests {
             let error = of(&text).unwrap_err();
             assert!(error.contains(problem), "{text}: {error}");
         }
-        #[cfg(feature = "analysis")]
         {
             let series = "[[figure.lengths]]\nfile = 'a.png'\nseries = [{ run = 'a', label = 'a' }]\n";
             assert!(of(&format!("{run}{series}")).is_ok());

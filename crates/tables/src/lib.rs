@@ -7,8 +7,7 @@
 //! - `foreign`: the columns of events without a detector in this program.
 //! - [`batch`]: a batch of rows by columns, the part in memory at a time.
 //! - [`mod@format`]: the interface of a file format.
-//! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, with the feature `parquet`, which
-//!   needs polars.
+//! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, with polars.
 //! - [`run_tables`]: the rows of all tables of a run, while it is observed.
 //! - [`export`]: from a log that is read to the files.
 //!
@@ -52,45 +51,31 @@
 
 pub mod batch;
 mod comma;
-#[cfg(feature = "parquet")]
 mod error;
-#[cfg(feature = "parquet")]
 pub mod event_file;
 pub mod export;
 mod foreign;
 pub mod format;
-#[cfg(feature = "parquet")]
 mod guarded;
 pub mod layout;
 mod lines;
-#[cfg(feature = "parquet")]
 pub mod load_table;
-#[cfg(feature = "parquet")]
 mod parquet_bounds;
-#[cfg(feature = "parquet")]
 pub mod parquet_checksum;
-#[cfg(feature = "parquet")]
 mod parquet_out;
-#[cfg(feature = "parquet")]
 pub mod parquet_table;
-#[cfg(feature = "parquet")]
 pub mod parquet_tables;
 pub mod rows;
 pub mod run_tables;
-#[cfg(feature = "parquet")]
 pub mod summaries;
-#[cfg(feature = "parquet")]
 pub mod table_file;
-#[cfg(feature = "parquet")]
 pub mod tables;
 pub mod vtk;
 
 pub use comma::{Csv, CsvRows, Spelling};
-#[cfg(feature = "parquet")]
 pub use error::TableFileError;
 pub use export::{Export, ExportError, Ran, Report, Request, name_of};
 pub use lines::Ndjson;
 /// A table in memory.
-#[cfg(feature = "parquet")]
 pub use polars::prelude::DataFrame as Frame;
 pub use rows::NodeRows;

@@ -259,7 +259,6 @@ impl asperity_study::Observer for Unseen {
 const PLAN_FROM_HERE: &str = "../../fixtures/hostile/corpus/plan/sound";
 
 /// A pipeline.
-#[cfg(feature = "analysis")]
 pub fn pipeline(text: &[u8]) {
     let text = String::from_utf8_lossy(text);
     if let Err(problem) = asperity_study::pipeline::Pipeline::parse(&text) {
@@ -268,7 +267,6 @@ pub fn pipeline(text: &[u8]) {
 }
 
 /// The tables of a log that is sound except for the changes by the input.
-#[cfg(feature = "analysis")]
 pub fn tables(script: &[u8]) {
     use asperity_model::analytic::LengthLaw;
     use asperity_numbers::precursors::PrecursorRules;

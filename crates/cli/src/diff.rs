@@ -138,19 +138,15 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     }
 }
 
-/// Most slip events that are kept in memory, of all logs together: about 100 MB.
-const MOST_SLIP_EVENTS: usize = 1_000_000;
-
 /// Reads and checks every run log on either side, each once. All must be complete; other code
 /// versions are accepted, since comparing them is the purpose.
 fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
     let mut paths = Vec::new();
     for side in [&arguments.old, &arguments.new] {
         given::check(side, Taken::Side)?;
-        paths.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
+        paths.extend(sides::logs(side).map_err(as_failure)?);
     }
-    let most_slip_events = MOST_SLIP_EVENTS / paths.len().max(1);
-    let read = exit::each_of(&paths, None, |path| read_log(path, most_slip_events))?;
+    let read = exit::each_of(&paths, None, |path| read_log(path))?;
     let mut logs = Logs::new();
     let mut codes = Vec::new();
     for (path, read) in paths.into_iter().zip(read) {
@@ -164,10 +160,9 @@ fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
 }
 
 /// Checks a log, and collects the data for a diff in the same pass.
-fn read_log(path: &Path, most_slip_events: usize) -> Result<RunLog, Failure> {
-    let begin = |log: &OpenLog| {
-        Ok(Summarized::begin(log.header(), log.scenario_toml(), summary::begin(path, log), most_slip_events))
-    };
+fn read_log(path: &Path) -> Result<RunLog, Failure> {
+    let begin =
+        |log: &OpenLog| Ok(Summarized::begin(log.header(), log.scenario_toml(), summary::begin(path, log)));
     let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);
     let Reading { checked, observer, has_ruptures } = reading::once(path, begin, accept)?;
     Ok(observer.finish(path, has_ruptures, checked.seen.end.as_ref()))
@@ -220,7 +215,7 @@ fn read_policy(arguments: &DiffArguments) -> Result<Policy, Failure> {
 fn as_failure(error: CompareError) -> Failure {
     match error {
         CompareError::File(error) => refused("", &error, true),
-        error if error.is_of_output() => Failure::failed(error),
+        error @ CompareError::Matches(_) => Failure::failed(error),
         error => Failure::bad_input(error),
     }
 }

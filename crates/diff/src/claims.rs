@@ -1,28 +1,19 @@
 //! Which claims changed between two outputs of a pipeline: from their tables of claims.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use asperity_files::ShortLines;
 use asperity_numbers::claim::{self, Judgement, ReadError};
 
+use crate::error::CompareError;
 use crate::report::ClaimChange;
-
-/// A table of claims that cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {error}", path.display())]
-pub struct ClaimsError {
-    /// The table.
-    pub path: PathBuf,
-    /// The error.
-    pub error: ReadError,
-}
 
 /// Key of a claim in both tables: about, run, measure and quote.
 type ClaimKey = [String; 4];
 
 /// Which claims changed between two tables of them.
-pub(crate) fn changes(old: &Path, new: &Path) -> Result<Vec<ClaimChange>, ClaimsError> {
+pub(crate) fn changes(old: &Path, new: &Path) -> Result<Vec<ClaimChange>, CompareError> {
     let (old, new) = (judgements(old)?, judgements(new)?);
     let keys: BTreeSet<&ClaimKey> = old.keys().chain(new.keys()).collect();
     let change = |key: &ClaimKey| {
@@ -43,8 +34,8 @@ pub(crate) fn changes(old: &Path, new: &Path) -> Result<Vec<ClaimChange>, Claims
 }
 
 /// The judgements of a table, those of the second runs of a claim as claims of their own.
-fn judgements(path: &Path) -> Result<BTreeMap<ClaimKey, Judgement>, ClaimsError> {
-    let failed = |error: ReadError| ClaimsError { path: path.to_owned(), error };
+fn judgements(path: &Path) -> Result<BTreeMap<ClaimKey, Judgement>, CompareError> {
+    let failed = |error: ReadError| CompareError::Input(format!("{}: {error}", path.display()));
     let file = asperity_files::open(path).map_err(|error| failed(csv::Error::from(error).into()))?;
     let mut found = BTreeMap::new();
     for claim in claim::read(ShortLines::of(file)).map_err(failed)? {

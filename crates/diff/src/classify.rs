@@ -10,14 +10,14 @@
 //! | split, merged | one old event matches several new ones, or the reverse |
 //! | missing, extra | no counterpart |
 
-use asperity_record::{BoundingBox, Reach};
+use asperity_record::{BoundingBox, Reach, Role};
 
-use crate::column::{Column, Columns, Kind};
+use crate::column::{Column, Columns};
 use crate::matching::Group;
 use crate::policy::{Allowed, Policy};
 use crate::progress::Cycles;
 use crate::report::{CellChange, Class, Conservation};
-use crate::row::Row;
+use crate::table::Row;
 
 /// How much farther than its onset the end of a shifted event may move: beyond, its
 /// duration changed rather than its place.
@@ -62,7 +62,7 @@ pub(crate) struct Rules<'a> {
 }
 
 impl Rules<'_> {
-    pub(crate) fn classify<R: Row>(&self, group: &Group<R>) -> Outcome {
+    pub(crate) fn classify(&self, group: &Group<'_>) -> Outcome {
         let unpaired =
             |class, rule| Outcome { class, rule, cells: Vec::new(), shift_s: None, conservation: None };
         let place = |side: usize, time_s: f64| match self.cycles {
@@ -70,7 +70,7 @@ impl Rules<'_> {
             None => time_s,
         };
         // Whether an event of one side starts after the other run has ended.
-        let is_after = |event: &R, side: usize| {
+        let is_after = |event: Row<'_>, side: usize| {
             let other = 1 - side;
             self.until_s[other].is_some_and(|end_s| place(side, event.onset_s()) > place(other, end_s))
         };
@@ -79,9 +79,9 @@ impl Rules<'_> {
             Some(_) => ALONE_IN_CYCLES,
         };
         match (&group.old[..], &group.new[..]) {
-            ([old], [new]) => self.pair(old, new, group.identical),
-            ([old], []) if is_after(old, 0) => unpaired(Class::Open, after_new),
-            ([], [new]) if is_after(new, 1) => unpaired(Class::Open, after_old),
+            (&[old], &[new]) => self.pair(old, new, group.identical),
+            (&[old], []) if is_after(old, 0) => unpaired(Class::Open, after_new),
+            ([], &[new]) if is_after(new, 1) => unpaired(Class::Open, after_old),
             (_, []) => unpaired(Class::Missing, no_new),
             ([], _) => unpaired(Class::Extra, no_old),
             ([_], _) => Outcome {
@@ -95,7 +95,7 @@ impl Rules<'_> {
         }
     }
 
-    fn pair<R: Row>(&self, old: &R, new: &R, identical: bool) -> Outcome {
+    fn pair(&self, old: Row<'_>, new: Row<'_>, identical: bool) -> Outcome {
         let shift_s = shift_s(old, new);
         let outcome =
             |class, rule, cells| Outcome { class, rule, cells, shift_s: Some(shift_s), conservation: None };
@@ -104,36 +104,35 @@ impl Rules<'_> {
         }
         let cells = differing(old, new, self.columns, self.policy);
         let is_beyond = |column: Column| cells.iter().any(|cell| cell.column == column && cell.is_beyond());
-        let any_beyond = |kinds: &[Kind], of_onset: bool| {
-            let mut of_kind = cells.iter().filter(|cell| kinds.contains(&cell.column.kind()));
-            of_kind.any(|cell| cell.is_beyond() && (cell.column.is_of_onset() || !of_onset))
+        let any_beyond = |role: Option<Role>, of_onset: bool| {
+            let of_role = |cell: &&CellChange| role.is_none_or(|role| cell.column.role() == role);
+            let mut of_role = cells.iter().filter(of_role);
+            of_role.any(|cell| cell.is_beyond() && (cell.column.is_of_onset() || !of_onset))
         };
         // Events truncated by the end of a run are compared only in columns known at the onset.
         let cut = old.is_cut() || new.is_cut();
-        const ALL: [Kind; 7] =
-            [Kind::Time, Kind::Step, Kind::Extent, Kind::Load, Kind::Speed, Kind::Edge, Kind::Total];
         let (class, rule) = if cells.is_empty() {
             (Class::Identical, "equal in every column compared")
-        } else if !any_beyond(&ALL, false) {
+        } else if !any_beyond(None, false) {
             (Class::WithinTolerance, "every column within its tolerance")
-        } else if cut && !any_beyond(&ALL, true) {
+        } else if cut && !any_beyond(None, true) {
             (Class::Open, "the end of a run cut it short, and it starts alike")
-        } else if is_beyond(Column::OnsetS) && !any_beyond(&[Kind::Extent], cut) {
+        } else if is_beyond(Column::ONSET_S) && !any_beyond(Some(Role::Place), cut) {
             let onset_s = (old.onset_s() - new.onset_s()).abs();
             if cut || shift_s <= END_MOVES_ALONG * onset_s {
                 (Class::Shifted, "same blocks, another time")
             } else {
                 (Class::Changed, "same blocks, another duration")
             }
-        } else if any_beyond(&[Kind::Extent], false) {
+        } else if any_beyond(Some(Role::Place), false) {
             (Class::Changed, "other blocks")
-        } else if is_beyond(Column::EndS) {
+        } else if is_beyond(Column::END_S) {
             (Class::Changed, "same onset, another end")
-        } else if any_beyond(&[Kind::Load], false) {
+        } else if any_beyond(Some(Role::Load), false) {
             (Class::Changed, "same time and blocks, another load")
-        } else if any_beyond(&[Kind::Speed], false) {
+        } else if any_beyond(Some(Role::Speed), false) {
             (Class::Changed, "same time, blocks and load, another speed")
-        } else if any_beyond(&[Kind::Total], false) {
+        } else if any_beyond(Some(Role::Total), false) {
             (Class::Changed, "same time, blocks and load, another total")
         } else {
             (Class::Changed, "same time in seconds, another step or edge")
@@ -148,17 +147,18 @@ impl Rules<'_> {
         of_class && (near || outcome.class.is_no_difference())
     }
 
-    fn conservation<R: Row>(&self, group: &Group<R>) -> Conservation {
+    fn conservation(&self, group: &Group<'_>) -> Conservation {
         let (old_duration_s, new_duration_s) = (covered_s(&group.old), covered_s(&group.new));
-        let [onset_s, end_s] = [Column::OnsetS, Column::EndS].map(|column| {
-            let last = |events: &[R]| events.last().map(|event| event.cell(column));
+        let [onset_s, end_s] = [Column::ONSET_S, Column::END_S].map(|column| {
+            let last = |events: &[Row<'_>]| events.last().map(|event| event.value(column));
             let (old, new) = (last(&group.old), last(&group.new));
             old.zip(new).map_or(0.0, |(old, new)| self.policy.tolerance(column).between(old, new))
         });
         // Both are sums of differences of times: rounding is no loss.
         let last_s = group.onset_s().abs() + old_duration_s + new_duration_s;
         let rounding_s = (group.old.len() + group.new.len()) as f64 * f64::EPSILON * last_s;
-        let (old_blocks, new_blocks) = (covered_blocks(&group.old), covered_blocks(&group.new));
+        let [old_blocks, new_blocks] = [&group.old, &group.new]
+            .map(|events| covered_blocks(events.iter().map(|event| event.bounding_box())));
         let count = |boxes: &[BoundingBox]| boxes.iter().map(|one| one.count()).sum();
         Conservation {
             old_duration_s,
@@ -179,35 +179,37 @@ impl CellChange {
 }
 
 /// The farther of the shifts of onset and end, s.
-pub(crate) fn shift_s<R: Row>(old: &R, new: &R) -> f64 {
+pub(crate) fn shift_s(old: Row<'_>, new: Row<'_>) -> f64 {
     let end_s = old.end_s().zip(new.end_s()).map_or(0.0, |(old, new)| (old - new).abs());
     (old.onset_s() - new.onset_s()).abs().max(end_s)
 }
 
 /// The cells in which two events differ. Steps are compared only where their seconds are equal:
 /// otherwise the difference follows from that of the seconds.
-fn differing<R: Row>(old: &R, new: &R, columns: Columns, policy: &Policy) -> Vec<CellChange> {
-    let same = |column: Column| old.cell(column) == new.cell(column);
-    let is_its_own = |column: &Column| match column {
-        Column::Event => false,
-        Column::OnsetStep => same(Column::OnsetS),
-        Column::EndStep => same(Column::EndS),
+fn differing(old: Row<'_>, new: Row<'_>, columns: Columns, policy: &Policy) -> Vec<CellChange> {
+    let is_its_own = |column: &Column| match *column {
+        Column::EVENT => false,
+        Column::ONSET_STEP => old.is_same(new, Column::ONSET_S),
+        Column::END_STEP => old.is_same(new, Column::END_S),
         _ => true,
     };
-    columns
-        .iter()
-        .filter(|&column| !same(column))
-        .filter(is_its_own)
-        .map(|column| {
-            let (old, new) = (old.cell(column), new.cell(column));
-            let tolerance = policy.tolerance(column).between(old, new);
-            CellChange { column, old, new, difference: old.distance(new), tolerance }
-        })
-        .collect()
+    let change = |column: Column| {
+        let (a, b) = (old.value(column), new.value(column));
+        // There is none between a number and an empty cell, or between yes and no.
+        let is_measurable = !(a.is_nan() || b.is_nan() || column.role() == Role::Edge);
+        CellChange {
+            column,
+            old: old.cell(column),
+            new: new.cell(column),
+            difference: is_measurable.then_some((a - b).abs()),
+            tolerance: policy.tolerance(column).between(a, b),
+        }
+    };
+    columns.iter().filter(|&column| !old.is_same(new, column)).filter(is_its_own).map(change).collect()
 }
 
 /// Time covered by events in order of onset, s.
-fn covered_s(events: &[impl Row]) -> f64 {
+fn covered_s(events: &[Row<'_>]) -> f64 {
     let mut until_s = f64::NEG_INFINITY;
     let mut covered_s = 0.0;
     for event in events {
@@ -219,8 +221,8 @@ fn covered_s(events: &[impl Row]) -> f64 {
 }
 
 /// Blocks covered by events, as boxes that do not overlap: each of the most rows with the same columns.
-fn covered_blocks<R: Row>(events: &[R]) -> Vec<BoundingBox> {
-    let boxes: Vec<BoundingBox> = events.iter().map(R::bounding_box).collect();
+fn covered_blocks(events: impl Iterator<Item = BoundingBox>) -> Vec<BoundingBox> {
+    let boxes: Vec<BoundingBox> = events.collect();
     // Rows at which a box begins, or the first after one: between them the columns are the same.
     let mut edges: Vec<u32> = boxes.iter().flat_map(|one| [one.rows.first, one.rows.last + 1]).collect();
     edges.sort_unstable();
@@ -260,8 +262,8 @@ fn without_overlap(mut ranges: Vec<Reach>) -> Vec<Reach> {
 mod tests {
     use std::collections::BTreeSet;
 
-    use asperity_record::SlipEvent;
-    use asperity_testkit::{Random, slip_event};
+    use asperity_record::{BoundingBox, Reach};
+    use asperity_testkit::Random;
 
     use super::covered_blocks;
 
@@ -270,38 +272,30 @@ mod tests {
     fn covered_blocks_are_those_of_a_set() {
         let mut random = Random::new(5);
         for _ in 0..300 {
-            let events: Vec<SlipEvent> = (0..=random.below(4))
+            let mut below = |bound: u64| random.below(bound) as u32;
+            let boxes: Vec<BoundingBox> = (0..=below(4))
                 .map(|_| {
-                    let mut below = |bound: u64| random.below(bound) as u32;
                     let (first, row) = (1 + below(6), 1 + below(5));
-                    SlipEvent {
-                        first_across: Some(row),
-                        last_across: Some(row + below(3)),
-                        ..slip_event(1, 2, first..=first + below(3))
+                    BoundingBox {
+                        columns: Reach { first, last: first + below(3) },
+                        rows: Reach { first: row, last: row + below(3) },
                     }
                 })
                 .collect();
-            let contacts = |events: &[SlipEvent]| -> BTreeSet<(u32, u32)> {
-                let all = events.iter().map(|event| event.bounding_box());
-                let all =
-                    all.flat_map(|one| (one.rows.first..=one.rows.last).map(move |row| (one.columns, row)));
-                all.flat_map(|(columns, row)| (columns.first..=columns.last).map(move |column| (column, row)))
-                    .collect()
+            let places = |of: &BoundingBox| {
+                let (columns, rows) = (of.columns, of.rows);
+                (rows.first..=rows.last)
+                    .flat_map(move |row| (columns.first..=columns.last).map(move |n| (n, row)))
             };
-            let set = contacts(&events);
-            let found = covered_blocks(&events);
+            let set: BTreeSet<(u32, u32)> = boxes.iter().flat_map(places).collect();
+            let found = covered_blocks(boxes.iter().copied());
             assert_eq!(found.iter().map(|one| one.count()).sum::<u64>(), set.len() as u64);
             // As single contacts, in any order.
-            let single: Vec<SlipEvent> = set
-                .iter()
-                .rev()
-                .map(|&(column, row)| SlipEvent {
-                    first_across: Some(row),
-                    last_across: Some(row),
-                    ..slip_event(1, 2, column..=column)
-                })
-                .collect();
-            assert_eq!(covered_blocks(&single), found);
+            let single = |&(column, row): &(u32, u32)| BoundingBox {
+                columns: Reach { first: column, last: column },
+                rows: Reach { first: row, last: row },
+            };
+            assert_eq!(covered_blocks(set.iter().rev().map(single)), found);
         }
     }
 }

@@ -4,26 +4,24 @@
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
-use asperity_record::{Rupture, SlipEvent};
-use serde_json::Value;
+use asperity_record::{EventPayload, Rupture};
 
-use crate::column::{Column, Columns};
+use crate::column::Column;
 use crate::error::CompareError;
 use crate::matches::Matches;
-use crate::matching::{self, MatchError};
+use crate::matching;
 use crate::policy::{Policy, Spread, WINDOW_S, between_events_s};
 use crate::precursors::Precursors;
 use crate::progress::Cycles;
 use crate::report::{
-    Counts, FORMAT, NumberChange, Report, RunDiff, RunSide, RuptureDiff, VERSION, Verdict, pair_name,
+    Counts, FORMAT, NumberChange, ProvenanceChange, Report, RunDiff, RunSide, RuptureDiff, SettingChange,
+    VERSION, Verdict, pair_name,
 };
-use crate::row::Row;
 use crate::run_log::RunLog;
-use crate::ruptures::{self, Sorted};
 use crate::sides::{self, Logs, PairBy, Paired, Run, Side};
-use crate::table::{self, Events, Table, TableError};
+use crate::table::Table;
 use crate::tally::{self, Comparison, Draft};
-use crate::{claims, progress, provenance};
+use crate::{claims, progress, provenance, ruptures};
 
 /// How two sides are compared, and which results are kept.
 #[derive(Debug, Clone, Default)]
@@ -38,7 +36,7 @@ pub struct Settings {
     pub keep_findings: usize,
     /// How many matches the report keeps of a pair of runs.
     pub keep_matches: usize,
-    /// Run logs that the caller has read, with their summaries. Others are read here, and have none.
+    /// The run logs of both sides, which the caller has read.
     pub logs: Logs,
     /// The Parquet file to which every match is written, one of the set of files.
     pub matches_file: Option<PathBuf>,
@@ -69,16 +67,21 @@ pub fn compare(
     files.add_inputs(old.files().chain(new.files()))?;
     let Paired { pairs, unpaired } = sides::pair(&old, &new, settings.pair_by);
     let mut draft = Draft::default();
-    let matches_file = settings.matches_file.as_deref();
-    // Tables are opened for their columns only if a file depends on these.
-    let mut is_over_area = false;
-    for run in pairs.iter().flat_map(|(old, new)| [old, new]).filter(|_| matches_file.is_some()) {
-        is_over_area |= open(run)?.columns.has(Column::FirstAcross);
-    }
-    let mut matches = Matches::create(files, matches_file, is_over_area)?;
-    let mut runs = Vec::new();
+    let mut tables = Vec::new();
     for (old, new) in &pairs {
-        runs.push(compare_runs(old, new, settings, &mut draft, &mut matches)?);
+        tables.push([old.events()?, new.events()?]);
+    }
+    let is_over_area = tables.iter().flatten().any(|table| table.columns.has(Column::FIRST_ACROSS));
+    let mut matches = Matches::create(files, settings.matches_file.as_deref(), is_over_area)?;
+    let mut runs = Vec::new();
+    for ((old, new), tables) in pairs.iter().zip(tables) {
+        runs.push(compare_runs(
+            [old, new],
+            tables.each_ref().map(|table| &**table),
+            settings,
+            &mut draft,
+            &mut matches,
+        )?);
     }
     matches.finish()?;
     let counts: Counts = runs.iter().map(|run| &run.events.counts).sum();
@@ -107,95 +110,57 @@ pub fn compare(
 }
 
 fn compare_runs(
-    old: &Run,
-    new: &Run,
+    sides: [&Run; 2],
+    tables: [&Table; 2],
     settings: &Settings,
     draft: &mut Draft,
     matches: &mut Matches,
 ) -> Result<RunDiff, CompareError> {
-    let (old_table, new_table) = (open(old)?, open(new)?);
-    let (old_events, old_step_s) = step_s(old, old_table.columns, old_table.events);
-    let (new_events, new_step_s) = step_s(new, new_table.columns, new_table.events);
-    // A table without a time step is assumed to have that of the other.
-    let same_step = old_step_s.zip(new_step_s).is_none_or(|(old, new)| (old - new).abs() < 1e-6 * old);
-    let logs = old.log.as_deref().zip(new.log.as_deref());
-    if let Some((of_old, of_new)) = logs {
-        for (run, log) in [(old, of_old), (new, of_new)] {
-            if let Some(problem) = &log.problem {
-                return Err(CompareError::Log { path: run.path.clone(), problem: problem.clone() });
-            }
-        }
+    let [old, new] = sides;
+    for (run, table) in sides.into_iter().zip(tables) {
+        let path = run.path.display();
+        matching::check(table).map_err(|problem| CompareError::Input(format!("{path}: {problem}")))?;
     }
+    // A table without a time step is assumed to have that of the other.
+    let steps_s = [0, 1].map(|side| step_s(sides[side], tables[side]));
+    let same_step = steps_s[0].zip(steps_s[1]).is_none_or(|(old, new)| (old - new).abs() < 1e-6 * old);
+    let logs = old.log.as_deref().zip(new.log.as_deref()).map(|(old, new)| [old, new]);
     let policy = &settings.policy;
-    let comparison = |columns: [Columns; 2], spread: fn(&RunLog) -> Spread| Comparison {
-        columns: matching::comparable(columns[0], columns[1], same_step),
+    let comparison = |tables: [&Table; 2]| Comparison {
+        columns: matching::comparable(tables[0].columns, tables[1].columns, same_step),
         window_s: policy.window_s.unwrap_or_else(|| match logs {
-            Some((old, new)) if !same_step => between_events_s(spread(old), spread(new)),
+            Some(logs) if !same_step => between_events_s([0, 1].map(|side| spread(logs[side], tables[side]))),
             _ => WINDOW_S,
         }),
         cycles: None,
         policy,
-        old_until_s: old.side().duration_s,
-        new_until_s: new.side().duration_s,
+        until_s: sides.map(|run| run.side().duration_s),
         keep_findings: settings.keep_findings,
         keep_matches: settings.keep_matches,
     };
-    let scenario = |error| CompareError::Scenario {
-        old: old.path.clone(),
-        new: new.path.clone(),
-        error: Box::new(error),
-    };
-    let mut set_differently = Vec::new();
-    let mut ruptures = None;
-    let mut cycles = None;
-    if let Some((of_old, of_new)) = logs {
-        set_differently = provenance::settings(&of_old.provenance, &of_new.provenance).map_err(scenario)?;
-        let other_motion = set_differently.iter().any(|setting| setting.shapes_motion);
-        let columns =
-            [of_old, of_new].map(|log| Rupture::COLUMNS.and(Columns::of(log.provenance.header.parts())));
-        let compared = compare_ruptures(
-            [(old, of_old), (new, of_new)],
-            comparison(columns, RunLog::spread_of_ruptures),
-            other_motion && policy.window_s.is_none(),
-        );
-        ruptures = Some(compared.map(|(ruptures, found)| {
-            cycles = found.map(|found| {
-                found.with_window_of([of_old.spread_of_slip_events(), of_new.spread_of_slip_events()])
-            });
-            ruptures
-        }));
+    let mut of_logs = OfLogs::default();
+    if let Some(logs) = logs {
+        of_logs = OfLogs::of(sides, logs, comparison, policy)?;
+        if let Some(cycles) = &mut of_logs.cycles {
+            *cycles = cycles.with_window_of([0, 1].map(|side| spread(logs[side], tables[side])));
+        }
     }
-    let of_events = comparison([old_table.columns, new_table.columns], RunLog::spread_of_slip_events);
-    let of_events = Comparison { cycles: cycles.as_ref(), ..of_events };
+    let OfLogs { set_differently, summary, ruptures, no_ruptures, provenance, cycles } = of_logs;
     let name = pair_name(&old.name, &new.name);
     let mut precursors = Precursors::of(old, new);
-    let [old_events, new_events] = [old_events, new_events].map(|events| events.map(|event| Ok(event?)));
-    let compared = tally::compare(of_events, old_events, new_events, draft, |matched| {
+    let comparison = Comparison { cycles: cycles.as_ref(), ..comparison(tables) };
+    let events = tally::compare(comparison, tables, draft, |matched| {
         precursors.watch(&matched);
         matches.push(&name, &matched)
-    });
-    let events = compared.map_err(|error| match error {
-        MatchError::Source(error) => error,
-        MatchError::Order { side, .. } | MatchError::AtOnce { side, .. } => {
-            let path = if side == "old" { &old.path } else { &new.path };
-            CompareError::Order { path: path.clone(), problem: error.to_string() }
-        }
     })?;
-    let (ruptures, no_ruptures) = match ruptures.transpose() {
-        Ok(ruptures) => (ruptures, None),
-        Err(why) => (None, Some(why)),
-    };
     let run = RunDiff {
         set_differently,
         old: RunSide { events: events.old_rows, ..old.side() },
         new: RunSide { events: events.new_rows, ..new.side() },
-        summary: logs.map_or_else(Vec::new, |(old, new)| summaries(old, new)),
+        summary,
         ruptures,
         no_ruptures,
-        provenance: match logs {
-            Some((old, new)) => provenance::changes(&old.provenance, &new.provenance).map_err(scenario)?,
-            None => Vec::new(),
-        },
+        provenance,
         events,
         precursors: precursors.changes(),
     };
@@ -205,64 +170,94 @@ fn compare_runs(
     Ok(run)
 }
 
-/// The ruptures of two logs, paired in time or, if that is allowed, by the cycles that are returned; or
-/// why they are not compared.
-fn compare_ruptures(
-    sides: [(&Run, &RunLog); 2],
-    comparison: Comparison<'_>,
-    may_use_cycles: bool,
-) -> Result<(RuptureDiff, Option<Cycles>), String> {
-    let [old, new] = sides.map(|(run, log)| log.ruptures(&run.path));
-    let sorted = [Sorted::new(old?), Sorted::new(new?)];
-    let mut ruptures = ruptures::compare(comparison, &sorted)?;
-    let durations_s = sides.map(|(_, log)| log.provenance.duration_s());
-    let cycles = may_use_cycles
-        .then(|| progress::between(&ruptures, [&sorted[0].0, &sorted[1].0], durations_s))
-        .flatten();
-    if let Some(cycles) = &cycles {
-        let matches_in_time = ruptures.matches_in_time;
-        let comparison = Comparison { cycles: Some(cycles), ..comparison };
-        ruptures = RuptureDiff { matches_in_time, ..ruptures::compare(comparison, &sorted)? };
-    }
-    let blocks = sides.map(|(run, _)| run.header().map_or(1, |header| header.contacts().columns()));
-    // Where the drive pulls both ways, F_T is a difference, and the ratio is meaningless.
-    let has_ratio = |log: &RunLog| !log.summary.contains(&("largest_ft_fn".to_owned(), Value::Null));
-    if sides.iter().all(|(_, log)| has_ratio(log)) {
-        ruptures.reached = ruptures::reached(&sorted, blocks);
-    }
-    Ok((ruptures, cycles))
+/// What two logs have beside their slip events.
+#[derive(Default)]
+struct OfLogs {
+    set_differently: Vec<SettingChange>,
+    summary: Vec<NumberChange>,
+    ruptures: Option<RuptureDiff>,
+    no_ruptures: Option<String>,
+    provenance: Vec<ProvenanceChange>,
+    /// By which ruptures are paired, if not in time.
+    cycles: Option<Cycles>,
 }
 
-/// The slip events of a run: those that its log has kept, else read one at a time.
-fn open(run: &Run) -> Result<Table<'_>, TableError> {
-    match run.log.as_ref().and_then(|log| Some((log, log.slip_events()?))) {
-        Some((log, events)) => Ok(Table {
-            columns: Columns::of(log.provenance.header.parts()),
-            events: Box::new(events.iter().cloned().map(Ok)),
-        }),
-        None => table::open(&run.path),
+impl OfLogs {
+    fn of<'a>(
+        sides: [&Run; 2],
+        logs: [&'a RunLog; 2],
+        comparison: impl Fn([&Table; 2]) -> Comparison<'a>,
+        policy: &Policy,
+    ) -> Result<OfLogs, CompareError> {
+        let mut found = OfLogs { summary: summaries(logs)?, ..OfLogs::default() };
+        (found.set_differently, found.provenance) = provenance::between(logs.map(|log| &log.provenance))
+            .map_err(|error| {
+                let [old, new] = sides.map(|run| run.path.display());
+                CompareError::Input(format!("{old}, {new}: scenario.toml: {error}"))
+            })?;
+        let tables = match logs.map(|log| log.ruptures.as_ref()) {
+            [Some(old), Some(new)] => [old, new],
+            [old, _] => {
+                let path = sides[usize::from(old.is_some())].path.display();
+                let topic = Rupture::TOPIC;
+                found.no_ruptures = Some(format!("{path} has none (accepted: a log with the topic {topic})"));
+                return Ok(found);
+            }
+        };
+        let may_use_cycles =
+            policy.window_s.is_none() && found.set_differently.iter().any(|setting| setting.shapes_motion);
+        let comparison = comparison(tables);
+        let in_time = match ruptures::compare(comparison, tables) {
+            Ok(ruptures) => ruptures,
+            Err(why) => {
+                found.no_ruptures = Some(why);
+                return Ok(found);
+            }
+        };
+        let spreads = [0, 1].map(|side| spread(logs[side], tables[side]));
+        found.cycles = may_use_cycles
+            .then(|| progress::between(&in_time, logs.map(|log| &log.global_s[..]), spreads))
+            .flatten();
+        let matches_in_time = in_time.matches_in_time;
+        let mut ruptures = in_time;
+        if let Some(cycles) = &found.cycles {
+            let by_cycles = ruptures::compare(Comparison { cycles: Some(cycles), ..comparison }, tables);
+            ruptures = by_cycles.unwrap_or(ruptures);
+            ruptures.matches_in_time = matches_in_time;
+        }
+        // Where the drive pulls both ways, F_T is a difference, and the ratio is meaningless.
+        let none = |number: &NumberChange| number.old.is_null() || number.new.is_null();
+        if !found.summary.iter().any(|number| number.key == "largest_ft_fn" && none(number)) {
+            let blocks = logs.map(|log| log.provenance.header.contacts().columns());
+            ruptures.reached = ruptures::reached(tables, blocks);
+        }
+        found.ruptures = Some(ruptures);
+        Ok(found)
     }
+}
+
+/// The time span of the events of a log, and their number.
+fn spread(log: &RunLog, events: &Table) -> Spread {
+    Spread { events: events.len() as u64, duration_s: log.provenance.duration_s() }
 }
 
 /// The numbers of two summaries, key by key, in the order of the old one.
-fn summaries(old: &RunLog, new: &RunLog) -> Vec<NumberChange> {
-    let numbers = old.summary.iter().filter_map(|(key, old)| {
-        let (_, new) = new.summary.iter().find(|(other, _)| other == key)?;
+fn summaries(logs: [&RunLog; 2]) -> Result<Vec<NumberChange>, CompareError> {
+    let [old, new] = logs.map(|log| log.summary.as_ref().map_err(|why| CompareError::Input(why.clone())));
+    let (old, new) = (old?, new?);
+    let numbers = old.iter().filter_map(|(key, old)| {
+        let (_, new) = new.iter().find(|(other, _)| other == key)?;
         Some(NumberChange::between(key, old, new))
     });
-    numbers.collect()
+    Ok(numbers.collect())
 }
 
 /// The time step that a table counts in, s: from the run's header, else from its first event.
-fn step_s<'a>(run: &Run, columns: Columns, events: Events<'a>) -> (Events<'a>, Option<f64>) {
+fn step_s(run: &Run, table: &Table) -> Option<f64> {
     if let Some(header) = run.header() {
-        return (events, Some(header.time_step_s));
+        return Some(header.time_step_s);
     }
-    if !columns.has(Column::OnsetStep) {
-        return (events, None);
-    }
-    let mut events = events.peekable();
-    let of = |event: &SlipEvent| (event.onset_step > 0).then(|| event.onset_s / event.onset_step as f64);
-    let step_s = events.peek().and_then(|event| event.as_ref().ok().and_then(of));
-    (Box::new(events), step_s)
+    let first = table.rows().next()?;
+    let step = first.value(Column::ONSET_STEP);
+    (step > 0.0).then(|| first.onset_s() / step)
 }

@@ -31,8 +31,7 @@ use std::ops::Add;
 
 use asperity_record::BoundingBox;
 
-use crate::progress::Progress;
-use crate::row::Row;
+use crate::table::Row;
 
 /// The cost of an event without a counterpart.
 pub(crate) const ALONE: i64 = UNIT / 4 * 3;
@@ -93,10 +92,18 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// From an event, whose times the run's clock converts to places. Paired by cycles, it has no duration.
-    pub(crate) fn new(event: &impl Row, progress: &Progress, rank: u64, window_s: f64) -> Span {
-        let (onset_s, blocks) = (progress.place(event.onset_s()), event.bounding_box());
-        let end_s = if progress.is_time() { event.end_s() } else { Some(onset_s) };
+    /// From an event that starts at a place and reaches no farther than another; where places are no times, it
+    /// has no duration.
+    pub(crate) fn new(
+        event: Row<'_>,
+        place: f64,
+        is_time: bool,
+        rank: u64,
+        window: f64,
+        farthest: f64,
+    ) -> Span {
+        let (onset_s, blocks) = (place, event.bounding_box());
+        let end_s = if is_time { event.end_s() } else { Some(onset_s) };
         let mut checksum = onset_s.to_bits();
         let end = end_s.map_or(0, f64::to_bits);
         // Includes its number, which distinguishes two equal rows.
@@ -113,7 +120,7 @@ impl Span {
             end_s: end_s.unwrap_or(f64::INFINITY),
             blocks,
             block_count: blocks.count(),
-            reach_s: end_s.unwrap_or(onset_s).max(onset_s + window_s),
+            reach_s: end_s.unwrap_or(onset_s).max(onset_s + window).min(farthest),
             rank,
             checksum,
         }

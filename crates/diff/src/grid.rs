@@ -4,8 +4,7 @@
 use crate::cost::{self, ALONE, BEGUN, Cost, Overlap, Span};
 
 /// The group that is still open on a path through the grid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Mode {
     /// Nothing.
     Between,
@@ -21,18 +20,14 @@ pub(crate) enum Mode {
 
 pub(crate) const MODES: [Mode; 5] = [Mode::Between, Mode::Split1, Mode::Split2, Mode::Merge1, Mode::Merge2];
 
-/// A mode in a set of them.
-#[inline]
-pub(crate) fn bit(mode: Mode) -> u8 {
-    1 << mode as u8
-}
-
 /// The last move of the cheapest path to a state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) enum Move {
     /// There is no path.
+    #[default]
     None,
+    /// Paths start here.
+    Origin,
     /// An old event is left over.
     SkipOld,
     /// A new event is left over.
@@ -51,48 +46,8 @@ pub(crate) enum Move {
     Further,
 }
 
-const MOVES: [Move; 9] = [
-    Move::None,
-    Move::SkipOld,
-    Move::SkipNew,
-    Move::Pair,
-    Move::CloseSplit,
-    Move::CloseMerge,
-    Move::Start,
-    Move::Second,
-    Move::Further,
-];
-
-/// The last moves to the five states of a cell, four bits each, and above them a bit for each state
-/// that a path leads to.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Moves(u32);
-
-/// Offset of the bits that mark states with a path.
-const LIVE: u32 = 20;
-
-impl Moves {
-    pub(crate) fn get(self, mode: Mode) -> Move {
-        MOVES[(self.0 >> (4 * mode as u32) & 0xf) as usize]
-    }
-
-    /// The set of modes that a path leads to.
-    #[inline]
-    pub(crate) fn live(self) -> u8 {
-        (self.0 >> LIVE) as u8
-    }
-
-    #[inline]
-    fn set(&mut self, mode: Mode, last: Move) {
-        let shift = 4 * mode as u32;
-        self.0 = self.0 & !(0xf << shift) | (last as u32) << shift | u32::from(bit(mode)) << LIVE;
-    }
-
-    /// Ends the paths here, but keeps how they came.
-    fn close(&mut self) {
-        self.0 &= (1 << LIVE) - 1;
-    }
-}
+/// The last moves to the five states of a cell.
+pub(crate) type Moves = [Move; 5];
 
 /// A state: the numbers of old and new events consumed, and the mode.
 pub(crate) type State = (usize, usize, Mode);
@@ -118,7 +73,7 @@ impl CostRow {
     /// A row with one cell, where paths start.
     pub(crate) fn start(taken: usize) -> CostRow {
         let mut row = CostRow::cleared(taken, taken, Vec::new());
-        row.offer(taken, Mode::Between, Cost::NONE, Move::None);
+        row.offer(taken, Mode::Between, Cost::NONE, Move::Origin);
         row
     }
 
@@ -138,23 +93,29 @@ impl CostRow {
     pub(crate) fn offer(&mut self, taken: usize, mode: Mode, cost: Cost, last: Move) {
         let cell = taken - self.from;
         let (moves, best) = (&mut self.moves[cell], &mut self.costs[cell][mode as usize]);
-        if moves.live() & bit(mode) == 0 || cost < *best {
-            *best = cost;
-            moves.set(mode, last);
+        let moves = &mut moves[mode as usize];
+        if *moves == Move::None || cost < *best {
+            (*best, *moves) = (cost, last);
         }
     }
 
-    /// Extends paths along the row and to the next one, which also consumes the old event `whole`. `news`
-    /// are the new events from the next row's first cell to its last: earlier ones are too far from this
-    /// old event and all later ones.
-    pub(crate) fn advance(&mut self, next: &mut CostRow, whole: &Span, news: &[Span], window_s: f64) {
+    /// Extends paths along the row, up to `end` new events, and to the next one, which also consumes the old
+    /// event `whole`. New events before the next row's first cell are too far from this old event and all
+    /// later ones.
+    pub(crate) fn advance<'a>(
+        &mut self,
+        next: &mut CostRow,
+        end: usize,
+        whole: &Span,
+        news: impl Fn(usize) -> &'a Span,
+        window_s: f64,
+    ) {
         let near = next.from;
-        let end = near + news.len();
+        self.reach_to(end);
         for new in self.from..=end {
-            let live = self.moves[new - self.from].live();
+            let live = self.moves[new - self.from].map(|last| last != Move::None);
             let [between, split1, split2, merge1, merge2] = self.costs[new - self.from];
-            let [is_between, is_split1, is_split2, is_merge1, is_merge2] =
-                MODES.map(|mode| live & bit(mode) != 0);
+            let [is_between, is_split1, is_split2, is_merge1, is_merge2] = live;
             if new >= near {
                 if is_between {
                     next.offer(new, Mode::Between, between.and(ALONE), Move::SkipOld);
@@ -187,7 +148,7 @@ impl CostRow {
             if is_merge2 {
                 next.offer(new, Mode::Merge2, merge2.and(ALONE), Move::SkipOld);
             }
-            let other = &news[new - near];
+            let other = news(new);
             // The reach of the one that starts first counts.
             let may_meet = match whole.onset_s <= other.onset_s {
                 true => other.onset_s <= whole.reach_s,
@@ -232,16 +193,14 @@ impl CostRow {
     pub(crate) fn run_to(&mut self, end: usize) {
         self.reach_to(end);
         for new in self.from..end {
-            let cell = new - self.from;
-            let [between, .., merge] = self.costs[cell];
-            let live = self.moves[cell].live();
-            if live & bit(Mode::Between) != 0 {
+            let [between, .., merge] = self.costs[new - self.from];
+            let [is_between, .., is_merge] = self.moves[new - self.from].map(|last| last != Move::None);
+            if is_between {
                 self.offer(new + 1, Mode::Between, between.and(ALONE), Move::SkipNew);
             }
-            if live & bit(Mode::Merge2) != 0 {
+            if is_merge {
                 self.offer(new + 1, Mode::Between, merge, Move::CloseMerge);
             }
-            self.moves[cell].close();
         }
     }
 }

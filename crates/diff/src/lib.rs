@@ -29,55 +29,38 @@
 //!
 //! use asperity_diff::column::Columns;
 //! use asperity_diff::matching::match_tables;
-//! use asperity_record::SlipEvent;
+//! use asperity_diff::table::Table;
+//! use asperity_record::{Parts, SlipEvent};
 //!
-//! let event = |event: u64, onset_s: f64, first_block: u32, last_block: u32| SlipEvent {
+//! let event = |event: u64, onset_s: f64, last_block: u32| SlipEvent {
+//!     event,
 //!     onset_s,
 //!     end_s: Some(onset_s + 0.01),
-//!     first_block,
+//!     first_block: 1,
 //!     last_block,
-//!     // Loads, steps and the like.
-//!     # max_sliding: 1,
-//!     # ft_fn_onset: 0.1,
-//!     # ft_fn_end: Some(0.1),
-//!     # event,
-//!     # onset_step: (onset_s * 1e7) as u64,
-//!     # end_step: Some((onset_s * 1e7) as u64 + 100_000),
-//!     # blocks_slipped: last_block - first_block + 1,
-//!     # nucleation_block: first_block,
-//!     # ft_fn_min: 0.1,
-//!     # ft_fn_max: 0.1,
-//!     # open: false,
-//!     # breaks_onset: None,
-//!     # breaks_end: None,
-//!     # repins_onset: None,
-//!     # repins_end: None,
-//!     # peak_velocity_m_per_s: None,
-//!     # first_across: None,
-//!     # last_across: None,
+//!     ..SlipEvent::default()
 //! };
-//! let old = [event(0, 0.1, 1, 5), event(1, 0.2, 1, 9), event(2, 0.3, 1, 17)];
+//! let old = Table::of(Parts::default(), &[event(0, 0.1, 5), event(1, 0.2, 9), event(2, 0.3, 17)]);
 //! // Without the second event the third has another number, and is the same event.
-//! let new = [event(0, 0.1, 1, 5), event(1, 0.3, 1, 17)];
+//! let new = Table::of(Parts::default(), &[event(0, 0.1, 5), event(1, 0.3, 17)]);
 //!
-//! let [old, new] = [&old[..], &new[..]].map(|table| table.iter().cloned().map(Ok::<_, Infallible>));
-//! let mut told = Vec::new();
-//! match_tables(old, new, Columns::ALL, 1e-3, |group| {
-//!     told.push((group.old.len(), group.new.len(), group.identical));
-//!     Ok(())
+//! let mut found = Vec::new();
+//! match_tables([&old, &new], Columns::ALL, 1e-3, None, |group| {
+//!     found.push((group.old.len(), group.new.len(), group.identical));
+//!     Ok::<(), Infallible>(())
 //! })?;
-//! assert_eq!(told, [(1, 1, true), (1, 0, false), (1, 1, true)]);
-//! # Ok::<(), asperity_diff::matching::MatchError<Infallible>>(())
+//! assert_eq!(found, [(1, 1, true), (1, 0, false), (1, 1, true)]);
+//! # Ok::<(), Infallible>(())
 //! ```
 //!
-//! In reading order, first the matching of two tables, which reads no files:
+//! In reading order, first the matching of two tables:
 //!
-//! - [`mod@column`], [`row`]: the columns of the event table, and the rows that have them.
+//! - [`mod@column`]: the columns of the event table, and the role of each.
+//! - [`table`]: a table of events in memory, from a run log, a CSV or a Parquet file.
 //! - [`progress`]: cycles between global slips, used to pair runs of two parameter sets.
 //! - `cost`: the cost of matching events.
 //! - `grid`: one step of looking for the matching that costs least.
-//! - `pending`: one table as it is read.
-//! - [`matching`]: that matching, found as the tables are read.
+//! - [`matching`]: that matching.
 //! - [`policy`]: which differences are ignored, and which are allowed.
 //! - [`classify`]: classes of matched events.
 //! - [`statistics`]: distributions, where events have no counterparts.
@@ -85,7 +68,7 @@
 //!
 //! Then the sides and their files:
 //!
-//! - [`run_log`], [`table`]: reads run logs, and the slip events of tables one at a time.
+//! - [`run_log`]: what is compared of a run log.
 //! - [`sides`]: the runs of each side, and their pairs.
 //! - [`provenance`]: differences between two runs beside their events.
 //! - `ruptures`: the ruptures of two runs, and how those that pair differ.
@@ -108,14 +91,12 @@ mod grid;
 mod matches;
 pub mod matching;
 pub mod page;
-mod pending;
 pub mod policy;
 mod precursors;
 pub mod progress;
 pub mod provenance;
 mod reading;
 pub mod report;
-pub mod row;
 pub mod run_log;
 mod ruptures;
 pub mod sides;
@@ -124,6 +105,5 @@ pub mod summary;
 pub mod table;
 pub mod tally;
 
-pub use claims::ClaimsError;
 pub use compare::{Compared, Settings, compare};
 pub use error::CompareError;

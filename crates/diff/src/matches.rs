@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use asperity_files::FileSet;
-use asperity_record::{BoundingBox, SlipEvent};
+use asperity_record::BoundingBox;
 use asperity_tables::event_file::{MatchFile, MatchRow, MatchSide};
 
+use crate::column::Column;
 use crate::error::CompareError;
+use crate::table::Row;
 use crate::tally::Matched;
 
 /// The file of matches, if one was asked for.
@@ -23,24 +25,26 @@ impl Matches {
         file.transpose().map(Matches).map_err(CompareError::NoMatchesFile)
     }
 
-    pub(crate) fn push(&mut self, run: &str, matched: &Matched<'_, SlipEvent>) -> Result<(), CompareError> {
+    pub(crate) fn push(&mut self, run: &str, matched: &Matched<'_>) -> Result<(), CompareError> {
         let Some(file) = &mut self.0 else { return Ok(()) };
-        let side = |events: &[SlipEvent]| {
+        let side = |events: &[Row<'_>]| {
             let (first, last) = (events.first()?, events.last()?);
             let BoundingBox { columns, rows } =
-                BoundingBox::over(events.iter().map(SlipEvent::bounding_box))?;
-            let is_over_area = first.first_across.is_some();
+                BoundingBox::over(events.iter().map(|event| event.bounding_box()))?;
+            let across = first.across().map(|_| rows);
             Some(MatchSide {
                 events: events.len() as u32,
-                event: first.event,
-                last_event: last.event,
-                onset_s: first.onset_s,
-                end_s: last.end_s,
+                event: first.number(),
+                last_event: last.number(),
+                onset_s: first.onset_s(),
+                end_s: last.end_s(),
                 first_block: columns.first,
                 last_block: columns.last,
-                first_across: is_over_area.then_some(rows.first),
-                last_across: is_over_area.then_some(rows.last),
-                ft_fn_onset: first.ft_fn_onset,
+                first_across: across.map(|rows| rows.first),
+                last_across: across.map(|rows| rows.last),
+                ft_fn_onset: Some(first.value(Column::FT_FN_ONSET))
+                    .filter(|load| !load.is_nan())
+                    .unwrap_or(0.0),
             })
         };
         let row = MatchRow {

@@ -1,9 +1,9 @@
-//! The matching of least cost (`cost.rs`) between two tables, as they are read.
+//! The matching of least cost (`cost.rs`) between two tables.
 //!
 //! Slip events of one run follow each other in time, so a matching need not cross itself: it is a path
 //! through the grid of (old events consumed, new events consumed), and the cheapest path is found row by
-//! row, as in the alignment of sequences (Needleman and Wunsch 1970). The modes of a state represent an
-//! open split or merge, which may thus have any number of parts at one move each.
+//! row (`grid.rs`), as in the alignment of sequences (Needleman and Wunsch 1970). The modes of a state
+//! represent an open split or merge, which may thus have any number of parts at one move each.
 //!
 //! Three restrictions keep this near linear; the result is optimal among the matchings that they allow:
 //!
@@ -12,310 +12,314 @@
 //! - An event is compared with those that start before its end or within one window of its onset, and
 //!   before the [`NEAREST`]th later event of its own side; in two chattering runs that leaves a few dozen
 //!   candidates. The rule applies to the earlier of two events, whichever its side.
-//! - Once all open paths share one state, everything before it is settled and freed. Only the undecided
-//!   stretch stays in memory, not the table.
+//! - Once all open paths share one state, everything before it is settled: of the grid, only the undecided
+//!   stretch is in memory.
 
 use std::collections::VecDeque;
 
-use asperity_record::BoundingBox;
+use asperity_record::{BoundingBox, Role};
 
-use crate::column::{Column, Columns, Kind};
-use crate::cost::Cost;
-use crate::grid::{CostRow, MODES, Mode, Move, Moves, State, bit};
-use crate::pending::Pending;
-pub use crate::pending::{MOST_AT_ONCE, MatchError, NEAREST};
+use crate::column::{Column, Columns};
+use crate::cost::Span;
+use crate::grid::{CostRow, MODES, Mode, Move, Moves, State};
 use crate::progress::Cycles;
-use crate::row::Row;
+use crate::table::{Row, Table, in_order};
+
+/// Number of later events of its own side up to which an event is compared. If more of them start within
+/// one window, their assignment is arbitrary anyway.
+pub const NEAREST: usize = 32;
+
+/// Most events with the same onset, which are all compared with each other. A run has one per onset.
+pub const MOST_AT_ONCE: usize = 100;
 
 /// Rows between searches for a state that all paths share.
 const ROWS_BETWEEN_FLUSHES: usize = 64;
 
 /// Events that belong together, in order of onset on each side.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Group<R> {
+#[derive(Debug, Clone)]
+pub struct Group<'a> {
     /// The old events.
-    pub old: Vec<R>,
+    pub old: Vec<Row<'a>>,
     /// The new events.
-    pub new: Vec<R>,
+    pub new: Vec<Row<'a>>,
     /// Whether they are one old and one new event, equal in all compared columns.
     pub identical: bool,
+    /// The place of the earliest of them.
+    place: f64,
 }
 
-impl<R: Row> Group<R> {
+impl Group<'_> {
     /// The earliest onset of its events, s.
     pub fn onset_s(&self) -> f64 {
-        let first = |events: &[R]| events.first().map_or(f64::INFINITY, R::onset_s);
+        let first = |events: &[Row<'_>]| events.first().map_or(f64::INFINITY, |event| event.onset_s());
         first(&self.old).min(first(&self.new))
+    }
+
+    /// The order of groups of one place, which does not depend on the side.
+    fn key(&self) -> (f64, Option<BoundingBox>) {
+        let all = || self.old.iter().chain(&self.new);
+        let end_s = all().map(|event| event.end_s().unwrap_or(event.onset_s())).fold(0.0, f64::max);
+        (end_s, BoundingBox::over(all().map(|event| event.bounding_box())))
     }
 }
 
-/// Matches two tables in time and hands out the groups in order of their onsets.
+/// Matches two tables in time, or by cycles, with the window of these, and hands out the groups in that order.
 ///
 /// # Errors
-/// If a table cannot be read or is not in order, or `emit` fails.
-pub fn match_tables<R: Row, E>(
-    old: impl Iterator<Item = Result<R, E>>,
-    new: impl Iterator<Item = Result<R, E>>,
+/// If `emit` fails. Tables that [`check`] refuses are matched in no particular way.
+pub fn match_tables<'a, E>(
+    tables: [&'a Table; 2],
     columns: Columns,
     window_s: f64,
-    emit: impl FnMut(Group<R>) -> Result<(), E>,
-) -> Result<(), MatchError<E>> {
-    match_by(old, new, columns, window_s, None, emit)
-}
-
-/// Matches two tables in time, or by cycles, and hands out the groups in that order.
-pub(crate) fn match_by<R: Row, E>(
-    old: impl Iterator<Item = Result<R, E>>,
-    new: impl Iterator<Item = Result<R, E>>,
-    columns: Columns,
-    window_s: f64,
-    cycles: Option<&Cycles>,
-    emit: impl FnMut(Group<R>) -> Result<(), E>,
-) -> Result<(), MatchError<E>> {
-    let window_s = cycles.map_or(window_s, |cycles| cycles.window);
-    let [old_progress, new_progress] = cycles.map_or_else(Default::default, |cycles| cycles.progress.clone());
-    let compared = columns.iter().filter(|column| column.kind() != Kind::Number).collect::<Columns>();
-    let mut matcher = Matcher {
-        old: Pending::new("old", old, old_progress),
-        new: Pending::new("new", new, new_progress),
-        twins: VecDeque::new(),
-        columns: compared,
-        window_s,
-        onsets: 0,
+    cycles: Option<&'a Cycles>,
+    emit: impl FnMut(Group<'a>) -> Result<(), E>,
+) -> Result<(), E> {
+    let compared: Columns = columns.iter().filter(|column| column.role() != Role::Number).collect();
+    let [old, new] = Side::of(tables, compared, cycles);
+    let matcher = Matcher {
+        twins: twins(&old, &new, compared),
+        old,
+        new,
+        window: cycles.map_or(window_s, |cycles| cycles.window),
+        cycles,
         rows: VecDeque::new(),
         settled: (0, 0),
         row: CostRow::start(0),
-        spare: Vec::new(),
-        flush_at: ROWS_BETWEEN_FLUSHES,
         held: Vec::new(),
         emit,
     };
     matcher.run()
 }
 
-struct Matcher<O, N, R, F> {
-    old: Pending<O, R>,
-    new: Pending<N, R>,
-    /// Events that are equal in every column compared and lie ahead, by their numbers.
-    twins: VecDeque<(usize, usize)>,
-    columns: Columns,
-    window_s: f64,
-    /// Number of different onsets read.
-    onsets: u64,
-    /// Rows that are finished and not settled: their first cells, and the moves.
+/// Columns in which two tables can be compared: those that both have, without steps if the time steps
+/// differ.
+pub fn comparable(old: Columns, new: Columns, same_step: bool) -> Columns {
+    let is_comparable = |column: &Column| same_step || column.role() != Role::Step;
+    old.and(new).iter().filter(is_comparable).collect()
+}
+
+/// Why a table cannot be matched: events must be in order of their onsets, and few with the same one.
+///
+/// # Errors
+/// The events that are out of order, or too many at once.
+pub fn check(table: &Table) -> Result<(), String> {
+    let (mut before_s, mut at_once) = (f64::NEG_INFINITY, 0);
+    for row in table.rows() {
+        let (event, onset_s) = (row.number(), row.onset_s());
+        // Written so that a NaN onset counts as out of order.
+        let in_order = onset_s >= before_s && onset_s.is_finite();
+        if !in_order {
+            return Err(format!(
+                "event {event} starts at {onset_s} s, the one before it at {before_s} s (accepted: events in order \
+                 of their onsets)"
+            ));
+        }
+        at_once = if onset_s == before_s { at_once + 1 } else { 1 };
+        if at_once > MOST_AT_ONCE {
+            return Err(format!(
+                "more than {MOST_AT_ONCE} events start at {onset_s} s (accepted: one in a step, as in a run; up to \
+                 {MOST_AT_ONCE} where times are rounded)"
+            ));
+        }
+        before_s = onset_s;
+    }
+    Ok(())
+}
+
+/// One side: its events, those of one onset in an order that does not depend on the table's.
+struct Side<'a> {
+    table: &'a Table,
+    order: Vec<u32>,
+    /// Where each starts: at its onset, s, or at a place in the cycles.
+    places: Vec<f64>,
+    /// Number of different places before, on both sides.
+    ranks: Vec<u32>,
+}
+
+impl<'a> Side<'a> {
+    fn of(tables: [&'a Table; 2], columns: Columns, cycles: Option<&Cycles>) -> [Side<'a>; 2] {
+        let mut sides = [0, 1].map(|side| {
+            let table = tables[side];
+            let mut order: Vec<u32> = (0..table.len() as u32).collect();
+            let row = |row: u32| table.row(row as usize);
+            let is_at_once = |a: &u32, b: &u32| row(*a).onset_s() == row(*b).onset_s();
+            for at_once in order.chunk_by_mut(is_at_once).filter(|rows| rows.len() > 1) {
+                at_once.sort_by(|&a, &b| in_order(row(a), row(b), columns.iter().chain([Column::EVENT])));
+            }
+            let places = table.rows().map(|row| match cycles {
+                Some(cycles) => cycles.progress[side].place(row.onset_s()),
+                None => row.onset_s(),
+            });
+            Side { places: places.collect(), ranks: Vec::with_capacity(table.len()), order, table }
+        });
+        let (mut next, mut rank) = ([0, 0], 0);
+        loop {
+            let place = sides[0].place(next[0]).min(sides[1].place(next[1]));
+            if place == f64::INFINITY {
+                return sides;
+            }
+            for (side, next) in sides.iter_mut().zip(&mut next) {
+                while side.place(*next) == place {
+                    side.ranks.push(rank);
+                    *next += 1;
+                }
+            }
+            rank += 1;
+        }
+    }
+
+    fn row(&self, event: usize) -> Row<'a> {
+        self.table.row(self.order[event] as usize)
+    }
+
+    /// Where an event starts; infinite after the last.
+    fn place(&self, event: usize) -> f64 {
+        self.places.get(event).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// The quantities of an event that are compared. It reaches no farther than the later events of its side.
+    fn span(&self, event: usize, is_time: bool, window: f64) -> Span {
+        let farthest = self.place(event + NEAREST);
+        Span::new(self.row(event), self.places[event], is_time, self.ranks[event].into(), window, farthest)
+    }
+}
+
+/// Events that are equal in every column compared, as far as they need not cross.
+fn twins(old: &Side<'_>, new: &Side<'_>, columns: Columns) -> VecDeque<(u32, u32)> {
+    let mut twins = VecDeque::new();
+    let mut next = 0;
+    for n in 0..old.order.len() {
+        while new.place(next) < old.places[n] {
+            next += 1;
+        }
+        let at_once = (next..new.order.len()).take_while(|&new_n| new.places[new_n] == old.places[n]);
+        let is_twin =
+            |other: &usize| columns.iter().all(|column| old.row(n).is_same(new.row(*other), column));
+        if let Some(twin) = { at_once }.find(is_twin) {
+            twins.push_back((n as u32, twin as u32));
+            next = twin + 1;
+        }
+    }
+    twins
+}
+
+struct Matcher<'a, F> {
+    old: Side<'a>,
+    new: Side<'a>,
+    /// Events that are equal and lie ahead.
+    twins: VecDeque<(u32, u32)>,
+    window: f64,
+    cycles: Option<&'a Cycles>,
+    /// Rows of the grid that are finished and not settled: their first cells, and the moves.
     rows: VecDeque<(usize, Vec<Moves>)>,
     /// The state that all paths share: old and new events consumed.
     settled: (usize, usize),
     /// The row at hand, number `settled.0 + rows.len()`.
     row: CostRow,
-    /// Memory of a row that is finished, for the next one.
-    spare: Vec<[Cost; 5]>,
-    flush_at: usize,
     /// Groups that are settled, but may not be the next in time.
-    held: Vec<Group<R>>,
+    held: Vec<Group<'a>>,
     emit: F,
 }
 
-impl<O, N, R, F, E> Matcher<O, N, R, F>
+impl<'a, F, E> Matcher<'a, F>
 where
-    O: Iterator<Item = Result<R, E>>,
-    N: Iterator<Item = Result<R, E>>,
-    R: Row,
-    F: FnMut(Group<R>) -> Result<(), E>,
+    F: FnMut(Group<'a>) -> Result<(), E>,
 {
-    fn run(&mut self) -> Result<(), MatchError<E>> {
-        loop {
-            let taken = self.settled.0 + self.rows.len();
-            if taken == self.old.read() {
-                if !self.read_onset()? {
-                    return self.finish();
-                }
-                // Not if there is also an old event with this onset, which may match the new ones.
-                let is_at_end = taken == self.old.read();
-                if is_at_end && self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
-                    self.roll()?;
-                }
+    fn run(mut self) -> Result<(), E> {
+        let mut flush_at = ROWS_BETWEEN_FLUSHES;
+        // The quantities of new events from one on, up to the last that was compared.
+        let mut spans: VecDeque<Span> = VecDeque::new();
+        let mut first = 0;
+        // Memory of a row that is finished, for the next one.
+        let mut spare = Vec::new();
+        for taken in 0..self.old.order.len() {
+            if let Some((_, new)) = self.twins.pop_front_if(|(old, _)| *old as usize == taken) {
+                self.pass(taken, new as usize);
+                self.hold(vec![self.old.row(taken)], vec![self.new.row(new as usize)], true);
+                self.release()?;
+                flush_at = ROWS_BETWEEN_FLUSHES;
                 continue;
             }
-            self.read_ahead(taken)?;
-            match self.twins.front() {
-                Some(&(old, new)) if old == taken => self.pass_twins(new)?,
-                _ => self.take_row(taken),
+            let whole = self.old.span(taken, self.cycles.is_none(), self.window);
+            // New events in the row: those within reach, and up to the next event that has a twin.
+            let mut end = self.row.from + self.row.moves.len() - 1;
+            while self.new.place(end) <= whole.reach_s {
+                end += 1;
             }
-            if self.rows.len() >= self.flush_at {
-                self.flush()?;
+            end = self.twins.front().map_or(end, |&(_, new)| end.min(new as usize));
+            spans.drain(..self.row.from.saturating_sub(first).min(spans.len()));
+            first = self.row.from;
+            spans.extend(
+                (first + spans.len()..end).map(|new| self.new.span(new, self.cycles.is_none(), self.window)),
+            );
+            // Those that no old event from this one on reaches never meet one.
+            let near =
+                first + spans.iter().take(end - first).take_while(|new| new.reach_s < whole.onset_s).count();
+            let mut next = CostRow::cleared(near, end, spare);
+            self.row.advance(&mut next, end, &whole, |new| &spans[new - first], self.window);
+            let row = std::mem::replace(&mut self.row, next);
+            self.rows.push_back((row.from, row.moves));
+            spare = row.costs;
+            if self.rows.len() >= flush_at {
+                flush_at = if self.flush()? { self.rows.len() + ROWS_BETWEEN_FLUSHES } else { 2 * flush_at };
             }
         }
+        self.pass(self.old.order.len(), self.new.order.len());
+        self.release()
     }
 
-    /// Reads the events of the next onset of both sides; `false` after the last.
-    fn read_onset(&mut self) -> Result<bool, MatchError<E>> {
-        let onset_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
-        if onset_s == f64::INFINITY {
+    /// Leads all paths to a state without an open group, settles all before it, and passes one event of each
+    /// side there, which are twins or the end.
+    fn pass(&mut self, old: usize, new: usize) {
+        self.row.run_to(new);
+        let row = std::mem::replace(&mut self.row, CostRow::start(new + 1));
+        self.rows.push_back((row.from, row.moves));
+        self.settle((old, new, Mode::Between));
+        self.rows.clear();
+        self.settled = (old + 1, new + 1);
+    }
+
+    /// Settles the common part of all open paths, if there is any.
+    fn flush(&mut self) -> Result<bool, E> {
+        let common = self.common();
+        if common == (self.settled.0, self.settled.1, Mode::Between) {
             return Ok(false);
         }
-        let (old, new) = (self.old.read(), self.new.read());
-        self.old.read_onset(onset_s, self.onsets, self.columns, self.window_s)?;
-        self.new.read_onset(onset_s, self.onsets, self.columns, self.window_s)?;
-        self.onsets += 1;
-        let mut next = new;
-        for old in old..self.old.read() {
-            let event = self.old.event(old);
-            let twin = (next..self.new.read()).find(|&new| self.equal(event, self.new.event(new)));
-            if let Some(new) = twin {
-                self.twins.push_back((old, new));
-                next = new + 1;
-            }
-        }
+        self.settle(common);
+        self.rows.drain(..common.0 - self.settled.0);
+        self.settled = (common.0, common.1);
+        self.release()?;
         Ok(true)
     }
 
-    fn equal(&self, old: &R, new: &R) -> bool {
-        self.columns.iter().all(|column| old.cell(column) == new.cell(column))
-    }
-
-    /// Reads all events that the old event `taken` is compared with.
-    fn read_ahead(&mut self, taken: usize) -> Result<(), MatchError<E>> {
-        loop {
-            let next_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
-            if next_s > self.old.span(taken).reach_s {
-                return Ok(());
-            }
-            self.read_onset()?;
-        }
-    }
-
-    /// New events in the row of an old event: those within its reach, and up to the next event that has a
-    /// twin.
-    fn row_end(&self, taken: usize) -> usize {
-        let mut end = self.row.from + self.row.moves.len() - 1;
-        let reach_s = self.old.span(taken).reach_s;
-        while self.new.onset_s(end).is_some_and(|new_s| new_s <= reach_s) {
-            end += 1;
-        }
-        self.twins.front().map_or(end, |&(_, new)| end.min(new))
-    }
-
-    /// Extends paths along the current row and to the next one, which consumes one more old event.
-    fn take_row(&mut self, taken: usize) {
-        let end = self.row_end(taken);
-        let whole = *self.old.span(taken);
-        let near = self.first_within_sight(self.row.from, end, whole.onset_s);
-        let next = CostRow::cleared(near, end, std::mem::take(&mut self.spare));
-        let mut row = std::mem::replace(&mut self.row, next);
-        row.reach_to(end);
-        row.advance(&mut self.row, &whole, self.new.spans(near, end), self.window_s);
-        self.rows.push_back((row.from, row.moves));
-        self.spare = row.costs;
-    }
-
-    /// The first new event, from one of them up to another, that may meet an old one of this
-    /// onset or a later one. Those before it never will.
-    fn first_within_sight(&self, from: usize, end: usize, onset_s: f64) -> usize {
-        let from = from.max(self.new.first).min(end);
-        let is_far = |&new: &usize| self.new.span(new).reach_s < onset_s;
-        from + (from..end).take_while(is_far).count()
-    }
-
-    /// Leads all paths to `end` new events, without taking an old one.
-    fn run_out(&mut self, end: usize) {
-        self.row.run_to(end);
-        let row = std::mem::replace(&mut self.row, CostRow::start(end));
-        self.rows.push_back((row.from, row.moves));
-    }
-
-    /// While no old event comes, settles the new ones that the next will be too late for.
-    fn roll(&mut self) -> Result<(), MatchError<E>> {
-        let next_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
-        let near = self.first_within_sight(self.row.from, self.new.read(), next_s);
-        // New events with a twin wait for it.
-        let near = self.twins.front().map_or(near, |&(_, new)| near.min(new));
-        if near < self.new.first + ROWS_BETWEEN_FLUSHES / 2 {
-            return Ok(());
-        }
-        self.row.run_to(near);
-        self.flush()?;
-        // Cells of settled events are of no more use.
-        let settled = self.settled.1.saturating_sub(self.row.from);
-        self.row.costs.drain(..settled);
-        self.row.moves.drain(..settled);
-        self.row.from += settled;
-        Ok(())
-    }
-
-    /// Settles all before a pair of twins, and the pair.
-    fn pass_twins(&mut self, new: usize) -> Result<(), MatchError<E>> {
-        let old = self.settled.0 + self.rows.len();
-        self.run_out(new);
-        self.settle((old, new, Mode::Between));
-        self.rows.clear();
-        self.twins.pop_front();
-        let (old_twin, new_twin) = (self.old.event(old).clone(), self.new.event(new).clone());
-        self.held.push(Group { old: vec![old_twin], new: vec![new_twin], identical: true });
-        self.old.settle(old + 1);
-        self.new.settle(new + 1);
-        self.settled = (old + 1, new + 1);
-        self.row = CostRow::start(new + 1);
-        self.flush_at = ROWS_BETWEEN_FLUSHES;
-        self.release()
-    }
-
-    /// After the last old event: the remaining new events are extra.
-    fn finish(&mut self) -> Result<(), MatchError<E>> {
-        let old = self.settled.0 + self.rows.len();
-        let end = self.new.read();
-        self.run_out(end);
-        self.settle((old, end, Mode::Between));
-        self.rows.clear();
-        self.settled = (old, end);
-        self.release()
-    }
-
-    /// Settles the common part of all open paths.
-    fn flush(&mut self) -> Result<(), MatchError<E>> {
-        let start = (self.settled.0, self.settled.1, Mode::Between);
-        let Some(common) = self.common() else { unreachable!("there is a path to every row") };
-        if common == start {
-            self.flush_at *= 2;
-            return Ok(());
-        }
-        self.settle(common);
-        let (old, new, _) = common;
-        self.rows.drain(..old - self.settled.0);
-        self.settled = (old, new);
-        self.flush_at = self.rows.len() + ROWS_BETWEEN_FLUSHES;
-        self.release()
-    }
-
-    /// The last state, at the end of a row's paths from the row before, that all open paths go
-    /// through.
-    fn common(&self) -> Option<State> {
+    /// The last state, at the end of a row's paths from the row before, that all open paths go through.
+    fn common(&self) -> State {
         let mut row = self.settled.0 + self.rows.len();
-        // States of a row that lie on an open path: one bit per mode.
+        // States of a row that lie on an open path.
+        let live = |moves: &Moves| moves.map(|last| last != Move::None);
         let mut from = self.row.from;
-        let mut open: Vec<u8> = self.row.moves.iter().map(|moves| moves.live()).collect();
+        let mut open: Vec<[bool; 5]> = self.row.moves.iter().map(live).collect();
         loop {
-            if open.iter().map(|set| set.count_ones()).sum::<u32>() == 1 {
-                let cell = open.iter().position(|&set| set != 0)?;
-                if open[cell] == bit(Mode::Between) {
-                    return Some((row, from + cell, Mode::Between));
-                }
+            let states = open.iter().flatten().filter(|is_open| **is_open).count();
+            let between = open.iter().position(|modes| modes[Mode::Between as usize]);
+            if let Some(cell) = between.filter(|_| states == 1) {
+                return (row, from + cell, Mode::Between);
             }
             if row == self.settled.0 {
-                return Some((row, self.settled.1, Mode::Between));
+                return (row, self.settled.1, Mode::Between);
             }
             let (before_from, moves) = &self.rows[row - 1 - self.settled.0];
-            let mut before = vec![0; moves.len()];
+            let mut before = vec![[false; 5]; moves.len()];
             for cell in (0..open.len()).rev() {
-                let mut here = open[cell];
-                while here != 0 {
-                    let mode = MODES[here.trailing_zeros() as usize];
-                    here &= here - 1;
+                for mode in MODES {
+                    if !open[cell][mode as usize] {
+                        continue;
+                    }
                     let ((old, new, mode), _) = self.before((row, from + cell, mode));
                     if old == row {
-                        open[new - from] |= bit(mode);
+                        open[new - from][mode as usize] = true;
                     } else {
-                        before[new - before_from] |= bit(mode);
+                        before[new - before_from][mode as usize] = true;
                     }
                 }
             }
@@ -325,119 +329,90 @@ where
 
     /// The state before one on its cheapest path, and the move between.
     fn before(&self, (old, new, mode): State) -> (State, Move) {
-        let row = old - self.settled.0;
-        let last = match self.rows.get(row) {
-            Some((from, moves)) => moves[new - from].get(mode),
-            None => self.row.moves[new - self.row.from].get(mode),
-        };
+        let row = self.rows.get(old - self.settled.0);
+        let (from, moves) = row.map_or((self.row.from, &self.row.moves), |(from, moves)| (*from, moves));
+        let last = moves[new - from][mode as usize];
         let splitting = matches!(mode, Mode::Split1 | Mode::Split2);
-        let from = |mode: Mode| match (last, splitting) {
-            (Move::SkipOld, _) => (old - 1, new, mode),
-            (Move::SkipNew, _) => (old, new - 1, mode),
-            (Move::Pair, _) => (old - 1, new - 1, mode),
-            (Move::CloseSplit, _) => (old - 1, new, Mode::Split2),
-            (Move::CloseMerge, _) => (old, new - 1, Mode::Merge2),
-            // A part of a split is a new event, one of a merge an old one.
-            (Move::None | Move::Start | Move::Second | Move::Further, true) => (old, new - 1, mode),
-            (Move::None | Move::Start | Move::Second | Move::Further, false) => (old - 1, new, mode),
-        };
-        let before = match (last, splitting) {
-            (Move::None, _) => unreachable!("a state without a path is never looked back from"),
-            (Move::Start, _) => from(Mode::Between),
-            (Move::Second, true) => from(Mode::Split1),
-            (Move::Second, false) => from(Mode::Merge1),
-            _ => from(mode),
+        // A part of a split is a new event, one of a merge an old one.
+        let part = |mode| if splitting { (old, new - 1, mode) } else { (old - 1, new, mode) };
+        let before = match last {
+            Move::None | Move::Origin => unreachable!("no path goes back beyond its origin"),
+            Move::SkipOld => (old - 1, new, mode),
+            Move::SkipNew => (old, new - 1, mode),
+            Move::Pair => (old - 1, new - 1, mode),
+            Move::CloseSplit => (old - 1, new, Mode::Split2),
+            Move::CloseMerge => (old, new - 1, Mode::Merge2),
+            Move::Start => part(Mode::Between),
+            Move::Second => part(if splitting { Mode::Split1 } else { Mode::Merge1 }),
+            Move::Further => part(mode),
         };
         (before, last)
     }
 
-    /// Stores the groups of the path up to a state, and drops their events.
+    /// Stores the groups of the path up to a state.
     fn settle(&mut self, end: State) {
-        let empty = Group { old: Vec::new(), new: Vec::new(), identical: false };
         let start = (self.settled.0, self.settled.1, Mode::Between);
-        let mut group = empty.clone();
+        let (mut old, mut new) = (Vec::new(), Vec::new());
         let mut state = end;
         while state != start {
             let (before, last) = self.before(state);
-            let old = || self.old.event(before.0).clone();
-            let new = || self.new.event(before.1).clone();
+            let (old_event, new_event) = (|| self.old.row(before.0), || self.new.row(before.1));
             match last {
-                Move::SkipOld => self.held.push(Group { old: vec![old()], ..empty.clone() }),
-                Move::SkipNew => self.held.push(Group { new: vec![new()], ..empty.clone() }),
-                Move::Pair => self.held.push(Group { old: vec![old()], new: vec![new()], identical: false }),
+                Move::SkipOld => self.hold(vec![old_event()], Vec::new(), false),
+                Move::SkipNew => self.hold(Vec::new(), vec![new_event()], false),
+                Move::Pair => self.hold(vec![old_event()], vec![new_event()], false),
                 // Walking back, a group begins at its end.
-                Move::CloseSplit => group.old.push(old()),
-                Move::CloseMerge => group.new.push(new()),
-                Move::Start | Move::Second | Move::Further => {
-                    if matches!(state.2, Mode::Split1 | Mode::Split2) {
-                        group.new.push(new());
-                    } else {
-                        group.old.push(old());
-                    }
-                    if last == Move::Start {
-                        group.old.reverse();
-                        group.new.reverse();
-                        self.held.push(std::mem::replace(&mut group, empty.clone()));
-                    }
-                }
-                Move::None => unreachable!("every state on a path has a move"),
+                Move::CloseSplit => old.push(old_event()),
+                Move::CloseMerge => new.push(new_event()),
+                _ if matches!(state.2, Mode::Split1 | Mode::Split2) => new.push(new_event()),
+                _ => old.push(old_event()),
+            }
+            if last == Move::Start {
+                old.reverse();
+                new.reverse();
+                self.hold(std::mem::take(&mut old), std::mem::take(&mut new), false);
             }
             state = before;
         }
-        self.old.settle(end.0);
-        self.new.settle(end.1);
     }
 
-    /// Emits the groups that no later group can precede, in order of onset.
-    fn release(&mut self) -> Result<(), MatchError<E>> {
-        let front = |s: Option<f64>, next_s: f64| s.unwrap_or(next_s);
-        let old_s = front(self.old.onset_s(self.old.first), self.old.next_onset_s()?);
-        let new_s = front(self.new.onset_s(self.new.first), self.new.next_onset_s()?);
-        let until_s = old_s.min(new_s);
-        let place = |group: &Group<R>| {
-            let first = |side: Option<f64>| side.unwrap_or(f64::INFINITY);
-            let old = first(group.old.first().map(|event| self.old.place(event)));
-            old.min(first(group.new.first().map(|event| self.new.place(event))))
+    fn hold(&mut self, old: Vec<Row<'a>>, new: Vec<Row<'a>>, identical: bool) {
+        let place = |side: usize, events: &[Row<'_>]| match (events.first(), self.cycles) {
+            (None, _) => f64::INFINITY,
+            (Some(event), None) => event.onset_s(),
+            (Some(event), Some(cycles)) => cycles.progress[side].place(event.onset_s()),
         };
-        // Those of one place in an order that does not depend on the side.
-        let key = |group: &Group<R>| {
-            let all = || group.old.iter().chain(&group.new);
-            let end_s = all().map(|event| event.end_s().unwrap_or(event.onset_s())).fold(0.0, f64::max);
-            (end_s, BoundingBox::over(all().map(R::bounding_box)))
-        };
+        let place = place(0, &old).min(place(1, &new));
+        self.held.push(Group { old, new, identical, place });
+    }
+
+    /// Emits the groups that no later group can precede, in order of place.
+    fn release(&mut self) -> Result<(), E> {
+        let until = self.old.place(self.settled.0).min(self.new.place(self.settled.1));
         if self.held.len() > 1 {
             self.held.sort_by(|a, b| {
-                let ((a_end_s, a_reach), (b_end_s, b_reach)) = (key(a), key(b));
-                let ends = a_end_s.total_cmp(&b_end_s);
-                place(a).total_cmp(&place(b)).then(ends).then(a_reach.cmp(&b_reach))
+                let ((a_end_s, a_box), (b_end_s, b_box)) = (a.key(), b.key());
+                a.place.total_cmp(&b.place).then(a_end_s.total_cmp(&b_end_s)).then(a_box.cmp(&b_box))
             });
         }
-        let ready = self.held.partition_point(|group| place(group) < until_s);
+        let ready = self.held.partition_point(|group| group.place < until);
         for group in self.held.drain(..ready) {
-            (self.emit)(group).map_err(MatchError::Source)?;
+            (self.emit)(group)?;
         }
         Ok(())
     }
 }
-
-/// Columns in which two tables can be compared: those that both have, without steps if the time steps
-/// differ.
-pub fn comparable(old: Columns, new: Columns, same_step: bool) -> Columns {
-    let is_comparable = |column: &Column| same_step || column.kind() != Kind::Step;
-    old.and(new).iter().filter(is_comparable).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
 
-    use asperity_record::SlipEvent;
+    use asperity_record::{Parts, SlipEvent};
     use asperity_testkit::{Random, slip_event};
 
-    use super::{Group, match_tables};
+    use super::{Group, check, match_tables};
     use crate::column::Columns;
     use crate::cost::{self, ALONE, BEGUN, Overlap, Span};
-    use crate::progress::Progress;
+    use crate::table::{Row, Table};
 
     const WINDOW_S: f64 = 4.0;
 
@@ -458,32 +433,30 @@ mod tests {
             .collect()
     }
 
-    fn groups(old: &[SlipEvent], new: &[SlipEvent]) -> Vec<Group<SlipEvent>> {
+    fn groups<'a>(old: &'a Table, new: &'a Table) -> Vec<Group<'a>> {
         let mut groups = Vec::new();
-        fn source(events: &[SlipEvent]) -> impl Iterator<Item = Result<SlipEvent, Infallible>> {
-            events.iter().cloned().map(Ok)
-        }
-        match_tables(source(old), source(new), Columns::ALL, WINDOW_S, |group| {
+        let Ok(()) = match_tables([old, new], Columns::ALL, WINDOW_S, None, |group| {
             groups.push(group);
-            Ok(())
-        })
-        .unwrap();
+            Ok::<(), Infallible>(())
+        });
         groups
     }
 
-    /// An event and its features.
-    type Ranked = (SlipEvent, Span);
+    fn of(events: &[SlipEvent]) -> Table {
+        Table::of(Parts::ALL, events)
+    }
 
-    fn ranked(events: &[SlipEvent]) -> Vec<Ranked> {
-        events
-            .iter()
-            .map(|event| (event.clone(), Span::new(event, &Progress::default(), 0, WINDOW_S)))
-            .collect()
+    /// An event and its features.
+    type Ranked<'a> = (Row<'a>, Span);
+
+    fn ranked<'a>(rows: impl IntoIterator<Item = Row<'a>>) -> Vec<Ranked<'a>> {
+        let span = |row: Row<'_>| Span::new(row, row.onset_s(), true, 0, WINDOW_S, f64::INFINITY);
+        rows.into_iter().map(|row| (row, span(row))).collect()
     }
 
     /// The cost of a group by the table at the head of `cost.rs`.
-    fn cost_of(old: &[Ranked], new: &[Ranked]) -> Option<i64> {
-        let parts = |whole: &Ranked, parts: &[Ranked]| {
+    fn cost_of(old: &[Ranked<'_>], new: &[Ranked<'_>]) -> Option<i64> {
+        let parts = |whole: &Ranked<'_>, parts: &[Ranked<'_>]| {
             let costs = parts.iter().map(|part| {
                 let overlap = Overlap::of(&whole.1, &part.1)?;
                 cost::part(&whole.1, &part.1, overlap).map(|cost| cost.primary)
@@ -502,10 +475,12 @@ mod tests {
     }
 
     /// The least cost of all matchings that do not cross, by trying every one.
-    fn least(old: &[Ranked], new: &[Ranked]) -> i64 {
-        let twin = |a: &Ranked, b: &Ranked| {
-            let number = |ranked: &Ranked| SlipEvent { event: 0, ..ranked.0.clone() };
-            number(a) == number(b)
+    fn least(old: &[Ranked<'_>], new: &[Ranked<'_>]) -> i64 {
+        let twin = |a: &Ranked<'_>, b: &Ranked<'_>| {
+            Columns::ALL
+                .iter()
+                .filter(|column| column.name() != "event")
+                .all(|column| a.0.is_same(b.0, column))
         };
         // Twins are matched with each other: the first old one that has one, with its first.
         for (i, a) in old.iter().enumerate() {
@@ -516,7 +491,7 @@ mod tests {
         least_without_twins(old, new)
     }
 
-    fn least_without_twins(old: &[Ranked], new: &[Ranked]) -> i64 {
+    fn least_without_twins(old: &[Ranked<'_>], new: &[Ranked<'_>]) -> i64 {
         let ([_, ..], [_, ..]) = (old, new) else { return ALONE * (old.len() + new.len()) as i64 };
         let mut best = i64::MAX;
         // Tries all groups of the first old event: none, a pair or split with any choice of new events, or
@@ -531,9 +506,9 @@ mod tests {
                     if !is_split && (choice & 1 == 0 || choice.count_ones() < 2) {
                         continue;
                     }
-                    let chosen: Vec<Ranked> = (0..part_side.len())
+                    let chosen: Vec<Ranked<'_>> = (0..part_side.len())
                         .filter(|part| choice >> part & 1 == 1)
-                        .map(|part| part_side[part].clone())
+                        .map(|part| part_side[part])
                         .collect();
                     let whole = std::slice::from_ref(whole);
                     let Some(cost) =
@@ -565,14 +540,16 @@ mod tests {
             let sizes = [random.below(6), random.below(6)];
             let old = table(&mut random, sizes[0], 1);
             let new = table(&mut random, sizes[1], 1);
-            let found = groups(&old, &new);
+            let tables = [of(&old), of(&new)];
+            let found = groups(&tables[0], &tables[1]);
             let costs = found.iter().map(|group| match group.identical {
                 true => 0,
-                false => cost_of(&ranked(&group.old), &ranked(&group.new)).expect("groups are admissible"),
+                false => cost_of(&ranked(group.old.clone()), &ranked(group.new.clone()))
+                    .expect("groups are admissible"),
             });
             assert_eq!(
                 costs.sum::<i64>(),
-                least(&ranked(&old), &ranked(&new)),
+                least(&ranked(tables[0].rows()), &ranked(tables[1].rows())),
                 "case {case}: {old:#?} {new:#?}"
             );
             pairs += found.iter().filter(|group| group.old.len() == 1 && group.new.len() == 1).count();
@@ -587,12 +564,13 @@ mod tests {
         for _ in 0..500 {
             let old = table(&mut random, 200, 0);
             let new = table(&mut random, 200, 0);
+            let [old, new] = [of(&old), of(&new)];
             let found = groups(&old, &new);
             for (side, table) in [(0, &old), (1, &new)] {
                 let mut numbers: Vec<u64> = found
                     .iter()
                     .flat_map(|group| [&group.old, &group.new][side])
-                    .map(|event| event.event)
+                    .map(|event| event.number())
                     .collect();
                 numbers.sort_unstable();
                 assert_eq!(numbers, (0..table.len() as u64).collect::<Vec<_>>());
@@ -607,7 +585,9 @@ mod tests {
         for _ in 0..2000 {
             let old = table(&mut random, 60, 0);
             let new = table(&mut random, 60, 0);
-            let numbers = |events: &[SlipEvent]| events.iter().map(|event| event.event).collect::<Vec<u64>>();
+            let [old, new] = [of(&old), of(&new)];
+            let numbers =
+                |events: &[Row<'_>]| events.iter().map(|event| event.number()).collect::<Vec<u64>>();
             let mut forth: Vec<_> =
                 groups(&old, &new).iter().map(|group| (numbers(&group.old), numbers(&group.new))).collect();
             let mut back: Vec<_> =
@@ -620,21 +600,23 @@ mod tests {
 
     #[test]
     fn tables_out_of_order_are_refused() {
-        let source = |onsets: [u64; 2]| {
-            onsets
-                .into_iter()
-                .zip(0..)
-                .map(|(onset, number)| Ok::<_, Infallible>(event(number, onset, 1, 1, 1)))
-        };
-        let refused = |old, new| {
-            match_tables(source(old), source(new), Columns::ALL, WINDOW_S, |_| Ok(()))
-                .unwrap_err()
-                .to_string()
+        let checked = |onsets: &[u64]| {
+            let events: Vec<SlipEvent> =
+                onsets.iter().zip(0..).map(|(onset, number)| event(number, *onset, 1, 1, 1)).collect();
+            check(&of(&events))
         };
         assert_eq!(
-            refused([1, 2], [8, 7]),
-            "new table: event 1 starts at 7 s, the one before it at 8 s (accepted: events in order of their onsets)"
+            checked(&[8, 7]),
+            Err(
+                "event 1 starts at 7 s, the one before it at 8 s (accepted: events in order of their onsets)"
+                    .to_owned()
+            )
         );
-        assert!(refused([2, 1], [1, 1]).starts_with("old table: event 1"));
+        assert_eq!(checked(&[1, 1, 2]), Ok(()));
+        assert_eq!(checked(&[3; 100]), Ok(()));
+        assert!(
+            checked(&[3; 101])
+                .is_err_and(|why| why.starts_with("more than 100 events start at 3 s (accepted: "))
+        );
     }
 }

@@ -213,11 +213,12 @@ mod tests {
     use super::findings::LISTED_MOST;
     use super::page;
     use super::timeline::Thinning;
-    use crate::column::{Column, Value};
+    use crate::column::Column;
     use crate::report::{
         CellChange, Class, Conservation, Counts, Extent, FORMAT, Finding, Horizon, Match, NumberChange,
         ProvenanceChange, Report, RunDiff, RunSide, SettingChange, Statistics, TableDiff, VERSION, Verdict,
     };
+    use asperity_record::Cell;
 
     fn extent(event: u64, onset_s: f64, end_s: f64, blocks: [u32; 2]) -> Extent {
         let [first_block, last_block] = blocks;
@@ -259,9 +260,9 @@ mod tests {
                 shift_s: None,
                 columns: if found.class == Class::Shifted {
                     vec![CellChange {
-                        column: Column::OnsetS,
-                        old: Value::Number(0.8),
-                        new: Value::Number(0.803),
+                        column: Column::ONSET_S,
+                        old: Cell::Number(0.8),
+                        new: Cell::Number(0.803),
                         difference: Some(0.003),
                         tolerance: 0.0,
                     }]
@@ -313,7 +314,7 @@ mod tests {
             }],
             events: TableDiff {
                 window_s: 1e-3,
-                columns: Column::ALL.to_vec(),
+                columns: Column::all().collect(),
                 counts,
                 not_allowed: Some(counts),
                 largest_shift_s: 0.003,

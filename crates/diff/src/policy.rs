@@ -23,11 +23,12 @@
 use std::fmt::{self, Write};
 use std::ops::Range;
 
+use asperity_record::Role;
 use asperity_record::bounds::check_toml;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::column::{Column, Kind, Value};
+use crate::column::{COUNT, Column};
 use crate::report::{Class, Counts, Exceeded};
 
 /// Default window around an event's onset in which its counterpart is searched for, s. Precursors are some
@@ -39,7 +40,7 @@ pub const WINDOW_S: f64 = 1e-3;
 
 /// The window for runs of different time steps: the time between events on average, on the side
 /// that has fewer; never less than [`WINDOW_S`].
-pub fn between_events_s(old: Spread, new: Spread) -> f64 {
+pub fn between_events_s([old, new]: [Spread; 2]) -> f64 {
     let between_s = |side: Spread| side.duration_s / (side.events.max(1) as f64);
     between_s(old).max(between_s(new)).max(WINDOW_S)
 }
@@ -64,8 +65,9 @@ pub struct Tolerance {
 
 impl Tolerance {
     /// How far apart these two may be.
-    pub fn between(self, old: Value, new: Value) -> f64 {
-        self.absolute.max(self.relative * old.magnitude().max(new.magnitude()))
+    pub fn between(self, old: f64, new: f64) -> f64 {
+        // The magnitude of an empty cell is 0: NaN is no maximum.
+        self.absolute.max(self.relative * old.abs().max(new.abs()).max(0.0))
     }
 }
 
@@ -89,7 +91,7 @@ pub struct Policy {
     /// Whether ruptures may differ where every slip event is identical. Where slip events differ, their
     /// rules decide, since both follow from the same switches.
     pub allows_ruptures: bool,
-    pub(crate) tolerances: [Tolerance; Column::ALL.len()],
+    pub(crate) tolerances: [Tolerance; COUNT],
     pub(crate) allowed: [Allowed; Class::ALL.len()],
 }
 
@@ -104,7 +106,7 @@ impl Default for Policy {
             window_s: None,
             max_shift_s: f64::INFINITY,
             allows_ruptures: false,
-            tolerances: [Tolerance::default(); Column::ALL.len()],
+            tolerances: [Tolerance::default(); COUNT],
             allowed,
         }
     }
@@ -113,7 +115,7 @@ impl Default for Policy {
 impl Policy {
     /// The tolerance of a column.
     pub fn tolerance(&self, column: Column) -> Tolerance {
-        self.tolerances[column as usize]
+        self.tolerances[column.place()]
     }
 
     /// How many of a class are allowed.
@@ -136,7 +138,7 @@ impl Policy {
     /// With another tolerance for a column.
     #[must_use]
     pub fn with_tolerance(mut self, column: Column, tolerance: Tolerance) -> Policy {
-        self.tolerances[column as usize] = tolerance;
+        self.tolerances[column.place()] = tolerance;
         self
     }
 
@@ -182,7 +184,7 @@ impl Policy {
         if self.max_shift_s.is_finite() {
             line(format!("max_shift_s = {}", number(self.max_shift_s)));
         }
-        for column in Column::ALL {
+        for column in Column::all() {
             let Tolerance { absolute, relative } = self.tolerance(column);
             if absolute == 0.0 && relative == 0.0 {
                 continue;
@@ -322,13 +324,13 @@ impl Reader<'_> {
         for (key, value) in columns {
             let path = format!("columns.{}", key.get_ref());
             let Some(column) = Column::named(key.get_ref()) else {
-                let names = Column::ALL.into_iter().filter(|column| column.kind() != Kind::Number);
+                let names = Column::all().filter(|column| column.role() != Role::Number);
                 let names: Vec<&str> = names.map(Column::name).collect();
                 let problem = "the event table has no such column".to_owned();
                 self.refuse(key.span(), path, problem, names.join(", "));
                 continue;
             };
-            if column.kind() == Kind::Number {
+            if column.role() == Role::Number {
                 let problem = "is not compared, because it follows from the events before".to_owned();
                 self.refuse(key.span(), path, problem, "a column that is");
                 continue;
@@ -345,7 +347,7 @@ impl Reader<'_> {
                     continue;
                 }
                 if let Some(number) = self.number(&path, value, 0.0, "from 0") {
-                    let tolerance = &mut self.policy.tolerances[column as usize];
+                    let tolerance = &mut self.policy.tolerances[column.place()];
                     *(if name == "absolute" { &mut tolerance.absolute } else { &mut tolerance.relative }) =
                         number;
                 }
@@ -414,16 +416,19 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::{Allowed, Policy, Spread, Tolerance, WINDOW_S, between_events_s};
-    use crate::column::{Column, Value};
+    use crate::column::Column;
     use crate::report::Class;
 
     #[test]
     fn a_policy_reads_back_as_it_was_written() {
         let policy =
             Policy { window_s: Some(2e-4), max_shift_s: 1.5e-7, allows_ruptures: true, ..Policy::default() }
-                .with_tolerance(Column::OnsetS, Tolerance { absolute: 0.1 + 0.2, relative: 0.0 })
-                .with_tolerance(Column::FtFnMax, Tolerance { absolute: 0.0, relative: 1e-12 })
-                .with_tolerance(Column::LastBlock, Tolerance { absolute: 1.0, relative: 0.5 })
+                .with_tolerance(Column::ONSET_S, Tolerance { absolute: 0.1 + 0.2, relative: 0.0 })
+                .with_tolerance(
+                    Column::named("ft_fn_max").unwrap(),
+                    Tolerance { absolute: 0.0, relative: 1e-12 },
+                )
+                .with_tolerance(Column::LAST_BLOCK, Tolerance { absolute: 1.0, relative: 0.5 })
                 .with_allowed(Class::Split, Allowed::UpTo(3))
                 .with_allowed(Class::Open, Allowed::Any);
         assert_eq!(Policy::parse("p.toml", &policy.to_toml()), Ok(policy));
@@ -434,7 +439,7 @@ mod tests {
     #[test]
     fn a_relative_tolerance_is_of_the_larger_value_on_whichever_side() {
         let tolerance = Tolerance { absolute: 0.5, relative: 0.25 };
-        let between = |old, new| tolerance.between(Value::Number(old), Value::Number(new));
+        let between = |old, new| tolerance.between(old, new);
         assert_eq!([between(1.0, 4.0), between(4.0, 1.0), between(-4.0, 1.0)], [1.0; 3]);
         assert_eq!(between(1.0, 1.5), 0.5);
     }
@@ -442,11 +447,11 @@ mod tests {
     #[test]
     fn between_runs_of_two_time_steps_the_window_is_the_time_between_events() {
         let spread = |events, duration_s| Spread { events, duration_s };
-        assert_eq!(between_events_s(spread(200, 5.0), spread(250, 5.0)), 0.025);
-        assert_eq!(between_events_s(spread(250, 5.0), spread(200, 5.0)), 0.025);
+        assert_eq!(between_events_s([spread(200, 5.0), spread(250, 5.0)]), 0.025);
+        assert_eq!(between_events_s([spread(250, 5.0), spread(200, 5.0)]), 0.025);
         // Of a run without events, its length; of one that chatters, never less than usual.
-        assert_eq!(between_events_s(spread(0, 5.0), spread(10, 5.0)), 5.0);
-        assert_eq!(between_events_s(spread(100_000, 5.0), spread(90_000, 5.0)), WINDOW_S);
+        assert_eq!(between_events_s([spread(0, 5.0), spread(10, 5.0)]), 5.0);
+        assert_eq!(between_events_s([spread(100_000, 5.0), spread(90_000, 5.0)]), WINDOW_S);
     }
 
     #[test]

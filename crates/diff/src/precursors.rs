@@ -4,10 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_numbers::EventGrowth;
-use asperity_record::SlipEvent;
 
+use crate::column::Column;
 use crate::report::{PrecursorChange, PrecursorChanges};
 use crate::sides::Run;
+use crate::table;
 use crate::tally::Matched;
 
 /// The precursors of both runs, collected from the matches; `None` if a table lacks the number of blocks of
@@ -40,11 +41,11 @@ impl Table {
         Some(Table { columns, growth: EventGrowth::new(header.blocks), rows: Vec::new() })
     }
 
-    fn watch(&mut self, events: &[SlipEvent]) {
+    fn watch(&mut self, events: &[table::Row<'_>]) {
         for event in events {
-            if self.growth.extends(event.reach(), event.blocks_slipped) {
-                let SlipEvent { last_block, ft_fn_onset: ft_fn, event, .. } = *event;
-                self.rows.push(Row { last_block, ft_fn, event });
+            if self.growth.extends(event.reach(), event.blocks_slipped()) {
+                let (last_block, ft_fn) = (event.reach().last, event.value(Column::FT_FN_ONSET));
+                self.rows.push(Row { last_block, ft_fn, event: event.number() });
             }
         }
     }
@@ -59,7 +60,7 @@ impl Precursors {
         Precursors(Table::of(old).zip(Table::of(new)).map(|(old, new)| [old, new]))
     }
 
-    pub(crate) fn watch(&mut self, matched: &Matched<'_, SlipEvent>) {
+    pub(crate) fn watch(&mut self, matched: &Matched<'_>) {
         if let Some([old, new]) = &mut self.0 {
             old.watch(&matched.group.old);
             new.watch(&matched.group.new);

@@ -20,7 +20,6 @@
 //! without those that the other run is too short for, would find no counterpart in time.
 
 use asperity_numbers::median;
-use asperity_record::Rupture;
 
 use crate::policy::{Spread, WINDOW_S};
 use crate::report::{Class, RuptureDiff};
@@ -62,11 +61,6 @@ impl Progress {
     /// How many cycles it has completed that the other run has completed too.
     pub fn cycles(&self) -> usize {
         self.cycles_s.len().saturating_sub(1)
-    }
-
-    /// Whether places are times, in which events have a duration.
-    pub(crate) fn is_time(&self) -> bool {
-        self.cycles_s.is_empty()
     }
 }
 
@@ -156,24 +150,13 @@ fn ends_of_cycles(global_s: &[f64]) -> Vec<f64> {
     ends_s
 }
 
-/// The cycles for pairing two runs, if their ruptures do not match in time; both sides in order of onset.
-pub(crate) fn between(
-    in_time: &RuptureDiff,
-    sides: [&[Rupture]; 2],
-    durations_s: [f64; 2],
-) -> Option<Cycles> {
+/// The cycles for pairing two runs, if their ruptures do not match in time: from the onsets of their global
+/// ruptures, s, and the time span of all.
+pub(crate) fn between(in_time: &RuptureDiff, global_s: [&[f64]; 2], ruptures: [Spread; 2]) -> Option<Cycles> {
     let counts = &in_time.table.counts;
     let alone = counts[Class::Missing] + counts[Class::Extra];
     // One on each side at least; classes of pairs would depend on the policy.
-    if alone <= 2 * in_time.matches_in_time {
-        return None;
-    }
-    let global_s = sides.map(|ruptures| {
-        let global = ruptures.iter().filter(|rupture| rupture.reached_every_block);
-        global.map(|rupture| rupture.onset_s).collect::<Vec<f64>>()
-    });
-    let spread = |side: usize| Spread { events: sides[side].len() as u64, duration_s: durations_s[side] };
-    Some(Cycles::new([&global_s[0], &global_s[1]], [spread(0), spread(1)]))
+    (alone > 2 * in_time.matches_in_time).then(|| Cycles::new(global_s, ruptures))
 }
 
 #[cfg(test)]

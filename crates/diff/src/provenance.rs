@@ -1,6 +1,6 @@
 //! Differences between two runs beside their events: the keys of their scenarios, and their headers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_record::{RunHeader, unit_of};
 use serde_json::Value as Json;
@@ -29,12 +29,15 @@ impl Provenance {
     }
 }
 
-/// Differences between two runs: first the program and its settings, then the scenario's keys. Numbers that
-/// follow from scenario and program, such as hashes, are left out.
+/// Differences between two runs: the keys of the resolved scenarios that were set differently, first those that
+/// shape the motion; and all changes, first the program and its settings, then the scenario's keys. Numbers
+/// that follow from scenario and program, such as hashes, are left out.
 ///
 /// # Errors
 /// If a scenario is no TOML.
-pub fn changes(old: &Provenance, new: &Provenance) -> Result<Vec<ProvenanceChange>, toml::de::Error> {
+pub fn between(
+    sides: [&Provenance; 2],
+) -> Result<(Vec<SettingChange>, Vec<ProvenanceChange>), toml::de::Error> {
     let of_header = |header: &RunHeader| {
         [
             ("code_version", header.code_version.clone()),
@@ -43,52 +46,38 @@ pub fn changes(old: &Provenance, new: &Provenance) -> Result<Vec<ProvenanceChang
             ("record_schema_version", header.record_schema_version.to_string()),
         ]
     };
-    let mut changes: Vec<ProvenanceChange> = of_header(&old.header)
+    let [old, new] = sides.map(|side| of_header(&side.header));
+    let mut changes: Vec<ProvenanceChange> = old
         .into_iter()
-        .zip(of_header(&new.header))
-        .filter(|((_, old), (_, new))| old != new)
+        .zip(new)
+        .filter(|(old, new)| old != new)
         .map(|((key, old), (_, new))| ProvenanceChange {
             key: key.to_owned(),
             old: Some(old),
             new: Some(new),
         })
         .collect();
-    let [old, new] = [keys(&old.scenario_toml)?, keys(&new.scenario_toml)?];
-    let names: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
-    changes.extend(names.into_iter().filter(|name| old.get(*name) != new.get(*name)).map(|name| {
-        ProvenanceChange {
-            key: format!("scenario: {name}"),
-            old: old.get(name).map(Value::to_string),
-            new: new.get(name).map(Value::to_string),
-        }
-    }));
-    Ok(changes)
-}
-
-/// The keys of the resolved scenarios that were set differently, first those that shape the motion.
-///
-/// # Errors
-/// If a scenario is no TOML.
-pub fn settings(old: &Provenance, new: &Provenance) -> Result<Vec<SettingChange>, toml::de::Error> {
-    let [old, new] = [keys(&old.scenario_toml)?, keys(&new.scenario_toml)?];
-    let names: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
-    let differing = names.into_iter().filter(|name| old.get(*name) != new.get(*name));
-    let json = |value: Option<&Value>| {
+    let [old, new] = [keys(&sides[0].scenario_toml)?, keys(&sides[1].scenario_toml)?];
+    let names: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
+    let mut settings = Vec::new();
+    for name in names.into_iter().filter(|name| old.get(*name) != new.get(*name)) {
+        let sides = [old.get(name), new.get(name)];
         // JSON has no non-finite numbers and no dates: both become null, like missing values.
-        value.and_then(|value| serde_json::to_value(value).ok()).unwrap_or(Json::Null)
-    };
-    let mut settings: Vec<SettingChange> = differing
-        .map(|name| SettingChange {
-            change: NumberChange::between(name, &json(old.get(name)), &json(new.get(name))),
+        let [old, new] =
+            sides.map(|value| value.and_then(|value| serde_json::to_value(value).ok()).unwrap_or(Json::Null));
+        settings.push(SettingChange {
+            change: NumberChange::between(name, &old, &new),
             unit: unit_of(name).filter(|unit| *unit != "1"),
             shapes_motion: !OUTSIDE_THE_MOTION.iter().any(|outside| match outside.ends_with('.') {
                 true => name.starts_with(outside),
                 false => name == outside,
             }),
-        })
-        .collect();
+        });
+        let [old, new] = sides.map(|value| value.map(Value::to_string));
+        changes.push(ProvenanceChange { key: format!("scenario: {name}"), old, new });
+    }
     settings.sort_by_key(|setting| !setting.shapes_motion);
-    Ok(settings)
+    Ok((settings, changes))
 }
 
 /// The keys of a scenario, dotted, with their values.
@@ -115,7 +104,7 @@ mod tests {
     use asperity_record::RunHeader;
     use asperity_testkit::run_header;
 
-    use super::{Provenance, changes, settings};
+    use super::{Provenance, between};
 
     fn provenance(solver: &str, scenario_toml: &str) -> Provenance {
         Provenance {
@@ -128,8 +117,9 @@ mod tests {
     fn what_differs_is_named_with_both_values() {
         let old = provenance("fast", "a = 1\n[b]\nc = 2.5\nonly_old = true\n");
         let new = provenance("plain", "a = 1\nb = { c = 2.6, only_new = [1, 2] }\n");
-        let found: Vec<(String, Option<String>, Option<String>)> = changes(&old, &new)
+        let found: Vec<(String, Option<String>, Option<String>)> = between([&old, &new])
             .unwrap()
+            .1
             .into_iter()
             .map(|change| (change.key, change.old, change.new))
             .collect();
@@ -143,7 +133,7 @@ mod tests {
                 ("scenario: b.only_old".to_owned(), some("true"), None),
             ]
         );
-        assert_eq!(changes(&old, &old).unwrap(), []);
+        assert_eq!(between([&old, &old]).unwrap(), (Vec::new(), Vec::new()));
     }
 
     #[test]
@@ -151,12 +141,11 @@ mod tests {
         let old =
             provenance("fast", "name = \"a\"\n[drive]\nstiffness_n_per_m = 2.0\n[friction]\nlaw = \"x\"\n");
         let new = provenance("fast", "name = \"b\"\n[drive]\nstiffness_n_per_m = 3.0\n");
-        let found = settings(&old, &new).unwrap();
+        let (found, _) = between([&old, &new]).unwrap();
         let keys: Vec<(&str, bool)> =
             found.iter().map(|setting| (&*setting.change.key, setting.shapes_motion)).collect();
         assert_eq!(keys, [("drive.stiffness_n_per_m", true), ("friction.law", true), ("name", false)]);
         assert_eq!((found[0].unit, found[0].change.relative_change), (Some("N/m"), Some(0.5)));
         assert_eq!((found[1].unit, found[1].change.new.is_null()), (None, true));
-        assert_eq!(settings(&old, &old).unwrap(), []);
     }
 }

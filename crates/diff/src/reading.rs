@@ -1,8 +1,8 @@
 //! Numbers as people read them, rounded; the JSON has them whole.
 
+use asperity_record::Cell;
 use serde_json::Value;
 
-use crate::column;
 use crate::report::{KolmogorovSmirnov, NumberChange, Sample};
 
 /// Digits of a value: enough to show a relative difference of one in a million.
@@ -52,9 +52,10 @@ pub(crate) fn number(value: f64) -> String {
 }
 
 /// A cell of the event table.
-pub(crate) fn cell(value: column::Value) -> String {
+pub(crate) fn cell(value: Cell) -> String {
     match value {
-        column::Value::Number(value) => number(value),
+        Cell::Empty => "nothing".to_owned(),
+        Cell::Number(value) => number(value),
         other => other.to_string(),
     }
 }

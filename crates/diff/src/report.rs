@@ -5,10 +5,10 @@ use std::array;
 use std::iter::Sum;
 use std::ops::{Index, IndexMut};
 
-use asperity_record::{BoundingBox, Reach};
+use asperity_record::{BoundingBox, Cell, Reach};
 use serde::{Serialize, Serializer};
 
-use crate::column::{Column, Value};
+use crate::column::Column;
 
 /// The field `format` of a report.
 pub const FORMAT: &str = "asperity-diff";
@@ -516,9 +516,9 @@ pub struct CellChange {
     /// The column.
     pub column: Column,
     /// The old value.
-    pub old: Value,
+    pub old: Cell,
     /// The new value.
-    pub new: Value,
+    pub new: Cell,
     /// The difference; null between a number and an empty cell.
     pub difference: Option<f64>,
     /// The difference that the policy allows.

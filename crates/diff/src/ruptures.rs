@@ -4,45 +4,36 @@
 use std::convert::Infallible;
 
 use asperity_numbers::{RuptureGrowth, median};
-use asperity_record::Rupture;
 
+use crate::column::Column;
+use crate::matching;
 use crate::report::{LengthReached, PairDifferences, RuptureDiff};
+use crate::table::Table;
 use crate::tally::{self, Comparison, Draft};
 
 /// The shares of the slider for which [`reached`] finds the load.
 const SHARES: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// Ruptures in the order of their onsets. A log has them in the order in which they became certain.
-pub(crate) struct Sorted(pub(crate) Vec<Rupture>);
-
-impl Sorted {
-    pub(crate) fn new(ruptures: &[Rupture]) -> Sorted {
-        let mut ruptures = ruptures.to_vec();
-        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.first_block, rupture.nucleation_block));
-        Sorted(ruptures)
-    }
-}
-
 /// Compares ruptures, or returns why that is impossible.
-pub(crate) fn compare(comparison: Comparison<'_>, sides: &[Sorted; 2]) -> Result<RuptureDiff, String> {
-    let [old, new] =
-        sides.each_ref().map(|Sorted(ruptures)| ruptures.iter().cloned().map(Ok::<_, Infallible>));
+pub(crate) fn compare(comparison: Comparison<'_>, sides: [&Table; 2]) -> Result<RuptureDiff, String> {
+    for side in sides {
+        matching::check(side).map_err(|problem| format!("they cannot be told apart: {problem}"))?;
+    }
     // There are few ruptures, so all findings are kept, to list the largest first. Drafted
     // tolerances are of slip events only.
     let comparison = Comparison { keep_findings: usize::MAX, ..comparison };
     let (mut lengths, mut loads) = (Vec::new(), Vec::new());
     let (mut same_blocks, mut matches) = (0, 0);
-    let compared = tally::compare(comparison, old, new, &mut Draft::default(), |matched| {
+    let Ok(mut table) = tally::compare(comparison, sides, &mut Draft::default(), |matched| {
         let (old, new) = (&matched.group.old, &matched.group.new);
         matches += u64::from(!old.is_empty() && !new.is_empty());
         if let ([old], [new]) = (&old[..], &new[..]) {
             same_blocks += u64::from(old.bounding_box() == new.bounding_box());
             lengths.push(f64::from(new.reach().count()) - f64::from(old.reach().count()));
-            loads.push(new.ft_fn_onset - old.ft_fn_onset);
+            loads.push(new.value(Column::FT_FN_ONSET) - old.value(Column::FT_FN_ONSET));
         }
-        Ok(())
+        Ok::<(), Infallible>(())
     });
-    let mut table = compared.map_err(|error| format!("they cannot be told apart: {error}"))?;
     (table.columns_left_out, table.not_allowed) = (None, None);
     let pairs = lengths.len() as u64;
     let medians = median(lengths).zip(median(loads.into_iter().filter(|load| load.is_finite())));
@@ -63,11 +54,12 @@ pub(crate) fn compare(comparison: Comparison<'_>, sides: &[Sorted; 2]) -> Result
 
 /// Loads at which ruptures from block 1 first reached given shares of the slider, for shares that one of
 /// the runs reached.
-pub(crate) fn reached(sides: &[Sorted; 2], blocks: [u32; 2]) -> Vec<LengthReached> {
-    let growing = sides.each_ref().map(|Sorted(ruptures)| {
+pub(crate) fn reached(sides: [&Table; 2], blocks: [u32; 2]) -> Vec<LengthReached> {
+    let growing = sides.map(|ruptures| {
         let mut growth = RuptureGrowth::default();
-        for rupture in ruptures {
-            growth.take((rupture.onset_step, rupture.rupture), rupture.reach(), || rupture.ft_fn_onset);
+        for rupture in ruptures.rows() {
+            let order = (rupture.value(Column::ONSET_STEP) as u64, rupture.number());
+            growth.take(order, rupture.reach(), || rupture.value(Column::FT_FN_ONSET));
         }
         growth
     });
@@ -83,13 +75,13 @@ pub(crate) fn reached(sides: &[Sorted; 2], blocks: [u32; 2]) -> Vec<LengthReache
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::Rupture;
+    use asperity_record::{Parts, Rupture};
 
-    use super::{RuptureDiff, Sorted, compare, reached};
+    use super::{RuptureDiff, compare, reached};
     use crate::column::Column;
     use crate::policy::Policy;
     use crate::report::{Class, Extent};
-    use crate::row::Row;
+    use crate::table::Table;
     use crate::tally::Comparison;
 
     /// With times and blocks only; other fields are null.
@@ -106,18 +98,25 @@ mod tests {
         }
     }
 
+    /// In the order of their onsets.
+    fn sorted(ruptures: &[Rupture]) -> Table {
+        let mut table = Table::of(Parts::default(), ruptures);
+        table.sort_by(&[Column::ONSET_STEP, Column::FIRST_BLOCK, Column::NUCLEATION_BLOCK]);
+        table
+    }
+
     fn compared(old: &[Rupture], new: &[Rupture]) -> RuptureDiff {
+        let (old, new) = (sorted(old), sorted(new));
         let comparison = Comparison {
-            columns: Rupture::COLUMNS,
+            columns: old.columns,
             window_s: 1e-3,
             cycles: None,
             policy: &Policy::default(),
-            old_until_s: None,
-            new_until_s: None,
+            until_s: [None; 2],
             keep_findings: 9,
             keep_matches: 9,
         };
-        compare(comparison, &[Sorted::new(old), Sorted::new(new)]).unwrap()
+        compare(comparison, [&old, &new]).unwrap()
     }
 
     #[test]
@@ -147,7 +146,8 @@ mod tests {
             ]
         );
         let columns = &found.table.columns;
-        assert!(!columns.contains(&Column::MaxSliding) && columns.contains(&Column::FtFnOnset));
+        let has = |name: &str| columns.contains(&Column::named(name).unwrap());
+        assert!(!has("max_sliding") && !has("event") && has("ft_fn_onset") && has("blocks_slipped"));
     }
 
     #[test]
@@ -157,9 +157,11 @@ mod tests {
             ..rupture(number, 1_000 * (number + 1), blocks, Some(1_000 * (number + 1) + 9))
         };
         let old = [at(0, [1, 30], 0.1), at(1, [40, 90], 0.2), at(2, [1, 50], 0.3), at(3, [1, 60], 0.4)];
-        let sides = [Sorted::new(&old), Sorted::new(&old[..1])];
-        let loads: Vec<(f64, Option<f64>, Option<f64>)> =
-            reached(&sides, [100; 2]).iter().map(|of| (of.lp_l, of.old_ft_fn, of.new_ft_fn)).collect();
+        let sides = [sorted(&old), sorted(&old[..1])];
+        let loads: Vec<(f64, Option<f64>, Option<f64>)> = reached(sides.each_ref(), [100; 2])
+            .iter()
+            .map(|of| (of.lp_l, of.old_ft_fn, of.new_ft_fn))
+            .collect();
         // Neither run reaches three quarters.
         assert_eq!(loads, [(0.25, Some(0.1), Some(0.1)), (0.5, Some(0.3), None)]);
     }

@@ -1,5 +1,6 @@
 //! Finds the runs of each side, and pairs them.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
@@ -7,9 +8,10 @@ use std::sync::Arc;
 
 use asperity_record::RunHeader;
 
+use crate::error::CompareError;
 use crate::report::{RunSide, Unpaired};
 use crate::run_log::RunLog;
-use crate::table::TableError;
+use crate::table::{self, Table};
 
 /// How the runs of two folders are paired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -19,37 +21,6 @@ pub enum PairBy {
     Hash,
     /// The file's name, also between scenarios that differ.
     Name,
-}
-
-/// A path without anything to compare.
-#[derive(Debug, thiserror::Error)]
-pub enum SideError {
-    /// It is a file of another kind.
-    #[error("{}: is neither a run nor a table (accepted: .mcap, .csv, .parquet, or a folder of them)", path.display())]
-    Kind {
-        /// The file.
-        path: PathBuf,
-    },
-    /// It is a folder without runs.
-    #[error(
-        "{}: holds no runs and no tables (accepted: .mcap, .csv, .parquet, or an output of asperity reproduce)",
-        path.display()
-    )]
-    Empty {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The system refused.
-    #[error("{}: {error}", path.display())]
-    Io {
-        /// The folder.
-        path: PathBuf,
-        /// Why.
-        error: std::io::Error,
-    },
-    /// A run log cannot be read.
-    #[error(transparent)]
-    Log(#[from] TableError),
 }
 
 /// One run of a side.
@@ -67,13 +38,16 @@ pub struct Run {
 pub type Logs = BTreeMap<PathBuf, Arc<RunLog>>;
 
 impl Run {
-    fn open(path: &Path, logs: &Logs) -> Result<Run, SideError> {
-        let log = match logs.get(path) {
-            _ if ending(path) != Some("mcap") => None,
-            Some(log) => Some(Arc::clone(log)),
-            None => Some(Arc::new(RunLog::read(path, 0)?)),
-        };
-        Ok(Run { name: name_of(path), path: path.to_owned(), log })
+    fn open(path: &Path, logs: &Logs) -> Run {
+        Run { name: name_of(path), path: path.to_owned(), log: logs.get(path).cloned() }
+    }
+
+    /// Its slip events: those of its log, else of the table that it is.
+    pub(crate) fn events(&self) -> Result<Cow<'_, Table>, CompareError> {
+        match &self.log {
+            Some(log) => Ok(Cow::Borrowed(&log.events)),
+            None => table::read(&self.path).map(Cow::Owned),
+        }
     }
 
     /// The header of its log.
@@ -126,14 +100,13 @@ impl Side {
         self.runs.iter().map(|run| &run.path).chain(&self.claims).map(PathBuf::as_path)
     }
 
-    /// Finds the runs of a side. Logs that are not among those given are read.
+    /// Finds the runs of a side, whose logs have been read.
     ///
     /// # Errors
-    /// If there are none, or one cannot be read.
-    pub fn find(path: &Path, logs: &Logs) -> Result<Side, SideError> {
+    /// If there are none.
+    pub fn find(path: &Path, logs: &Logs) -> Result<Side, CompareError> {
         let Files { files, is_file, claims } = Files::find(path)?;
-        let runs = files.iter().map(|file| Run::open(file, logs)).collect::<Result<_, _>>()?;
-        Ok(Side { runs, is_file, claims })
+        Ok(Side { runs: files.iter().map(|file| Run::open(file, logs)).collect(), is_file, claims })
     }
 }
 
@@ -148,17 +121,20 @@ struct Files {
 ///
 /// # Errors
 /// If the side has no runs.
-pub fn logs(path: &Path) -> Result<Vec<PathBuf>, SideError> {
+pub fn logs(path: &Path) -> Result<Vec<PathBuf>, CompareError> {
     let mut files = Files::find(path)?.files;
     files.retain(|file| matches!(ending(file), Some("mcap" | "partial")));
     Ok(files)
 }
 
 impl Files {
-    fn find(path: &Path) -> Result<Files, SideError> {
+    fn find(path: &Path) -> Result<Files, CompareError> {
+        let refused = |problem| Err(CompareError::Input(format!("{}: {problem}", path.display())));
         if !path.is_dir() {
             if !matches!(ending(path), Some("mcap" | "csv" | "parquet" | "partial")) {
-                return Err(SideError::Kind { path: path.to_owned() });
+                return refused(
+                    "is neither a run nor a table (accepted: .mcap, .csv, .parquet, or a folder of them)",
+                );
             }
             return Ok(Files { files: vec![path.to_owned()], is_file: true, claims: None });
         }
@@ -187,7 +163,9 @@ impl Files {
             by_name.entry(name_of(&file)).or_insert(file);
         }
         if by_name.is_empty() {
-            return Err(SideError::Empty { path: path.to_owned() });
+            return refused(
+                "holds no runs and no tables (accepted: .mcap, .csv, .parquet, or an output of asperity reproduce)",
+            );
         }
         let claims = tables.join("claims.csv");
         Ok(Files {
@@ -199,8 +177,8 @@ impl Files {
 }
 
 /// The files of a folder, by name.
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>, SideError> {
-    let failed = |error: std::io::Error| SideError::Io { path: folder.to_owned(), error };
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>, CompareError> {
+    let failed = |error| CompareError::Input(format!("{}: {error}", folder.display()));
     let entries = asperity_files::entries(folder).map_err(failed)?;
     let mut files: Vec<PathBuf> = entries.iter().map(DirEntry::path).collect();
     files.retain(|file| file.is_file());

@@ -1,125 +1,297 @@
-//! Reads slip events from a run log, a CSV or a Parquet file, one at a time where the format permits, with
-//! the columns that exist.
+//! Slip events or ruptures of one side, column by column, from a run log, a CSV or a Parquet file.
 
-use std::path::{Path, PathBuf};
+use std::marker::PhantomData;
+use std::path::Path;
 
 use asperity_files::ShortLines;
-use asperity_record::{MOST_BLOCKS, SlipEvent};
-use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+use asperity_record::{BoundingBox, Cell, EventPayload, MOST_BLOCKS, Parts, Reach, Role};
+use asperity_tables::event_file::{self, Rows};
 
-use crate::column::{Column, Columns, Kind, Value};
+use crate::column::{COUNT, Column, Columns};
+use crate::error::CompareError;
 
 /// The columns required for matching.
-const NEEDED: [Column; 4] = [Column::OnsetS, Column::EndS, Column::FirstBlock, Column::LastBlock];
+const NEEDED: [Column; 4] = [Column::ONSET_S, Column::END_S, Column::FIRST_BLOCK, Column::LAST_BLOCK];
 
-/// A table that cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    /// A run log.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// The system refused.
-    #[error("{}: {error}", path.display())]
-    Io {
-        /// The table.
-        path: PathBuf,
-        /// Why.
-        error: std::io::Error,
-    },
-    /// Not CSV.
-    #[error("{}: {error}", path.display())]
-    Csv {
-        /// The table.
-        path: PathBuf,
-        /// The error, with its line.
-        error: csv::Error,
-    },
-    /// A heading that is no event table's.
-    #[error("{}:1: {problem} (accepted: {})", path.display(), accepted())]
-    Heading {
-        /// The table.
-        path: PathBuf,
-        /// The error.
-        problem: String,
-    },
-    /// A cell that its column does not accept.
-    #[error("{}:{line}: {column}: {value:?} is not accepted (accepted: {accepted})", path.display())]
-    Cell {
-        /// The table.
-        path: PathBuf,
-        /// The line, the heading's being 1.
-        line: u64,
-        /// The column.
-        column: Column,
-        /// The cell, as written.
-        value: String,
-        /// The accepted values.
-        accepted: &'static str,
-    },
-    /// A Parquet file.
-    #[error(transparent)]
-    Parquet(#[from] asperity_tables::TableFileError),
-}
+/// The largest whole number up to which doubles, in which all cells are stored, are exact.
+const MOST_WHOLE: u64 = 1 << 53;
 
-fn accepted() -> String {
-    let needed: Vec<&str> = NEEDED.into_iter().map(Column::name).collect();
-    format!("a table with at least {}", needed.join(", "))
-}
-
-/// Events, one after the other.
-pub type Events<'a> = Box<dyn Iterator<Item = Result<SlipEvent, TableError>> + 'a>;
-
-/// An event table that is open.
-pub struct Table<'a> {
+/// A table of events. Cells are doubles, NaN where they are empty; columns that it lacks take no memory.
+#[derive(Debug, Clone)]
+pub struct Table {
     /// The columns that it has.
     pub columns: Columns,
-    /// Its events.
-    pub events: Events<'a>,
+    cells: [Vec<f64>; COUNT],
 }
 
-/// Opens a run log or a table, by the ending of its name.
-///
-/// # Errors
-/// If it cannot be read, or its heading is no event table's.
-pub fn open(path: &Path) -> Result<Table<'static>, TableError> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("csv") => csv(path),
-        Some("parquet") => parquet(path),
-        _ => log(path),
+/// A row of a table.
+#[derive(Debug, Clone, Copy)]
+pub struct Row<'a> {
+    table: &'a Table,
+    row: usize,
+}
+
+impl Table {
+    fn new(columns: Columns) -> Table {
+        Table { columns, cells: Default::default() }
+    }
+
+    /// The table of events of a run with these parts.
+    pub fn of<'e, P: EventPayload>(parts: Parts, events: impl IntoIterator<Item = &'e P>) -> Table {
+        let mut collected = Collected::new(parts);
+        events.into_iter().for_each(|event| collected.push(event));
+        collected.table
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.cells[Column::ONSET_S.place()].len()
+    }
+
+    /// Whether it has no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// One of its rows.
+    pub fn row(&self, row: usize) -> Row<'_> {
+        Row { table: self, row }
+    }
+
+    /// Its rows, in order.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = Row<'_>> {
+        (0..self.len()).map(|row| self.row(row))
+    }
+
+    fn push(&mut self, column: Column, value: f64) {
+        self.cells[column.place()].push(value);
+    }
+
+    /// Adds the number of a row. Rows that are numbered as they come take no memory for that.
+    fn push_number(&mut self, row: usize, number: f64) {
+        let numbers = &mut self.cells[Column::EVENT.place()];
+        if !numbers.is_empty() || number != row as f64 {
+            numbers.extend((numbers.len()..row).map(|row| row as f64));
+            numbers.push(number);
+        }
+    }
+
+    /// With its rows in the order of these columns.
+    pub(crate) fn sort_by(&mut self, columns: &[Column]) {
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        order.sort_by(|&a, &b| in_order(self.row(a), self.row(b), columns.iter().copied()));
+        // Their numbers stay with them.
+        let numbers: Vec<f64> = self.rows().map(|row| row.value(Column::EVENT)).collect();
+        self.cells[Column::EVENT.place()] = numbers;
+        for cells in self.cells.iter_mut().filter(|cells| !cells.is_empty()) {
+            *cells = order.iter().map(|&row| cells[row]).collect();
+        }
     }
 }
 
-fn log(path: &Path) -> Result<Table<'static>, TableError> {
-    let mut reader = RunReader::open(path, Topics::EVENTS)?;
-    let columns = Columns::of(reader.header().parts());
-    let events = one_by_one(move || {
-        while let Some(item) = reader.next_item()? {
-            if let LogItem::Event(event) = item
-                && let Some(slip) = event.get::<SlipEvent>()
-            {
-                return Ok(Some(slip.clone()));
+/// The order of two rows by these columns; empty cells come last.
+pub(crate) fn in_order(
+    a: Row<'_>,
+    b: Row<'_>,
+    mut columns: impl Iterator<Item = Column>,
+) -> std::cmp::Ordering {
+    let order = columns
+        .find_map(|column| Some(a.value(column).total_cmp(&b.value(column))).filter(|order| order.is_ne()));
+    order.unwrap_or(std::cmp::Ordering::Equal)
+}
+
+impl<'a> Row<'a> {
+    /// Its number in a column, NaN where the cell is empty.
+    #[inline]
+    pub(crate) fn value(self, column: Column) -> f64 {
+        match self.table.cells[column.place()].get(self.row) {
+            Some(value) => *value,
+            None if column == Column::EVENT => self.row as f64,
+            None => f64::NAN,
+        }
+    }
+
+    fn optional(self, column: Column) -> Option<f64> {
+        Some(self.value(column)).filter(|value| !value.is_nan())
+    }
+
+    /// Its cell in a column; empty if the table lacks it.
+    pub fn cell(self, column: Column) -> Cell {
+        column.cell(self.value(column))
+    }
+
+    /// Whether both rows have the same cell.
+    #[inline]
+    pub(crate) fn is_same(self, other: Row<'_>, column: Column) -> bool {
+        let (a, b) = (self.value(column), other.value(column));
+        a == b || a.is_nan() && b.is_nan()
+    }
+
+    /// Its number in its table.
+    pub fn number(self) -> u64 {
+        self.value(Column::EVENT) as u64
+    }
+
+    /// Its onset, s.
+    pub fn onset_s(self) -> f64 {
+        self.value(Column::ONSET_S)
+    }
+
+    /// Its end, s; `None` if the run ended before.
+    pub fn end_s(self) -> Option<f64> {
+        self.optional(Column::END_S)
+    }
+
+    /// First and last block, or column.
+    pub fn reach(self) -> Reach {
+        let [first, last] = [Column::FIRST_BLOCK, Column::LAST_BLOCK].map(|column| self.value(column) as u32);
+        Reach { first, last }
+    }
+
+    /// Its first and last row, over an area.
+    pub fn across(self) -> Option<Reach> {
+        let [first, last] = [Column::FIRST_ACROSS, Column::LAST_ACROSS].map(|column| self.optional(column));
+        first.zip(last).map(|(first, last)| Reach { first: first as u32, last: last as u32 })
+    }
+
+    /// First and last block, and row.
+    pub fn bounding_box(self) -> BoundingBox {
+        let across = self.across();
+        BoundingBox::new(self.reach(), across.map(|rows| rows.first), across.map(|rows| rows.last))
+    }
+
+    /// How many blocks slid; as many as it reached, if the table does not say.
+    pub fn blocks_slipped(self) -> u32 {
+        self.optional(Column::BLOCKS_SLIPPED).map_or(self.reach().count(), |blocks| blocks as u32)
+    }
+
+    /// Whether the end of the run truncated it, so that only columns known at its onset count.
+    pub fn is_cut(self) -> bool {
+        self.end_s().is_none() || self.value(Column::OPEN) == 1.0
+    }
+}
+
+/// Collects events of a type as a table: the columns that they share with the event table.
+#[derive(Debug, Clone)]
+pub struct Collected<P> {
+    /// The rows so far.
+    pub table: Table,
+    /// Columns of the events, and of the table.
+    places: Vec<(usize, Column)>,
+    of: PhantomData<fn(P)>,
+}
+
+impl<P: EventPayload> Collected<P> {
+    /// Begins with no events of a run with these parts. Ruptures have a number of their own, and slid in all
+    /// blocks that they reached, or in so many `contacts`.
+    pub fn new(parts: Parts) -> Collected<P> {
+        let own = |column: &asperity_record::Column| match column.role {
+            Some(Role::Number) => Some(Column::EVENT),
+            _ if column.name == "contacts" => Some(Column::BLOCKS_SLIPPED),
+            _ => Column::named(&column.name),
+        };
+        let there = P::COLUMNS.iter().enumerate();
+        let there = there.filter(|(_, column)| column.only.is_none_or(|part| parts.has(part)));
+        let places: Vec<(usize, Column)> =
+            there.filter_map(|(place, column)| Some((place, own(column)?))).collect();
+        let columns =
+            places.iter().map(|(_, column)| *column).collect::<Columns>().with(Column::BLOCKS_SLIPPED);
+        Collected { table: Table::new(columns), places, of: PhantomData }
+    }
+
+    /// Adds an event.
+    pub fn push(&mut self, event: &P) {
+        let (cells, row) = (event.cells(), self.table.len());
+        for &(place, column) in &self.places {
+            match value(&cells.as_ref()[place]) {
+                number if column == Column::EVENT => self.table.push_number(row, number),
+                value => self.table.push(column, value),
             }
         }
-        Ok(None)
-    });
-    Ok(Table { columns, events })
+        if self.table.cells[Column::BLOCKS_SLIPPED.place()].len() == row {
+            let blocks = self.table.row(row).reach().count();
+            self.table.push(Column::BLOCKS_SLIPPED, blocks.into());
+        }
+    }
 }
 
-/// Iterates over the events that a function returns, until `None`.
-fn one_by_one(mut next: impl FnMut() -> Result<Option<SlipEvent>, TableError> + 'static) -> Events<'static> {
-    Box::new(std::iter::from_fn(move || next().transpose()))
+fn value(cell: &Cell) -> f64 {
+    match *cell {
+        Cell::Count(value) => value.into(),
+        Cell::Step(value) => value as f64,
+        Cell::Number(value) => value,
+        Cell::Flag(value) => f64::from(u8::from(value)),
+        Cell::Empty | Cell::Word(_) => f64::NAN,
+    }
 }
 
-/// Positions of the columns in the rows of a table.
-struct Places {
-    path: PathBuf,
+/// Reads a CSV or a Parquet file, by the ending of its name.
+///
+/// # Errors
+/// If it cannot be read, its heading is no event table's, or a cell is not accepted.
+pub(crate) fn read(path: &Path) -> Result<Table, CompareError> {
+    let refused =
+        |problem: &dyn std::fmt::Display| CompareError::Input(format!("{}: {problem}", path.display()));
+    if path.extension().is_some_and(|extension| extension == "parquet") {
+        let of_file = |error: asperity_tables::TableFileError| CompareError::Input(error.to_string());
+        let mut rows = Rows::open(path).map_err(of_file)?;
+        let mut reader = Reader::new(path, rows.names().iter().map(String::as_str))?;
+        // Numbered as lines of the same table in CSV are, below the heading.
+        let mut line = 2;
+        while let Some(row) = rows.next_row().map_err(of_file)? {
+            reader.row(line, |place, column| match &row[place] {
+                event_file::Cell::Empty => Ok(f64::NAN),
+                event_file::Cell::Number(number) => Ok(*number),
+                event_file::Cell::Whole(whole) => exact(*whole).ok_or_else(|| whole.to_string()),
+                event_file::Cell::Flag(flag) if column == Column::OPEN => Ok(f64::from(u8::from(*flag))),
+                event_file::Cell::Flag(flag) => Err(flag.to_string()),
+                event_file::Cell::Other(text) => Err(text.clone()),
+            })?;
+            line += 1;
+        }
+        return Ok(reader.finish());
+    }
+    let file = asperity_files::open(path).map_err(|error| refused(&error))?;
+    let mut rows = csv::Reader::from_reader(ShortLines::of(file));
+    let mut reader = Reader::new(path, rows.headers().map_err(|error| refused(&error))?.iter())?;
+    let mut record = csv::StringRecord::new();
+    while rows.read_record(&mut record).map_err(|error| refused(&error))? {
+        let line = record.position().map_or(0, csv::Position::line);
+        reader.row(line, |place, column| {
+            let text = record.get(place).unwrap_or_default().trim();
+            let read = match column.role() {
+                _ if text.is_empty() => Some(f64::NAN),
+                role if role.is_measured() => text.parse().ok().filter(|value: &f64| !value.is_nan()),
+                Role::Edge => text.parse().ok().map(|flag: bool| f64::from(u8::from(flag))),
+                _ => text.parse().ok().and_then(exact),
+            };
+            read.ok_or_else(|| text.to_owned())
+        })?;
+    }
+    Ok(reader.finish())
+}
+
+/// A whole number as a double, if that is exact.
+fn exact(whole: u64) -> Option<f64> {
+    (whole <= MOST_WHOLE).then_some(whole as f64)
+}
+
+/// A table that is being read.
+struct Reader<'a> {
+    path: &'a Path,
+    /// Columns and their places in the rows of the file, in the order of the event table: an onset comes
+    /// before the end that is compared with it.
     places: Vec<(Column, usize)>,
-    columns: Columns,
+    table: Table,
 }
 
-impl Places {
-    fn of<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<Places, TableError> {
-        let problem = |problem: String| TableError::Heading { path: path.to_owned(), problem };
+impl<'a> Reader<'a> {
+    fn new<'n>(path: &'a Path, names: impl Iterator<Item = &'n str>) -> Result<Reader<'a>, CompareError> {
+        let problem = |problem: String| {
+            let needed = NEEDED.map(Column::name).join(", ");
+            let path = path.display();
+            CompareError::Input(format!("{path}:1: {problem} (accepted: a table with at least {needed})"))
+        };
         let mut places: Vec<(Column, usize)> = Vec::new();
         for (place, name) in names.enumerate() {
             // Columns that others added are theirs.
@@ -129,215 +301,98 @@ impl Places {
             }
             places.push((column, place));
         }
-        let lacks = |column: &Column| !places.iter().any(|(there, _)| there == column);
-        if let Some(column) = NEEDED.into_iter().find(lacks) {
+        let columns: Columns = places.iter().map(|(column, _)| *column).collect();
+        if let Some(column) = NEEDED.into_iter().find(|column| !columns.has(*column)) {
             return Err(problem(format!("there is no column {column}")));
         }
-        // In the order of the table: an onset comes before the end that is compared with it.
         places.sort_unstable();
-        let columns = places.iter().map(|(column, _)| *column).collect();
-        Ok(Places { path: path.to_owned(), places, columns })
+        Ok(Reader { path, places, table: Table::new(columns) })
     }
 
-    /// Converts a row to an event. Fields whose columns the table lacks follow from the others, or are 0;
-    /// they are not compared.
-    fn event(
-        &self,
+    /// Adds a row. `cell` returns the number in a place, or the text that is none.
+    fn row(
+        &mut self,
         line: u64,
-        number: u64,
-        cell: impl Fn(usize, Column) -> Result<Value, String>,
-    ) -> Result<SlipEvent, TableError> {
-        let mut event = SlipEvent {
-            onset_s: 0.0,
-            end_s: None,
-            first_block: 0,
-            last_block: 0,
-            max_sliding: 0,
-            ft_fn_onset: 0.0,
-            ft_fn_end: None,
-            event: number,
-            onset_step: 0,
-            end_step: None,
-            blocks_slipped: 0,
-            nucleation_block: 0,
-            ft_fn_min: 0.0,
-            ft_fn_max: 0.0,
-            open: false,
-            breaks_onset: None,
-            breaks_end: None,
-            repins_onset: None,
-            repins_end: None,
-            peak_velocity_m_per_s: None,
-            first_across: None,
-            last_across: None,
-        };
-        for &(column, place) in &self.places {
-            let refused = |value: String, accepted: &'static str| TableError::Cell {
-                path: self.path.clone(),
-                line,
-                column,
-                value,
-                accepted,
+        cell: impl Fn(usize, Column) -> Result<f64, String>,
+    ) -> Result<(), CompareError> {
+        let row = self.table.len();
+        for n in 0..self.places.len() {
+            let (column, place) = self.places[n];
+            let value = cell(place, column);
+            let accepted = match &value {
+                Err(_) => accepted(column),
+                Ok(value) => match self.refuses(row, column, *value) {
+                    None if column == Column::EVENT => {
+                        self.table.push_number(row, *value);
+                        continue;
+                    }
+                    None => {
+                        self.table.push(column, *value);
+                        continue;
+                    }
+                    Some(accepted) => accepted,
+                },
             };
-            let value = cell(place, column).map_err(|text| refused(text, kind_accepted(column)))?;
-            put(&mut event, column, value).map_err(|accepted| {
-                let text = if value == Value::Empty { String::new() } else { value.to_string() };
-                refused(text, accepted)
-            })?;
+            let text = value.map_or_else(|text| text, |value| column.cell(value).to_string());
+            return Err(CompareError::Input(format!(
+                "{}:{line}: {column}: {text:?} is not accepted (accepted: {accepted})",
+                self.path.display()
+            )));
         }
-        if !self.columns.has(Column::Open) {
-            event.open = event.end_s.is_none();
+        Ok(())
+    }
+
+    /// What is accepted instead of this value, if it is not.
+    fn refuses(&self, row: usize, column: Column, value: f64) -> Option<String> {
+        let (name, role) = (column.name(), column.role());
+        let is_there = |column: Column| self.table.row(row).optional(column);
+        if value.is_nan() {
+            // A box has two ends.
+            let is_half = column == Column::LAST_ACROSS && is_there(Column::FIRST_ACROSS).is_some();
+            return (!column.about().is_optional || is_half).then(|| accepted(column));
         }
-        Ok(event)
+        let is_accepted = match role {
+            Role::Edge => value == 0.0 || value == 1.0,
+            Role::Place => value.fract() == 0.0 && (1.0..=MOST_BLOCKS as f64).contains(&value),
+            Role::Step | Role::Total | Role::Number => value.fract() == 0.0 && value >= 0.0,
+            Role::Time | Role::Load | Role::Speed => value.is_finite(),
+        };
+        if !is_accepted {
+            return Some(accepted(column));
+        }
+        let begin = match column {
+            Column::END_S => Column::ONSET_S,
+            Column::LAST_BLOCK => Column::FIRST_BLOCK,
+            Column::LAST_ACROSS => Column::FIRST_ACROSS,
+            _ => return None,
+        };
+        let from = is_there(begin);
+        let is_after = from.is_some_and(|from| value >= from);
+        let kind = if role == Role::Time { "number" } else { "whole number" };
+        (!is_after).then(|| format!("a {kind} from {begin}{}", or_nothing(name, column)))
+    }
+
+    fn finish(self) -> Table {
+        self.table
     }
 }
 
 /// Accepted values of a column, in words.
-fn kind_accepted(column: Column) -> &'static str {
-    match column {
-        Column::EndS | Column::FtFnEnd => "a number, or nothing where the run ended before",
-        Column::EndStep => "a whole number, or nothing where the run ended before",
-        Column::Open => "true or false",
-        _ if column.kind() == Kind::Total => "a whole number, or nothing",
-        _ if column.kind().is_measured() => "a number",
-        _ if column.kind() == Kind::Extent => "a whole number of blocks",
-        _ => "a whole number",
-    }
-}
-
-/// Stores a cell in its field, or returns the accepted values.
-fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'static str> {
-    const BLOCK: &str = "a whole number from 1 to 100000";
-    const _: () = assert!(MOST_BLOCKS == 100_000);
-    let number = || match value {
-        Value::Number(number) if number.is_finite() => Ok(number),
-        Value::Whole(whole) => Ok(whole as f64),
-        _ => Err(kind_accepted(column)),
+fn accepted(column: Column) -> String {
+    let kind = match column.role() {
+        Role::Edge => "true or false".to_owned(),
+        Role::Place => format!("a whole number from 1 to {MOST_BLOCKS}"),
+        role if role.is_measured() => "a number".to_owned(),
+        _ => format!("a whole number up to {MOST_WHOLE}"),
     };
-    let whole = || match value {
-        // Counts must also be exact as doubles.
-        Value::Whole(whole @ 0..=MOST_WHOLE) => Ok(whole),
-        Value::Whole(_) => Err("a whole number up to 9007199254740992"),
-        _ => Err(kind_accepted(column)),
-    };
-    let is_empty = value == Value::Empty;
-    let total = || if is_empty { Ok(None) } else { whole().map(Some) };
-    let block = || match value {
-        Value::Whole(whole @ 1..=MOST_BLOCKS) => u32::try_from(whole).map_err(|_| BLOCK),
-        _ => Err(BLOCK),
-    };
-    match column {
-        Column::OnsetS => event.onset_s = number()?,
-        Column::EndS if is_empty => event.end_s = None,
-        Column::EndS => match number()? {
-            end_s if end_s >= event.onset_s => event.end_s = Some(end_s),
-            _ => return Err("a number from onset_s, or nothing where the run ended before"),
-        },
-        Column::FirstBlock => event.first_block = block()?,
-        Column::LastBlock => match block()? {
-            last_block if last_block >= event.first_block => event.last_block = last_block,
-            _ => return Err("a block from first_block"),
-        },
-        Column::MaxSliding => event.max_sliding = block()?,
-        Column::BlocksSlipped => event.blocks_slipped = block()?,
-        Column::NucleationBlock => event.nucleation_block = block()?,
-        Column::FtFnOnset => event.ft_fn_onset = number()?,
-        Column::FtFnEnd if is_empty => event.ft_fn_end = None,
-        Column::FtFnEnd => event.ft_fn_end = Some(number()?),
-        Column::FtFnMin => event.ft_fn_min = number()?,
-        Column::FtFnMax => event.ft_fn_max = number()?,
-        Column::Event => event.event = whole()?,
-        Column::OnsetStep => event.onset_step = whole()?,
-        Column::EndStep if is_empty => event.end_step = None,
-        Column::EndStep => event.end_step = Some(whole()?),
-        Column::BreaksOnset => event.breaks_onset = total()?,
-        Column::BreaksEnd => event.breaks_end = total()?,
-        Column::RepinsOnset => event.repins_onset = total()?,
-        Column::RepinsEnd => event.repins_end = total()?,
-        Column::PeakVelocity if is_empty => event.peak_velocity_m_per_s = None,
-        Column::PeakVelocity => event.peak_velocity_m_per_s = Some(number()?),
-        Column::FirstAcross if is_empty => event.first_across = None,
-        Column::FirstAcross => event.first_across = Some(block()?),
-        Column::LastAcross if is_empty && event.first_across.is_none() => event.last_across = None,
-        Column::LastAcross => match (event.first_across, block()?) {
-            (Some(first), last) if last >= first => event.last_across = Some(last),
-            _ => return Err("a row from first_across"),
-        },
-        Column::Open => match value {
-            Value::Flag(open) => event.open = open,
-            _ => return Err(kind_accepted(column)),
-        },
+    format!("{kind}{}", or_nothing(column.name(), column))
+}
+
+/// Where a cell may be empty, that it may.
+fn or_nothing(name: &str, column: Column) -> &'static str {
+    match column.about().is_optional {
+        false => "",
+        true if name.contains("end") => ", or nothing where the run ended before",
+        true => ", or nothing",
     }
-    Ok(())
-}
-
-/// The largest whole number up to which doubles are exact.
-const MOST_WHOLE: u64 = 1 << 53;
-
-fn csv(path: &Path) -> Result<Table<'static>, TableError> {
-    let file = asperity_files::open(path).map_err(|error| TableError::Io { path: path.to_owned(), error })?;
-    let mut reader = csv::Reader::from_reader(ShortLines::of(file));
-    let broken = {
-        let path = path.to_owned();
-        move |error: csv::Error| TableError::Csv { path: path.clone(), error }
-    };
-    let places = Places::of(path, reader.headers().map_err(&broken)?.iter())?;
-    let columns = places.columns;
-    let mut record = csv::StringRecord::new();
-    let mut number = 0;
-    let events = one_by_one(move || {
-        if !reader.read_record(&mut record).map_err(&broken)? {
-            return Ok(None);
-        }
-        let line = record.position().map_or(0, csv::Position::line);
-        let event = places.event(line, number, |place, column| {
-            let text = trimmed(record.get(place).unwrap_or_default());
-            written(column, text).ok_or_else(|| text.to_owned())
-        })?;
-        number += 1;
-        Ok(Some(event))
-    });
-    Ok(Table { columns, events })
-}
-
-/// A cell without the spaces around it, which are rare.
-fn trimmed(text: &str) -> &str {
-    let is_plain = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_graphic);
-    let bytes = text.as_bytes();
-    if is_plain(bytes.first()) && is_plain(bytes.last()) { text } else { text.trim() }
-}
-
-/// A cell as it is written in CSV.
-fn written(column: Column, text: &str) -> Option<Value> {
-    if text.is_empty() {
-        return Some(Value::Empty);
-    }
-    match column.kind() {
-        Kind::Time | Kind::Load | Kind::Speed => text.parse().ok().map(Value::Number),
-        Kind::Edge => text.parse().ok().map(Value::Flag),
-        Kind::Step | Kind::Extent | Kind::Total | Kind::Number => text.parse().ok().map(Value::Whole),
-    }
-}
-
-fn parquet(path: &Path) -> Result<Table<'static>, TableError> {
-    use asperity_tables::event_file::{Cell, Rows};
-
-    let mut rows = Rows::open(path)?;
-    let places = Places::of(path, rows.names().iter().map(String::as_str))?;
-    let columns = places.columns;
-    let mut number = 0;
-    let events = one_by_one(move || {
-        let Some(row) = rows.next_row()? else { return Ok(None) };
-        // Numbered as lines of the same table in CSV are, below the heading.
-        let event = places.event(number + 2, number, |place, _| match &row[place] {
-            Cell::Empty => Ok(Value::Empty),
-            Cell::Number(number) => Ok(Value::Number(*number)),
-            Cell::Whole(whole) => Ok(Value::Whole(*whole)),
-            Cell::Flag(flag) => Ok(Value::Flag(*flag)),
-            Cell::Other(text) => Err(text.clone()),
-        })?;
-        number += 1;
-        Ok(Some(event))
-    });
-    Ok(Table { columns, events })
 }

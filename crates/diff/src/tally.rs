@@ -1,19 +1,19 @@
 //! Two tables, of slip events or of ruptures, from their rows to their part of the report. Memory
 //! does not grow with the tables: all is counted, and a limited number of findings and matches kept.
 
-use asperity_record::{BoundingBox, Parts};
+use asperity_record::{Parts, Reach, Role};
 
 use crate::classify::{Outcome, Rules, shift_s};
-use crate::column::{Column, Columns, Kind, Value};
-use crate::matching::{self, Group, MatchError};
+use crate::column::{COUNT, Column, Columns};
+use crate::matching::{self, Group};
 use crate::policy::{Allowed, Policy, Tolerance};
 use crate::progress::Cycles;
 use crate::report::{
     CellChange, Class, ColumnChange, Counts, Extent, Finding, Growth, Horizon, Match, PairedBy, Statistics,
     TableDiff,
 };
-use crate::row::Row;
 use crate::statistics::{self, Distribution};
+use crate::table::{Row, Table};
 
 /// How two tables are compared.
 #[derive(Debug, Clone, Copy)]
@@ -26,10 +26,8 @@ pub struct Comparison<'a> {
     pub cycles: Option<&'a Cycles>,
     /// Which differences are ignored, and which are allowed.
     pub policy: &'a Policy,
-    /// When the old run ended, s, if that is known.
-    pub old_until_s: Option<f64>,
-    /// When the new run ended, s, if known.
-    pub new_until_s: Option<f64>,
+    /// When the old run and the new one ended, s, if that is known.
+    pub until_s: [Option<f64>; 2],
     /// How many findings of each class to keep.
     pub keep_findings: usize,
     /// How many matches to keep.
@@ -38,7 +36,7 @@ pub struct Comparison<'a> {
 
 /// One match on its way to a file.
 #[derive(Debug)]
-pub struct Matched<'a, R> {
+pub struct Matched<'a> {
     /// The classes of the events.
     pub class: Class,
     /// Whether the policy allows it.
@@ -46,25 +44,24 @@ pub struct Matched<'a, R> {
     /// The farther of the shifts of onset and end, s; of one against one.
     pub shift_s: Option<f64>,
     /// The events.
-    pub group: &'a Group<R>,
+    pub group: &'a Group<'a>,
 }
 
 /// Compares two tables, row by row. `on_match` receives every match, in order of time or cycles; `draft`
 /// widens to a policy that allows all of them.
 ///
 /// # Errors
-/// If a table cannot be read or is not in order, or `on_match` fails.
-pub fn compare<R: Row, E>(
+/// If `on_match` fails.
+pub fn compare<E>(
     comparison: Comparison<'_>,
-    old: impl Iterator<Item = Result<R, E>>,
-    new: impl Iterator<Item = Result<R, E>>,
+    tables: [&Table; 2],
     draft: &mut Draft,
-    mut on_match: impl FnMut(Matched<'_, R>) -> Result<(), E>,
-) -> Result<TableDiff, MatchError<E>> {
+    mut on_match: impl FnMut(Matched<'_>) -> Result<(), E>,
+) -> Result<TableDiff, E> {
     let mut tally = Tally::new(comparison);
-    let Comparison { columns, window_s, cycles, policy, old_until_s, new_until_s, .. } = comparison;
-    let rules = Rules { columns, policy, cycles, until_s: [old_until_s, new_until_s] };
-    matching::match_by(old, new, columns, window_s, cycles, |group| {
+    let Comparison { columns, window_s, cycles, policy, until_s, .. } = comparison;
+    let rules = Rules { columns, policy, cycles, until_s };
+    matching::match_tables(tables, columns, window_s, cycles, |group| {
         let outcome = rules.classify(&group);
         let allowed = rules.allows(&outcome);
         on_match(Matched { class: outcome.class, allowed, shift_s: outcome.shift_s, group: &group })?;
@@ -79,7 +76,7 @@ struct Tally<'a> {
     comparison: Comparison<'a>,
     /// How many findings of each class are kept.
     kept: [usize; Class::ALL.len()],
-    changes: [Option<ColumnChange>; Column::ALL.len()],
+    changes: [Option<ColumnChange>; COUNT],
     growth: Vec<Growth>,
     beyond: [Beyond; 2],
     found: TableDiff,
@@ -96,9 +93,9 @@ struct Beyond {
 }
 
 impl Beyond {
-    fn add(&mut self, event: &impl Row, columns: Columns) {
+    fn add(&mut self, event: Row<'_>, columns: Columns) {
         self.events += 1;
-        let length = match columns.has(Column::BlocksSlipped) {
+        let length = match columns.has(Column::BLOCKS_SLIPPED) {
             true => event.blocks_slipped(),
             false => event.reach().count(),
         };
@@ -124,7 +121,7 @@ impl Beyond {
 impl<'a> Tally<'a> {
     fn new(comparison: Comparison<'a>) -> Tally<'a> {
         let of_events = |has: bool| {
-            let columns = Column::ALL.into_iter().filter(|column| column.kind() != Kind::Number);
+            let columns = Column::all().filter(|column| column.role() != Role::Number);
             // Left out are columns that every table may have.
             let columns = columns.filter(|column| has || column.is_in(Parts::default()));
             columns.filter(|&column| comparison.columns.has(column) == has).collect()
@@ -147,7 +144,7 @@ impl<'a> Tally<'a> {
         }
     }
 
-    fn take<R: Row>(&mut self, group: &Group<R>, outcome: Outcome, allowed: bool) {
+    fn take(&mut self, group: &Group<'_>, outcome: Outcome, allowed: bool) {
         let (class, found) = (outcome.class, &mut self.found);
         found.old_rows += group.old.len() as u64;
         found.new_rows += group.new.len() as u64;
@@ -155,7 +152,7 @@ impl<'a> Tally<'a> {
         if let Some(not_allowed) = found.not_allowed.as_mut().filter(|_| !allowed) {
             not_allowed[class] += 1;
         }
-        if let ([old], [new]) = (&group.old[..], &group.new[..]) {
+        if let (&[old], &[new]) = (&group.old[..], &group.new[..]) {
             found.largest_shift_s = found.largest_shift_s.max(shift_s(old, new));
             for cell in &outcome.cells {
                 self.column(cell, old.number(), new.number());
@@ -165,7 +162,7 @@ impl<'a> Tally<'a> {
         let Comparison { columns, keep_findings, keep_matches, .. } = self.comparison;
         if self.found.horizon.is_some() {
             for (side, events) in self.beyond.iter_mut().zip([&group.old, &group.new]) {
-                events.iter().for_each(|event| side.add(event, columns));
+                events.iter().for_each(|event| side.add(*event, columns));
             }
         }
         let wants_match = self.found.matches.len() < keep_matches;
@@ -175,7 +172,8 @@ impl<'a> Tally<'a> {
         if !wants_match && !wants_finding {
             return;
         }
-        let [old, new] = [&group.old, &group.new].map(|events| events.iter().map(extent).collect::<Vec<_>>());
+        let [old, new] =
+            [&group.old, &group.new].map(|events| events.iter().copied().map(extent).collect::<Vec<_>>());
         if wants_finding {
             self.kept[class as usize] += 1;
             let rule = self.rule_in_words(&outcome, allowed);
@@ -215,7 +213,7 @@ impl<'a> Tally<'a> {
 
     fn column(&mut self, cell: &CellChange, old_event: u64, new_event: u64) {
         let column = cell.column;
-        let change = self.changes[column as usize].get_or_insert(ColumnChange {
+        let change = self.changes[column.place()].get_or_insert(ColumnChange {
             column,
             differing: 0,
             beyond_tolerance: 0,
@@ -230,7 +228,7 @@ impl<'a> Tally<'a> {
         }
     }
 
-    fn grow<R: Row>(&mut self, group: &Group<R>, outcome: &Outcome) {
+    fn grow(&mut self, group: &Group<'_>, outcome: &Outcome) {
         let number = self.found.counts.total();
         let differs = !outcome.class.is_no_difference();
         let onset_s = group.onset_s();
@@ -245,7 +243,7 @@ impl<'a> Tally<'a> {
             decade.largest_shift_s = decade.largest_shift_s.max(outcome.shift_s.unwrap_or(0.0));
         }
         if differs && self.found.horizon.is_none() {
-            let number_of = |events: &[R]| events.first().map(R::number);
+            let number_of = |events: &[Row<'_>]| events.first().map(|event| event.number());
             self.found.horizon = Some(Horizon {
                 at_s: onset_s,
                 class: outcome.class,
@@ -277,17 +275,16 @@ impl<'a> Tally<'a> {
     }
 }
 
-fn extent(event: &impl Row) -> Extent {
-    let BoundingBox { columns, rows } = event.bounding_box();
-    let is_over_area = event.cell(Column::FirstAcross) != Value::Empty;
+fn extent(event: Row<'_>) -> Extent {
+    let (Reach { first, last }, across) = (event.reach(), event.across());
     Extent {
         event: event.number(),
         onset_s: event.onset_s(),
         end_s: event.end_s(),
-        first_block: columns.first,
-        last_block: columns.last,
-        first_across: is_over_area.then_some(rows.first),
-        last_across: is_over_area.then_some(rows.last),
+        first_block: first,
+        last_block: last,
+        first_across: across.map(|rows| rows.first),
+        last_across: across.map(|rows| rows.last),
     }
 }
 
@@ -298,7 +295,7 @@ fn extent(event: &impl Row) -> Extent {
 /// extra and open events.
 #[derive(Debug, Clone, Default)]
 pub struct Draft {
-    tolerances: [f64; Column::ALL.len()],
+    tolerances: [f64; COUNT],
     counts: Counts,
     largest_shift_s: f64,
     ruptures: bool,
@@ -310,15 +307,15 @@ impl Draft {
         self.ruptures = true;
     }
 
-    fn take<R: Row>(&mut self, outcome: &Outcome, group: &Group<R>) {
+    fn take(&mut self, outcome: &Outcome, group: &Group<'_>) {
         if outcome.class == Class::Identical {
             return;
         }
-        let ([old], [new]) = (&group.old[..], &group.new[..]) else {
+        let (&[old], &[new]) = (&group.old[..], &group.new[..]) else {
             self.counts[outcome.class] += 1;
             return;
         };
-        let in_kind = |cell: &&CellChange| !cell.column.kind().is_measured() || cell.difference.is_none();
+        let in_kind = |cell: &&CellChange| !cell.column.role().is_measured() || cell.difference.is_none();
         let cut = old.is_cut() || new.is_cut();
         let others = outcome.cells.iter().find(in_kind);
         let starts_otherwise = outcome.cells.iter().filter(in_kind).any(|cell| cell.column.is_of_onset());
@@ -337,7 +334,7 @@ impl Draft {
             for cell in &outcome.cells {
                 let known = class.is_none() || cell.column.is_of_onset();
                 if let Some(difference) = cell.difference.filter(|_| known && !in_kind(&cell)) {
-                    let tolerance = &mut self.tolerances[cell.column as usize];
+                    let tolerance = &mut self.tolerances[cell.column.place()];
                     *tolerance = tolerance.max(difference);
                 }
             }
@@ -350,8 +347,8 @@ impl Draft {
         if self.counts[Class::Changed] + self.counts[Class::Open] > 0 {
             policy.max_shift_s = self.largest_shift_s;
         }
-        for column in Column::ALL {
-            let absolute = self.tolerances[column as usize];
+        for column in Column::all() {
+            let absolute = self.tolerances[column.place()];
             policy = policy.with_tolerance(column, Tolerance { absolute, relative: 0.0 });
         }
         for class in Class::ALL.into_iter().filter(|&class| self.counts[class] > 0) {

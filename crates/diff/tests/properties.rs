@@ -7,8 +7,9 @@ use asperity_diff::column::{Column, Columns};
 use asperity_diff::policy::{Policy, Spread, Tolerance, WINDOW_S};
 use asperity_diff::progress::Cycles;
 use asperity_diff::report::{Class, Match, TableDiff};
+use asperity_diff::table::Table;
 use asperity_diff::tally::{self, Comparison, Draft};
-use asperity_record::SlipEvent;
+use asperity_record::{Parts, SlipEvent};
 use asperity_testkit::{Random, slip_event};
 
 /// From 1 to 10^decades, as many in each decade.
@@ -95,10 +96,6 @@ fn pieces(random: &mut Random, event: &SlipEvent, count: u64) -> Vec<SlipEvent> 
         .collect()
 }
 
-fn source(events: &[SlipEvent]) -> impl Iterator<Item = Result<SlipEvent, Infallible>> {
-    events.iter().cloned().map(Ok)
-}
-
 fn compare_by(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy, columns: Columns) -> (TableDiff, Draft) {
     compare_in(None, old, new, policy, columns)
 }
@@ -116,13 +113,23 @@ fn compare_in(
         window_s: policy.window_s.unwrap_or(WINDOW_S),
         cycles,
         policy,
-        old_until_s: None,
-        new_until_s: None,
+        until_s: [None; 2],
         keep_findings: usize::MAX,
         keep_matches: usize::MAX,
     };
-    let run = tally::compare(comparison, source(old), source(new), &mut draft, |_| Ok(())).unwrap();
+    let run = compare_tables(comparison, old, new, &mut draft);
     (run, draft)
+}
+
+fn compare_tables(
+    comparison: Comparison<'_>,
+    old: &[SlipEvent],
+    new: &[SlipEvent],
+    draft: &mut Draft,
+) -> TableDiff {
+    let [old, new] = [old, new].map(|events| Table::of(Parts::ALL, events));
+    let Ok(run) = tally::compare(comparison, [&old, &new], draft, |_| Ok::<(), Infallible>(()));
+    run
 }
 
 fn compare(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy) -> TableDiff {
@@ -136,7 +143,8 @@ fn counts(run: &TableDiff) -> BTreeMap<Class, u64> {
 /// A tolerance of a step and a bit in times and the loads that go with them.
 fn tolerant() -> Policy {
     let loose = Tolerance { absolute: 1e-9, relative: 0.0 };
-    [Column::OnsetS, Column::EndS, Column::FtFnOnset, Column::FtFnEnd]
+    ["onset_s", "end_s", "ft_fn_onset", "ft_fn_end"]
+        .map(|name| Column::named(name).unwrap())
         .into_iter()
         .fold(Policy::default(), |policy, column| policy.with_tolerance(column, loose))
 }
@@ -447,7 +455,7 @@ fn a_drafted_policy_passes_and_is_tight() {
         assert_eq!(read_back, policy);
         assert!(passes(&policy), "case {case}: {}", policy.to_toml());
         assert_eq!(passes(&Policy::default()), run.counts.differing() == 0);
-        for column in Column::ALL {
+        for column in Column::all() {
             let Tolerance { absolute, relative } = policy.tolerance(column);
             if absolute > 0.0 {
                 let tighter = Tolerance { absolute: absolute.next_down(), relative };
@@ -518,13 +526,11 @@ fn what_the_end_of_a_run_cuts_short_is_open() {
         window_s: WINDOW_S,
         cycles: None,
         policy: &policy,
-        old_until_s: Some(1.0),
-        new_until_s: Some(7_000.0 * STEP_S),
+        until_s: [Some(1.0), Some(7_000.0 * STEP_S)],
         keep_findings: 9,
         keep_matches: 9,
     };
-    let run =
-        tally::compare(comparison, source(&base), source(&cut), &mut Draft::default(), |_| Ok(())).unwrap();
+    let run = compare_tables(comparison, &base, &cut, &mut Draft::default());
     assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, 1), (Class::Open, 2)]));
     // Without the time at which the run ended, the last is missing.
     let run = compare(&base, &cut, &policy);
@@ -546,7 +552,7 @@ fn only_shared_columns_are_compared() {
             ..event.clone()
         })
         .collect();
-    let seven: Columns = Column::ALL[..7].iter().copied().collect();
+    let seven: Columns = Column::all().take(7).collect();
     let (run, _) = compare_by(&old, &new, &Policy::default(), seven);
     assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, 50)]));
     assert_eq!(run.left_out().len(), 7, "all but the number of the event");

@@ -20,9 +20,6 @@ use crate::run::Run;
 use crate::source::Stoppable;
 use crate::values::to_python;
 
-/// Most slip events that are kept in memory, of all logs together.
-const MOST_SLIP_EVENTS: usize = 1_000_000;
-
 /// Compares the events, ruptures and numbers of two runs, logs, or folders of logs (docs/diff.md).
 #[pyfunction]
 #[pyo3(signature = (old, new, *, policy = None, pair = "hash"))]
@@ -51,10 +48,9 @@ pub(crate) fn diff(
     let report = attend(py, &Callbacks::default(), |watch| {
         let mut paths = sides::logs(&old).map_err(failed)?;
         paths.extend(sides::logs(&new).map_err(failed)?);
-        let most = MOST_SLIP_EVENTS / paths.len().max(1);
         let logs = at_once(&paths, None, |path| match watch.is_stopped() {
             true => Err(failed("stopped")),
-            false => read_log(path, most, watch),
+            false => read_log(path, watch),
         })?;
         let logs: BTreeMap<PathBuf, Arc<RunLog>> =
             paths.iter().cloned().zip(logs.into_iter().map(Arc::new)).collect();
@@ -81,12 +77,12 @@ fn side(side: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
     }
 }
 
-fn read_log(path: &Path, most_slip_events: usize, watch: &Watch) -> PyResult<RunLog> {
+fn read_log(path: &Path, watch: &Watch) -> PyResult<RunLog> {
     let begin = |log: &OpenLog| {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let slider = log.scenario().map(|scenario| scenario.map_or_else(Slider::default, Slider::of));
         let summarizer = slider.map(|slider| Summarizer::new(&name, log.header(), slider));
-        let observer = Summarized::begin(log.header(), log.scenario_toml(), summarizer, most_slip_events);
+        let observer = Summarized::begin(log.header(), log.scenario_toml(), summarizer);
         Ok(Stoppable { observer, watch })
     };
     let accept = |checked: &Checked| match checked.verdict.holds_all() {

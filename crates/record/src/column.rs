@@ -36,6 +36,35 @@ impl ColumnKind {
     }
 }
 
+/// What a column says of an event. Range checks of logs, classes of a diff and cells of tables that are read
+/// follow from it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// A block, a column or a row of contacts, or how many of them: from 1 to as many as there are.
+    Place,
+    /// A step: the same as a time, counted.
+    Step,
+    /// A time, s.
+    Time,
+    /// A load, `F_T / F_N`.
+    Load,
+    /// A speed, m/s.
+    Speed,
+    /// How often something has happened in the run by the start or the end of the event.
+    Total,
+    /// Whether the run ended before the event.
+    Edge,
+    /// Its number in its table, which follows from the events before it.
+    Number,
+}
+
+impl Role {
+    /// Whether its cells are measured numbers rather than counts or flags.
+    pub fn is_measured(self) -> bool {
+        matches!(self, Role::Time | Role::Load | Role::Speed)
+    }
+}
+
 /// A column of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
@@ -51,6 +80,10 @@ pub struct Column {
     pub only: Option<Part>,
     /// Its meaning in runs with contacts over an area, where that is another one.
     pub over_area: Option<&'static str>,
+    /// What it says of an event, if that is one of these.
+    pub role: Option<Role>,
+    /// Whether its cells may be empty.
+    pub is_optional: bool,
 }
 
 impl Column {
@@ -80,7 +113,16 @@ impl Column {
         about: &'static str,
     ) -> Column {
         let about = Cow::Borrowed(about.trim_ascii());
-        Column { name: Cow::Borrowed(name), kind, unit, about, only: None, over_area: None }
+        Column {
+            name: Cow::Borrowed(name),
+            kind,
+            unit,
+            about,
+            only: None,
+            over_area: None,
+            role: None,
+            is_optional: false,
+        }
     }
 
     /// A column whose name does not end in its unit: a ratio, `1`.
@@ -106,6 +148,19 @@ impl Column {
             self.about = Cow::Borrowed(over_area);
         }
         self
+    }
+
+    /// The column, with this role; its cells may be empty if those of its field may.
+    pub const fn with_role(mut self, role: Option<Role>, is_optional: bool) -> Column {
+        self.role = role;
+        self.is_optional = is_optional;
+        self
+    }
+
+    /// Whether it is known as soon as the event starts, so that the end of a run cannot have changed it: its
+    /// name speaks of the onset or the nucleation.
+    pub fn is_of_onset(&self) -> bool {
+        self.name.contains("onset") || self.name.starts_with("nucleation")
     }
 
     /// The column, with this meaning in runs with contacts over an area.
@@ -229,6 +284,8 @@ impl Serialize for Cell {
 pub trait CellValue: Copy {
     /// The kind of its columns.
     const KIND: ColumnKind;
+    /// Whether its cells may be empty.
+    const IS_OPTIONAL: bool = false;
 
     /// The cell.
     fn cell(self) -> Cell;
@@ -272,6 +329,7 @@ impl CellValue for bool {
 
 impl<T: CellValue> CellValue for Option<T> {
     const KIND: ColumnKind = T::KIND;
+    const IS_OPTIONAL: bool = true;
 
     #[inline]
     fn cell(self) -> Cell {

@@ -59,7 +59,7 @@ mod time;
 mod wording;
 
 pub use checkpoint::Checkpoint;
-pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
+pub use column::{Cell, CellValue, Column, ColumnKind, Role, markdown, unit_of};
 pub use contacts::Contacts;
 pub use energy::Energy;
 pub use event::{Event, EventKind, EventPayload};

@@ -8,8 +8,11 @@
 /// comment is the meaning of the column on every page. The name of an `f64` ends in its unit
 /// ([`unit_of`](crate::unit_of)); a number without one has `[unit = "1"]` after its type.
 ///
+/// `[role = ROLE]` behind its type says which [`Role`](crate::Role) it has, from which range checks of logs and
+/// the classes of a diff follow.
+///
 /// Where a field means something else in runs with contacts over an area, `[area = "..."]` behind its type,
-/// and behind its unit, is its meaning there.
+/// its role and its unit, is its meaning there.
 ///
 /// Fields that only runs with a [`Part`](crate::Part) have stand in a block `only PART { ... }` behind
 /// the others. They are `Option`s, absent from JSON while they are `None`; tables and schemas of other
@@ -64,13 +67,13 @@ macro_rules! payload {
         $vis:vis struct $name:ident {
             $(
                 $(#[doc = $doc:tt])*
-                $field_vis:vis $field:ident: $type:ty $([unit = $unit:literal])? $([area = $area:literal])?
+                $field_vis:vis $field:ident: $type:ty $([role = $role:ident])? $([unit = $unit:literal])? $([area = $area:literal])?
             ),+ $(,)?
         }
         $(only $part:ident {
             $(
                 $(#[doc = $part_doc:tt])*
-                $part_vis:vis $part_field:ident: $part_type:ty $([unit = $part_unit:literal])?
+                $part_vis:vis $part_field:ident: $part_type:ty $([role = $part_role:ident])? $([unit = $part_unit:literal])?
             ),+ $(,)?
         })*
     ) => {
@@ -78,6 +81,7 @@ macro_rules! payload {
         #[derive(
             Debug,
             Clone,
+            Default,
             PartialEq,
             $crate::macros::serde::Serialize,
             $crate::macros::serde::Deserialize,
@@ -103,10 +107,10 @@ macro_rules! payload {
             const COLUMNS: &'static [$crate::Column] = &[
                 $($crate::payload!(
                     @column stringify!($field), $type, concat!($($doc,)* "") $(, $unit)?
-                )$(.over_area($area))?,)+
+                ).with_role($crate::payload!(@role $($role)?), <$type as $crate::CellValue>::IS_OPTIONAL)$(.over_area($area))?,)+
                 $($($crate::payload!(
                     @column stringify!($part_field), $part_type, concat!($($part_doc,)* "") $(, $part_unit)?
-                ).only($crate::Part::$part),)+)*
+                ).with_role($crate::payload!(@role $($part_role)?), <$part_type as $crate::CellValue>::IS_OPTIONAL).only($crate::Part::$part),)+)*
             ];
 
             #[inline]
@@ -123,6 +127,12 @@ macro_rules! payload {
             assert!($crate::macros::is_event_topic($topic), "the topic of events must start with /events/");
             assert!(!<$name as $crate::EventPayload>::COLUMNS.is_empty());
         };
+    };
+    (@role) => {
+        None
+    };
+    (@role $role:ident) => {
+        Some($crate::Role::$role)
     };
     (@column $name:expr, $type:ty, $about:expr) => {
         $crate::Column::new($name, <$type as $crate::CellValue>::KIND, $about)

@@ -14,40 +14,40 @@ payload! {
     pub struct Rupture {
         /// Number of the rupture in its run, counted from 0, in the order in which they became
         /// certain.
-        pub rupture: u64,
+        pub rupture: u64 [role = Number],
         /// Time of the first step in which a block slides, s.
-        pub onset_s: f64,
+        pub onset_s: f64 [role = Time],
         /// Time of the first step after the last one in which one of its blocks slid, s; null if
         /// one still slid at the end of the run.
-        pub end_s: Option<f64>,
+        pub end_s: Option<f64> [role = Time],
         /// Lowest-numbered block.
-        pub first_block: u32 [area = "First column of its contacts."],
+        pub first_block: u32 [role = Place] [area = "First column of its contacts."],
         /// Highest-numbered block. All between the two have slid.
-        pub last_block: u32 [area = "Last column of its contacts."],
+        pub last_block: u32 [role = Place] [area = "Last column of its contacts."],
         /// The block that slid first; of several, the lowest-numbered.
-        pub nucleation_block: u32,
+        pub nucleation_block: u32 [role = Place],
         /// Whether every block of the slider slid: a global slip.
         pub reached_every_block: bool,
         /// `F_T / F_N` in the step after which the first block slid.
-        pub ft_fn_onset: f64,
+        pub ft_fn_onset: f64 [role = Load],
         /// `F_T / F_N` in the step after which the front had come to all of its blocks.
-        pub ft_fn_arrival: f64,
+        pub ft_fn_arrival: f64 [role = Load],
         /// `F_T / F_N` in the last step in which one of its blocks slid; null if one still slid at
         /// the end of the run.
-        pub ft_fn_end: Option<f64>,
+        pub ft_fn_end: Option<f64> [role = Load],
         /// First step in which a block slides.
-        pub onset_step: u64,
+        pub onset_step: u64 [role = Step],
         /// Time of the first step by which all of its blocks have slid, s.
-        pub arrival_s: f64,
+        pub arrival_s: f64 [role = Time],
         /// First step after the last one in which one of its blocks slid; null if a block still slid at the end of the run.
-        pub end_step: Option<u64>,
+        pub end_step: Option<u64> [role = Step],
         /// How many detachments it has: as many as blocks, unless blocks slid more than once.
         pub detachments: u64,
         /// Speed of the front towards higher-numbered blocks, m/s; null where it passed fewer than
         /// four blocks, or had no one direction.
-        pub front_speed_up_m_per_s: Option<f64> [area = "Speed of the front along x towards higher columns, from the column of nucleation on, by pairs of contacts of the same row, m/s; null where no row has four contacts there, or the front had no one direction."],
+        pub front_speed_up_m_per_s: Option<f64> [role = Speed] [area = "Speed of the front along x towards higher columns, from the column of nucleation on, by pairs of contacts of the same row, m/s; null where no row has four contacts there, or the front had no one direction."],
         /// Speed of the front towards lower-numbered blocks, m/s; null as for the other.
-        pub front_speed_down_m_per_s: Option<f64> [area = "Speed of the front along x towards lower columns, m/s; null as for the other."],
+        pub front_speed_down_m_per_s: Option<f64> [role = Speed] [area = "Speed of the front along x towards lower columns, m/s; null as for the other."],
         /// Mean size of the slip of its blocks, whichever way they slid, m; null if one still slid at the end of the run.
         pub mean_slip_m: Option<f64> [area = "Mean size of the slip of its contacts, a vector, m; null if one still slid at the end of the run."],
         /// Largest size of the slip of a block, m; null if one still slid at the end of the run.
@@ -64,11 +64,11 @@ payload! {
         pub mean_strength_drop_n: Option<f64> [area = "Strength before less resistance after: mean fall of the size of the tangential force on a contact, without friction, from its detachment to its re-attachment, N; null if one still slid at the end of the run."],
         /// Highest-numbered block that had slid before, in the whole run; null if none had. In a
         /// slider that creeps from its first block this is the creep front.
-        pub farthest_block_before: Option<u32> [area = "Farthest column in which a contact had slid before, in the whole run; null if none had."],
+        pub farthest_block_before: Option<u32> [role = Place] [area = "Farthest column in which a contact had slid before, in the whole run; null if none had."],
         /// Whether another rupture slid at the same time.
         pub overlapping: bool,
         /// Whether the run ended before it was certain that no detachment belongs to it any more.
-        pub open: bool,
+        pub open: bool [role = Edge],
         /// Work of the drive points in the steps from the first to the last one in which a block
         /// slid, J; this and the other energies, but for the anchor change, are null where another
         /// rupture slid at the same time, and where the run ended before it was certain.
@@ -100,11 +100,11 @@ payload! {
     }
     only Area {
         /// First row of its contacts.
-        pub first_across: Option<u32>,
+        pub first_across: Option<u32> [role = Place],
         /// Last row of its contacts.
-        pub last_across: Option<u32>,
+        pub last_across: Option<u32> [role = Place],
         /// How many contacts slid.
-        pub contacts: Option<u32>,
+        pub contacts: Option<u32> [role = Place],
         /// Potency: the sum of the sizes of slip times the area of a contact, `a^2`, m3; null if a contact
         /// still slid at the end of the run.
         pub potency_m3: Option<f64>,
@@ -140,17 +140,17 @@ payload! {
         /// Number of the rupture.
         pub rupture: u64,
         /// The block.
-        pub block: u32,
+        pub block: u32 [role = Place],
         /// Time of the first step in which the block slides, s.
-        pub arrival_s: f64,
+        pub arrival_s: f64 [role = Time],
         /// Time of the first step after the last one in which it slid, s; null if it still slid at
         /// the end of the run.
-        pub stop_s: Option<f64>,
+        pub stop_s: Option<f64> [role = Time],
         /// First step in which the block slides.
-        pub arrival_step: u64,
+        pub arrival_step: u64 [role = Step],
         /// First step after the last one in which it slid; null if it still slid at the end of the
         /// run.
-        pub stop_step: Option<u64>,
+        pub stop_step: Option<u64> [role = Step],
         /// How many times it detached.
         pub detachments: u32,
         /// Slip, m, from the first detachment to the last re-attachment; null if it still slid at
@@ -163,7 +163,7 @@ payload! {
         /// Speed of the front on its way to this block from the neighbour towards the nucleation,
         /// m/s; negative where it came from the other side. Null for the block of nucleation, and
         /// where both began to slide in the same step.
-        pub front_speed_m_per_s: Option<f64> [area = "Null; see `local_speed_m_per_s`."],
+        pub front_speed_m_per_s: Option<f64> [role = Speed] [area = "Null; see `local_speed_m_per_s`."],
         /// Shear force, the tangential force without friction, in the state at the onset of the rupture, N; null where
         /// its drop in the rupture is.
         pub force_before_n: Option<f64> [area = "Shear force, the tangential force without friction, in the state at the onset of the rupture, in the direction of the force at the first detachment, N; null where its drop in the rupture is."],
@@ -172,15 +172,15 @@ payload! {
     }
     only Area {
         /// Column of the contact.
-        pub column: Option<u32>,
+        pub column: Option<u32> [role = Place],
         /// Row of the contact.
-        pub across: Option<u32>,
+        pub across: Option<u32> [role = Place],
         /// Slip across the sliding direction, m; null as the slip along it.
         pub slip_across_m: Option<f64>,
         /// Speed of the front here, m/s: 1 over the gradient of the least-squares plane through the arrivals
         /// of the rupture among the 3 x 3 contacts around; null where fewer than six have one, and where all
         /// came at once.
-        pub local_speed_m_per_s: Option<f64>,
+        pub local_speed_m_per_s: Option<f64> [role = Speed],
     }
 }
 

@@ -9,21 +9,21 @@ payload! {
     /// The start of a slip event: which block went first, when, at what load.
     pub struct Onset {
         /// Number of the slip event in its run, counted from 0.
-        pub event: u64,
+        pub event: u64 [role = Number],
         /// First step in which a block slides.
-        pub onset_step: u64,
+        pub onset_step: u64 [role = Step],
         /// Time of that step, s.
-        pub onset_s: f64,
+        pub onset_s: f64 [role = Time],
         /// Lowest-numbered block that slides in that step.
-        pub nucleation_block: u32,
+        pub nucleation_block: u32 [role = Place],
         /// How many blocks slide in that step.
-        pub nucleation_blocks: u32,
+        pub nucleation_blocks: u32 [role = Place],
         /// Tangential force on the nucleation block when it detached, N.
         pub tangential_force_n: f64 [area = "Tangential force along the sliding direction on the contact of nucleation when it detached, N."],
         /// Static friction threshold of the nucleation block when it detached, N.
         pub threshold_n: f64,
         /// `F_T / F_N` used in the onset step.
-        pub ft_fn_onset: f64,
+        pub ft_fn_onset: f64 [role = Load],
     }
     only Area {
         /// Tangential force across the sliding direction on the contact of nucleation when it detached, N.
@@ -39,56 +39,56 @@ payload! {
     /// The first seven fields are the columns of the raw event table, in its order.
     pub struct SlipEvent {
         /// Time of the first step in which a block slides, s.
-        pub onset_s: f64,
+        pub onset_s: f64 [role = Time],
         /// Time of the first step after it in which none does, s; null if the run
         /// ended before.
-        pub end_s: Option<f64>,
+        pub end_s: Option<f64> [role = Time],
         /// Lowest-numbered block that slid.
-        pub first_block: u32 [area = "First column in which a contact slid."],
+        pub first_block: u32 [role = Place] [area = "First column in which a contact slid."],
         /// Highest-numbered block that slid.
-        pub last_block: u32 [area = "Last column in which a contact slid."],
+        pub last_block: u32 [role = Place] [area = "Last column in which a contact slid."],
         /// Most blocks sliding in one step.
-        pub max_sliding: u32,
+        pub max_sliding: u32 [role = Place],
         /// `F_T / F_N` used in the onset step.
-        pub ft_fn_onset: f64,
+        pub ft_fn_onset: f64 [role = Load],
         /// `F_T / F_N` used in the end step; null if the run ended before.
-        pub ft_fn_end: Option<f64>,
+        pub ft_fn_end: Option<f64> [role = Load],
         /// Number of the event in its run, counted from 0.
-        pub event: u64,
+        pub event: u64 [role = Number],
         /// First step in which a block slides.
-        pub onset_step: u64,
+        pub onset_step: u64 [role = Step],
         /// First step after it in which none does; null if the run ended before.
-        pub end_step: Option<u64>,
+        pub end_step: Option<u64> [role = Step],
         /// Number of distinct blocks that slid.
-        pub blocks_slipped: u32,
+        pub blocks_slipped: u32 [role = Place],
         /// Lowest-numbered block of the onset step.
-        pub nucleation_block: u32,
+        pub nucleation_block: u32 [role = Place],
         /// Smallest `F_T / F_N` over the event's switch records.
-        pub ft_fn_min: f64,
+        pub ft_fn_min: f64 [role = Load],
         /// Largest `F_T / F_N` over the event's switch records.
-        pub ft_fn_max: f64,
+        pub ft_fn_max: f64 [role = Load],
         /// Whether the run ended before the event did.
-        pub open: bool,
+        pub open: bool [role = Edge],
     }
     only Junctions {
         /// Breaks of junctions in all steps before the onset step.
-        pub breaks_onset: Option<u64>,
+        pub breaks_onset: Option<u64> [role = Total],
         /// Breaks of junctions in all steps before the end step; none if the run ended before.
-        pub breaks_end: Option<u64>,
+        pub breaks_end: Option<u64> [role = Total],
         /// Junctions pinned again in all steps before the onset step.
-        pub repins_onset: Option<u64>,
+        pub repins_onset: Option<u64> [role = Total],
         /// Junctions pinned again in all steps before the end step; none if the run ended before.
-        pub repins_end: Option<u64>,
+        pub repins_end: Option<u64> [role = Total],
     }
     only State {
         /// Largest speed of any block in it, m/s.
-        pub peak_velocity_m_per_s: Option<f64>,
+        pub peak_velocity_m_per_s: Option<f64> [role = Speed],
     }
     only Area {
         /// First row in which a contact slid.
-        pub first_across: Option<u32>,
+        pub first_across: Option<u32> [role = Place],
         /// Last row in which a contact slid.
-        pub last_across: Option<u32>,
+        pub last_across: Option<u32> [role = Place],
     }
 }
 
@@ -119,9 +119,9 @@ payload! {
         /// Number of the slip event it is.
         pub event: u64,
         /// Time of its onset, s.
-        pub onset_s: f64,
+        pub onset_s: f64 [role = Time],
         /// Time of its end, s; null if the run ended before.
-        pub end_s: Option<f64>,
+        pub end_s: Option<f64> [role = Time],
         /// Time since the onset of the global slip before it, s; null for the first.
         pub recurrence_s: Option<f64>,
         /// Fall of the driving force from onset to end, N; null if the run ended before.

@@ -4,8 +4,8 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, BoundingBox, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, Onset,
-    Reach, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord, magnitude,
+    Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, Onset,
+    Role, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -245,77 +245,79 @@ pub(crate) fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), Lo
     Ok(())
 }
 
-/// Reads an event of the run with that header, and checks that its payload matches its topic, and
-/// that its blocks and steps exist.
+/// Reads an event of the run with that header, and checks that its payload matches its topic, and that it has
+/// the places and parts of such a run. What else it says is compared with the steps, where these are read.
 ///
 /// # Errors
 /// A message about what is wrong.
 pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Event, serde_json::Error> {
-    let blocks = header.blocks;
-    let wrong = |what: String| Err(serde::de::Error::custom(what));
-    let in_chain = |block: u32| (1..=blocks).contains(&block);
-    if topic == SlipEvent::TOPIC {
-        let slip: SlipEvent = serde_json::from_str(payload)?;
-        let &SlipEvent { nucleation_block, blocks_slipped, max_sliding, .. } = &slip;
-        let most = event_box(slip.bounding_box(), [slip.first_across, slip.last_across], header)
-            .and_then(|most| nucleation(slip.bounding_box(), nucleation_block, header).map(|()| most));
-        let most = most.map_err(serde::de::Error::custom)?;
-        for (key, count) in [("blocks_slipped", blocks_slipped), ("max_sliding", max_sliding)] {
-            if !(1..=most).contains(&u64::from(count)) {
-                return wrong(format!("{key} = {count} between {}", ends(slip.bounding_box(), header)));
-            }
+    match topic {
+        SlipEvent::TOPIC => read::<SlipEvent>(payload, header),
+        Onset::TOPIC => read::<Onset>(payload, header),
+        Rupture::TOPIC => read::<Rupture>(payload, header),
+        Arrival::TOPIC => read::<Arrival>(payload, header),
+        GlobalSlip::TOPIC => read::<GlobalSlip>(payload, header),
+        _ => {
+            // An event of an unknown detector, which must still be a JSON object.
+            serde_json::from_str::<Map<String, Value>>(payload)?;
+            Ok(Event::of_json(topic, payload))
         }
-        if slip.end_step.is_some_and(|end| end <= slip.onset_step) {
-            return wrong(format!(
-                "it ends in step {:?} and begins in step {}",
-                slip.end_step, slip.onset_step
-            ));
-        }
-        if slip.open != slip.end_step.is_none() || slip.open != slip.end_s.is_none() {
-            return wrong(format!("open = {}, and it ends in step {:?}", slip.open, slip.end_step));
-        }
-        if let Err(what) = peak(slip.peak_velocity_m_per_s, header) {
-            return wrong(what);
-        }
-        let junctions = header.parts().junctions;
-        for (what, onset, end) in
-            [("breaks", slip.breaks_onset, slip.breaks_end), ("repins", slip.repins_onset, slip.repins_end)]
-        {
-            if onset.is_some() != junctions
-                || end.is_some() != (junctions && !slip.open)
-                || end < onset && end.is_some()
-            {
-                return wrong(format!("{what}_onset = {onset:?} and {what}_end = {end:?}"));
-            }
-        }
-        Ok(Event::new(slip))
-    } else if topic == Onset::TOPIC {
-        let onset: Onset = serde_json::from_str(payload)?;
-        let &Onset { nucleation_block, nucleation_blocks, .. } = &onset;
-        if !in_chain(nucleation_block) || !in_chain(nucleation_blocks) {
-            return wrong(format!(
-                "{nucleation_blocks} blocks from block {nucleation_block} of {}",
-                all_of(header)
-            ));
-        }
-        if onset.tangential_force_across_n.is_some() != header.parts().area {
-            let across_n = onset.tangential_force_across_n;
-            return wrong(format!("tangential_force_across_n = {across_n:?}, in {}", kind_of(header)));
-        }
-        Ok(Event::new(onset))
-    } else if topic == Rupture::TOPIC {
-        let read: Rupture = serde_json::from_str(payload)?;
-        rupture(&read, header).map_or_else(wrong, |()| Ok(Event::new(read)))
-    } else if topic == Arrival::TOPIC {
-        let read: Arrival = serde_json::from_str(payload)?;
-        arrival(&read, header).map_or_else(wrong, |()| Ok(Event::new(read)))
-    } else if topic == GlobalSlip::TOPIC {
-        Ok(Event::new(serde_json::from_str::<GlobalSlip>(payload)?))
-    } else {
-        // An event of an unknown detector, which must still be a JSON object.
-        serde_json::from_str::<Map<String, Value>>(payload)?;
-        Ok(Event::of_json(topic, payload))
     }
+}
+
+fn read<P: EventPayload>(payload: &str, header: &RunHeader) -> Result<Event, serde_json::Error> {
+    let read: P = serde_json::from_str(payload)?;
+    ranges(P::COLUMNS, read.cells().as_ref(), header).map_err(serde::de::Error::custom)?;
+    Ok(Event::new(read))
+}
+
+/// Checks the cells of an event by the roles of their columns: places exist, ranges do not end before they
+/// begin, and columns that only some runs have are there in those alone.
+fn ranges(columns: &[Column], cells: &[Cell], header: &RunHeader) -> Result<(), String> {
+    let (parts, contacts) = (header.parts(), header.contacts());
+    let mut before: Option<(&Column, u64)> = None;
+    for (column, cell) in columns.iter().zip(cells) {
+        let (name, is_empty) = (&*column.name, *cell == Cell::Empty);
+        if let Some(part) = column.only
+            && (if parts.has(part) { is_empty && column.role == Some(Role::Place) } else { !is_empty })
+        {
+            return Err(match is_empty {
+                true => format!("it lacks {name}, in a run with {part:?}"),
+                false => format!("it has {name}, in a run without {part:?}"),
+            });
+        }
+        let value = match (column.role, *cell) {
+            (Some(Role::Place), Cell::Count(place)) => u64::from(place),
+            (Some(Role::Step | Role::Total), Cell::Step(step)) => step,
+            _ => continue,
+        };
+        if column.role == Some(Role::Place) {
+            let most = match name {
+                "first_block" | "last_block" | "column" => contacts.columns(),
+                "first_across" | "last_across" | "across" => contacts.rows(),
+                _ => header.blocks,
+            };
+            if !(1..=u64::from(most)).contains(&value) {
+                return Err(format!("{name} = {value} of {}", all_of(header)));
+            }
+        }
+        if let Some((first, from)) = before.filter(|(first, _)| is_range(first, column)) {
+            let is_in_order = if column.role == Some(Role::Step) { from < value } else { from <= value };
+            if !is_in_order {
+                return Err(format!("{name} = {value}, and {} = {from}", first.name));
+            }
+        }
+        before = Some((column, value));
+    }
+    Ok(())
+}
+
+/// Whether two columns, one after the other, are the ends of a range: `first_block` and `last_block`,
+/// `onset_step` and `end_step`, `breaks_onset` and `breaks_end`.
+fn is_range(first: &Column, last: &Column) -> bool {
+    let thing = first.name.strip_prefix("first").or(first.name.strip_suffix("onset"));
+    let end = last.name.strip_prefix("last").or(last.name.strip_suffix("end"));
+    first.role == last.role && (first.role == Some(Role::Step) || thing.is_some() && thing == end)
 }
 
 /// Checks the largest speed of a step or an event: a number from 0 on in runs with a state, and none in others.
@@ -327,14 +329,6 @@ fn peak(speed: Option<f64>, header: &RunHeader) -> Result<(), String> {
     Ok(())
 }
 
-/// What kind of run a header is of, as far as its contacts go, in words.
-fn kind_of(header: &RunHeader) -> String {
-    match header.parts().area {
-        false => "a run without an area of contact".to_owned(),
-        true => format!("a run with {} rows of contacts", header.rows),
-    }
-}
-
 /// All contacts of a run, in words.
 pub(crate) fn all_of(header: &RunHeader) -> String {
     let contacts = header.contacts();
@@ -342,132 +336,4 @@ pub(crate) fn all_of(header: &RunHeader) -> String {
         false => format!("a chain of {}", header.blocks),
         true => format!("{} columns and {} rows", contacts.columns(), contacts.rows()),
     }
-}
-
-/// The ends of the box of an event, in words: first and last block, or column and row.
-fn ends(of: BoundingBox, header: &RunHeader) -> String {
-    let BoundingBox { columns: Reach { first, last }, rows } = of;
-    match header.parts().area {
-        false => format!("blocks {first} and {last}"),
-        true => format!("columns {first} and {last}, rows {} and {}", rows.first, rows.last),
-    }
-}
-
-/// Checks the box of an event, whose first and last row are given over an area only; returns how many
-/// contacts lie in it.
-fn event_box(of: BoundingBox, across: [Option<u32>; 2], header: &RunHeader) -> Result<u64, String> {
-    let BoundingBox { columns: Reach { first, last }, rows } = of;
-    let contacts = header.contacts();
-    if across.iter().any(|row| row.is_some() != header.parts().area) {
-        let [first, last] = across;
-        return Err(format!("first_across = {first:?} and last_across = {last:?}, in {}", kind_of(header)));
-    }
-    if of.is_within(contacts) {
-        return Ok(of.count());
-    }
-    let Reach { first: first_row, last: last_row } = rows;
-    let of = match header.parts().area {
-        false => format!("blocks {first} to {last}"),
-        true => format!("columns {first} to {last} and rows {first_row} to {last_row}"),
-    };
-    Err(format!("{of} of {}", all_of(header)))
-}
-
-/// Checks that an event began within its box.
-fn nucleation(of: BoundingBox, nucleation_block: u32, header: &RunHeader) -> Result<(), String> {
-    if (1..=header.blocks).contains(&nucleation_block) && of.contains(nucleation_block, header.contacts()) {
-        return Ok(());
-    }
-    let BoundingBox { columns: Reach { first, last }, rows } = of;
-    let rows = match header.parts().area {
-        false => String::new(),
-        true => format!(" and rows {} to {}", rows.first, rows.last),
-    };
-    Err(format!("nucleation at block {nucleation_block}, outside {first} to {last}{rows}"))
-}
-
-/// How many contacts of a rupture have slid: in a single row all from the first to the last.
-///
-/// Over an area neighbours differ by one column and one row at most, so each column and each row of the box
-/// has one.
-fn slipped(rupture: &Rupture, most: u64, header: &RunHeader) -> Result<u32, String> {
-    let BoundingBox { columns, rows } = rupture.bounding_box();
-    match rupture.contacts {
-        None if !header.parts().area => Ok(columns.count()),
-        Some(contacts) if header.parts().area => {
-            let fewest = columns.count().max(rows.count());
-            let is_possible = contacts >= fewest && u64::from(contacts) <= most;
-            let between = || ends(rupture.bounding_box(), header);
-            is_possible
-                .then_some(contacts)
-                .ok_or_else(|| format!("contacts = {contacts} between {}", between()))
-        }
-        contacts => Err(format!("contacts = {contacts:?}, in {}", kind_of(header))),
-    }
-}
-
-fn rupture(rupture: &Rupture, header: &RunHeader) -> Result<(), String> {
-    let &Rupture { nucleation_block, onset_step, end_step, open, first_across, last_across, .. } = rupture;
-    let of = rupture.bounding_box();
-    let most = event_box(of, [first_across, last_across], header)?;
-    nucleation(of, nucleation_block, header)?;
-    let (blocks, count) = (header.blocks, slipped(rupture, most, header)?);
-    if rupture.reached_every_block != (count == blocks) {
-        let said = rupture.reached_every_block;
-        return Err(format!("reached_every_block = {said} of {count} blocks of {}", all_of(header)));
-    }
-    if rupture.detachments < u64::from(count) {
-        return Err(format!("{} detachments of {count} blocks", rupture.detachments));
-    }
-    if end_step.is_some_and(|end| end <= onset_step) {
-        return Err(format!("it ends in step {end_step:?} and begins in step {onset_step}"));
-    }
-    let ends = [end_step.is_some(), rupture.end_s.is_some(), rupture.ft_fn_end.is_some()];
-    if ends.iter().any(|is_there| *is_there != ends[0]) || (!ends[0] && !open) {
-        return Err(format!("open = {open}, and it ends in step {end_step:?}"));
-    }
-    if rupture.radiated_j.is_some() && !header.radiates {
-        return Err("it has radiated_j, in a run without radiation".to_owned());
-    }
-    let potencies = [("potency_m2", rupture.potency_m2, false), ("potency_m3", rupture.potency_m3, true)];
-    match potencies
-        .into_iter()
-        .find(|(_, potency, of_area)| potency.is_some() && *of_area != header.parts().area)
-    {
-        None => Ok(()),
-        Some((key, ..)) => Err(format!("it has {key}, in {}", kind_of(header))),
-    }
-}
-
-fn arrival(arrival: &Arrival, header: &RunHeader) -> Result<(), String> {
-    let &Arrival { block, arrival_step, stop_step, detachments, column, across, .. } = arrival;
-    let blocks = header.blocks;
-    if !(1..=blocks).contains(&block) {
-        return Err(format!("block {block} of {}", all_of(header)));
-    }
-    if detachments == 0 {
-        return Err(format!("block {block} is passed without a detachment"));
-    }
-    if stop_step.is_some_and(|stop| stop <= arrival_step) {
-        return Err(format!("it stops in step {stop_step:?} and arrives in step {arrival_step}"));
-    }
-    let stops = [arrival.stop_s.is_some(), arrival.slip_m.is_some(), arrival.force_attach_n.is_some()];
-    if stops.iter().any(|is_there| *is_there != stop_step.is_some()) {
-        return Err(format!("it stops in step {stop_step:?}, but not in all that is said of that"));
-    }
-    let (is_area, contacts) = (header.parts().area, header.contacts());
-    let place = is_area.then(|| (contacts.column(block), contacts.row(block)));
-    if column.zip(across) != place || column.is_some() != is_area || across.is_some() != is_area {
-        return Err(format!(
-            "column = {column:?} and across = {across:?} of block {block}, in {}",
-            kind_of(header)
-        ));
-    }
-    if arrival.slip_across_m.is_some() != (is_area && stop_step.is_some()) {
-        return Err(format!("slip_across_m = {:?}, in {}", arrival.slip_across_m, kind_of(header)));
-    }
-    if arrival.local_speed_m_per_s.is_some() && !is_area {
-        return Err(format!("it has local_speed_m_per_s, in {}", kind_of(header)));
-    }
-    Ok(())
 }

@@ -276,6 +276,8 @@ pub(crate) fn column(key: &Key) -> Column {
         about: key.doc.into(),
         only: None,
         over_area: None,
+        role: None,
+        is_optional: false,
     }
 }
 

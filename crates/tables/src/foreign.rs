@@ -79,6 +79,8 @@ pub(crate) fn columns(schema: &str) -> Option<Vec<Column>> {
             about: about.into(),
             only: None,
             over_area: None,
+            role: None,
+            is_optional: true,
         });
     }
     Some(columns)

@@ -152,29 +152,23 @@ impl Forge {
             ("own-rupture-energy", "/events/rupture", "drive_work_j", json!(1.0), "other events"),
             ("own-arrival-slip", "/events/arrival", "slip_m", json!(1.0), "other events"),
             ("own-arrival-of", "/events/arrival", "rupture", json!(1), "other events"),
-            // These contradict themselves, so any program sees it.
+            ("own-rupture-start", "/events/rupture", "nucleation_block", json!(9), "other events"),
+            ("own-rupture-global", "/events/rupture", "reached_every_block", json!(true), "other events"),
+            ("own-rupture-detachments", "/events/rupture", "detachments", json!(0), "other events"),
+            ("own-rupture-open", "/events/rupture", "end_s", json!(null), "other events"),
+            ("own-arrival-none", "/events/arrival", "detachments", json!(0), "other events"),
+            ("own-arrival-no-slip", "/events/arrival", "slip_m", json!(null), "other events"),
+            // These no run has, so any program sees it.
             (
                 "own-rupture-blocks",
                 "/events/rupture",
                 "last_block",
                 json!(11),
-                "blocks 1 to 11 of a chain of 10",
+                "last_block = 11 of a chain of 10",
             ),
-            ("own-rupture-start", "/events/rupture", "nucleation_block", json!(9), "nucleation at block 9"),
-            ("own-rupture-global", "/events/rupture", "reached_every_block", json!(true), "of 1 blocks"),
-            (
-                "own-rupture-detachments",
-                "/events/rupture",
-                "detachments",
-                json!(0),
-                "0 detachments of 1 blocks",
-            ),
-            ("own-rupture-end", "/events/rupture", "end_step", json!(3), "it ends in step Some(3)"),
-            ("own-rupture-open", "/events/rupture", "end_s", json!(null), "open = false"),
-            ("own-arrival-block", "/events/arrival", "block", json!(0), "block 0 of a chain of 10"),
-            ("own-arrival-none", "/events/arrival", "detachments", json!(0), "without a detachment"),
-            ("own-arrival-stop", "/events/arrival", "stop_step", json!(3), "it stops in step Some(3)"),
-            ("own-arrival-no-slip", "/events/arrival", "slip_m", json!(null), "but not in all that is said"),
+            ("own-rupture-end", "/events/rupture", "end_step", json!(3), "end_step = 3, and onset_step"),
+            ("own-arrival-block", "/events/arrival", "block", json!(0), "block = 0 of a chain of 10"),
+            ("own-arrival-stop", "/events/arrival", "stop_step", json!(3), "stop_step = 3, and arrival_step"),
         ] {
             self.parts(name, what, says, |parts| {
                 let at = messages(parts, topic)[0];

@@ -146,7 +146,7 @@ pub(super) fn ruptures(report: &Report) -> String {
 
 /// The loads at which the ruptures of a pair start, where they differ.
 fn load(finding: &Finding) -> Cell {
-    let change = finding.columns.iter().find(|change| change.column == Column::FtFnOnset);
+    let change = finding.columns.iter().find(|change| change.column == Column::FT_FN_ONSET);
     Cell::optional(
         change.map(|change| format!("{} → {}", reading::cell(change.old), reading::cell(change.new))),
     )

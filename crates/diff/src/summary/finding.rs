@@ -2,9 +2,8 @@
 
 use std::fmt::Write;
 
-use asperity_record::BoundingBox;
+use asperity_record::{BoundingBox, Cell};
 
-use crate::column::Value;
 use crate::reading::{cell as cell_value, number};
 use crate::report::{CellChange, Class, Counts, Extent, Finding};
 
@@ -81,7 +80,7 @@ fn conservation(finding: &Finding) -> String {
 fn cell(change: &CellChange) -> String {
     let CellChange { column, old, new, difference, .. } = *change;
     match (old, new, difference) {
-        (Value::Number(old), Value::Number(new), Some(_)) => {
+        (Cell::Number(old), Cell::Number(new), Some(_)) => {
             format!("{column} {} {:+.2e}", number(old), new - old)
         }
         _ => format!("{column} {} -> {}", cell_value(old), cell_value(new)),

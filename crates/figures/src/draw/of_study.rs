@@ -151,6 +151,8 @@ mod tests {
             about: "".into(),
             only: None,
             over_area: None,
+            role: None,
+            is_optional: true,
         };
         drawer.begin(
             "runs",

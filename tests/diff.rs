@@ -150,7 +150,7 @@ fn what_cannot_be_compared_is_refused_with_its_place() {
     assert_eq!(code, 2);
     assert!(
         err.contains(
-            "policy.toml:1:10: columns.onset: the event table has no such column (accepted: onset_s"
+            "policy.toml:1:10: columns.onset: no column of the event table that is compared (accepted: onset_s"
         ),
         "{err}"
     );
@@ -288,7 +288,7 @@ fn of_runs_of_two_time_steps_the_physics_is_told_first() {
     let page = folder.path().join("page.html");
     diff(&[text(&fine), text(&coarse), "--page", text(&page)]);
     let html = fs::read_to_string(page).expect("it was written");
-    let (_, rows) = html.split_once("largest of those that differ").expect("there are more than fit");
+    let (_, rows) = html.split_once("Those that differ, the largest first: ").expect("some do");
     let rows =
         rows.split("</table>").next().expect("it ends").lines().filter(|line| line.starts_with("<tr><td>"));
     let span = |words: &str| {

@@ -77,16 +77,17 @@
 //! - `matches`: every match as a row of a Parquet file.
 //! - [`compare()`]: all of this, for two sides.
 //!
-//! And the results: [`report`] as data, rounded by `reading`: [`summary`] on a terminal, [`page`] as one
-//! HTML page.
-//!
+//! And the results: [`report`] as data, rounded by `reading`; `document` says in words and tables what differs,
+//! [`summary`] shows that on a terminal, [`page`] as one HTML page.
 
 mod claims;
 pub mod classify;
 pub mod column;
 mod compare;
 mod cost;
+mod document;
 mod error;
+mod finding;
 mod grid;
 mod matches;
 pub mod matching;
@@ -104,6 +105,7 @@ pub mod statistics;
 pub mod summary;
 pub mod table;
 pub mod tally;
+mod timeline;
 
 pub use compare::{Compared, Settings, compare};
 pub use error::CompareError;

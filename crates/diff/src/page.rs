@@ -5,21 +5,17 @@
 //! and tables need no scripts; a script adds the two space-time
 //! timelines, drawn on a canvas because there may be ten thousand events.
 
-mod findings;
-mod physics;
-mod results;
-mod timeline;
-mod words;
+use std::fmt::Display;
 
 use asperity_report::html::markup::{
-    Cell, Row, counted, json, paragraph, section, short, sortable_table, table, text,
+    Cell as Td, Row as Tr, json, paragraph, section, sortable_table, table, text,
 };
 use asperity_report::html::{Document, MAP, Part};
 
+use crate::document::{self, Block, Cell, Row, Table, title};
 use crate::reading::number;
-use crate::report::{Class, Counts, PairedBy, Report, RunDiff, TableDiff, Verdict};
-use timeline::Thinning;
-use words::{class_cell, key};
+use crate::report::{Class, Counts, Extent, Report, Verdict};
+use crate::timeline::{self, Thinning};
 
 const OWN: Part = Part { style: include_str!("page/diff.css"), script: include_str!("page/diff.js") };
 
@@ -30,126 +26,117 @@ pub const MATCHES_OF_A_RUN: usize = 200_000;
 
 /// The page of a report.
 pub fn page(report: &Report) -> String {
-    let listed = findings::listed(report);
-    let title = format!("{} and {} compared", report.old, report.new);
-    let sections = [
-        heading(report),
-        physics::settings(report),
-        physics::numbers(report),
-        physics::ruptures(report),
-        classes(report),
-        runs(report),
-        timelines(report),
-        findings::findings(report, &listed),
-        results::beyond(report),
-        results::downstream(report),
-        results::provenance(report),
-        meanings(),
-    ];
+    let listed = document::listed(report);
+    let parts = document::parts(report, &listed).into_iter().map(|part| {
+        let mut body: String = part.blocks.into_iter().map(block).collect();
+        if part.title == "Findings" && !body.is_empty() {
+            body = format!(
+                "<p class=\"needs-script\">Those of the run and classes that are shown above; a click leads to the \
+                 place in the timelines.</p>\n<div class=\"list\">{body}</div>\n"
+            );
+        }
+        let before = if part.title == "Findings" { timelines(report) } else { String::new() };
+        before + &section(part.title, &body)
+    });
+    let main = heading(report) + &parts.collect::<String>() + &meanings();
     let data = (" id=\"data\"".to_owned(), json(&timeline::timeline(report, &listed)));
-    Document { title, main: sections.concat(), data: vec![data], parts: &[MAP, OWN] }.html()
+    let heading = format!("{} and {} compared", report.old, report.new);
+    Document { title: heading, main, data: vec![data], parts: &[MAP, OWN] }.html()
 }
 
 /// The head: the outcome in one word and one sentence.
 fn heading(report: &Report) -> String {
-    let (word, class) = match report.verdict {
-        Verdict::WithinPolicy => ("within policy", "within"),
-        Verdict::Differs => ("differs", "differs"),
+    let class = if report.verdict == Verdict::Differs { "differs" } else { "within" };
+    let policy = match &report.policy {
+        Some(policy) => format!("<code>{}</code>", text(policy)),
+        None => "exact: nothing may differ".to_owned(),
     };
-    let events = |side: fn(&RunDiff) -> u64| report.runs.iter().map(side).sum::<u64>();
-    let parts: Vec<String> =
-        report.counts.there().map(|(class, count)| format!("{count} {}", words::title(class))).collect();
-    let sentence = format!(
-        "{} old and {} new slip events in {}{}: {}.",
-        events(|run| run.old.events),
-        events(|run| run.new.events),
-        counted(report.runs.len() as u64, "pair of runs").replace("pair of runss", "pairs of runs"),
-        match report.runs.iter().filter(|run| run.events.paired_by == PairedBy::Cycles).count() {
-            0 => "",
-            _ => ", paired by cycles between global slips where times do not match",
-        },
-        if parts.is_empty() { "nothing to compare".to_owned() } else { parts.join(", ") }
-    );
-    let mut out = format!(
-        "<header>\n<h1>What differs between the runs</h1>\n<p><span class=\"verdict {class}\">{word}</span></p>\n\
-         {}<p>OLD <code>{}</code><br>NEW <code>{}</code><br>policy {}</p>\n",
-        paragraph(&sentence),
+    format!(
+        "<header>\n<h1>What differs between the runs</h1>\n<p><span class=\"verdict {class}\">{}</span></p>\n\
+         {}<p>OLD <code>{}</code><br>NEW <code>{}</code><br>policy {policy}</p>\n</header>\n",
+        text(document::verdict(report)),
+        paragraph(&document::events(report)),
         text(&report.old),
         text(&report.new),
-        match &report.policy {
-            Some(policy) => format!("<code>{}</code>", text(policy)),
-            None => "exact: nothing may differ".to_owned(),
+    )
+}
+
+fn block(block: Block) -> String {
+    match block {
+        Block::Words(words) | Block::OnPage(words) => paragraph(words.trim_start()),
+        Block::OnScreen(_) => String::new(),
+        Block::Table(of) => set(of),
+    }
+}
+
+/// A table; one with a caption is folded below that.
+fn set(of: Table) -> String {
+    let Table { caption, headings, rows, left_out, .. } = of;
+    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+    let is_of_runs = headings.first() == Some(&"run");
+    let rows = rows.iter().map(row);
+    let mut out = match is_of_runs {
+        true => sortable_table("runs", "", &headings, rows),
+        false => table("", &headings, rows),
+    };
+    out = format!("<div class=\"wide\">{out}</div>\n");
+    if left_out > 0 {
+        let words = format!("{left_out} more are not listed here; --format json and --matches have them.");
+        out = paragraph(&words) + &out;
+    }
+    match caption.is_empty() {
+        true => out,
+        false => format!("<details><summary>{}</summary>\n{out}</details>\n", text(caption)),
+    }
+}
+
+fn row(row: &Row) -> Tr {
+    let attributes =
+        row.finding.map_or_else(String::new, |n| format!(" data-finding=\"{n}\" tabindex=\"0\""));
+    Tr { attributes, cells: row.cells.iter().map(cell).collect() }
+}
+
+fn cell(cell: &Cell) -> Td {
+    let lines = |lines: &mut dyn Iterator<Item = String>| match lines.collect::<Vec<_>>() {
+        none if none.is_empty() => Td::None,
+        some => Td::Html(some.join("<br>")),
+    };
+    match cell {
+        Cell::Text(words) => Td::text(words),
+        Cell::Number(number) => Td::optional(Some(number).filter(|number| !number.is_empty())),
+        Cell::Key(key) => {
+            let key = text(key);
+            let breaking = key.replace('.', ".<wbr>").replace('_', "_<wbr>");
+            Td::Html(format!("<code data-key=\"{key}\">{breaking}</code>"))
         }
-    );
-    for unpaired in &report.unpaired {
-        out.push_str(&paragraph(&format!(
-            "Only {} has run {}, of {}: {}.",
-            unpaired.side.to_uppercase(),
-            unpaired.run.name,
-            counted(unpaired.run.events, "event"),
-            unpaired.why
-        )));
+        Cell::Class(class) => {
+            Td::Html(format!("<span class=\"class\">{}{}</span>", key(*class), text(title(*class))))
+        }
+        Cell::Run(place, name) => {
+            Td::Html(format!("<a href=\"#timeline\" data-run=\"{place}\">{}</a>", text(name)))
+        }
+        Cell::Events(events) => lines(&mut events.iter().map(event)),
+        Cell::Lines(words) => lines(&mut words.iter().map(|words| text(words).to_string())),
     }
-    for exceeded in &report.exceeded {
-        out.push_str(&paragraph(&format!(
-            "The policy allows {} {} and there are {}.",
-            exceeded.allowed,
-            words::title(exceeded.class),
-            exceeded.found
-        )));
-    }
-    out.push_str("</header>\n");
-    out
 }
 
-fn classes(report: &Report) -> String {
-    let not_allowed: Counts = report.runs.iter().filter_map(|run| run.events.not_allowed.as_ref()).sum();
-    let rows = report.counts.there().map(|(class, count)| {
-        Row::from(vec![
-            class_cell(class),
-            Cell::number(count),
-            Cell::number(not_allowed[class]),
-            Cell::text(class.meaning()),
-        ])
-    });
-    section("Classes", &table("", &["class", "#matches", "#not allowed", "what it means"], rows))
+/// An event by number, with its times and blocks.
+fn event(event: &Extent) -> String {
+    let end: &dyn Display = match event.end_s {
+        Some(end_s) => &format!("{} s", number(end_s)),
+        None => &"the run's end",
+    };
+    let blocks = Extent::words(event.bounding_box(), event.first_across.is_some(), " to ");
+    let (number, onset) = (event.event, number(event.onset_s));
+    format!("<b>{number}</b> <span class=\"value\">{onset} s to {end}</span>, {blocks}")
 }
 
-fn runs(report: &Report) -> String {
-    let there: Vec<Class> = report.counts.there().map(|(class, _)| class).collect();
-    let titles: Vec<String> = there.iter().map(|&class| format!("#{}", words::title(class))).collect();
-    let mut headings = vec!["run", "#old events", "#new events"];
-    headings.extend(titles.iter().map(String::as_str));
-    headings.extend(["#largest shift, s", "#first difference, s"]);
-    let row = |(place, run): (usize, &RunDiff)| {
-        let name = text(words::name(run));
-        let mut cells = vec![
-            Cell::Html(format!("<a href=\"#timeline\" data-run=\"{place}\">{name}</a>")),
-            Cell::number(run.old.events),
-            Cell::number(run.new.events),
-        ];
-        let TableDiff { counts, largest_shift_s, horizon, .. } = &run.events;
-        cells.extend(there.iter().map(|&class| Cell::optional(Some(counts[class]).filter(|&n| n > 0))));
-        cells.push(Cell::optional(Some(*largest_shift_s).filter(|&shift| shift > 0.0).map(short)));
-        cells.push(Cell::optional(horizon.as_ref().map(|horizon| number(horizon.at_s))));
-        Row::from(cells)
-    };
-    let (same, differing): (Vec<_>, Vec<_>) =
-        report.runs.iter().enumerate().partition(|(_, run)| run.events.counts.differing() == 0);
-    if same.len() < 2 {
-        return section(
-            "Runs",
-            &sortable_table("runs", "", &headings, report.runs.iter().enumerate().map(row)),
-        );
-    }
-    let folded = table("", &headings, same.iter().copied().map(row));
-    let folded =
-        format!("<details><summary>{} without a difference</summary>\n{folded}</details>\n", same.len());
-    let differing = match differing.is_empty() {
-        true => String::new(),
-        false => sortable_table("runs", "", &headings, differing.into_iter().map(row)),
-    };
-    section("Runs", &(differing + &folded))
+/// The swatch of a class, as the timeline draws it.
+fn key(class: Class) -> String {
+    format!(
+        "<canvas class=\"key needs-script\" width=\"22\" height=\"14\" data-look=\"{}\" aria-hidden=\"true\"></canvas>",
+        class.name()
+    )
 }
 
 fn timelines(report: &Report) -> String {
@@ -165,14 +152,14 @@ fn timelines(report: &Report) -> String {
                 "<label><input type=\"checkbox\" checked data-class=\"{}\"> {}{}</label>",
                 class.name(),
                 key(class),
-                text(words::title(class))
+                text(title(class))
             )
         })
         .collect();
     let thinned = Thinning::of(report, timeline::EVENTS_MOST).words();
     let left_out: u64 = report.runs.iter().map(|run| run.events.matches_left_out).sum();
     let left_out = (left_out > 0)
-        .then(|| format!("For lack of space, the report itself leaves out {}.", counted(left_out, "match")));
+        .then(|| format!("For lack of space, the report itself leaves out {left_out} matches."));
     let notes: String = [thinned, left_out].into_iter().flatten().map(|words| paragraph(&words)).collect();
     section(
         "Timelines",
@@ -210,10 +197,10 @@ fn meanings() -> String {
 mod tests {
     use serde_json::json;
 
-    use super::findings::LISTED_MOST;
+    use super::Thinning;
     use super::page;
-    use super::timeline::Thinning;
     use crate::column::Column;
+    use crate::document::events::LISTED_MOST;
     use crate::report::{
         CellChange, Class, Conservation, Counts, Extent, FORMAT, Finding, Horizon, Match, NumberChange,
         ProvenanceChange, Report, RunDiff, RunSide, SettingChange, Statistics, TableDiff, VERSION, Verdict,
@@ -360,14 +347,14 @@ mod tests {
         let page = page(&made_up("default"));
         let (words, _) = page.split_once("<script").expect("the page has a script");
         for part in [
-            "8 old and 8 new slip events in 1 pair of runs: 5 identical, 1 shifted, 1 split, 1 missing.",
+            "1 run, 8 old and 8 new events: 5 identical, 1 shifted, 1 split, 1 missing",
             "differs</span>",
             "the rule of split",
             "duration not conserved",
-            "onset_s <span class=\"value\">0.8 → 0.803</span>",
+            "onset_s 0.8 → 0.803",
             "0.8 s to 0.81 s",
             "code_version",
-            "normal_<wbr>load.<wbr>total_<wbr>n</code></td><td class=\"number\">19.2</td><td class=\"number\">20.5</td><td class=\"number\">+1.3</td><td>N<",
+            "normal_<wbr>load.<wbr>total_<wbr>n (N)</code></td><td class=\"number\">19.2</td><td class=\"number\">20.5</td><td class=\"number\">+1.3</td>",
             "<summary>2 identical</summary>",
         ] {
             assert!(words.contains(part), "{part}");

@@ -20,13 +20,15 @@
 //! after every missing event; it is not compared and cannot have a tolerance. `onset_step` and `end_step`
 //! are `onset_s` and `end_s` in units of the time step, and are compared only where those are equal.
 
-use std::fmt::{self, Write};
-use std::ops::Range;
+use std::collections::BTreeMap;
+use std::fmt::Write;
 
+use asperity_model::text::Lines;
+use asperity_model::typed;
 use asperity_record::Role;
 use asperity_record::bounds::check_toml;
+use serde::Deserialize;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
 
 use crate::column::{COUNT, Column};
 use crate::report::{Class, Counts, Exceeded};
@@ -152,24 +154,79 @@ impl Policy {
     /// Reads a policy; `origin` is its file, for errors.
     ///
     /// # Errors
-    /// All errors in it, each with file, line, column, key, value and the accepted values.
-    pub fn parse(origin: &str, text: &str) -> Result<Policy, PolicyErrors> {
-        let mut reader = Reader { origin, text, policy: Policy::default(), errors: Vec::new() };
-        match check_toml(text).map(|()| DeTable::parse(text)) {
-            Err(too_long) => reader.refuse(0..0, String::new(), too_long.to_string(), ""),
-            Ok(Ok(table)) => reader.top(table.get_ref()),
-            Ok(Err(error)) => reader.refuse(
-                error.span().unwrap_or(0..0),
-                String::new(),
-                format!("not TOML: {}", error.message()),
-                "",
-            ),
+    /// The first thing wrong in it, with file, line, column, key, value and the accepted values.
+    pub fn parse(origin: &str, text: &str) -> Result<Policy, String> {
+        let read = check_toml(text).map_err(|too_long| (0, too_long.to_string())).and_then(|()| {
+            let written = typed::parse(text, "docs/diff.md");
+            Policy::of(written.map_err(|typed::TypedError { at, problem }| (at, problem))?)
+        });
+        read.map_err(|(at, problem)| format!("{origin}:{}: {problem}", Lines::of(text).place(text, at)))
+    }
+
+    /// The policy that is written, or a place and what is wrong there.
+    fn of(written: Written) -> Result<Policy, (usize, String)> {
+        let number = |key: &str, value: &Spanned<f64>, is_accepted: fn(f64) -> bool, range: &str| {
+            let number = *value.get_ref();
+            let problem = || format!("{key} = {number} is not accepted (accepted: a number {range})");
+            let is_accepted = number.is_finite() && is_accepted(number);
+            is_accepted.then_some(number).ok_or_else(|| (value.span().start, problem()))
+        };
+        let mut policy = Policy::default();
+        if let Some(value) = &written.window_s {
+            policy.window_s = Some(number("window_s", value, |window_s| window_s > 0.0, "above 0")?);
         }
-        if reader.errors.is_empty() {
-            return Ok(reader.policy);
+        if let Some(value) = &written.max_shift_s {
+            policy.max_shift_s = number("max_shift_s", value, |shift_s| shift_s >= 0.0, "from 0")?;
         }
-        reader.errors.sort_by_key(|(start, _)| *start);
-        Err(PolicyErrors(reader.errors.into_iter().map(|(_, error)| error).collect()))
+        let at = |name: &Spanned<String>| name.span().start;
+        for (name, tolerance) in &written.columns {
+            let is_compared = |column: &Column| column.role() != Role::Number;
+            let Some(column) = Column::named(name.get_ref()).filter(is_compared) else {
+                let names: Vec<&str> = Column::all().filter(is_compared).map(Column::name).collect();
+                let problem = "no column of the event table that is compared";
+                let key = name.get_ref();
+                return Err((at(name), format!("columns.{key}: {problem} (accepted: {})", names.join(", "))));
+            };
+            let part = |part: &str, value: &Option<Spanned<f64>>| match value {
+                Some(value) => {
+                    number(&format!("columns.{column}.{part}"), value, |part| part >= 0.0, "from 0")
+                }
+                None => Ok(0.0),
+            };
+            let absolute = part("absolute", &tolerance.absolute)?;
+            policy = policy.with_tolerance(
+                column,
+                Tolerance { absolute, relative: part("relative", &tolerance.relative)? },
+            );
+        }
+        for (name, value) in &written.allow {
+            let (key, is_ruptures) = (name.get_ref(), name.get_ref() == RUPTURES);
+            let class = Class::named(key).filter(|class| !class.is_no_difference());
+            if class.is_none() && !is_ruptures {
+                let names = Class::ALL.into_iter().filter(|class| !class.is_no_difference()).map(Class::name);
+                let names: Vec<&str> = names.chain([RUPTURES]).collect();
+                let problem = format!("allow.{key}: no class to allow (accepted: {})", names.join(", "));
+                return Err((at(name), problem));
+            }
+            let allowed = match value.get_ref() {
+                toml::Value::Boolean(true) => Some(Allowed::Any),
+                toml::Value::Boolean(false) => Some(Allowed::UpTo(0)),
+                toml::Value::Integer(count) if !is_ruptures => u64::try_from(*count).ok().map(Allowed::UpTo),
+                _ => None,
+            };
+            match (allowed, class) {
+                (Some(allowed), Some(class)) => policy = policy.with_allowed(class, allowed),
+                (Some(allowed), None) => policy.allows_ruptures = allowed == Allowed::Any,
+                (None, _) => {
+                    let or_count =
+                        if is_ruptures { "true or false" } else { "true, false, or a whole number from 0" };
+                    let value_of = value.get_ref();
+                    let problem = format!("allow.{key} = {value_of} is not accepted (accepted: {or_count})");
+                    return Err((value.span().start, problem));
+                }
+            }
+        }
+        Ok(policy)
     }
 
     /// The policy as TOML; [`Policy::parse`] restores it.
@@ -219,198 +276,26 @@ fn number(value: f64) -> String {
     format!("{value:e}")
 }
 
-/// One thing wrong with a policy.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PolicyError {
-    /// File, line and column.
-    pub place: String,
-    /// Dotted key; empty where the file is no TOML.
-    pub key: String,
-    /// The problem, with the value.
-    pub problem: String,
-    /// The accepted values.
-    pub accepted: String,
-}
-
-impl fmt::Display for PolicyError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.place)?;
-        if !self.key.is_empty() {
-            write!(f, "{}: ", self.key)?;
-        }
-        f.write_str(&self.problem)?;
-        if !self.accepted.is_empty() {
-            write!(f, " (accepted: {})", self.accepted)?;
-        }
-        Ok(())
-    }
-}
-
-/// Everything that is wrong with a policy.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PolicyErrors(pub Vec<PolicyError>);
-
-impl fmt::Display for PolicyErrors {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines: Vec<String> = self.0.iter().map(PolicyError::to_string).collect();
-        f.write_str(&lines.join("\n"))
-    }
-}
-
-impl std::error::Error for PolicyErrors {}
-
-const TOP_KEYS: &str = "window_s, max_shift_s, columns, allow";
 /// The key among the classes that lets ruptures differ.
 const RUPTURES: &str = "ruptures";
-const TOLERANCE_KEYS: &str = "absolute, relative";
 
-struct Reader<'a> {
-    origin: &'a str,
-    text: &'a str,
-    policy: Policy,
-    /// Each with its position in the text.
-    errors: Vec<(usize, PolicyError)>,
+/// A policy as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    window_s: Option<Spanned<f64>>,
+    max_shift_s: Option<Spanned<f64>>,
+    #[serde(default)]
+    columns: BTreeMap<Spanned<String>, WrittenTolerance>,
+    #[serde(default)]
+    allow: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
 }
 
-impl Reader<'_> {
-    fn refuse(&mut self, span: Range<usize>, key: String, problem: String, accepted: impl Into<String>) {
-        let before = &self.text[..span.start.min(self.text.len())];
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().map_or(0, |tail| tail.chars().count()) + 1;
-        let place = format!("{}:{line}:{column}", self.origin);
-        self.errors.push((span.start, PolicyError { place, key, problem, accepted: accepted.into() }));
-    }
-
-    fn unknown(&mut self, span: Range<usize>, key: String, accepted: impl Into<String>) {
-        self.refuse(span, key, "there is no such key".to_owned(), accepted);
-    }
-
-    fn as_written(&self, value: &Spanned<DeValue<'_>>) -> String {
-        self.text[value.span()].to_owned()
-    }
-
-    fn top(&mut self, table: &DeTable<'_>) {
-        for (key, value) in table {
-            match key.get_ref().as_ref() {
-                "window_s" => {
-                    if let Some(window_s) = self.number("window_s", value, f64::MIN_POSITIVE, "above 0") {
-                        self.policy.window_s = Some(window_s);
-                    }
-                }
-                "max_shift_s" => {
-                    if let Some(shift_s) = self.number("max_shift_s", value, 0.0, "from 0") {
-                        self.policy.max_shift_s = shift_s;
-                    }
-                }
-                "columns" => match value.get_ref() {
-                    DeValue::Table(columns) => self.columns(columns),
-                    _ => self.no_table("columns", value),
-                },
-                "allow" => match value.get_ref() {
-                    DeValue::Table(classes) => self.classes(classes),
-                    _ => self.no_table("allow", value),
-                },
-                other => self.unknown(key.span(), other.to_owned(), TOP_KEYS),
-            }
-        }
-    }
-
-    fn no_table(&mut self, key: &str, value: &Spanned<DeValue<'_>>) {
-        let problem = format!("{} is not accepted", self.as_written(value));
-        self.refuse(value.span(), key.to_owned(), problem, "a table");
-    }
-
-    fn columns(&mut self, columns: &DeTable<'_>) {
-        for (key, value) in columns {
-            let path = format!("columns.{}", key.get_ref());
-            let Some(column) = Column::named(key.get_ref()) else {
-                let names = Column::all().filter(|column| column.role() != Role::Number);
-                let names: Vec<&str> = names.map(Column::name).collect();
-                let problem = "the event table has no such column".to_owned();
-                self.refuse(key.span(), path, problem, names.join(", "));
-                continue;
-            };
-            if column.role() == Role::Number {
-                let problem = "is not compared, because it follows from the events before".to_owned();
-                self.refuse(key.span(), path, problem, "a column that is");
-                continue;
-            }
-            let DeValue::Table(table) = value.get_ref() else {
-                self.no_table(&path, value);
-                continue;
-            };
-            for (key, value) in table {
-                let path = format!("{path}.{}", key.get_ref());
-                let name = key.get_ref().as_ref();
-                if !matches!(name, "absolute" | "relative") {
-                    self.unknown(key.span(), path, TOLERANCE_KEYS);
-                    continue;
-                }
-                if let Some(number) = self.number(&path, value, 0.0, "from 0") {
-                    let tolerance = &mut self.policy.tolerances[column.place()];
-                    *(if name == "absolute" { &mut tolerance.absolute } else { &mut tolerance.relative }) =
-                        number;
-                }
-            }
-        }
-    }
-
-    fn classes(&mut self, classes: &DeTable<'_>) {
-        let choices = || {
-            let names = Class::ALL.into_iter().filter(|class| !class.is_no_difference());
-            names.map(Class::name).chain([RUPTURES]).collect::<Vec<&str>>().join(", ")
-        };
-        for (key, value) in classes {
-            let path = format!("allow.{}", key.get_ref());
-            if key.get_ref() == RUPTURES {
-                match value.get_ref() {
-                    DeValue::Boolean(allows) => self.policy.allows_ruptures = *allows,
-                    _ => {
-                        let problem = format!("{} is not accepted", self.as_written(value));
-                        self.refuse(value.span(), path, problem, "true or false");
-                    }
-                }
-                continue;
-            }
-            let class = Class::named(key.get_ref()).filter(|class| !class.is_no_difference());
-            let Some(class) = class else {
-                let problem = "there is no such class to allow".to_owned();
-                self.refuse(key.span(), path, problem, choices());
-                continue;
-            };
-            let allowed = match value.get_ref() {
-                DeValue::Boolean(true) => Some(Allowed::Any),
-                DeValue::Boolean(false) => Some(Allowed::UpTo(0)),
-                DeValue::Integer(digits) => {
-                    u64::from_str_radix(digits.as_str(), digits.radix()).ok().map(Allowed::UpTo)
-                }
-                _ => None,
-            };
-            match allowed {
-                Some(allowed) => self.policy.allowed[class as usize] = allowed,
-                None => {
-                    let problem = format!("{} is not accepted", self.as_written(value));
-                    self.refuse(value.span(), path, problem, "true, false, or a whole number from 0");
-                }
-            }
-        }
-    }
-
-    fn number(&mut self, key: &str, value: &Spanned<DeValue<'_>>, least: f64, range: &str) -> Option<f64> {
-        let number: Option<f64> = match value.get_ref() {
-            DeValue::Float(digits) => digits.as_str().parse().ok(),
-            DeValue::Integer(digits) => {
-                i64::from_str_radix(digits.as_str(), digits.radix()).ok().map(|whole| whole as f64)
-            }
-            _ => None,
-        };
-        let number = number.filter(|number| number.is_finite() && *number >= least);
-        if number.is_none() {
-            let problem = format!("{} is not accepted", self.as_written(value));
-            self.refuse(value.span(), key.to_owned(), problem, format!("a number {range}"));
-        }
-        number
-    }
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenTolerance {
+    absolute: Option<Spanned<f64>>,
+    relative: Option<Spanned<f64>>,
 }
 
 #[cfg(test)]
@@ -456,52 +341,47 @@ mod tests {
 
     #[test]
     fn what_is_no_policy_is_refused_with_its_place() {
-        let refused = |text: &str| Policy::parse("p.toml", text).unwrap_err().to_string();
-        assert_eq!(
-            refused("widow_s = 1"),
-            "p.toml:1:1: widow_s: there is no such key (accepted: window_s, max_shift_s, columns, allow)"
-        );
-        assert_eq!(
-            refused("\nwindow_s = 0"),
-            "p.toml:2:12: window_s: 0 is not accepted (accepted: a number above 0)"
-        );
-        let text = refused("[columns.onset]\nabsolute = 1\n\n[columns.end_s]\nabsolut = 1\nrelative = -1");
-        let lines: Vec<&str> = text.lines().collect();
-        assert!(
-            lines[0].starts_with(
-                "p.toml:1:10: columns.onset: the event table has no such column (accepted: onset_s, end_s, "
+        let refused = |text: &str| Policy::parse("p.toml", text).unwrap_err();
+        for (text, problem) in [
+            ("widow_s = 1", "p.toml:1:1: widow_s: unknown key; did you mean window_s? (accepted: "),
+            ("\nwindow_s = 0", "p.toml:2:12: window_s = 0 is not accepted (accepted: a number above 0)"),
+            (
+                "max_shift_s = nan",
+                "p.toml:1:15: max_shift_s = NaN is not accepted (accepted: a number from 0)",
             ),
-            "{text}"
-        );
-        assert!(
-            lines.contains(
-                &"p.toml:5:1: columns.end_s.absolut: there is no such key (accepted: absolute, relative)"
+            (
+                "[columns.onset]\nabsolute = 1",
+                "p.toml:1:10: columns.onset: no column of the event table that is compared (accepted: onset_s, end_s, ",
             ),
-            "{text}"
-        );
-        assert!(
-            lines.contains(
-                &"p.toml:6:12: columns.end_s.relative: -1 is not accepted (accepted: a number from 0)"
+            (
+                "[columns.event]\nabsolute = 1",
+                "p.toml:1:10: columns.event: no column of the event table that is compared",
             ),
-            "{text}"
-        );
-        assert!(
-            refused("[columns.event]\nabsolute = 1")
-                .starts_with("p.toml:1:10: columns.event: is not compared")
-        );
-        assert_eq!(
-            refused("[allow]\nmoved = true"),
-            "p.toml:2:1: allow.moved: there is no such class to allow \
-             (accepted: shifted, changed, split, merged, missing, extra, open, ruptures)"
-        );
-        assert_eq!(
-            refused("[allow]\nruptures = 2"),
-            "p.toml:2:12: allow.ruptures: 2 is not accepted (accepted: true or false)"
-        );
-        assert!(
-            refused("[allow]\nsplit = -1").ends_with("(accepted: true, false, or a whole number from 0)")
-        );
-        assert!(refused("allow = 1").ends_with("allow: 1 is not accepted (accepted: a table)"));
-        assert!(refused("[allow").starts_with("p.toml:1:"));
+            (
+                "[columns.end_s]\nabsolut = 1",
+                "p.toml:2:1: absolut: unknown key; did you mean absolute? (accepted: ",
+            ),
+            (
+                "[columns.end_s]\nrelative = -1",
+                "p.toml:2:12: columns.end_s.relative = -1 is not accepted (accepted: a number from 0)",
+            ),
+            (
+                "[allow]\nmoved = true",
+                "p.toml:2:1: allow.moved: no class to allow (accepted: shifted, changed, split, merged, missing, extra, open, ruptures)",
+            ),
+            (
+                "[allow]\nruptures = 2",
+                "p.toml:2:12: allow.ruptures = 2 is not accepted (accepted: true or false)",
+            ),
+            (
+                "[allow]\nsplit = -1",
+                "p.toml:2:9: allow.split = -1 is not accepted (accepted: true, false, or a whole number from 0)",
+            ),
+            ("allow = 1", "p.toml:1:9: allow = 1 is not accepted (accepted: a "),
+            ("[allow", "p.toml:1:"),
+        ] {
+            let said = refused(text);
+            assert!(said.starts_with(problem), "{text}: {said}");
+        }
     }
 }

@@ -82,6 +82,14 @@ pub(crate) fn setting(value: &Value) -> String {
     }
 }
 
+/// Three digits, without any if it is whole.
+pub(crate) fn short(value: f64) -> String {
+    if value == 0.0 || (0.01..1e5).contains(&value) && value.fract() == 0.0 {
+        return value.to_string();
+    }
+    format!("{value:.2e}")
+}
+
 /// A difference, with its sign.
 pub(crate) fn signed(difference: f64) -> String {
     let text = match difference.fract() == 0.0 && difference.abs() < 1e6 {

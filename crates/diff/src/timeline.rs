@@ -5,12 +5,12 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::words;
+use crate::document::title;
 use crate::report::{Class, Extent, Finding, Match, Report, RunDiff, RunSide, TableDiff};
 
 /// Most events on a page, of both sides and all runs: some ten megabytes, which browsers can still draw at
 /// once.
-pub(super) const EVENTS_MOST: usize = 200_000;
+pub(crate) const EVENTS_MOST: usize = 200_000;
 
 /// Number, onset in s, end in s or null, first and last block, place of the class, place of
 /// the match in its run.
@@ -18,7 +18,7 @@ type EventRow = (u64, f64, Option<f64>, u32, u32, usize, usize);
 
 /// All that the script knows.
 #[derive(Serialize)]
-pub(super) struct Timeline {
+pub(crate) struct Timeline {
     old: String,
     new: String,
     classes: Vec<ClassWords>,
@@ -67,7 +67,7 @@ struct FindingPlace {
 
 /// The timeline of a report, with the findings that the page lists, each with
 /// the place of its run.
-pub(super) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timeline {
+pub(crate) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timeline {
     let thinning = Thinning::of(report, EVENTS_MOST);
     // Ruptures come after all slip events, so the indices of runs still match those of findings.
     let pairs = report.runs.iter().enumerate();
@@ -102,7 +102,7 @@ pub(super) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timelin
         new: report.new.clone(),
         classes: Class::ALL
             .iter()
-            .map(|&class| ClassWords { word: class.name(), title: words::title(class) })
+            .map(|&class| ClassWords { word: class.name(), title: title(class) })
             .collect(),
         runs,
         findings,
@@ -147,7 +147,7 @@ fn run_events(
     let blocks = [&run.old, &run.new].map(columns);
     let highest = events().map(|event| event.last_block).max();
     RunEvents {
-        name: words::name(run),
+        name: run.name(),
         what,
         pair,
         blocks: blocks.into_iter().flatten().chain(highest).max().unwrap_or(1),
@@ -186,14 +186,14 @@ fn key_of_match(found: &Match) -> Key {
 /// Thins out matches if there are too many: of identical and of differing ones, keeps one in a given
 /// number, evenly over each run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Thinning {
+pub(crate) struct Thinning {
     same: usize,
     differing: usize,
 }
 
 impl Thinning {
     /// For a page of at most `most` events; differing matches have priority.
-    pub(super) fn of(report: &Report, most: usize) -> Thinning {
+    pub(crate) fn of(report: &Report, most: usize) -> Thinning {
         let matches = || {
             let events = report.runs.iter().map(|run| &run.events);
             let ruptures = report.runs.iter().filter_map(|run| run.ruptures.as_ref());
@@ -211,7 +211,7 @@ impl Thinning {
     }
 
     /// Describes the selection in words; empty if everything is drawn.
-    pub(super) fn words(self) -> Option<String> {
+    pub(crate) fn words(self) -> Option<String> {
         let part = |every: usize| if every == 1 { "all".to_owned() } else { format!("one in {every}") };
         (self.same > 1 || self.differing > 1).then(|| {
             format!(

@@ -1,21 +1,14 @@
-//! Findings in one line each, and their number per class.
+//! Findings in one line each.
 
 use std::fmt::Write;
 
 use asperity_record::{BoundingBox, Cell};
 
 use crate::reading::{cell as cell_value, number};
-use crate::report::{CellChange, Class, Counts, Extent, Finding};
-
-/// Number of matches in each class.
-pub(super) fn by_class(counts: &Counts, none: &str) -> String {
-    let words: Vec<String> =
-        counts.there().map(|(class, count)| format!("{count} {}", class.name())).collect();
-    if words.is_empty() { none.to_owned() } else { words.join(", ") }
-}
+use crate::report::{CellChange, Class, Extent, Finding};
 
 /// A finding in one line.
-pub(super) fn told(finding: &Finding) -> String {
+pub(crate) fn told(finding: &Finding) -> String {
     let allowed = if finding.allowed { "allowed: " } else { "" };
     let numbers = |events: &[Extent]| match events {
         [] => String::new(),
@@ -85,11 +78,4 @@ fn cell(change: &CellChange) -> String {
         }
         _ => format!("{column} {} -> {}", cell_value(old), cell_value(new)),
     }
-}
-
-pub(super) fn short(value: f64) -> String {
-    if value == 0.0 || (0.01..1e5).contains(&value) && value.fract() == 0.0 {
-        return value.to_string();
-    }
-    format!("{value:.2e}")
 }

@@ -55,14 +55,7 @@ fn an_event_runs_from_the_first_sliding_step_to_the_first_still_one() {
             nucleation_block: 2,
             ft_fn_min: 0.25,
             ft_fn_max: 0.30,
-            open: false,
-            breaks_onset: None,
-            breaks_end: None,
-            repins_onset: None,
-            repins_end: None,
-            peak_velocity_m_per_s: None,
-            first_across: None,
-            last_across: None,
+            ..SlipEvent::default()
         }]
     );
 }

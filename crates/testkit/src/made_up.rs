@@ -149,18 +149,12 @@ pub fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
                 arrival_step: *arrival_step,
                 stop_step: *stop_step,
                 detachments: 1,
-                slip_m: None,
-                force_detach_n: 0.0,
-                force_attach_n: None,
                 front_speed_m_per_s: n
                     .checked_sub(1)
                     .and_then(|before| c_m_per_s(&passed[before], &passed[n])),
                 column: over_area(Some(contacts.column(*block))),
                 across: over_area(Some(contacts.row(*block))),
-                slip_across_m: None,
-                local_speed_m_per_s: None,
-                force_before_n: None,
-                force_after_n: None,
+                ..Arrival::default()
             });
         }
     }

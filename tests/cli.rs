@@ -65,7 +65,7 @@ fn every_command_has_help() {
     assert!(succeed(&["--version"]).starts_with("asperity "));
 }
 
-/// The notices need no command. `cargo xtask notices --check` compares them with the packages.
+/// The notices need no command. `cargo xtask ci licences` compares them with the packages.
 #[test]
 fn notices_name_what_the_command_contains() {
     let notices = succeed(&["--notices"]);

@@ -94,6 +94,7 @@ mod support {
     pub(crate) mod forgeries;
     pub(crate) mod golden;
     pub(crate) mod markdown;
+    pub(crate) mod pairs;
     #[path = "../../xtask/src/seed.rs"]
     pub(crate) mod seed;
     pub(crate) mod small;

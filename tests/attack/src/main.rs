@@ -71,32 +71,60 @@ const ATTACKS: [(&str, Attack); 11] = [
 /// through all cases in that time; a busy one leaves some out, and says so.
 const USUAL_TIME: Duration = Duration::from_secs(150);
 
-/// Tries to break the promises of the built command; see `cargo xtask attack --help`.
+/// Tries to break, from outside, the promises of the built command about files.
 #[derive(Debug, Parser)]
+#[command(
+    name = "cargo xtask attack",
+    after_help = "\
+Calls the built command as any user could, with damaged files, in pairs and
+short of resources, and compares the outcome with the promises of the docs:
+  chunks     every chunk of genuine logs broken once: salvage keeps the others
+  flips      a bit or byte changed anywhere in a log: check detects it
+  mixes      chunks moved, doubled, dropped, or of two runs in one log
+  studies    the same in plans and results of studies: right tables, or none
+  pairs      several processes at once on one output, some of them killed
+  kills      runs killed and resumed, other commands killed and repeated
+  limits     full disks, few resources, inputs made to use up memory and time
+  faults     each operation on a file fails in turn, with every error
+  memory     each allocation is refused in turn where foreign bytes are read
+  soak       random runs, killed, resumed, replayed, exported, read elsewhere
+  power      the power is cut after each operation; the disk has what was synced
+
+Each attack lists the broken promises by kind. The files of the first cases of
+each kind are kept in target/attack/found, with the calls that lead to them
+(what.txt). Only races between processes do not repeat with the same seed.
+Without --for-s and --full, the attacks end after 150 s; on a busy machine, the
+cases left out are listed.
+
+Exit codes:
+  0  all promises were kept
+  1  a promise was broken
+  2  an attack could not be made"
+)]
 struct Arguments {
-    /// Which attacks.
-    #[arg(value_parser = ATTACKS.map(|(name, _)| name))]
+    /// Which attacks [default: all, one after the other].
+    #[arg(value_name = "ATTACK", value_parser = ATTACKS.map(|(name, _)| name))]
     modules: Vec<String>,
     /// The built command.
-    #[arg(long)]
+    #[arg(long, hide = true)]
     program: PathBuf,
     /// The root folder of the checkout.
-    #[arg(long)]
+    #[arg(long, hide = true)]
     root: PathBuf,
     /// Folder for temporary files, and for the files of failed cases.
-    #[arg(long)]
+    #[arg(long, hide = true)]
     work: PathBuf,
-    /// The seed of all randomness.
-    #[arg(long)]
+    /// The seed of an earlier call [default: the time].
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Repeat with new seeds until this many seconds have passed.
-    #[arg(long)]
+    /// Repeat the attacks with new seeds until this many seconds have passed.
+    #[arg(long, value_name = "SECONDS")]
     for_s: Option<u64>,
-    /// As many cases as fit into a night.
+    /// Use all logs of chapter 5, and ten times as many cases or more: takes some hours.
     #[arg(long)]
     full: bool,
-    /// Only the case with this number.
-    #[arg(long)]
+    /// Only the case with this number, in each attack.
+    #[arg(long, value_name = "N")]
     case: Option<usize>,
 }
 

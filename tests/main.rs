@@ -91,6 +91,7 @@ mod support {
     pub(crate) mod binary;
     pub(crate) mod browser;
     pub(crate) mod clients;
+    pub(crate) mod commands;
     pub(crate) mod forgeries;
     pub(crate) mod golden;
     pub(crate) mod markdown;

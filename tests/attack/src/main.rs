@@ -9,6 +9,9 @@
 mod calls;
 mod case;
 mod chunks;
+#[path = "../../support/commands.rs"]
+#[expect(dead_code, reason = "the tests share it, and need more of it")]
+mod commands;
 mod disk;
 mod faults;
 mod file;

@@ -57,6 +57,16 @@ pub(crate) fn words(command: &str, files: &[&str], new: &str) -> Vec<String> {
     command.split(' ').flat_map(of).collect()
 }
 
+/// The first form of a command that writes files; of one that writes none, the first.
+pub(crate) fn form(name: &str) -> &'static str {
+    let forms = ON_LOGS.iter().map(|command| command.words).filter(|words| words.starts_with(name));
+    forms
+        .clone()
+        .find(|words| words.contains("NEW"))
+        .or(forms.clone().next())
+        .expect("a test names its commands")
+}
+
 /// The words as arguments.
 pub(crate) fn arguments(words: &[String]) -> Vec<&str> {
     words.iter().map(String::as_str).collect()

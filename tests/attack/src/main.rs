@@ -80,18 +80,8 @@ const USUAL_TIME: Duration = Duration::from_secs(150);
     name = "cargo xtask attack",
     after_help = "\
 Calls the built command as any user could, with damaged files, in pairs and
-short of resources, and compares the outcome with the promises of the docs:
-  chunks     every chunk of genuine logs broken once: salvage keeps the others
-  flips      a bit or byte changed anywhere in a log: check detects it
-  mixes      chunks moved, doubled, dropped, or of two runs in one log
-  studies    the same in plans and results of studies: right tables, or none
-  pairs      several processes at once on one output, some of them killed
-  kills      runs killed and resumed, other commands killed and repeated
-  limits     full disks, few resources, inputs made to use up memory and time
-  faults     each operation on a file fails in turn, with every error
-  memory     each allocation is refused in turn where foreign bytes are read
-  soak       random runs, killed, resumed, replayed, exported, read elsewhere
-  power      the power is cut after each operation; the disk has what was synced
+short of resources, and compares the outcome with the promises of the docs;
+docs/extending.md has what each attack does.
 
 Each attack lists the broken promises by kind. The files of the first cases of
 each kind are kept in target/attack/found, with the calls that lead to them

@@ -19,6 +19,7 @@ use asperity_runlog::{RunReader, Topics};
 
 use crate::support::binary::{AS_CODED, asperity, succeed, text};
 use crate::support::browser::{Tab, browser};
+use crate::support::commands::{self, ON_LOGS, OnLog};
 
 /// A scenario, and its overrides in every variant.
 #[derive(Debug, Clone)]
@@ -146,38 +147,22 @@ fn onsets(log: &Path) -> Vec<u64> {
     lines.map(|line| line.split(',').nth(column).expect("a cell").parse().expect("a step")).collect()
 }
 
-/// Calls on a log: arguments, and the accepted exit codes. `LOG` is the log, `CUT` and `HALF` half of it
-/// under the name of an unfinished one, `PIPE` a pipeline of that one run, `NEW` an unused path.
-type Call = (&'static [&'static str], &'static [i32]);
+/// Calls beside those on any log, and the accepted exit codes. `CUT` and `HALF` are half of the log under the name of an
+/// unfinished one, `PIPE` a pipeline of that one run.
+type Call = (&'static str, &'static [i32]);
 
-const CALLS: [Call; 25] = [
-    (&["check", "LOG"], &[0]),
-    (&["events", "LOG", "--format", "json"], &[0]),
-    (&["summary", "LOG"], &[0]),
-    (&["catalogue", "LOG", "--format", "quakeml"], &[0]),
-    (&["catalogue", "LOG", "--format", "statistics"], &[0]),
-    (&["summary", "LOG", "--format", "json"], &[0]),
-    (&["draw", "LOG", "--out", "NEW"], &[0]),
-    (&["draw", "LOG", "--kind", "front-profile,stress", "--out", "NEW"], &[0, 1]),
-    (&["reduce", "LOG", "--out", "NEW"], &[0]),
+const MORE_CALLS: [Call; 5] = [
     // A figure of data that the run lacks ends it with a message.
-    (&["reproduce", "PIPE", "--quiet", "--out", "NEW"], &[0, 1]),
-    (&["verify-solver", "PIPE", "--quiet", "--out", "NEW"], &[0]),
-    (&["replay", "LOG"], &[0]),
-    (&["replay", "LOG", "--out", "NEW"], &[0]),
-    (&["export", "LOG", "--to", "csv", "--out", "NEW"], &[0]),
-    (&["export", "LOG", "--to", "ndjson", "--out", "NEW"], &[0]),
-    (&["export", "LOG", "--to", "parquet", "--out", "NEW"], &[0]),
-    (&["report", "LOG", "--out", "NEW.html"], &[0]),
-    (&["diff", "LOG", "LOG", "--page", "NEW.html"], &[0]),
-    (&["note", "LOG", "comment=the first day"], &[0]),
-    (&["salvage", "LOG", "--out", "NEW.mcap"], &[0]),
-    (&["salvage", "HALF.mcap.partial", "--out", "NEW.mcap"], &[0, 3]),
-    (&["run", "LOG", "--quiet", "--resume", "--out", "CUT.mcap"], &[0]),
-    (&["run", "LOG", "--quiet", "--solver", "plain", "--out", "NEW.mcap"], &[0]),
-    (&["scenario", "validate", "LOG", "--quiet"], &[0]),
-    (&["scenario", "show", "LOG"], &[0]),
+    ("reproduce PIPE --quiet --out NEW", &[0, 1]),
+    ("verify-solver PIPE --quiet --out NEW", &[0]),
+    ("note FILE comment=today", &[0]),
+    ("salvage HALF.mcap.partial --out NEW.mcap", &[0, 3]),
+    ("run FILE --quiet --resume --out CUT.mcap", &[0]),
 ];
+
+fn all_calls() -> impl Iterator<Item = Call> {
+    ON_LOGS.iter().map(|OnLog { words, codes, .. }| (*words, *codes)).chain(MORE_CALLS)
+}
 
 /// Calls without a log.
 const WITHOUT_LOG: [&str; 3] = ["sweep", "completions", "man"];
@@ -225,15 +210,12 @@ impl Subject {
     fn call(&self, n: usize, (words, codes): &Call) -> Result<(), String> {
         let folder = self.log.parent().expect("it is in a folder");
         let new = folder.join(format!("{}-{n}", self.name));
-        let word = |word: &&str| -> String {
-            word.replace("NEW", text(&new))
-                .replace("LOG", text(&self.log))
-                .replace("CUT", text(&folder.join(format!("{}-cut", self.name))))
-                .replace("HALF", text(&folder.join(format!("{}-half", self.name))))
-                .replace("PIPE", text(&self.log.with_extension("toml")))
-        };
-        let words: Vec<String> = words.iter().map(word).collect();
-        let output = asperity(&words.iter().map(String::as_str).collect::<Vec<&str>>());
+        let call = words
+            .replace("CUT", text(&folder.join(format!("{}-cut", self.name))))
+            .replace("HALF", text(&folder.join(format!("{}-half", self.name))))
+            .replace("PIPE", text(&self.log.with_extension("toml")));
+        let words = commands::words(&call, &[text(&self.log)], text(&new));
+        let output = asperity(&commands::arguments(&words));
         let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         let wrong =
             |what: &str| Err(format!("asperity {}: {what}: {}\n{err}", words.join(" "), output.status));
@@ -283,11 +265,11 @@ pub(crate) fn each<T: Sync, R: Send>(things: &[T], act: impl Fn(&T) -> R + Sync)
 fn calls(case: &Case, day: Day, asked: impl Fn(usize, &Call) -> bool) -> Option<(usize, Vec<String>)> {
     let folder = asperity_testkit::folder();
     let subject = Subject::of(case, day, folder.path())?;
-    let calls = CALLS.iter().enumerate().filter(|(n, call)| asked(*n, call));
+    let calls = all_calls().enumerate().filter(|(n, call)| asked(*n, call));
     let calls = calls.filter(|(_, call)| !(subject.is_long && is_plain(call)));
     // Only the adaptive solver solves laws with a state.
-    let calls = calls.filter(|(_, (words, _))| !(subject.has_state && words.contains(&"plain")));
-    let ends: Vec<Result<(), String>> = calls.map(|(n, call)| subject.call(n, call)).collect();
+    let calls = calls.filter(|(_, (words, _))| !(subject.has_state && words.contains("plain")));
+    let ends: Vec<Result<(), String>> = calls.map(|(n, call)| subject.call(n, &call)).collect();
     Some((ends.len(), ends.into_iter().filter_map(Result::err).collect()))
 }
 
@@ -327,12 +309,12 @@ fn matrix(cases: &[Case], days: &[Day], may_lack: f64, asked: impl Fn(usize, usi
 
 /// Whether a call tells if a log is whole, or if its events come again.
 fn is_of_the_whole(_: usize, _: usize, (words, _): &Call) -> bool {
-    matches!(words, ["check" | "replay", "LOG"])
+    matches!(*words, "check FILES" | "replay FILES")
 }
 
 /// Whether a call takes every step of the run.
 fn is_plain((words, _): &Call) -> bool {
-    words.contains(&"plain") || words[0] == "verify-solver"
+    words.contains("plain") || words.starts_with("verify-solver")
 }
 
 /// A chain and a slab, with springs and without, driven and not.
@@ -376,7 +358,7 @@ fn no_command_is_forgotten() {
         .filter_map(|line| line.strip_prefix("  ").filter(|line| !line.starts_with(' '))?.split(' ').next())
         .filter(|name| *name != "help")
         .collect();
-    let called = CALLS.iter().map(|(words, _)| words[0]).chain(WITHOUT_LOG);
+    let called = all_calls().filter_map(|(words, _)| words.split(' ').next()).chain(WITHOUT_LOG);
     assert_eq!(named, called.collect());
 }
 

@@ -11,6 +11,7 @@ use asperity_run::{Verdict, check};
 use asperity_runlog::{must_be_ours, partial_path};
 
 use crate::support::binary::{asperity, text};
+use crate::support::commands::{ON_LOGS, arguments, words};
 
 const CONTENTS: [&str; 6] =
     ["NoData", "OneAttachment", "OneMetadata", "OneMessage", "OneSchemalessMessage", "TenMessages"];
@@ -138,27 +139,12 @@ fn all() -> BTreeMap<Vec<u8>, String> {
     files.map(|(name, bytes)| (bytes, name)).collect()
 }
 
-/// Commands that read a log, and those that would write one where the file is. `FILE` is the file; commands with
-/// `FILES` take many.
-const COMMANDS: [&[&str]; 18] = [
-    &["check", "FILES"],
-    &["summary", "FILES"],
-    &["catalogue", "FILES"],
-    &["replay", "FILES"],
-    &["report", "FILES", "--out", "NEW.html"],
-    &["export", "FILES", "--to", "csv", "--out", "NEW"],
-    &["events", "FILE"],
-    &["note", "FILE", "author=nobody"],
-    &["salvage", "FILE", "--out", "NEW.mcap"],
-    &["reduce", "FILE", "--out", "NEW"],
-    &["draw", "FILE", "--out", "NEW"],
-    &["diff", "FILE", "FILE"],
-    &["run", "FILE", "--out", "NEW.mcap"],
-    &["scenario", "show", "FILE"],
-    &["scenario", "validate", "FILE"],
-    &["run", "ten-blocks", "--set", "initial.from=FILE", "--out", "NEW.mcap"],
-    &["run", "ten-blocks", "--resume", "--out", "FILE"],
-    &["run", "ten-blocks", "--resume", "--out", "UNFINISHED"],
+/// Commands beside those on any log: those that would write one where the file is.
+const COMMANDS: [&str; 4] = [
+    "note FILE author=nobody",
+    "run ten-blocks --set initial.from=FILE --out NEW.mcap",
+    "run ten-blocks --resume --out FILE",
+    "run ten-blocks --resume --out UNFINISHED",
 ];
 
 /// Has every command given such files, each of which must remain and be said to be no run log.
@@ -172,24 +158,19 @@ fn are_left_alone(files: &[(String, Vec<u8>)]) {
     }
     let entries = || fs::read_dir(scratch.path()).unwrap().count();
     let before = entries();
-    let call = |command: &[&str], given: &[PathBuf]| {
-        let word = |word: &&str| match *word {
-            "FILES" => given.iter().map(|path| text(path).to_owned()).collect(),
-            word => vec![
-                word.replace("FILE", text(&given[0]))
-                    .replace("UNFINISHED", text(&begun(&given[0])))
-                    .replace("NEW", text(&at("new"))),
-            ],
-        };
-        let words: Vec<String> = command.iter().flat_map(word).collect();
-        let output = asperity(&words.iter().map(String::as_str).collect::<Vec<&str>>());
+    let call = |command: &str, given: &[PathBuf]| {
+        let files: Vec<&str> = given.iter().map(|path| text(path)).collect();
+        let unfinished = command.replace("UNFINISHED", text(&begun(&given[0])));
+        let words = words(&unfinished, &files, text(&at("new")));
+        let output = asperity(&arguments(&words));
         let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
         let said = said.lines().filter(|line| !line.is_empty()).collect::<Vec<_>>();
         for path in given {
             let path = text(path).trim_end_matches(".mcap");
             let is_said = |line: &&&str| line.contains(path) && line.contains("not a run log");
             // A report and other single results end with the first one.
-            let is_named = said.iter().any(|line| is_said(&line)) || (given.len() > 1 && command.len() > 2);
+            let is_named =
+                said.iter().any(|line| is_said(&line)) || (given.len() > 1 && command.contains("NEW"));
             assert!(
                 output.status.code() == Some(2) && is_named,
                 "{command:?} {path}: {}: {said:?}",
@@ -198,8 +179,8 @@ fn are_left_alone(files: &[(String, Vec<u8>)]) {
         }
         assert!(!said.iter().any(|line| line.contains("panicked")), "{said:?}");
     };
-    for command in COMMANDS {
-        let at_once = if command.contains(&"FILES") { paths.len() } else { 1 };
+    for command in ON_LOGS.iter().map(|command| command.words).chain(COMMANDS) {
+        let at_once = if command.contains("FILES") { paths.len() } else { 1 };
         paths.chunks(at_once).for_each(|given| call(command, given));
     }
     for ((_, bytes), path) in files.iter().zip(&paths) {

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::support::binary::{asperity, succeed, text};
+use crate::support::commands::{ON_LOGS, arguments, words};
 use crate::support::small;
 use crate::sweep::SHORT;
 
@@ -48,49 +49,33 @@ impl Things {
     }
 }
 
-/// Commands, with GIVEN in place of a path, and the kinds that each accepts.
-const COMMANDS: [(&[&str], &[&str]); 26] = [
-    (&["run", "GIVEN", "-o", "NEW.mcap"], &["a.mcap", "slider.toml", "other.toml"]),
-    (&["scenario", "show", "GIVEN"], &["a.mcap", "slider.toml", "other.toml"]),
-    (&["scenario", "validate", "GIVEN", "-q"], &["a.mcap", "slider.toml", "other.toml"]),
-    (&["check", "GIVEN"], &["a.mcap"]),
-    (&["summary", "GIVEN"], &["a.mcap"]),
-    (&["events", "GIVEN"], &["a.mcap", "table.parquet"]),
-    (&["catalogue", "GIVEN"], &["a.mcap", "study"]),
-    (&["replay", "GIVEN"], &["a.mcap"]),
-    (&["export", "GIVEN", "--to", "csv", "-o", "NEW"], &["a.mcap"]),
-    (&["salvage", "GIVEN", "-o", "NEW.mcap"], &["a.mcap"]),
-    (&["report", "GIVEN", "-o", "NEW.html"], &["a.mcap", "study", "made", "logs"]),
-    (&["diff", "GIVEN", "a.mcap"], &["a.mcap", "table.parquet", "study", "made", "logs"]),
-    (&["diff", "a.mcap", "GIVEN"], &["a.mcap", "table.parquet", "study", "made", "logs"]),
-    (&["reduce", "GIVEN", "-o", "NEW"], &["a.mcap"]),
-    (&["draw", "GIVEN", "-o", "NEW"], &["a.mcap"]),
-    (&["reproduce", "GIVEN", "-o", "NEW"], &["pipeline.toml", "sweep.toml", "other.toml"]),
-    (&["verify-solver", "GIVEN", "--for-s", "1e-7"], &["pipeline.toml", "sweep.toml", "other.toml"]),
-    (&["sweep", "plan", "GIVEN", "-o", "NEW"], &["pipeline.toml", "sweep.toml", "other.toml"]),
-    (&["sweep", "go", "GIVEN", "-o", "NEW"], &["pipeline.toml", "sweep.toml", "other.toml"]),
-    (&["sweep", "draw", "study", "--from", "GIVEN"], &["pipeline.toml", "sweep.toml", "other.toml"]),
-    (&["sweep", "run", "GIVEN"], &["study"]),
-    (&["sweep", "status", "GIVEN"], &["study"]),
-    (&["sweep", "collect", "GIVEN"], &["study"]),
-    (&["sweep", "draw", "GIVEN"], &["study"]),
-    (&["sweep", "log", "GIVEN", "1", "-o", "NEW.mcap"], &["study"]),
-    (&["sweep", "emit", "list", "GIVEN"], &["study"]),
+/// The commands on other things, and the kinds that each accepts.
+const COMMANDS: [(&str, &[&str]); 12] = [
+    ("diff SOUND FILE", &["a.mcap", "table.parquet", "study", "made", "logs"]),
+    ("reproduce FILE -o NEW", &["pipeline.toml", "sweep.toml", "other.toml"]),
+    ("verify-solver FILE --for-s 1e-7", &["pipeline.toml", "sweep.toml", "other.toml"]),
+    ("sweep plan FILE -o NEW", &["pipeline.toml", "sweep.toml", "other.toml"]),
+    ("sweep go FILE -o NEW", &["pipeline.toml", "sweep.toml", "other.toml"]),
+    ("sweep draw STUDY --from FILE", &["pipeline.toml", "sweep.toml", "other.toml"]),
+    ("sweep run FILE", &["study"]),
+    ("sweep status FILE", &["study"]),
+    ("sweep collect FILE", &["study"]),
+    ("sweep draw FILE", &["study"]),
+    ("sweep log FILE 1 -o NEW.mcap", &["study"]),
+    ("sweep emit list FILE", &["study"]),
 ];
 
 #[test]
 fn what_is_given_in_the_wrong_place_is_named() {
     let things = Things::make();
     let mut refused = 0;
-    for (command, takes) in COMMANDS {
+    let [sound, study, new] = ["a.mcap", "study", "new"].map(|name| things.path(name));
+    let on_logs = ON_LOGS.iter().map(|command| (command.words, [&["a.mcap"], command.takes].concat()));
+    for (command, takes) in on_logs.chain(COMMANDS.map(|(command, takes)| (command, takes.to_vec()))) {
+        let command = command.replace("SOUND", text(&sound)).replace("STUDY", text(&study));
         for (thing, says) in THINGS.into_iter().filter(|(thing, _)| !takes.contains(thing)) {
-            let word = |word: &&str| match *word {
-                "GIVEN" => text(&things.path(thing)).to_owned(),
-                "a.mcap" | "study" => text(&things.path(word)).to_owned(),
-                word => word.replace("NEW", text(&things.path("new"))),
-            };
-            let words: Vec<String> = command.iter().map(word).collect();
-            let output = asperity(&words.iter().map(String::as_str).collect::<Vec<&str>>());
+            let words = words(&command, &[text(&things.path(thing))], text(&new));
+            let output = asperity(&arguments(&words));
             let said = [output.stdout, output.stderr].concat();
             let said = String::from_utf8_lossy(&said);
             assert!(

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use crate::laws;
 use crate::support::binary::text;
+use crate::support::commands::{ON_LOGS, OnLog, arguments, words};
 use crate::support::forgeries::{Forge, Forgery, Verdict};
 use crate::support::small;
 
@@ -105,17 +106,17 @@ impl Commands {
     }
 }
 
-/// Commands that read logs, texts, and files of TOML, with FILE for their name.
-const ON_LOGS: &[&str] = &[
-    "events FILE",
-    "events --format json FILE",
-    "summary FILE",
-    "catalogue FILE --format quakeml",
-    "replay FILE",
-    "note FILE",
-    "report FILE --out page.html",
-    "reduce FILE --out reduced",
-];
+/// Commands that read the records of a log, each in one form; those with verdicts of their own are called apart.
+fn on_records() -> Vec<&'static str> {
+    let name = |words: &&'static str| words.split(' ').next();
+    let reads = |command: &&OnLog| !command.scenario_alone;
+    let mut all: Vec<&str> = ON_LOGS.iter().filter(reads).map(|command| command.words).collect();
+    all.dedup_by_key(|words| name(words));
+    all.retain(|words| !matches!(name(words), Some("check" | "salvage")));
+    all
+}
+
+/// Commands that read texts, and files of TOML, with FILE for their name.
 const ON_TOML: &[&str] = &[
     "scenario show FILE",
     "sweep plan FILE --out never",
@@ -132,16 +133,10 @@ const ON_TEXTS: &[(&str, &[&str])] = &[
     ("pipelines", &["reproduce FILE --out never"]),
 ];
 
-/// The words of a command on a file.
-fn words<'a>(command: &'a str, file: &'a Path) -> Vec<&'a str> {
-    let of = |word: &'a str| if word == "FILE" { text(file) } else { word };
-    command.split(' ').map(of).collect()
-}
-
 /// Runs a command on a file, which it must refuse, leaving nothing.
 fn must_refuse(folder: &Path, command: &str, file: &Path) {
-    let key = command.split_once("=FILE").map(|(command, _)| format!("{command}={}", text(file)));
-    refused(folder, &words(key.as_deref().unwrap_or(command), file), file);
+    let words = words(command, &[text(file)], "never");
+    refused(folder, &arguments(&words), file);
     for out in ["never", "never.mcap", "study/figures"] {
         assert!(!folder.join(out).exists(), "{command} leaves {out}");
     }
@@ -166,12 +161,11 @@ fn read_by(commands: Commands, number: usize, file: &Path, is_refused: bool, con
             text(file)
         );
     }
-    for command in commands.of(number, ON_LOGS) {
-        let words = words(command, file);
-        if is_refused || bounded(folder, &words).code != Some(0) {
-            fs::remove_dir_all(folder.join("reduced")).ok();
-            fs::remove_file(folder.join("page.html")).ok();
-            refused(folder, &words, file);
+    for (number, command) in commands.of(number, &on_records()).enumerate() {
+        let call = |new: String| words(command, &[text(file)], &new);
+        let [first, second] = [call(format!("first-{number}")), call(format!("second-{number}"))];
+        if is_refused || bounded(folder, &arguments(&first)).code != Some(0) {
+            refused(folder, &arguments(&second), file);
         }
     }
 }

@@ -91,9 +91,11 @@ mod support {
     pub(crate) mod binary;
     pub(crate) mod browser;
     pub(crate) mod clients;
+    pub(crate) mod commands;
     pub(crate) mod forgeries;
     pub(crate) mod golden;
     pub(crate) mod markdown;
+    pub(crate) mod pairs;
     #[path = "../../xtask/src/seed.rs"]
     pub(crate) mod seed;
     pub(crate) mod small;

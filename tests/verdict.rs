@@ -10,6 +10,7 @@ use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::laws::thin::messages;
 use crate::support::binary::{self, succeed, text, with_sets};
+use crate::support::commands::{arguments, form, words};
 use crate::support::small;
 
 /// Overrides of `rigid-contacts` by which a run is stopped, since its time step is too long.
@@ -125,23 +126,13 @@ fn every_command_goes_by_the_verdict_of_check() {
         for (command, cell) in &table[*verdict] {
             let out = folder.path().join(format!("{command} of {verdict}"));
             let [file, page] = ["mcap", "html"].map(|ending| out.with_extension(ending));
-            let arguments: Vec<&str> = match command.as_str() {
-                "check" => vec!["check", text(log)],
-                "events" => vec!["events", text(log)],
-                "summary" => vec!["summary", text(log)],
-                "export" => vec!["export", text(log), "--to", "csv", "--out", text(&out)],
-                "replay" => vec!["replay", text(log), "--out", text(&out)],
-                "diff" => vec!["diff", text(&whole), text(log)],
-                "salvage" => vec!["salvage", text(log), "--out", text(&file)],
-                "reduce" => vec!["reduce", text(log), "--out", text(&out)],
-                "draw" => {
-                    vec!["draw", text(log), "--kind", "load", "--out", text(&out)]
-                }
-                "report" => vec!["report", text(log), "--out", text(&page)],
+            let words = match command.as_str() {
                 // Tested below.
                 "reproduce" => continue,
-                other => panic!("the table speaks of {other}"),
+                "diff" => words("diff NEW FILE", &[text(log)], text(&whole)),
+                command => words(form(command), &[text(log)], text(&out)),
             };
+            let arguments = arguments(&words);
             commands += 1;
             let (code, said) = outcome(&arguments);
             let what = format!("asperity {}: {code}\n{said}", arguments.join(" "));
@@ -236,20 +227,12 @@ fn judge_beginnings(each: usize) {
         let commands =
             ["check", "events", "summary", "export", "replay", "diff", "salvage", "report", "draw", "reduce"];
         for command in commands.iter().skip(number / 3 % each).step_by(each) {
-            let ending = match *command {
-                "salvage" => "mcap",
-                "report" => "html",
-                _ => "folder",
+            let out = folder.path().join(format!("{command}-{number}"));
+            let words = match *command {
+                "diff" => words("diff NEW FILE", &[text(&log)], text(whole)),
+                command => words(form(command), &[text(&log)], text(&out)),
             };
-            let out = folder.path().join(format!("{command}-{number}.{ending}"));
-            let mut arguments = vec![*command, text(&log)];
-            match *command {
-                "check" | "events" | "summary" => {}
-                "diff" => arguments.insert(1, text(whole)),
-                "export" => arguments.extend(["--to", "csv", "--out", text(&out)]),
-                "draw" => arguments.extend(["--kind", "load", "--out", text(&out)]),
-                _ => arguments.extend(["--out", text(&out)]),
-            }
+            let arguments = arguments(&words);
             let (code, said) = outcome(&arguments);
             let of_verdict: i32 = table[&verdict]["check"].parse().expect("it is a code");
             let cell = table[&verdict][*command].split([',', ' ']).next().and_then(|code| code.parse().ok());

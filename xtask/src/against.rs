@@ -4,7 +4,6 @@
 //! both binaries run in turn, the order changing from pair to pair, and the ratio within a pair counts. The
 //! verdict uses CPU time, user and system, which excludes time that other processes took.
 
-use std::ffi::OsString;
 use std::fs;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
@@ -12,11 +11,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::git::Repository;
-use crate::interrupt;
-use crate::revision;
+use crate::revision::Revision;
 use crate::say::say;
-use crate::workspace::{self, Failure, asperity, not_started, program, root, target_folder};
+use crate::workspace::{Failure, emptied, io, not_started, program, target_folder};
 
 /// The parts to measure.
 pub(crate) struct Task<'a> {
@@ -29,52 +26,26 @@ pub(crate) struct Task<'a> {
     pub(crate) parts: &'a [String],
 }
 
-/// A command that both revisions run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
-    AsCoded,
-    AsStated,
-    Replay,
-    Reduce,
-}
+/// A command that both revisions run, by its name: LOG is there, OUT is not.
+type Part = (&'static str, &'static [&'static str]);
 
-impl Part {
-    const ALL: [Part; 4] = [Part::AsCoded, Part::AsStated, Part::Replay, Part::Reduce];
-
-    fn name(self) -> &'static str {
-        match self {
-            Part::AsCoded => "as-coded",
-            Part::AsStated => "as-stated",
-            Part::Replay => "replay",
-            Part::Reduce => "reduce",
-        }
-    }
-
-    /// The arguments, for a log that is there and an output that is not.
-    fn arguments(self, log: &Path, out: &Path) -> Vec<OsString> {
-        match self {
-            Part::AsCoded | Part::AsStated => run_of(self.name(), out),
-            Part::Replay => vec!["replay".into(), log.into()],
-            Part::Reduce => vec!["reduce".into(), log.into(), "--out".into(), out.into()],
-        }
-    }
-}
+const PARTS: [Part; 4] = [
+    ("as-coded", &["run", "default", "--set", "parameter_set=as-coded", "--out", "OUT"]),
+    ("as-stated", &["run", "default", "--set", "parameter_set=as-stated", "--out", "OUT"]),
+    ("replay", &["replay", "LOG"]),
+    ("reduce", &["reduce", "LOG", "--out", "OUT"]),
+];
 
 /// The named parts, in the order of the list.
 fn parts(names: &[String]) -> Result<Vec<Part>, Failure> {
-    if let Some(unknown) = names.iter().find(|name| Part::ALL.iter().all(|part| part.name() != **name)) {
+    if let Some(unknown) = names.iter().find(|name| PARTS.iter().all(|(part, _)| part != *name)) {
         return Err(Failure::Check(format!(
             "unknown part {unknown} (accepted with --against: {})",
-            Part::ALL.map(Part::name).join(", ")
+            PARTS.map(|(name, _)| name).join(", ")
         )));
     }
-    let is_named = |part: &Part| names.is_empty() || names.iter().any(|name| name == part.name());
-    Ok(Part::ALL.into_iter().filter(is_named).collect())
-}
-
-fn run_of(parameter_set: &str, out: &Path) -> Vec<OsString> {
-    let set = format!("parameter_set={parameter_set}");
-    vec!["run".into(), "default".into(), "--set".into(), set.into(), "--out".into(), out.into()]
+    let is_named = |(part, _): &Part| names.is_empty() || names.iter().any(|name| name == part);
+    Ok(PARTS.into_iter().filter(is_named).collect())
 }
 
 /// One of the two binaries.
@@ -92,75 +63,51 @@ pub(crate) fn command(task: &Task<'_>) -> Result<(), Failure> {
 
 fn compare(task: &Task<'_>) -> Result<bool, Failure> {
     let parts = parts(task.parts)?;
-    interrupt::install()?;
-    let repository = Repository::new(root());
-    let old = repository.commit(task.revision)?;
-    let binaries = [revision::build(&repository, &old)?, asperity()?.get_program().into()];
-
-    let folder = tempfile::Builder::new()
-        .prefix("bench-against-")
-        .tempdir_in(target_folder())
-        .map_err(|error| workspace::io("write into", &target_folder(), error))?;
-    let titles = [old.title.clone(), checkout(&repository)?];
+    let folder = target_folder().join("bench-against");
+    emptied(&folder)?;
     let mut sides = Vec::new();
-    for ((binary, title), name) in binaries.into_iter().zip(titles).zip(["old", "new"]) {
-        say!("==> {name}: {title}");
+    for (name, revision) in [("old", Revision::of(task.revision)?), ("new", Revision::checkout()?)] {
+        say!("==> {name}: {}", revision.title);
+        let built = revision.asperity()?;
         // A copy, which builds in the meantime do not change.
-        let copy = folder.path().join(format!("asperity-{name}{}", std::env::consts::EXE_SUFFIX));
-        fs::copy(&binary, &copy).map_err(|error| workspace::io("copy", &binary, error))?;
-        sides.push(Side { title, binary: copy, log: folder.path().join(format!("{name}.mcap")) });
+        let binary = folder.join(format!("asperity-{name}{}", std::env::consts::EXE_SUFFIX));
+        fs::copy(&built, &binary).map_err(io("copy", &built))?;
+        sides.push(Side { title: revision.title, binary, log: folder.join(format!("{name}.mcap")) });
     }
     for side in &sides {
-        measure(side, &run_of("as-coded", &side.log))?;
+        run_once(side, PARTS[0], &side.log)?;
     }
-
-    let out = folder.path().join("out");
     let mut results = Vec::new();
     for part in parts {
-        say!("==> {}: {} pairs", part.name(), task.pairs);
+        say!("==> {}: {} pairs", part.0, task.pairs);
+        let out = folder.join("out");
+        let once = |side: usize| {
+            let times = run_once(&sides[side], part, &out)?;
+            let removed = if out.is_dir() { fs::remove_dir_all(&out) } else { fs::remove_file(&out) };
+            match removed {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(io("remove", &out)(error)),
+                _ => Ok(times),
+            }
+        };
         // Not counted: it fills caches, and shows whether both know the command.
-        for side in &sides {
-            run_once(side, part, &out)?;
-        }
+        once(0)?;
+        once(1)?;
         let mut pairs = Vec::new();
         for number in 0..task.pairs.get() {
             let mut pair = [Times::default(); 2];
             for side in order(number) {
-                pair[side] = run_once(&sides[side], part, &out)?;
+                pair[side] = once(side)?;
             }
             pairs.push(pair);
         }
-        results.push((part, Compared::of(&pairs)));
+        results.push((part.0, Compared::of(&pairs)));
     }
-    report(&results, task).map_err(|error| Failure::Io { what: "write to stdout".to_owned(), error })
-}
-
-/// The name of the new side.
-fn checkout(repository: &Repository) -> Result<String, Failure> {
-    let title = repository.commit("HEAD")?.title;
-    Ok(match repository.changed_files()? {
-        0 => format!("this checkout, {title}"),
-        files => format!("this checkout, {title} and changes in {files} files not committed"),
-    })
+    report(&results, task).map_err(io("write to", Path::new("stdout")))
 }
 
 /// Which side runs first in a pair, and which second: 0 is the old one.
 fn order(pair: usize) -> [usize; 2] {
     if pair.is_multiple_of(2) { [0, 1] } else { [1, 0] }
-}
-
-/// Runs one part with one side, and removes its files.
-fn run_once(side: &Side, part: Part, out: &Path) -> Result<Times, Failure> {
-    let times = measure(side, &part.arguments(&side.log, out))?;
-    let removed = if out.is_dir() {
-        fs::remove_dir_all(out)
-    } else if out.exists() {
-        fs::remove_file(out)
-    } else {
-        Ok(())
-    };
-    removed.map_err(|error| workspace::io("remove", out, error))?;
-    Ok(times)
 }
 
 /// The times of one execution.
@@ -171,30 +118,33 @@ struct Times {
     wall_s: f64,
 }
 
-fn measure(side: &Side, arguments: &[OsString]) -> Result<Times, Failure> {
+/// Runs one part with one side.
+fn run_once(side: &Side, (_, words): Part, out: &Path) -> Result<Times, Failure> {
     let mut command = program(&side.binary);
-    command.args(arguments).stdin(Stdio::null());
-    timed(&mut command).map_err(|failure| match failure {
-        Failure::Check(problem) => Failure::Check(format!(
-            "{}: `asperity {}` {problem} (accepted: a revision that has this command with these flags, or only \
-             parts that both have)",
+    command.args(words.iter().map(|word| match *word {
+        "LOG" => side.log.as_os_str(),
+        "OUT" => out.as_os_str(),
+        word => word.as_ref(),
+    }));
+    timed(command.stdin(Stdio::null())).map_err(|failure| {
+        let words: Vec<_> = command.get_args().map(|word| word.to_string_lossy()).collect();
+        Failure::Check(format!(
+            "{}: `asperity {}` {failure} (accepted: a revision that has this command with these flags, or only parts \
+             that both have)",
             side.title,
-            arguments.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" "),
-        )),
-        other => other,
+            words.join(" "),
+        ))
     })
 }
 
 /// Runs a command, which must succeed, and returns its times.
 fn timed(command: &mut Command) -> Result<Times, Failure> {
-    interrupt::check()?;
-    let usage = |error| Failure::Io { what: "ask for the CPU time of a process".to_owned(), error };
+    let usage = |error| Failure::Check(format!("has no CPU time: {error}"));
     let before_s = cpu_of_children_s().map_err(usage)?;
     let started = Instant::now();
-    let output = command.output().map_err(|error| not_started(command, error))?;
+    let output = command.output().map_err(not_started(command))?;
     let wall_s = started.elapsed().as_secs_f64();
     let cpu_s = cpu_of_children_s().map_err(usage)? - before_s;
-    interrupt::check()?;
     if output.status.success() {
         return Ok(Times { cpu_s, wall_s });
     }
@@ -231,43 +181,31 @@ fn cpu_of_children_s() -> io::Result<f64> {
 struct Compared {
     /// Median of the old side's CPU time.
     old_cpu_s: f64,
-    /// New over old, within pairs.
-    cpu: Quartiles,
-    wall: Quartiles,
+    /// Quartiles of new over old, within pairs.
+    cpu: [f64; 3],
+    wall: [f64; 3],
 }
 
 impl Compared {
     fn of(pairs: &[[Times; 2]]) -> Compared {
-        let ratios = |of: fn(&Times) -> f64| Quartiles::of(pairs.iter().map(|[old, new]| of(new) / of(old)));
+        let ratios = |of: fn(&Times) -> f64| quartiles(pairs.iter().map(|[old, new]| of(new) / of(old)));
         Compared {
-            old_cpu_s: Quartiles::of(pairs.iter().map(|[old, _]| old.cpu_s)).median,
+            old_cpu_s: quartiles(pairs.iter().map(|[old, _]| old.cpu_s))[1],
             cpu: ratios(|times| times.cpu_s),
             wall: ratios(|times| times.wall_s),
         }
     }
 }
 
-/// Median and quartiles of a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Quartiles {
-    lower: f64,
-    median: f64,
-    upper: f64,
-}
-
-impl Quartiles {
-    /// Of one value or more; between two values they are interpolated linearly.
-    fn of(values: impl IntoIterator<Item = f64>) -> Quartiles {
-        let mut sorted: Vec<f64> = values.into_iter().collect();
-        sorted.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = share * (sorted.len() - 1) as f64;
-            let (below, above) = (place.floor(), place.ceil());
-            let [low, high] = [sorted[below as usize], sorted[above as usize]];
-            low + (high - low) * (place - below)
-        };
-        Quartiles { lower: at(0.25), median: at(0.5), upper: at(0.75) }
-    }
+/// Lower quartile, median and upper quartile of one value or more; between two values they are interpolated linearly.
+fn quartiles(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    [0.25, 0.5, 0.75].map(|share| {
+        let place = share * (sorted.len() - 1) as f64;
+        let [low, high] = [place.floor(), place.ceil()].map(|at| sorted[at as usize]);
+        low + (high - low) * place.fract()
+    })
 }
 
 /// Whether a ratio is within a share of 1, whichever of the two is the divisor.
@@ -276,30 +214,21 @@ fn is_within(ratio: f64, share: f64) -> bool {
 }
 
 /// Prints the table and the verdict, and returns whether all medians are within the limit.
-fn report(results: &[(Part, Compared)], task: &Task<'_>) -> io::Result<bool> {
+fn report(results: &[(&str, Compared)], task: &Task<'_>) -> io::Result<bool> {
     let mut out = io::stdout().lock();
     writeln!(out, "| part | old, CPU s | CPU time, new/old | quartiles | wall time, new/old | quartiles |")?;
     writeln!(out, "|---|---|---|---|---|---|")?;
-    for (part, Compared { old_cpu_s, cpu, wall }) in results {
-        writeln!(
-            out,
-            "| {} | {old_cpu_s:.3} | {:.3} | {:.3} to {:.3} | {:.3} | {:.3} to {:.3} |",
-            part.name(),
-            cpu.median,
-            cpu.lower,
-            cpu.upper,
-            wall.median,
-            wall.lower,
-            wall.upper
-        )?;
+    for (name, Compared { old_cpu_s, cpu, wall }) in results {
+        let [cpu, wall] =
+            [cpu, wall].map(|[lower, median, upper]| format!("{median:.3} | {lower:.3} to {upper:.3}"));
+        writeln!(out, "| {name} | {old_cpu_s:.3} | {cpu} | {wall} |")?;
     }
     let percent = 100.0 * task.within;
     let mut all_within = true;
-    for (part, Compared { cpu, .. }) in results {
-        if !is_within(cpu.median, task.within) {
+    for (name, Compared { cpu: [_, median, _], .. }) in results {
+        if !is_within(*median, task.within) {
             all_within = false;
-            let word = if cpu.median > 1.0 { "slower" } else { "faster" };
-            let name = part.name();
+            let word = if *median > 1.0 { "slower" } else { "faster" };
             writeln!(out, "{name}: the new side is {word} by more than {percent} % of CPU time")?;
         }
     }
@@ -315,12 +244,12 @@ mod tests {
 
     #[test]
     fn quartiles_are_interpolated_and_the_order_does_not_matter() {
-        let of = |values: &[f64]| Quartiles::of(values.iter().copied());
-        assert_eq!(of(&[3.0]), Quartiles { lower: 3.0, median: 3.0, upper: 3.0 });
-        assert_eq!(of(&[4.0, 1.0, 3.0, 2.0]), Quartiles { lower: 1.75, median: 2.5, upper: 3.25 });
-        assert_eq!(of(&[9.0, 1.0, 5.0, 2.0, 7.0]), Quartiles { lower: 2.0, median: 5.0, upper: 7.0 });
+        let of = |values: &[f64]| quartiles(values.iter().copied());
+        assert_eq!(of(&[3.0]), [3.0, 3.0, 3.0]);
+        assert_eq!(of(&[4.0, 1.0, 3.0, 2.0]), [1.75, 2.5, 3.25]);
+        assert_eq!(of(&[9.0, 1.0, 5.0, 2.0, 7.0]), [2.0, 5.0, 7.0]);
         // A single disturbed pair moves no median.
-        assert_eq!(of(&[1.0, 1.0, 1.0, 1.0, 50.0]).median, 1.0);
+        assert_eq!(of(&[1.0, 1.0, 1.0, 1.0, 50.0])[1], 1.0);
     }
 
     #[test]
@@ -338,8 +267,8 @@ mod tests {
         let pairs = [[times(1.0, 2.0), times(1.1, 2.0)], [times(2.0, 4.0), times(2.2, 2.0)]];
         let compared = Compared::of(&pairs);
         assert_eq!(compared.old_cpu_s, 1.5);
-        assert!((compared.cpu.median - 1.1).abs() < 1e-12 && (compared.cpu.upper - 1.1).abs() < 1e-12);
-        assert_eq!(compared.wall.median, 0.75);
+        assert!(compared.cpu[1..].iter().all(|ratio| (ratio - 1.1).abs() < 1e-12));
+        assert_eq!(compared.wall[1], 0.75);
     }
 
     #[test]
@@ -355,8 +284,8 @@ mod tests {
     #[test]
     fn parts_are_those_named_or_all() {
         let named = |names: &[&str]| parts(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
-        assert_eq!(named(&[]).expect("all of them"), Part::ALL);
-        assert_eq!(named(&["replay", "as-coded"]).expect("both exist"), [Part::AsCoded, Part::Replay]);
+        assert_eq!(named(&[]).expect("all of them"), PARTS);
+        assert_eq!(named(&["replay", "as-coded"]).expect("both exist"), [PARTS[0], PARTS[2]]);
         let refused = named(&["replay", "loop"]).expect_err("that is a part of the other benchmark");
         assert!(refused.to_string().starts_with("unknown part loop (accepted with --against: "), "{refused}");
     }
@@ -368,7 +297,7 @@ mod tests {
         let log = folder.path().join("a.mcap");
         // A shell takes `reduce` for a script, and fails to find it.
         let side = Side { title: "1a2b3c4 An old one".to_owned(), binary: "/bin/sh".into(), log };
-        let refused = run_once(&side, Part::Reduce, &folder.path().join("out"));
+        let refused = run_once(&side, PARTS[3], &folder.path().join("out"));
         let problem = refused.expect_err("it knows no such command").to_string();
         assert!(problem.starts_with("1a2b3c4 An old one: `asperity reduce "), "{problem}");
         assert!(

@@ -38,9 +38,9 @@ which other processes disturb less than wall time. Parts:
   replay     asperity replay, of the log of as-coded
   reduce     asperity reduce, of the same log
 
-REV is built in a worktree under target/diff-events, and kept. Outputs go to a
-temporary folder under target. Leave the machine idle meanwhile: on a busy one,
-the median of a few pairs may be off by ten per cent, and of 20 by one or two.
+What is built of REV is kept in target/diff-events. Outputs go to
+target/bench-against. Leave the machine idle meanwhile: on a busy one, the
+median of a few pairs may be off by ten per cent, and of 20 by one or two.
 
 Exit codes of --against:
   0  all medians are within the limit

@@ -2,17 +2,14 @@
 
 use std::env;
 use std::io::{Read, Seek};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::Args;
 
-use crate::advisories::{self, AdvisoriesArguments};
-use crate::attack::{self, AttackArguments};
-use crate::notices;
-use crate::python::{self, PythonArguments};
 use crate::say::say;
-use crate::test::{self, TestArguments};
-use crate::workspace::{Failure, cargo, program, run, succeeded};
+use crate::workspace::{Failure, cargo, io, program, run, succeeded};
+use crate::{attack, notices, python, test};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -35,15 +32,19 @@ pub(crate) struct CiArguments {
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
 const STAGES: [Stage; 9] = [
-    ("format", format),
+    ("format", || run(&mut cargo(&["fmt", "--all", "--check"]))),
     ("licences", notices::check),
-    ("advisories", || advisories::command(&AdvisoriesArguments {})),
-    ("test", test),
-    ("long-tests", long_tests),
-    ("doc", doc),
+    ("advisories", || advisories(|arguments| run(cargo(&["deny", "--locked"]).args(arguments)).is_ok())),
+    ("test", || test::command(&[])),
+    // `cargo xtask nightly` runs the other ignored tests as well.
+    ("long-tests", || test::ignored(Some("in_ci"))),
+    ("doc", || {
+        run(cargo(&["doc", "--workspace", "--no-deps", "--locked"]).env("RUSTDOCFLAGS", "-D warnings"))
+    }),
     ("lint", lint),
-    ("python", python),
-    ("attack", attack),
+    ("python", || python::command(&[])),
+    // Equal cases in every call, so that the outcome depends on the program and not on chance.
+    ("attack", || attack::command(&["--seed".to_owned(), "1".to_owned()])),
 ];
 
 /// What keeps one core busy and waits for files and programs in between: beside the tests, which do as well.
@@ -82,15 +83,15 @@ fn in_turn(is_wanted: impl Fn(&str) -> bool, times: &mut Vec<String>) -> Result<
 
 /// Runs stages in a process of their own while others run, and prints at the end what it said.
 fn beside(stages: &[&str], others: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
-    let failed = |error| Failure::Io { what: "run stages beside others".to_owned(), error };
-    let mut said = tempfile::tempfile().map_err(failed)?;
-    let mut row = program(env::current_exe().map_err(failed)?);
-    let [out, err] = [said.try_clone().map_err(failed)?, said.try_clone().map_err(failed)?];
-    let mut child = row.arg("ci").args(stages).stdout(out).stderr(err).spawn().map_err(failed)?;
+    let failed = io("run beside others", Path::new("stages"));
+    let mut said = tempfile::tempfile().map_err(&failed)?;
+    let mut row = program(env::current_exe().map_err(&failed)?);
+    let [out, err] = [said.try_clone().map_err(&failed)?, said.try_clone().map_err(&failed)?];
+    let mut child = row.arg("ci").args(stages).stdout(out).stderr(err).spawn().map_err(&failed)?;
     let outcome = others();
-    let status = child.wait().map_err(failed)?;
+    let status = child.wait().map_err(&failed)?;
     let mut text = Vec::new();
-    said.rewind().and_then(|()| said.read_to_end(&mut text)).map_err(failed)?;
+    said.rewind().and_then(|()| said.read_to_end(&mut text)).map_err(&failed)?;
     say!("{}", String::from_utf8_lossy(&text).trim_end());
     outcome.and(succeeded(&row, status))
 }
@@ -112,45 +113,30 @@ fn took(time: Duration) -> String {
     }
 }
 
-fn format() -> Result<(), Failure> {
-    run(&mut cargo(&["fmt", "--all", "--check"]))
-}
-
-/// Warnings are denied here and not by RUSTFLAGS, which would rebuild every
-/// dependency.
+/// Warnings are denied here and not by RUSTFLAGS, which would rebuild every dependency.
 fn lint() -> Result<(), Failure> {
-    run(&mut cargo(&[
-        "clippy",
-        "--workspace",
-        "--all-targets",
-        "--features",
-        "xtask/attack",
-        "--locked",
-        "--",
-        "-D",
-        "warnings",
-    ]))
+    let clippy = ["clippy", "--workspace", "--all-targets", "--features", "xtask/attack", "--locked"];
+    run(cargo(&clippy).args(["--", "-D", "warnings"]))
 }
 
-fn test() -> Result<(), Failure> {
-    test::command(&TestArguments::default())
-}
-
-fn python() -> Result<(), Failure> {
-    python::command(&PythonArguments::default())
-}
-
-/// Ignored tests in modules `in_ci`; `cargo xtask nightly` runs the others as well.
-fn long_tests() -> Result<(), Failure> {
-    test::ignored(Some("in_ci"))
-}
-
-fn doc() -> Result<(), Failure> {
-    run(cargo(&["doc", "--workspace", "--no-deps", "--locked"]).env("RUSTDOCFLAGS", "-D warnings"))
-}
-
-fn attack() -> Result<(), Failure> {
-    attack::command(&AttackArguments::of_ci())
+/// What cargo-deny knows of the packages of others, by `deny.toml`; `succeeds` calls it.
+fn advisories(succeeds: impl Fn(&[&str]) -> bool) -> Result<(), Failure> {
+    let failed = |what: &str| Failure::Check(format!("cargo-deny refuses {what}; it says above what"));
+    let unknown = |why: &str| Failure::NotChecked(why.to_owned());
+    if !succeeds(&["--version"]) {
+        return Err(unknown("cargo-deny is not installed (accepted: `cargo install cargo-deny --locked`)"));
+    }
+    if !succeeds(&["check", "bans", "licenses", "sources"]) {
+        return Err(failed("packages"));
+    }
+    if !succeeds(&["fetch", "db"]) {
+        return Err(unknown("the database of advisories could not be fetched"));
+    }
+    if succeeds(&["--offline", "check", "advisories"]) {
+        Ok(())
+    } else {
+        Err(failed("packages with known vulnerabilities"))
+    }
 }
 
 #[cfg(test)]
@@ -167,6 +153,18 @@ mod tests {
         assert_eq!(of(Ok(())), ("passed in 1.0 s".to_owned(), true));
         let not_checked = Failure::NotChecked("no database".to_owned());
         assert_eq!(of(Err(not_checked)), ("not checked: no database".to_owned(), true));
-        assert_eq!(of(Err(Failure::Interrupted(130))), ("failed after 1.0 s".to_owned(), false));
+        assert_eq!(of(Err(Failure::Check("x".to_owned()))), ("failed after 1.0 s".to_owned(), false));
+        // Without its program or its database, cargo-deny checks nothing.
+        let denied = |failing: &str| of(advisories(|arguments| !arguments.contains(&failing)));
+        for (failing, word, passes) in [
+            ("nothing", "passed in", true),
+            ("--version", "not checked: cargo-deny is not installed", true),
+            ("fetch", "not checked: the database of advisories could not be fetched", true),
+            ("licenses", "failed after", false),
+            ("advisories", "failed after", false),
+        ] {
+            let (said, passed) = denied(failing);
+            assert!(said.starts_with(word) && passed == passes, "{failing}: {said}");
+        }
     }
 }

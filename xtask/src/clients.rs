@@ -2,10 +2,10 @@
 //! folder under the target folder.
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use crate::workspace::{Failure, program, root, run, target_folder};
+use crate::workspace::{Failure, emptied, io, program, read, root, run, target_folder, write};
 
 /// A set of clients: its name in tests, the variable with its path, and its setup.
 pub(crate) struct Clients {
@@ -20,27 +20,28 @@ pub(crate) const ALL: [Clients; 2] = [
     Clients { name: "Node", variable: "ASPERITY_NODE_CLIENTS", set_up: node },
 ];
 
-/// The lock: every package with its hash.
-const REQUIREMENTS: &str = "tests/clients/requirements.txt";
-
 /// Sets the Python packages up unless they are there, and gives their interpreter.
 fn python() -> Result<PathBuf, Failure> {
-    let folder = target_folder().join("clients");
+    python_with("clients", "tests/clients/requirements.txt")
+}
+
+/// Sets an environment of Python up unless it is there, with the packages of a lock that has the hash of each, and gives
+/// its interpreter.
+pub(crate) fn python_with(name: &str, requirements: &str) -> Result<PathBuf, Failure> {
+    let folder = target_folder().join(name);
     let python = folder.join("bin").join("python");
-    set_up_once(&folder, &root().join(REQUIREMENTS), &python, || {
+    set_up_once(&folder, &root().join(requirements), &python, || {
         run(program("python3").args(["-m", "venv"]).arg(&folder))?;
-        run(program(&python).args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "--require-hashes",
-            "-r",
-            REQUIREMENTS,
-        ]))
+        run(pip_install(&python).args(["--require-hashes", "-r", requirements]))
     })?;
     Ok(python)
+}
+
+/// An installation by pip, which names what failed.
+pub(crate) fn pip_install(python: &Path) -> Command {
+    let mut pip = program(python);
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+    pip
 }
 
 /// Where the Node packages are declared and locked.
@@ -54,10 +55,8 @@ fn node() -> Result<PathBuf, Failure> {
     set_up_once(&folder, &source.join("package-lock.json"), &modules, || {
         // Fails here on machines without node, with an error that names it.
         run(program("node").arg("--version").stdout(std::process::Stdio::null()))?;
-        let failed = |error| Failure::Io { what: format!("fill {}", folder.display()), error };
-        fs::create_dir_all(&folder).map_err(failed)?;
         for file in ["package.json", "package-lock.json", ".npmrc"] {
-            fs::copy(source.join(file), folder.join(file)).map_err(failed)?;
+            fs::copy(source.join(file), folder.join(file)).map_err(io("fill", &folder))?;
         }
         run(program("npm").args(["ci", "--loglevel", "error"]).current_dir(&folder))
     })?;
@@ -65,7 +64,7 @@ fn node() -> Result<PathBuf, Failure> {
 }
 
 /// Installs the packages of a lock file into a folder, unless that was done before.
-pub(crate) fn set_up_once(
+fn set_up_once(
     folder: &Path,
     lock: &Path,
     there: &Path,
@@ -76,18 +75,8 @@ pub(crate) fn set_up_once(
     if there.exists() && read(&stamp).is_ok_and(|installed| installed == locked) {
         return Ok(());
     }
-    match fs::remove_dir_all(folder) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            return Err(Failure::Io { what: format!("replace {}", folder.display()), error });
-        }
-        _ => {}
-    }
+    emptied(folder)?;
     install()?;
     // Last, so that an interrupted installation is repeated.
-    fs::write(&stamp, locked)
-        .map_err(|error| Failure::Io { what: format!("write {}", stamp.display()), error })
-}
-
-fn read(path: &Path) -> Result<String, Failure> {
-    fs::read_to_string(path).map_err(|error| Failure::Io { what: format!("read {}", path.display()), error })
+    write(&stamp, &locked)
 }

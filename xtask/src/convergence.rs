@@ -2,15 +2,13 @@
 //! blocks, as a page of the manual.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::reproduce;
+use crate::reproduce::{self, SETS};
 use crate::say::say;
-use crate::workspace::{Failure, asperity, root, run};
+use crate::workspace::{Failure, absolute, asperity, read, root, run, write};
 
 const PIPELINE: &str = "convergence";
 const PAGE: &str = "docs/internals/convergence.md";
@@ -20,7 +18,6 @@ const BEGIN: &str = "<!-- begin: cargo xtask convergence -->";
 const END: &str = "<!-- end -->";
 
 const SLIDERS: [&str; 3] = ["even", "tilted", "creeping"];
-const SETS: [&str; 2] = ["as-coded", "as-stated"];
 /// The run that all others of a slider are variants of.
 const BASE: &str = "50-ns";
 const STEPS: [&str; 5] = ["10-ns", "20-ns", BASE, "100-ns", "200-ns"];
@@ -58,98 +55,70 @@ pub(crate) struct ConvergenceArguments {
 }
 
 pub(crate) fn command(arguments: &ConvergenceArguments) -> Result<(), Failure> {
-    let io = |what: &str, path: &Path| {
-        let what = format!("{what} {}", path.display());
-        move |error| Failure::Io { what, error }
-    };
-    let out = std::path::absolute(&arguments.out).map_err(io("find", &arguments.out))?;
+    let out = absolute(&arguments.out)?;
     let mut tables = Vec::new();
     for set in SETS {
         let folder = out.join(set);
         let mut reproduce = asperity()?;
         reproduce.args(["reproduce", &reproduce::pipeline(PIPELINE), "--out"]).arg(&folder);
         run(reproduce.args(["--set", &format!("parameter_set={set}")]))?;
-        let table = folder.join("tables/summary.csv");
-        let text = fs::read_to_string(&table).map_err(io("read", &table))?;
-        tables.push(
-            Table::parse(&text)
-                .map_err(|problem| Failure::Check(format!("{}: {problem}", table.display())))?,
-        );
+        tables.push(read(&folder.join("tables/summary.csv"))?);
     }
     let made = tables_of_page(&tables).map_err(Failure::Check)?;
     let page = root().join(PAGE);
-    let text = fs::read_to_string(&page).map_err(io("read", &page))?;
-    let text = replaced(&text, &made).map_err(|problem| Failure::Check(format!("{PAGE}: {problem}")))?;
-    fs::write(&page, text).map_err(io("write", &page))?;
+    let text = replaced(&read(&page)?, &made)
+        .ok_or_else(|| Failure::Check(format!("{PAGE}: it has no lines {BEGIN} and {END}")))?;
+    write(&page, &text)?;
     say!("{PAGE}");
     Ok(())
 }
 
 /// The page with other tables.
-fn replaced(page: &str, tables: &str) -> Result<String, String> {
-    let missing = || format!("it has no lines {BEGIN} and {END}");
-    let (before, rest) = page.split_once(BEGIN).ok_or_else(missing)?;
-    let (_, after) = rest.split_once(END).ok_or_else(missing)?;
-    Ok(format!("{before}{BEGIN}\n\n{tables}\n{END}{after}"))
+fn replaced(page: &str, tables: &str) -> Option<String> {
+    let (before, rest) = page.split_once(BEGIN)?;
+    let (_, after) = rest.split_once(END)?;
+    Some(format!("{before}{BEGIN}\n\n{tables}\n{END}{after}"))
 }
 
-/// The numbers of a table, by run and key; those that are missing are not in it.
-struct Table {
-    keys: Vec<String>,
-    rows: BTreeMap<String, BTreeMap<String, f64>>,
-}
-
-impl Table {
-    fn parse(text: &str) -> Result<Table, String> {
-        // Names of runs and scenarios of a pipeline are plain, so no cell is quoted.
-        let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<String>>());
-        let keys = lines.next().ok_or("it is empty")?;
-        let rows = lines.map(|cells| {
-            let name = cells.first().cloned().unwrap_or_default();
-            let numbers =
-                keys.iter().zip(&cells).filter_map(|(key, cell)| Some((key.clone(), cell.parse().ok()?)));
-            (name, numbers.collect())
-        });
-        Ok(Table { rows: rows.collect(), keys: keys.clone() })
-    }
-
-    /// A number of some runs; none if one of them lacks it.
-    fn of(&self, slider: &str, variants: &[&str], key: &str) -> Result<Option<Vec<f64>>, String> {
-        let mut found = Vec::new();
-        for variant in variants {
-            let name = format!("{slider}-{variant}");
-            let row = self.rows.get(&name).ok_or_else(|| format!("there is no run {name}"))?;
-            found.push(row.get(key).copied());
-        }
-        Ok(found.into_iter().collect())
-    }
+/// The numbers of some runs of a table; none if one of them lacks it. No cell is quoted: names of runs and scenarios of a
+/// pipeline are plain.
+fn numbers(table: &str, slider: &str, variants: &[&str], key: &str) -> Result<Option<Vec<f64>>, String> {
+    let mut lines = table.lines().map(|line| line.split(','));
+    let column =
+        lines.next().and_then(|mut keys| keys.position(|name| name == key)).ok_or("it lacks a key")?;
+    let rows: BTreeMap<&str, Option<f64>> = lines
+        .filter_map(|mut cells| Some((cells.clone().next()?, cells.nth(column)?.parse().ok())))
+        .collect();
+    let number = |variant: &&str| {
+        let name = format!("{slider}-{variant}");
+        rows.get(name.as_str()).copied().ok_or_else(|| format!("there is no run {name}"))
+    };
+    variants.iter().map(number).collect()
 }
 
 /// Values, and their changes with either.
-fn tables_of_page(tables: &[Table]) -> Result<String, String> {
+fn tables_of_page(tables: &[String]) -> Result<String, String> {
     let mut text = String::new();
-    let spread: fn(&[f64]) -> String = |values| percent(values);
     let first: fn(&[f64]) -> String = |values| rounded(values[0]);
+    let columns: Vec<_> = SLIDERS
+        .iter()
+        .flat_map(|slider| SETS.iter().zip(tables).map(move |(set, table)| (slider, set, table)))
+        .collect();
+    let headings: String =
+        columns.iter().map(|(slider, set, _)| format!(" {slider}, {} |", set.replace('-', " "))).collect();
+    let keys = tables.first().and_then(|table| table.lines().next()).unwrap_or_default().split(',');
     for (heading, variants, cell) in [
-        ("With the time step: 10, 20, 50, 100 and 200 ns", &STEPS[..], spread),
-        ("With the number of blocks: 25, 50, 100, 200 and 400", &BLOCKS[..], spread),
+        ("With the time step: 10, 20, 50, 100 and 200 ns", &STEPS[..], percent as fn(&[f64]) -> String),
+        ("With the number of blocks: 25, 50, 100, 200 and 400", &BLOCKS[..], percent),
         ("The numbers themselves: 100 blocks, 50 ns", &[BASE][..], first),
     ] {
-        write!(text, "### {heading}\n\n| key |").expect("a text can be written to");
-        let columns = SLIDERS
-            .iter()
-            .flat_map(|slider| SETS.iter().zip(tables).map(move |(set, table)| (slider, set, table)));
-        let columns: Vec<_> = columns.collect();
-        columns
-            .iter()
-            .for_each(|(slider, set, _)| text += &format!(" {slider}, {} |", set.replace('-', " ")));
-        text += &format!("\n|---|{}\n", "---|".repeat(columns.len()));
-        let keys = tables.first().map_or(&[][..], |table| &table.keys[..]);
-        for key in keys.iter().filter(|key| !LEFT_OUT.contains(&key.as_str())) {
-            let mut row = Vec::new();
-            for (slider, _, table) in &columns {
-                row.push(table.of(slider, variants, key)?.map_or("-".to_owned(), |values| cell(&values)));
-            }
+        text += &format!("### {heading}\n\n| key |{headings}\n|---|{}\n", "---|".repeat(columns.len()));
+        for key in keys.clone().filter(|key| !LEFT_OUT.contains(key)) {
+            let cell = |(slider, _, table): &(&&str, &&str, &String)| {
+                let values = numbers(table, slider, variants, key)?;
+                Ok(values.map_or("-".to_owned(), |values| cell(&values)))
+            };
+            let row: Vec<String> = columns.iter().map(cell).collect::<Result<_, String>>()?;
             if row.iter().any(|cell| cell != "-") {
                 text += &format!("| `{key}` | {} |\n", row.join(" | "));
             }
@@ -182,7 +151,7 @@ fn rounded(number: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BEGIN, END, Table, percent, replaced, rounded};
+    use super::{BEGIN, END, numbers, percent, replaced, rounded};
 
     #[test]
     fn spreads_are_over_the_median() {
@@ -196,16 +165,18 @@ mod tests {
 
     #[test]
     fn a_number_that_one_run_lacks_has_no_spread() {
-        let table = Table::parse("run,a_s,b\neven-10-ns,1.5,\neven-20-ns,2e-7,3\n").unwrap();
-        assert_eq!(table.of("even", &["10-ns", "20-ns"], "a_s"), Ok(Some(vec![1.5, 2e-7])));
-        assert_eq!(table.of("even", &["10-ns", "20-ns"], "b"), Ok(None));
-        assert!(table.of("even", &["50-ns"], "b").is_err());
+        let of = |variants: &[&str], key| {
+            numbers("run,a_s,b\neven-10-ns,1.5,\neven-20-ns,2e-7,3\n", "even", variants, key)
+        };
+        assert_eq!(of(&["10-ns", "20-ns"], "a_s"), Ok(Some(vec![1.5, 2e-7])));
+        assert_eq!(of(&["10-ns", "20-ns"], "b"), Ok(None));
+        assert!(of(&["50-ns"], "b").is_err());
     }
 
     #[test]
     fn only_the_tables_of_the_page_are_replaced() {
         let page = format!("above\n{BEGIN}\nold\n{END}\nbelow\n");
-        assert_eq!(replaced(&page, "new\n"), Ok(format!("above\n{BEGIN}\n\nnew\n\n{END}\nbelow\n")));
-        assert!(replaced("no such lines", "new").is_err());
+        assert_eq!(replaced(&page, "new\n"), Some(format!("above\n{BEGIN}\n\nnew\n\n{END}\nbelow\n")));
+        assert!(replaced("no such lines", "new").is_none());
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::say::say;
-use crate::workspace::{Failure, cargo, output, root, run, target_folder};
+use crate::workspace::{Failure, cargo, io, output, root, run, target_folder};
 
 /// The fuzzers, in `tests/fuzz/targets`, and how long an input each is given at most.
 const TARGETS: [(&str, u32); 9] = [
@@ -65,8 +65,7 @@ fn fuzz(target: &str, longest: u32, arguments: &FuzzArguments) -> Result<(), Fai
     let work = target_folder().join("fuzz");
     let (corpus, found) = (work.join("corpus").join(target), work.join("found").join(target));
     for folder in [&corpus, &found] {
-        fs::create_dir_all(folder)
-            .map_err(|error| Failure::Io { what: format!("create {}", folder.display()), error })?;
+        fs::create_dir_all(folder).map_err(io("create", folder))?;
     }
     let kept: Vec<PathBuf> = ["corpus", "found"]
         .map(|folder| root().join("fixtures/hostile").join(folder).join(target))

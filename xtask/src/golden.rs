@@ -4,15 +4,16 @@
 //! Accepting requires a reason, which the repository records beside the change.
 
 use std::fs;
-use std::path::PathBuf;
-use std::process::Command;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::golden_tables::{CHANGES, ENTRY, TABLES, newest, signature, tables};
-use crate::reproduce::{CHAPTER5, pipeline};
+use crate::reproduce::{CHAPTER5, event_tables, pipeline};
 use crate::say::{print, say};
-use crate::workspace::{Failure, asperity, io, output, program, root, run};
+use crate::workspace::{
+    Failure, asperity, emptied, io, not_started, output, program, read, root, run, write,
+};
 
 /// The head of the record; entries follow.
 const HEADING: &str = "\
@@ -54,112 +55,71 @@ fn reason(text: &str) -> Result<String, String> {
 }
 
 pub(crate) fn command(arguments: &GoldenArguments) -> Result<(), Failure> {
-    let made = make().map_err(Failure::of_comparison)?;
-    let golden = root().join(TABLES);
+    let (made, code_version) = make().map_err(Failure::of_comparison)?;
+    let (golden, changes) = (root().join(TABLES), root().join(CHANGES));
+    let record = if changes.exists() { read(&changes)? } else { HEADING.to_owned() };
+    let accept = |summary: &str| match &arguments.accept {
+        Some(reason) => accept(&made, &record, |signature| {
+            // Temporary paths are meaningless to later readers.
+            let summary = summary.replace(&made.display().to_string(), "the present code");
+            entry(signature, &code_version, reason, &summary)
+        }),
+        None => Err(Failure::CannotCompare(format!("{TABLES} is not there (accepted: --accept REASON)"))),
+    };
     if !golden.exists() {
-        return match &arguments.accept {
-            Some(reason) => accept(&made, reason, "The first tables."),
-            None => Err(Failure::CannotCompare(format!("{TABLES} is not there (accepted: --accept REASON)"))),
-        };
+        return accept("The first tables.");
     }
-    let is_signed =
-        newest(&record()?) == Some(&*signature(&golden).map_err(|error| io("read", &golden, error))?);
+    let is_signed = newest(&record) == Some(&*signature(&golden).map_err(io("read", &golden))?);
     if !is_signed {
         say!("warning: {TABLES} are not those of the newest entry of {CHANGES}");
     }
     let mut diff = asperity()?;
-    diff.arg("diff")
-        .arg(TABLES)
-        .arg(&made.tables)
-        .arg("--force")
-        .arg("--page")
-        .arg(made.out.join("golden.html"));
-    let compared =
-        diff.output().map_err(|error| Failure::Io { what: "run asperity diff".to_owned(), error })?;
-    print(format_args!("{}", String::from_utf8_lossy(&compared.stderr)));
+    diff.arg("diff").arg(TABLES).arg(&made).arg("--force");
+    diff.arg("--page").arg(made.with_file_name("golden.html"));
+    let compared = diff.output().map_err(not_started(&diff))?;
     let summary = String::from_utf8_lossy(&compared.stdout).into_owned();
-    print(format_args!("{summary}"));
+    print(format_args!("{}{summary}", String::from_utf8_lossy(&compared.stderr)));
     let code = compared.status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(2);
     match (&arguments.accept, code) {
-        (Some(reason), 0) if !is_signed => accept(&made, reason, &summary),
-        (Some(reason), 1) => accept(&made, reason, &summary),
+        (Some(_), 1) => accept(&summary),
+        (Some(_), 0) if !is_signed => accept(&summary),
         (Some(_), 0) => {
             say!("nothing to accept: the tables are the same");
             Ok(())
         }
-        (_, 0) => Ok(()),
+        (None, 0) => Ok(()),
         _ => Err(Failure::Exit { program: "asperity diff".to_owned(), code }),
     }
 }
 
-/// The tables of the present code.
-struct Made {
-    out: PathBuf,
-    tables: PathBuf,
-    code_version: String,
-}
-
-fn make() -> Result<Made, Failure> {
-    let asperity = asperity()?.get_program().to_owned();
-    let out = root().join("out").join("golden");
-    let tables = out.join("events");
+/// Makes the tables of the present code, and returns their folder and the code version.
+fn make() -> Result<(PathBuf, String), Failure> {
+    let mut asperity = asperity()?;
+    let (program_of, out) = (asperity.get_program().to_owned(), root().join("out").join("golden"));
     // Tables of runs that the pipeline no longer has would be compared all the same.
-    if out.exists() {
-        fs::remove_dir_all(&out).map_err(|error| io("remove", &out, error))?;
-    }
-    fs::create_dir_all(&tables).map_err(|error| io("create", &tables, error))?;
-    let reproduced = out.join("reproduced");
-    let mut reproduce = program(&asperity);
+    emptied(&out)?;
+    let (reproduced, tables) = (out.join("reproduced"), out.join("events"));
+    let mut reproduce = program(&program_of);
     reproduce.args(["reproduce", &pipeline(CHAPTER5), "--out"]).arg(&reproduced);
     run(reproduce.stdout(std::process::Stdio::null()))?;
-    let runs = reproduced.join("runs");
-    for entry in fs::read_dir(&runs).map_err(|error| io("read", &runs, error))? {
-        let log = entry.map_err(|error| io("read", &runs, error))?.path();
-        let table = tables.join(log.with_extension("csv").file_name().unwrap_or_default());
-        let events = output(program(&asperity).arg("events").arg(&log))?;
-        fs::write(&table, events).map_err(|error| io("write", &table, error))?;
-    }
-    Ok(Made { code_version: code_version(&mut program(&asperity))?, out, tables })
-}
-
-fn code_version(asperity: &mut Command) -> Result<String, Failure> {
+    event_tables(program_of.as_ref(), &reproduced, &tables)?;
     let said = output(asperity.arg("--version"))?;
-    let version = said.lines().find_map(|line| line.strip_prefix("code version "));
-    version.map(ToOwned::to_owned).ok_or_else(|| {
+    let version = said.lines().find_map(|line| line.strip_prefix("code version ")).ok_or_else(|| {
         Failure::Check(format!("asperity --version says {said:?} (accepted: a line `code version ...`)"))
-    })
+    })?;
+    Ok((tables, version.to_owned()))
 }
 
-/// The accepted changes so far.
-fn record() -> Result<String, Failure> {
-    let changes = root().join(CHANGES);
-    match fs::read_to_string(&changes) {
-        Ok(text) => Ok(text),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(HEADING.to_owned()),
-        Err(error) => Err(io("read", &changes, error)),
-    }
-}
-
-/// Replaces the golden tables, and adds an entry to the record.
-fn accept(made: &Made, reason: &str, summary: &str) -> Result<(), Failure> {
-    let golden = root().join(TABLES);
-    let changes = root().join(CHANGES);
-    let before = record()?;
-    if golden.exists() {
-        for table in tables(&golden).map_err(|error| io("read", &golden, error))? {
-            fs::remove_file(&table).map_err(|error| io("remove", &table, error))?;
-        }
-    }
-    fs::create_dir_all(&golden).map_err(|error| io("create", &golden, error))?;
-    for table in tables(&made.tables).map_err(|error| io("read", &made.tables, error))? {
+/// Replaces the golden tables by those in a folder, and adds the entry for their signature to the record.
+fn accept(made: &Path, record: &str, entry: impl FnOnce(&str) -> String) -> Result<(), Failure> {
+    let (golden, changes) = (root().join(TABLES), root().join(CHANGES));
+    emptied(&golden)?;
+    for table in tables(made).map_err(io("read", made))? {
         let to = golden.join(table.file_name().unwrap_or_default());
-        fs::copy(&table, &to).map_err(|error| io("write", &to, error))?;
+        fs::copy(&table, &to).map_err(io("write", &to))?;
     }
-    let signature = signature(&golden).map_err(|error| io("read", &golden, error))?;
-    // Temporary paths are meaningless to later readers.
-    let summary = summary.replace(&made.tables.display().to_string(), "the present code");
-    let entry = entry(&signature, &made.code_version, reason, &summary);
-    fs::write(&changes, with_entry(&before, &entry)).map_err(|error| io("write", &changes, error))?;
+    let signature = signature(&golden).map_err(io("read", &golden))?;
+    write(&changes, &with_entry(record, &entry(&signature)))?;
     say!("{TABLES} are those of the present code now; {CHANGES} says why");
     Ok(())
 }

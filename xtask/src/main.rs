@@ -2,7 +2,6 @@
 //! command. It drives cargo and the built `asperity` binary and links neither.
 //! Standard output belongs to the commands that are run; xtask speaks on stderr.
 
-mod advisories;
 mod against;
 mod attack;
 mod bench;
@@ -11,13 +10,13 @@ mod clients;
 mod convergence;
 mod diff_events;
 mod fuzz;
-mod git;
 mod golden;
 #[path = "../../tests/support/golden.rs"]
 mod golden_tables;
-mod interrupt;
 mod nightly;
 mod notices;
+#[path = "../../tests/support/pairs.rs"]
+mod pairs;
 mod python;
 mod reproduce;
 mod revision;
@@ -29,34 +28,14 @@ mod workspace;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
 use say::say;
 use workspace::Failure;
 
 /// Automation of the Asperity workspace.
 #[derive(Debug, Parser)]
-#[command(
-    name = "cargo xtask",
-    bin_name = "cargo xtask",
-    after_help = "\
-Examples:
-  cargo xtask reproduce-chapter5
-  cargo xtask reproduce slab
-  cargo xtask reproduce-all
-  cargo xtask convergence
-  cargo xtask test
-  cargo xtask python
-  cargo xtask verify-solver
-  cargo xtask diff-events HEAD~1
-  cargo xtask golden
-  cargo xtask bench --against HEAD~1
-  cargo xtask fuzz --for-s 600
-  cargo xtask attack --for-s 600
-  cargo xtask notices
-  cargo xtask ci
-  cargo xtask nightly"
-)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -74,10 +53,32 @@ enum Command {
     ReproduceAll(reproduce::ReproduceArguments),
     /// Tabulate how the numbers of a run change with the time step and the number of blocks.
     Convergence(convergence::ConvergenceArguments),
-    /// Run the tests.
-    Test(test::TestArguments),
-    /// Build the Python package, and run its tests and notebooks.
-    Python(python::PythonArguments),
+    #[command(
+        about = "Run the tests.",
+        after_help = "\
+Examples:
+  cargo xtask test
+  cargo xtask test --test root summary:: -- --nocapture
+
+Arguments are passed to cargo test, which then runs the selected tests. A test
+without the program that it drives, such as Chromium, is skipped and prints a
+note; with ASPERITY_NO_SKIPS=1 in the environment it fails instead. Ignored
+tests, which take long and rarely fail or need packages of Python and Node, are
+run by cargo xtask nightly, and those in modules named in_ci by cargo xtask ci."
+    )]
+    Test(Further),
+    #[command(
+        about = "Build the Python package, and run its tests and notebooks.",
+        after_help = "\
+Examples:
+  cargo xtask python
+  cargo xtask python -k field
+
+Sets up an environment with locked packages under the target folder, installs
+the package in it and runs tests/python with pytest, which receives any
+arguments. cargo xtask ci runs it."
+    )]
+    Python(Further),
     /// Compare the solvers of each law in all runs, for both parameter sets.
     VerifySolver(verify::VerifyArguments),
     /// Compare the slip events of another revision with those of this checkout.
@@ -88,16 +89,28 @@ enum Command {
     Bench(bench::BenchArguments),
     /// Search for harmful inputs by fuzzing; needs cargo-fuzz.
     Fuzz(fuzz::FuzzArguments),
-    /// Try to break, from outside, the promises of the command about files.
-    Attack(attack::AttackArguments),
+    #[command(
+        about = "Try to break, from outside, the promises of the command about files.",
+        after_help = "\
+Examples:
+  cargo xtask attack
+  cargo xtask attack flips mixes --seed 7
+  cargo xtask attack -- --help"
+    )]
+    Attack(Further),
     /// Write the notices of other people's software that `asperity --notices` prints.
-    Notices(notices::NoticesArguments),
-    /// Compare the packages of Cargo.lock with a database of known vulnerabilities.
-    Advisories(advisories::AdvisoriesArguments),
+    Notices,
     /// Run all checks that a change must pass.
     Ci(ci::CiArguments),
     /// Run the ignored tests, and all attacks with a new seed.
     Nightly(nightly::NightlyArguments),
+}
+
+#[derive(Debug, Args)]
+struct Further {
+    /// Arguments that are passed on.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
+    further: Vec<String>,
 }
 
 fn main() -> ExitCode {
@@ -106,16 +119,15 @@ fn main() -> ExitCode {
         Command::Reproduce(arguments) => arguments.run(),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),
-        Command::Test(arguments) => test::command(&arguments),
-        Command::Python(arguments) => python::command(&arguments),
+        Command::Test(Further { further }) => test::command(&further),
+        Command::Python(Further { further }) => python::command(&further),
         Command::VerifySolver(arguments) => verify::command(&arguments),
         Command::DiffEvents(arguments) => diff_events::command(&arguments),
         Command::Golden(arguments) => golden::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Fuzz(arguments) => fuzz::command(&arguments),
-        Command::Attack(arguments) => attack::command(&arguments),
-        Command::Notices(arguments) => notices::command(&arguments),
-        Command::Advisories(arguments) => advisories::command(&arguments),
+        Command::Attack(Further { further }) => attack::command(&further),
+        Command::Notices => notices::write(),
         Command::Ci(arguments) => ci::command(&arguments),
         Command::Nightly(arguments) => nightly::command(&arguments),
     };

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::attack::{self, AttackArguments};
+use crate::attack;
 use crate::test;
 use crate::workspace::Failure;
 
@@ -18,5 +18,5 @@ pub(crate) struct NightlyArguments {}
 
 pub(crate) fn command(_arguments: &NightlyArguments) -> Result<(), Failure> {
     test::ignored(None)?;
-    attack::command(&AttackArguments::default())
+    attack::command(&[])
 }

@@ -3,9 +3,9 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-use crate::workspace::{Failure, asperity, run};
+use crate::workspace::{Failure, absolute, asperity, emptied, entries, output, program, run, write};
 
 pub(crate) const CHAPTER5: &str = "chapter5";
 pub(crate) const CHAPTER6: &str = "chapter6";
@@ -27,6 +27,9 @@ pub(crate) const ALL: [&str; 13] = [
     "carlson-langer",
 ];
 
+/// The readings of the thesis.
+pub(crate) const SETS: [&str; 2] = ["as-coded", "as-stated"];
+
 /// Path of a pipeline, from the root of the workspace.
 pub(crate) fn pipeline(name: &str) -> String {
     format!("pipelines/{name}.toml")
@@ -47,9 +50,10 @@ pub(crate) struct ReproduceArguments {
     /// [default: out/NAME, or out/NAME-as-stated for that set].
     #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Which reading of the thesis to run; its figures come from as-coded.
-    #[arg(long, value_enum, value_name = "SET")]
-    parameter_set: Option<ParameterSet>,
+    /// Which reading of the thesis to run: as-coded is what its program computed, and its figures show; as-stated is what
+    /// its text says.
+    #[arg(long, value_name = "SET", value_parser = SETS)]
+    parameter_set: Option<String>,
     /// Repeat runs that are already in the folder.
     #[arg(long)]
     fresh: bool,
@@ -59,23 +63,6 @@ pub(crate) struct ReproduceArguments {
     /// How many runs to make at once [default: one per core].
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ParameterSet {
-    /// What the thesis' program computed.
-    AsCoded,
-    /// What the thesis' text says.
-    AsStated,
-}
-
-impl ParameterSet {
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            ParameterSet::AsCoded => "as-coded",
-            ParameterSet::AsStated => "as-stated",
-        }
-    }
 }
 
 #[derive(Debug, Args)]
@@ -95,47 +82,39 @@ impl OneArguments {
 
 /// Runs these pipelines, one after the other: each uses all cores.
 pub(crate) fn command(arguments: &ReproduceArguments, names: &[&str]) -> Result<(), Failure> {
-    let set = arguments.parameter_set;
-    // Paths of the user are relative to the current folder, not to the root.
-    let given = match &arguments.out {
-        Some(out) => Some(
-            std::path::absolute(out)
-                .map_err(|error| Failure::Io { what: format!("find {}", out.display()), error })?,
-        ),
-        None => None,
-    };
+    let &ReproduceArguments { ref out, ref parameter_set, fresh, no_provenance, jobs } = arguments;
+    let as_stated = if parameter_set.as_deref() == Some(SETS[1]) { "-as-stated" } else { "" };
+    let given = out.as_deref().map(absolute).transpose()?;
     let mut folders = Vec::new();
     for name in names {
         let out = match &given {
             Some(out) if names.len() == 1 => out.clone(),
             Some(out) => out.join(name),
-            None if set == Some(ParameterSet::AsStated) => Path::new("out").join(format!("{name}-as-stated")),
-            None => Path::new("out").join(name),
+            None => Path::new("out").join(format!("{name}{as_stated}")),
         };
         let mut asperity = asperity()?;
         asperity.args(["reproduce", &pipeline(name), "--out"]).arg(&out);
-        if let Some(set) = set {
-            asperity.arg("--set").arg(format!("parameter_set={}", set.word()));
-        }
-        if arguments.fresh {
-            asperity.arg("--fresh");
-        }
-        if arguments.no_provenance {
-            asperity.arg("--no-provenance");
-        }
-        if let Some(jobs) = arguments.jobs {
-            asperity.arg("--jobs").arg(jobs.to_string());
-        }
+        asperity
+            .args(parameter_set.iter().flat_map(|set| ["--set".to_owned(), format!("parameter_set={set}")]));
+        asperity.args(fresh.then_some("--fresh")).args(no_provenance.then_some("--no-provenance"));
+        asperity.args(jobs.iter().flat_map(|jobs| ["--jobs".to_owned(), jobs.to_string()]));
         run(&mut asperity)?;
         folders.push(out);
     }
     if folders.len() == 1 {
         return Ok(());
     }
-    let index = match set {
-        Some(ParameterSet::AsStated) if given.is_none() => "index-as-stated.html",
-        _ => "index.html",
-    };
+    let index = if given.is_none() { format!("index{as_stated}.html") } else { "index.html".to_owned() };
     let page = given.unwrap_or_else(|| PathBuf::from("out")).join(index);
     run(asperity()?.arg("report").args(folders).arg("--out").arg(page).arg("--force"))
+}
+
+/// Writes the slip events of every run of an output by the program that made it.
+pub(crate) fn event_tables(asperity: &Path, out: &Path, tables: &Path) -> Result<(), Failure> {
+    emptied(tables)?;
+    for log in entries(&out.join("runs"))?.iter().filter(|path| path.extension() == Some("mcap".as_ref())) {
+        let table = tables.join(log.with_extension("csv").file_name().unwrap_or_default());
+        write(&table, &output(program(asperity).arg("events").arg(log))?)?;
+    }
+    Ok(())
 }

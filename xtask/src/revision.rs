@@ -1,125 +1,165 @@
-//! Builds the `asperity` command of another revision, beside this checkout and
-//! without touching it.
-//!
-//! Builds of a commit are kept under `target/diff-events`, since a commit does not change; its sources
-//! exist only while they are compiled.
+//! Builds the `asperity` command of another revision from an archive of its sources: git's checkout, index and branches
+//! are not touched. The command of a commit is kept under `target/diff-events`, since a commit does not change.
 
 use std::env;
 use std::fs::{self, File};
 use std::path::PathBuf;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::git::{Commit, Repository};
-use crate::interrupt;
 use crate::say::say;
 use crate::seed;
-use crate::workspace::{Failure, cargo, target_folder};
+use crate::workspace::{Failure, asperity, cargo, emptied, io, not_started, program, run, target_folder};
 
-/// The package that the command is built from, and its folder.
+/// Variables inherited from a hook or an alias of git that would redirect its commands.
+const HANDED_DOWN: [&str; 5] =
+    ["GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_COMMON_DIR", "GIT_OBJECT_DIRECTORY"];
+
+/// The package that the command is built from.
 const PACKAGE: &str = "asperity-cli";
-const PACKAGE_MANIFEST: &str = "crates/cli/Cargo.toml";
 
-/// Where all of it is kept.
-pub(crate) fn kept() -> PathBuf {
-    target_folder().join("diff-events")
+/// A revision of this project.
+#[derive(Debug, Clone)]
+pub(crate) struct Revision {
+    /// All forty digits of the commit; for this checkout, of the one that it is based on.
+    id: String,
+    /// For messages: the commit's first digits and first line, and what else a checkout has.
+    pub(crate) title: String,
+    /// Name of its folders: equal in every checkout, however git abbreviates.
+    pub(crate) name: String,
+    is_checkout: bool,
 }
 
-/// The folder for the files of one commit.
-pub(crate) fn kept_of(commit: &Commit) -> PathBuf {
-    kept().join(commit.short())
-}
-
-fn checkout_of(commit: &Commit) -> PathBuf {
-    kept_of(commit).join(format!("checkout-{}", commit.short()))
-}
-
-/// The `asperity` command of a commit, built unless an earlier call has done it.
-///
-/// # Errors
-/// If the revision has no such command, or does not build.
-pub(crate) fn build(repository: &Repository, commit: &Commit) -> Result<PathBuf, Failure> {
-    let folder = kept_of(commit);
-    let io = |what: &str| {
-        let what = format!("{what} {}", folder.display());
-        move |error| Failure::Io { what, error }
-    };
-    if !repository.has(commit, PACKAGE_MANIFEST)? {
-        return Err(Failure::Check(format!("{} has no asperity command", commit.title)));
+impl Revision {
+    /// What git takes for a commit, such as a tag, a branch or HEAD~3.
+    ///
+    /// # Errors
+    /// If it names none.
+    pub(crate) fn of(revision: &str) -> Result<Revision, Failure> {
+        let named = format!("{revision}^{{commit}}");
+        let id = git(&["rev-parse", "--verify", "--quiet", "--end-of-options", &named]).map_err(|_refused| {
+            Failure::Check(format!(
+                "{revision} is no revision of this repository (accepted: what git rev-parse takes, such as a commit, a \
+                 tag, a branch or HEAD~3)"
+            ))
+        })?;
+        let id = id.trim().to_owned();
+        let title = git(&["log", "-1", "--format=%h %s", &id])?.trim().to_owned();
+        Ok(Revision { name: id[..12].to_owned(), id, title, is_checkout: false })
     }
-    fs::create_dir_all(&folder).map_err(io("create"))?;
-    // Two calls at once would build in each other's checkout. The lock goes with the file.
-    let lock = File::create(folder.join("lock")).map_err(io("write into"))?;
-    lock.lock().map_err(io("lock"))?;
 
-    let name = format!("asperity{}", env::consts::EXE_SUFFIX);
-    let binary = folder.join(&name);
-    if binary.exists() {
-        say!("==> {}: built before", commit.title);
-        return Ok(binary);
-    }
-    let started = Instant::now();
-    let target = folder.join("target");
-    let libraries = seed::dependencies(&target_folder().join("debug"), &target.join("debug"))
-        .map_err(io("write into"))?;
-    match libraries {
-        0 => say!("==> {}: building", commit.title),
-        _ => say!("==> {}: building, with {libraries} libraries of this checkout", commit.title),
-    }
-    interrupt::check()?;
-    let checkout = repository.worktree(commit, &checkout_of(commit))?;
-    let cargo = |arguments: &[&str]| {
-        let mut cargo = cargo(arguments);
-        cargo.args(["--locked", "--package", PACKAGE]);
-        cargo.current_dir(checkout.folder()).env("CARGO_TARGET_DIR", &target);
-        cargo
-    };
-    // Checked first: a build exits alike whether the network is missing or its sources fail.
-    let mut resolved = cargo(&["tree", "--offline", "--edges", "normal,build"]);
-    let is_at_hand = interrupt::run(resolved.stdout(Stdio::null()).stderr(Stdio::null())).is_ok();
-    let mut build = cargo(&["build"]);
-    if is_at_hand {
-        build.arg("--offline");
-    }
-    interrupt::run(build.stdout(Stdio::null())).map_err(|failure| match failure {
-        Failure::Exit { .. } => Failure::Check(format!(
-            "{} does not build here; what cargo says stands above (accepted: a revision that builds with this \
-             toolchain{})",
-            commit.title,
-            if is_at_hand { "" } else { ", and the network, for dependencies that are not at hand" }
-        )),
-        other => other,
-    })?;
-    // Under its name only when it is whole.
-    let partial = folder.join(format!("{name}.partial"));
-    fs::copy(target.join("debug").join(&name), &partial)
-        .and_then(|_bytes| fs::rename(&partial, &binary))
-        .map_err(io("write into"))?;
-    say!("==> {}: built in {:.0} s", commit.title, started.elapsed().as_secs_f64());
-    Ok(binary)
-}
-
-/// Removes the files kept of one commit, or of all.
-pub(crate) fn clean(repository: &Repository, commit: Option<&Commit>) -> Result<(), Failure> {
-    let folder = commit.map_or_else(kept, kept_of);
-    // A killed call may have left checkouts, which git would continue to list.
-    let there = match fs::read_dir(kept()) {
-        Ok(entries) => entries.collect::<Result<Vec<_>, _>>(),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => Err(error),
-    };
-    let there = there.map_err(|error| Failure::Io { what: format!("read {}", kept().display()), error })?;
-    for entry in there {
-        let path = entry.path();
-        if path.starts_with(&folder) {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            repository.forget_worktree(&path.join(format!("checkout-{name}")))?;
+    /// This checkout as it stands.
+    ///
+    /// # Errors
+    /// If git does not answer.
+    pub(crate) fn checkout() -> Result<Revision, Failure> {
+        let mut revision = Revision::of("HEAD")?;
+        revision.is_checkout = true;
+        revision.title = format!("this checkout, {}", revision.title);
+        let files = git(&["status", "--porcelain", "--untracked-files=all"])?.lines().count();
+        if files > 0 {
+            revision.title += &format!(" and changes in {files} files not committed");
+            revision.name += "-changed";
         }
+        Ok(revision)
     }
-    match fs::remove_dir_all(&folder) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(Failure::Io { what: format!("remove {}", folder.display()), error })
+
+    /// A file of a commit, if it has that.
+    pub(crate) fn file(&self, path: &str) -> Option<String> {
+        git(&["show", &format!("{}:{path}", self.id)]).ok().filter(|_| !self.is_checkout)
+    }
+
+    /// Its `asperity` command, built unless an earlier call has done it.
+    ///
+    /// # Errors
+    /// If it has no such command, or does not build.
+    pub(crate) fn asperity(&self) -> Result<PathBuf, Failure> {
+        if self.is_checkout {
+            return Ok(asperity()?.get_program().into());
         }
-        _ => Ok(()),
+        let folder = target_folder().join("diff-events").join(&self.name);
+        let failed = io("write into", &folder);
+        fs::create_dir_all(&folder).map_err(&failed)?;
+        // Two calls at once would build in each other's sources. The lock goes with the file.
+        let lock = File::create(folder.join("lock")).map_err(&failed)?;
+        lock.lock().map_err(&failed)?;
+        let name = format!("asperity{}", env::consts::EXE_SUFFIX);
+        let binary = folder.join(&name);
+        if binary.exists() {
+            say!("==> {}: built before", self.title);
+            return Ok(binary);
+        }
+        say!("==> {}: building", self.title);
+        let started = Instant::now();
+        let [sources, target, archive] = ["sources", "target", "sources.tar"].map(|name| folder.join(name));
+        emptied(&sources)?;
+        let mut packing = git_command(&["archive", "--format=tar", &self.id, "--output"]);
+        run(packing.arg(&archive))?;
+        run(program("tar").arg("-xf").arg(&archive).arg("-C").arg(&sources))?;
+        seed::dependencies(&target_folder().join("debug"), &target.join("debug")).map_err(&failed)?;
+        let cargo = |arguments: &[&str]| {
+            let mut cargo = cargo(arguments);
+            cargo.args(["--locked", "--package", PACKAGE]);
+            cargo.current_dir(&sources).env("CARGO_TARGET_DIR", &target);
+            cargo
+        };
+        // Checked first: a build exits alike whether the network is missing or its sources fail.
+        let mut resolved = cargo(&["tree", "--offline", "--edges", "normal,build"]);
+        let is_at_hand = run(resolved.stdout(Stdio::null()).stderr(Stdio::null())).is_ok();
+        let offline: &[&str] = if is_at_hand { &["--offline"] } else { &[] };
+        run(cargo(&["build"]).args(offline).stdout(Stdio::null())).map_err(|_| {
+            Failure::Check(format!(
+                "{} does not build here; what cargo says stands above (accepted: a revision that builds with this \
+                 toolchain, and the network, for dependencies that are not at hand)",
+                self.title
+            ))
+        })?;
+        // Under its name only when it is whole.
+        let partial = folder.join("partial");
+        fs::copy(target.join("debug").join(&name), &partial)
+            .and_then(|_bytes| fs::rename(&partial, &binary))
+            .and_then(|()| fs::remove_file(&archive))
+            .and_then(|()| fs::remove_dir_all(&sources))
+            .and_then(|()| fs::remove_dir_all(&target))
+            .map_err(failed)?;
+        say!("==> {}: built in {:.0} s", self.title, started.elapsed().as_secs_f64());
+        Ok(binary)
+    }
+}
+
+/// Git in this repository, without hooks and without writing the index.
+fn git_command(arguments: &[&str]) -> Command {
+    let mut command = program("git");
+    command.args(["-c", "core.hooksPath=/dev/null", "--no-optional-locks"]).args(arguments);
+    HANDED_DOWN.iter().for_each(|name| {
+        command.env_remove(name);
+    });
+    command
+}
+
+/// The output of git, which keeps its complaints to itself.
+fn git(arguments: &[&str]) -> Result<String, Failure> {
+    let mut command = git_command(arguments);
+    let output = command.output().map_err(not_started(&command))?;
+    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    match output.status.success() {
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
+        false => Err(Failure::Check(format!("git {}: {}", arguments.join(" "), said(&output.stderr)))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_revision_that_is_none_is_refused_by_name() {
+        for none in ["no-such", "--help"] {
+            let refused = Revision::of(none).expect_err("there is none").to_string();
+            assert!(refused.starts_with(&format!("{none} is no revision")), "{refused}");
+        }
+        let head = Revision::of("HEAD").expect("there is a commit");
+        assert!(head.file("Cargo.toml").is_some_and(|text| text.contains("[workspace]")));
+        assert!(head.file("no-such").is_none());
     }
 }

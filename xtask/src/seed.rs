@@ -12,65 +12,50 @@ use std::path::Path;
 /// Prefix of the packages of this workspace.
 const OURS: [&str; 2] = ["asperity", "xtask"];
 
-/// Copies the libraries in `from`, a folder of one profile such as `target/debug`, and returns their
-/// number; none if `to` exists.
+/// Copies the compiled dependencies in `from`, a folder of one profile such as `target/debug`, unless `to` exists.
 ///
 /// # Errors
 /// If a file cannot be read or written.
-pub(crate) fn dependencies(from: &Path, to: &Path) -> io::Result<usize> {
+pub(crate) fn dependencies(from: &Path, to: &Path) -> io::Result<()> {
     if to.exists() || !from.join("deps").is_dir() {
-        return Ok(0);
+        return Ok(());
     }
     // Under its name only when it is whole: half of it would never be filled up.
     let partial = to.with_extension("partial");
     if partial.exists() {
         fs::remove_dir_all(&partial)?;
     }
-    fs::create_dir_all(partial.join("deps"))?;
-    let mut libraries = 0;
-    for entry in fs::read_dir(from.join("deps"))? {
-        let entry = entry?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        // Programs have no `lib` in front; all of them are this workspace's.
-        if name.strip_prefix("lib").is_some_and(|name| !is_ours(name)) {
-            let to = partial.join("deps").join(&name);
-            // One file for both: compilers replace a library and never write into it.
-            fs::hard_link(entry.path(), &to).or_else(|_other_disk| copy(&entry.path(), &to))?;
-            libraries += usize::from(name.ends_with(".rlib"));
-        }
-    }
-    for folder in ["build", ".fingerprint"] {
-        if !from.join(folder).is_dir() {
-            continue;
-        }
+    for folder in ["deps", "build", ".fingerprint"] {
+        fs::create_dir_all(partial.join(folder))?;
         for entry in fs::read_dir(from.join(folder))? {
-            let entry = entry?;
-            if !is_ours(&entry.file_name().to_string_lossy()) {
-                // Cargo does write into these.
-                copy(&entry.path(), &partial.join(folder).join(entry.file_name()))?;
+            let name = entry?.file_name();
+            let [from, to] = [from, &partial].map(|profile| profile.join(folder).join(&name));
+            let name = name.to_string_lossy();
+            // Programs have no `lib` in front; all of them are this workspace's.
+            let library = if folder == "deps" { name.strip_prefix("lib") } else { Some(&*name) };
+            if library.is_none_or(|name| OURS.iter().any(|ours| name.starts_with(ours))) {
+                continue;
+            }
+            // One library for both: compilers replace it and never write into it. Cargo does write into the others.
+            if folder != "deps" || fs::hard_link(&from, &to).is_err() {
+                copy(&from, &to)?;
             }
         }
     }
-    fs::rename(&partial, to)?;
-    Ok(libraries)
-}
-
-fn is_ours(name: &str) -> bool {
-    OURS.iter().any(|ours| name.starts_with(ours))
+    fs::rename(&partial, to)
 }
 
 /// Copies a file or a folder with its contents; files keep their modification times, which cargo compares.
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
-    if from.is_dir() {
-        fs::create_dir_all(to)?;
-        for entry in fs::read_dir(from)? {
-            let entry = entry?;
-            copy(&entry.path(), &to.join(entry.file_name()))?;
-        }
-        return Ok(());
+    if !from.is_dir() {
+        fs::copy(from, to)?;
+        return File::open(to)?.set_modified(fs::metadata(from)?.modified()?);
     }
-    fs::copy(from, to)?;
-    File::open(to)?.set_modified(fs::metadata(from)?.modified()?)
+    fs::create_dir_all(to)?;
+    fs::read_dir(from)?.try_for_each(|entry| {
+        let entry = entry?;
+        copy(&entry.path(), &to.join(entry.file_name()))
+    })
 }
 
 #[cfg(test)]
@@ -104,7 +89,7 @@ mod tests {
             let file = File::open(&path).expect("it is there");
             file.set_modified(long_ago).expect("times can be set");
         }
-        assert_eq!(dependencies(&from, &to).expect("all can be read"), 1);
+        dependencies(&from, &to).expect("all can be read");
         for name in theirs {
             let time = fs::metadata(to.join(name)).and_then(|metadata| metadata.modified());
             assert_eq!(time.expect("it was taken over"), long_ago, "{name}");
@@ -115,6 +100,11 @@ mod tests {
         // Files that cargo rewrites in one must not change in the other.
         fs::write(to.join(theirs[2]), "other").expect("files can be written");
         assert_eq!(fs::read_to_string(from.join(theirs[2])).expect("it is there"), theirs[2]);
-        assert_eq!(dependencies(&from, &to).expect("it is there"), 0, "only into a fresh folder");
+        dependencies(&from, &to).expect("it is there");
+        assert_eq!(
+            fs::read_to_string(to.join(theirs[2])).expect("it is there"),
+            "other",
+            "only into a fresh folder"
+        );
     }
 }

@@ -3,31 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use clap::Args;
 use tempfile::TempDir;
 
 use crate::clients;
 use crate::say::say;
 use crate::workspace::{Failure, cargo, output, program, run};
-
-#[derive(Debug, Default, Args)]
-#[command(after_help = "\
-Examples:
-  cargo xtask test
-  cargo xtask test --test root summary:: -- --nocapture
-
-Any arguments are passed to cargo test, which then runs the selected tests.
-
-A test without the program that it drives, such as Chromium, is skipped and
-prints a note; with ASPERITY_NO_SKIPS=1 in the environment it fails instead.
-Ignored tests, which take long and rarely fail or need packages of Python and
-Node, are run by cargo xtask nightly, and those in modules named in_ci by
-cargo xtask ci too.")]
-pub(crate) struct TestArguments {
-    /// Arguments for cargo test.
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
-    further: Vec<String>,
-}
 
 /// Libraries whose unit tests are not optimised, since that takes longer than those tests. Each is compiled by a
 /// separate call, so that its dependencies stay optimised. A library whose tests use asperity-testkit, and which that uses,
@@ -41,11 +21,11 @@ const ALL_PACKAGES: [&str; 3] = ["--workspace", "--exclude", "asperity-python"];
 /// The package of the command.
 const COMMAND: &str = "asperity-cli";
 
-pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
-    if arguments.further.is_empty() {
+pub(crate) fn command(further: &[String]) -> Result<(), Failure> {
+    if further.is_empty() {
         return all(&["--quiet"], &[]);
     }
-    run(cargo(&["test", "--locked"]).args(ALL_PACKAGES).args(&arguments.further))
+    run(cargo(&["test", "--locked"]).args(ALL_PACKAGES).args(further))
 }
 
 /// Runs tests that are ignored otherwise: all, or those in modules with that name.

@@ -4,23 +4,9 @@ use std::num::NonZeroUsize;
 
 use clap::Args;
 
-use crate::reproduce::{ALL, CHAPTER5, ParameterSet, pipeline};
+use crate::reproduce::{CHAPTER5, SETS, pipeline as path};
 use crate::say::say;
 use crate::workspace::{Failure, asperity, run};
-
-/// Runs that are made for this comparison alone.
-const LONG_CHAINS: &str = "long-chains";
-
-/// The pipelines with comparable runs: all reproduced ones, and [`LONG_CHAINS`].
-const PIPELINES: [&str; ALL.len() + 1] = {
-    let mut pipelines = [LONG_CHAINS; ALL.len() + 1];
-    let mut at = 0;
-    while at < ALL.len() {
-        pipelines[at] = ALL[at];
-        at += 1;
-    }
-    pipelines
-};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -34,13 +20,13 @@ All runs together take 1.1e10 steps of the plain solver: half an hour on one
 core, a quarter of an hour on two. The tests compare the first 0.1 s of each.")]
 pub(crate) struct VerifyArguments {
     /// Only this reading of the thesis.
-    #[arg(long, value_enum, value_name = "SET")]
-    parameter_set: Option<ParameterSet>,
+    #[arg(long, value_name = "SET", value_parser = SETS)]
+    parameter_set: Option<String>,
     /// Only the first SECONDS of each run, in simulated time.
     #[arg(long, value_name = "SECONDS")]
     for_s: Option<f64>,
-    /// The pipeline whose runs are compared.
-    #[arg(long, value_name = "NAME", default_value = CHAPTER5, value_parser = PIPELINES)]
+    /// Which of pipelines/NAME.toml.
+    #[arg(long, value_name = "NAME", default_value = CHAPTER5)]
     pipeline: String,
     /// How many runs to make at once [default: one per core].
     #[arg(long, value_name = "N")]
@@ -48,22 +34,13 @@ pub(crate) struct VerifyArguments {
 }
 
 pub(crate) fn command(arguments: &VerifyArguments) -> Result<(), Failure> {
-    let sets = match arguments.parameter_set {
-        Some(set) => vec![set],
-        None => vec![ParameterSet::AsCoded, ParameterSet::AsStated],
-    };
-    for set in sets {
-        say!("==> {}", set.word());
+    let &VerifyArguments { ref parameter_set, for_s, ref pipeline, jobs } = arguments;
+    for set in SETS.into_iter().filter(|set| parameter_set.as_ref().is_none_or(|wanted| wanted == set)) {
+        say!("==> {set}");
         let mut asperity = asperity()?;
-        asperity
-            .args(["verify-solver", &pipeline(&arguments.pipeline), "--set"])
-            .arg(format!("parameter_set={}", set.word()));
-        if let Some(seconds) = arguments.for_s {
-            asperity.arg("--for-s").arg(seconds.to_string());
-        }
-        if let Some(jobs) = arguments.jobs {
-            asperity.arg("--jobs").arg(jobs.to_string());
-        }
+        asperity.args(["verify-solver", &path(pipeline), "--set", &format!("parameter_set={set}")]);
+        asperity.args(for_s.iter().flat_map(|seconds| ["--for-s".to_owned(), seconds.to_string()]));
+        asperity.args(jobs.iter().flat_map(|jobs| ["--jobs".to_owned(), jobs.to_string()]));
         run(&mut asperity)?;
     }
     Ok(())

@@ -1,11 +1,10 @@
 //! `asperity completions`: the completion script of a shell.
 
-use std::io::{self, Write};
-
 use clap::{Args, CommandFactory};
 
 use crate::args::Arguments;
 use crate::exit::Failure;
+use crate::terminal;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -25,7 +24,5 @@ pub(crate) fn command(arguments: &CompletionsArguments) -> Result<(), Failure> {
     // Into memory first, since the generator panics if its output cannot be written.
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Arguments::command(), "asperity", &mut script);
-    let mut out = io::stdout().lock();
-    out.write_all(&script)?;
-    Ok(out.flush()?)
+    Ok(terminal::print(&script)?)
 }

@@ -1,5 +1,6 @@
 //! Events as tables: CSV with one header line, numbers in full precision, or a JSON array.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -37,17 +38,13 @@ pub(crate) struct EventTables<'a> {
 struct Table {
     kind: EventKind,
     path: PathBuf,
-    rows: CsvRows<BufWriter<File>>,
+    /// None once it is finished.
+    rows: Option<CsvRows<BufWriter<File>>>,
 }
 
-impl EventTables<'_> {
-    /// The path of a run's table for events of a kind.
-    fn path(out: &Path, name: &str, kind: &EventKind) -> PathBuf {
-        out.join(format!("{name}.{}.csv", kind.table))
-    }
-
+impl<'a> EventTables<'a> {
     /// Begins the tables.
-    pub(crate) fn create<'a>(
+    pub(crate) fn create(
         files: &'a FileSet,
         out: &Path,
         name: &str,
@@ -55,11 +52,11 @@ impl EventTables<'_> {
     ) -> Result<EventTables<'a>, Failure> {
         let mut begun = EventTables { files, tables: Vec::new() };
         for kind in kinds {
-            let path = EventTables::path(out, name, &kind);
+            let path = out.join(format!("{name}.{}.csv", kind.table));
             let file = files.create(&path).map_err(|error| refused("--out", &error, false))?;
             let rows = CsvRows::new(BufWriter::new(file), &kind.columns, Spelling::Scientific)
-                .map_err(|error| not_written(&path, &Failure::Output(error)))?;
-            begun.tables.push(Table { kind, path, rows });
+                .map_err(|error| not_written(&path, error))?;
+            begun.tables.push(Table { kind, path, rows: Some(rows) });
         }
         Ok(begun)
     }
@@ -67,23 +64,24 @@ impl EventTables<'_> {
     /// Adds an event to its table.
     pub(crate) fn write(&mut self, event: &Event) -> Result<(), Failure> {
         match self.tables.iter_mut().find(|table| table.kind.topic == event.topic()) {
-            Some(Table { kind, path, rows }) => {
-                add(rows, kind, event).map_err(|failure| not_written(path, &failure))
+            Some(Table { kind, path, rows: Some(rows) }) => {
+                add(rows, kind, event).map_err(|failure| match failure {
+                    Failure::Output(error) => not_written(path, error),
+                    other => not_written(path, other),
+                })
             }
-            None => Ok(()),
+            _ => Ok(()),
         }
     }
 
     /// Finishes the tables.
     pub(crate) fn finish(mut self) -> Result<(), Failure> {
-        let mut finished = Vec::new();
-        while let Some(Table { path, rows, .. }) = self.tables.pop() {
-            finished.push(path.clone());
-            if let Err(error) = rows.finish() {
-                finished.iter().for_each(|path| self.files.discard(path));
-                return Err(not_written(&path, &Failure::Output(error)));
-            }
+        for Table { path, rows, .. } in &mut self.tables {
+            rows.take()
+                .map_or(Ok(()), |rows| rows.finish().map(drop))
+                .map_err(|error| not_written(path, error))?;
         }
+        self.tables.clear();
         Ok(())
     }
 }
@@ -94,11 +92,7 @@ impl Drop for EventTables<'_> {
     }
 }
 
-fn not_written(path: &Path, failure: &Failure) -> Failure {
-    let problem = match failure {
-        Failure::Output(error) => error.to_string(),
-        other => other.to_string(),
-    };
+fn not_written(path: &Path, problem: impl Display) -> Failure {
     Failure::Failed(format!("failed to write {}: {problem}", path.display()))
 }
 

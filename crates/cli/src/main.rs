@@ -18,7 +18,6 @@ mod interrupt;
 mod man;
 mod named_runs;
 mod note;
-mod notices;
 mod outputs;
 mod preview;
 mod progress;
@@ -75,12 +74,12 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
     let given: Vec<OsString> = std::env::args_os().collect();
     let error = match Arguments::try_parse_from(&given) {
         Ok(arguments) if !arguments.notices => return Ok(Some(arguments)),
-        Ok(_) => return notices::print().map(|()| None),
+        Ok(_) => return notices(),
         Err(error) => error,
     };
     // No command is needed to print them.
     if error.kind() == ErrorKind::MissingSubcommand && given.iter().any(|word| word == "--notices") {
-        return notices::print().map(|()| None);
+        return notices();
     }
     if !error.use_stderr() {
         return error.print().map(|()| None).map_err(Failure::Output);
@@ -90,6 +89,12 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
     let error = Arguments::try_parse_from(plain).err().unwrap_or(error);
     commands::advised(error, &Arguments::command()).print().ok();
     Err(Failure::Said(exit::Code::BadInput))
+}
+
+/// Prints the software of others that the command contains, and its licences; `cargo xtask notices` has written them.
+fn notices() -> Result<Option<Arguments>, Failure> {
+    terminal::print(include_bytes!("notices.txt"))?;
+    Ok(None)
 }
 
 fn dispatch(arguments: Arguments) -> Result<(), Failure> {

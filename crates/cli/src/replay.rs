@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::event_table::{EventTables, Printed, TableFormat};
 use crate::exit::{self, Code, Failure};
-use crate::outputs::{A_FOLDER, create_folder, fits, must_be_new, refused};
+use crate::outputs::{A_FOLDER, fits, must_be_new, refused};
 use crate::progress::{Board, RunProgress};
 use crate::terminal::{self, Data};
 use crate::verdict_exit;
@@ -73,13 +73,13 @@ pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), F
         }
         None => Settings::default(),
     };
+    let inputs = Inputs::of(arguments.runs.iter().chain(&arguments.detectors));
+    let files = FileSet::new(Existing::Refuse, inputs);
     if let Some(out) = &arguments.out {
         fits("--out", out, "", A_FOLDER)?;
         none_is_taken(&arguments.runs, out)?;
-        create_folder(out)?;
+        files.folder(out).map_err(|error| refused("--out", &error, false))?;
     }
-    let inputs = Inputs::of(arguments.runs.iter().chain(&arguments.detectors));
-    let files = FileSet::new(Existing::Refuse, inputs);
     let replay = Replay { arguments, settings, files, board };
     let replayed = exit::each_of(&arguments.runs, arguments.jobs, |run| replay.one(run))?;
     let codes: Vec<Code> = replayed
@@ -91,7 +91,7 @@ pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), F
         })
         .collect();
     let mut runs: Vec<ReplayedRun> = replayed.into_iter().flatten().collect();
-    if let Some(out) = &arguments.out {
+    if let Some(out) = arguments.out.as_ref().filter(|_| !runs.is_empty()) {
         runs.sort_by(|a, b| a.log.cmp(&b.log));
         replay.publish(out, &runs)?;
     }

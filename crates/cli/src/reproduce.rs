@@ -24,7 +24,7 @@ use crate::named_runs::{Missing, Source, inputs, not_written};
 use crate::outputs::{A_FOLDER, fits, must_be_new, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
-use crate::run::SolverChoice;
+use crate::run::solvers;
 use crate::terminal::say;
 use crate::{collect, summary, sweep, sweep_plan, verdict_exit};
 
@@ -80,8 +80,8 @@ pub(crate) struct ReproduceArguments {
     #[arg(long)]
     pub(crate) fresh: bool,
     /// The solver to use for every run; fast and plain give the same events. Default: that of the run's law.
-    #[arg(long, value_enum)]
-    pub(crate) solver: Option<SolverChoice>,
+    #[arg(long, value_parser = solvers())]
+    pub(crate) solver: Option<SolverKind>,
     /// Draw figures without the code version and without the line that names
     /// their source: for comparison byte by byte.
     #[arg(long)]
@@ -206,13 +206,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         return Ok(());
     }
     let inputs = inputs([file.as_path()], study.runs.iter().map(|run| run.scenario.as_str()), &jobs);
-    let source = Source {
-        pipeline: &study.pipeline,
-        jobs,
-        out,
-        solver: solver.map(SolverKind::from),
-        provenance: !no_provenance,
-        beside,
-    };
+    let source =
+        Source { pipeline: &study.pipeline, jobs, out, solver: *solver, provenance: !no_provenance, beside };
     source.reduce(inputs, Missing::Make { fresh: *fresh, at_once: *at_once }, board)
 }

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use asperity_files::is_taken;
+use asperity_files::{FileError, is_taken};
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_numbers::{Slider, Summarizer};
-use asperity_run::{Begin, CHECKPOINT_INTERVAL, LeftError, LogTo, RunError, SolverKind, Task};
+use asperity_run::{Begin, LeftError, LogTo, RunError, SolverKind, Task};
 use asperity_runlog::{LogError, RunReader, Unfinished, WriteError, partial_path};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::exit::Failure;
 use crate::outputs::{fits, refused};
@@ -42,8 +43,8 @@ pub(crate) struct RunArguments {
     pub(crate) out: PathBuf,
     /// The solver to use; fast and plain give the same events. Default: adaptive for rate-and-state friction, fast
     /// for other laws.
-    #[arg(long, value_enum)]
-    pub(crate) solver: Option<SolverChoice>,
+    #[arg(long, value_parser = solvers())]
+    pub(crate) solver: Option<SolverKind>,
     /// Print statistics of the solver on stderr, even with --quiet.
     #[arg(long)]
     pub(crate) stats: bool,
@@ -56,76 +57,28 @@ pub(crate) struct RunArguments {
     pub(crate) checkpoint_s: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SolverChoice {
-    /// Many steps at once wherever it is certain that no block switches.
-    Fast,
-    /// One step at a time, as in the equations.
-    Plain,
-    /// Steps as long as their error allows, for rate-and-state friction.
-    Adaptive,
-}
-
-impl From<SolverChoice> for SolverKind {
-    fn from(choice: SolverChoice) -> SolverKind {
-        match choice {
-            SolverChoice::Fast => SolverKind::Fast,
-            SolverChoice::Plain => SolverKind::Plain,
-            SolverChoice::Adaptive => SolverKind::Adaptive,
-        }
-    }
-}
-
-/// A run to be made and logged.
-pub(crate) struct Making<'a> {
-    pub(crate) scenario: &'a Scenario,
-    pub(crate) out: &'a Path,
-    pub(crate) solver: Option<SolverKind>,
-    pub(crate) checkpoint_interval: Duration,
-    /// Whether to continue the run in an unfinished log, and to leave a whole one as it is.
-    pub(crate) resume: bool,
-    /// Whether to print statistics of the solver.
-    pub(crate) stats: bool,
-}
-
-impl<'a> Making<'a> {
-    /// With the default solver, checkpoints as often as usual, from the beginning.
-    pub(crate) fn new(scenario: &'a Scenario, out: &'a Path) -> Making<'a> {
-        Making {
-            scenario,
-            out,
-            solver: None,
-            checkpoint_interval: CHECKPOINT_INTERVAL,
-            resume: false,
-            stats: false,
-        }
-    }
+/// The solvers, as an option takes them.
+pub(crate) fn solvers() -> impl TypedValueParser<Value = SolverKind> {
+    let known = [
+        ("fast", "Many steps at once wherever it is certain that no block switches"),
+        ("plain", "One step at a time, as in the equations"),
+        ("adaptive", "Steps as long as their error allows, for rate-and-state friction"),
+    ];
+    PossibleValuesParser::new(known.map(|(name, help)| PossibleValue::new(name).help(help)))
+        .map(|name| SolverKind::named(&name).expect("these are its names"))
 }
 
 pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
-    let out = arguments.out.as_path();
-    let scenario = match arguments.choice.resolve_and_tell(board) {
-        Err(refused) if arguments.resume => in_logged_state(&arguments.choice, out, board).ok_or(refused)?,
+    let &RunArguments { ref choice, ref out, solver, resume, stats, checkpoint_s } = arguments;
+    let scenario = match choice.resolve_and_tell(board) {
+        Err(refused) if resume => in_logged_state(choice, out, board).ok_or(refused)?,
         resolved => resolved?,
     };
-    let checkpoint_interval = Duration::try_from_secs_f64(arguments.checkpoint_s).map_err(|_| {
-        Failure::BadInput(format!(
-            "--checkpoint-s {} (accepted: a number of seconds from 0)",
-            arguments.checkpoint_s
-        ))
+    let checkpoint_interval = Duration::try_from_secs_f64(checkpoint_s).map_err(|_| {
+        Failure::BadInput(format!("--checkpoint-s {checkpoint_s} (accepted: a number of seconds from 0)"))
     })?;
-    let &RunArguments { solver, resume, stats, .. } = arguments;
-    make(
-        &Making {
-            scenario: &scenario,
-            out,
-            solver: solver.map(SolverKind::from),
-            checkpoint_interval,
-            resume,
-            stats,
-        },
-        board,
-    )
+    let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
+    make(Task::new(&scenario).solved_by(solver), log, resume, stats, board)
 }
 
 /// The scenario of a run to be continued, in the initial state that its log holds: the log that it was read from may
@@ -151,11 +104,17 @@ fn in_logged_state(choice: &ScenarioChoice, out: &Path, board: &Board) -> Option
     Some(scenario)
 }
 
-/// Makes a run and logs it.
-pub(crate) fn make(making: &Making<'_>, board: &Board) -> Result<(), Failure> {
-    let &Making { scenario, out, solver, checkpoint_interval, resume, stats } = making;
-    let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
-    let task = Task::new(scenario).solved_by(solver).log_to(log);
+/// Makes a run and logs it. `resume` continues the run in an unfinished log, and leaves a whole one as it is; `stats` prints
+/// statistics of the solver.
+pub(crate) fn make(
+    task: Task<'_>,
+    log: LogTo<'_>,
+    resume: bool,
+    stats: bool,
+    board: &Board,
+) -> Result<(), Failure> {
+    let (scenario, out) = (task.scenario, log.path);
+    let task = task.log_to(log);
     if is_taken(out) {
         let refuse = |error: LogError| match error.problem.is_no_run_log() {
             true => Failure::BadInput(format!("--out: {error} (accepted: another file)")),
@@ -214,10 +173,7 @@ fn taken(out: &Path) -> Failure {
         let (out, file) = (out.display(), file.display());
         return Failure::BadInput(format!("--out {out} is a folder (accepted: a file, as {file})"));
     }
-    Failure::BadInput(format!(
-        "--out {} exists already (accepted: a path that does not exist)",
-        out.display()
-    ))
+    refused("--out", &FileError::Exists(out.to_owned()), false)
 }
 
 /// Converts the error of an unfinished run; an interruption is printed and is no error.

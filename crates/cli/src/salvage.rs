@@ -66,6 +66,9 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
                 )),
             ..
         }) => Err(refused("--out", &error, false)),
+        Err(SalvageProblem::Failed { error: SalvageError::Write(error), .. }) => {
+            Err(Failure::Failed(format!("{}: {error}", input.display())))
+        }
         Err(problem) => Err(Failure::failed(problem)),
     }
 }

@@ -1,7 +1,5 @@
 //! `asperity scenario`, and the scenario named by a command's arguments.
 
-use std::ffi::OsStr;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use asperity_model::keys::{AS_CODED, AS_STATED};
@@ -71,10 +69,7 @@ pub(crate) fn command(command: ScenarioCommand, board: &Board) -> Result<(), Fai
             }
         }
         ScenarioCommand::Show(choice) => {
-            let toml = choice.resolve()?.to_editable_toml();
-            let mut out = terminal::data();
-            out.write_all(toml.as_bytes())?;
-            out.flush()?;
+            terminal::print(choice.resolve()?.to_editable_toml().as_bytes())?;
         }
         ScenarioCommand::Validate(arguments) => {
             let scenario = arguments.choice.resolve_and_tell(board)?;
@@ -88,19 +83,21 @@ pub(crate) fn command(command: ScenarioCommand, board: &Board) -> Result<(), Fai
 }
 
 impl ScenarioChoice {
-    pub(crate) fn resolve(&self) -> Result<Scenario, Failure> {
-        resolve(&self.scenario, &self.set)
+    fn resolve(&self) -> Result<Scenario, Failure> {
+        self.resolve_as(source_of(&self.scenario)?.0)
+    }
+
+    fn resolve_as(&self, source: ScenarioSource) -> Result<Scenario, Failure> {
+        source.resolve(&self.scenario.to_string_lossy(), &self.set, &Opened).map_err(Failure::bad_input)
     }
 
     /// Resolves it, and reports the parameter set if the file names none.
     pub(crate) fn resolve_and_tell(&self, board: &Board) -> Result<Scenario, Failure> {
-        let path = Path::new(&self.scenario);
-        let (source, is_log) = source_of(path)?;
-        let is_built_in = path.to_str().and_then(builtin::find).is_some();
+        let path = &self.scenario;
+        let (source, is_file) = source_of(path)?;
         let with_overrides = self.set.iter().fold(source.clone(), |source, set| source.with_override(set));
-        let scenario =
-            source.resolve(&path.to_string_lossy(), &self.set, &Opened).map_err(Failure::bad_input)?;
-        if !is_log && !is_built_in && with_overrides.relies_on_default_set() {
+        let scenario = self.resolve_as(source)?;
+        if is_file && with_overrides.relies_on_default_set() {
             board.line(&format!(
                 "{} names no parameter_set: {AS_STATED} ({}) is used; parameter_set = \"{AS_CODED}\" gives the slider \
                  of the thesis' program",
@@ -112,14 +109,7 @@ impl ScenarioChoice {
     }
 }
 
-/// Resolves a built-in scenario, a file, or the scenario of a run log, with overrides.
-pub(crate) fn resolve(name: impl AsRef<OsStr>, set: &[String]) -> Result<Scenario, Failure> {
-    let path = Path::new(name.as_ref());
-    let (source, _) = source_of(path)?;
-    source.resolve(&path.to_string_lossy(), set, &Opened).map_err(Failure::bad_input)
-}
-
-/// A scenario as written, and whether it is from a run log.
+/// A scenario as written, and whether it is a file of its own: neither built in nor from a run log.
 fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
     let is_built_in = path.to_str().and_then(builtin::find).is_some();
     let given = if is_built_in { Given::of(path) } else { given::check(path, Taken::Scenario)? };
@@ -129,7 +119,7 @@ fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
             return Err(verdict_exit::failure(path, &check(path)));
         };
         let origin = format!("{}: scenario.toml", path.display());
-        return Ok((ScenarioSource::logged(origin, toml), true));
+        return Ok((ScenarioSource::logged(origin, toml), false));
     }
-    Ok((asperity_model::source(path).map_err(Failure::bad_input)?, false))
+    Ok((asperity_model::source(path).map_err(Failure::bad_input)?, !is_built_in))
 }

@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
+use asperity_run::{LogTo, Task};
 use asperity_study::Plan;
 use asperity_study::plan::Row;
 use clap::Args;
 
 use crate::exit::Failure;
 use crate::progress::Board;
-use crate::run::{self, Making};
+use crate::run;
 use crate::study::read_plan;
 
 #[derive(Debug, Args)]
@@ -42,7 +43,7 @@ pub(crate) fn command(arguments: &SweepLogArguments, board: &Board) -> Result<()
         .scenario(row)
         .map_err(|reason| Failure::BadInput(format!("{}: {reason}", plan.label(row.run))))?;
     board.line(&plan.label(row.run));
-    run::make(&Making { resume: *resume, ..Making::new(&scenario, out) }, board)
+    run::make(Task::new(&scenario), LogTo::new(out), *resume, false, board)
 }
 
 /// The run of a number, or of a name.

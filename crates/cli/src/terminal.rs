@@ -8,7 +8,7 @@
 //! Tables and JSON on standard output are data, and are written unchanged, except to terminals,
 //! where they are escaped.
 
-use std::io::{self, IsTerminal, StdoutLock, Write};
+use std::io::{self, IsTerminal, LineWriter, Write};
 
 use asperity_record::printable;
 
@@ -39,50 +39,41 @@ const LIMITS: [(i32, &str); 3] = [
     (27, "the file size limit, ulimit -f"),
 ];
 
-/// Standard output for data.
-pub(crate) struct Data {
-    out: StdoutLock<'static>,
-    /// The current line, if the output is a terminal.
-    line: Option<Vec<u8>>,
-}
-
 /// Standard output for a table, JSON or TOML.
+pub(crate) type Data = Box<dyn Write>;
+
+/// Standard output for a table, JSON or TOML: line by line to a terminal, of lines that are longer than this in pieces.
 pub(crate) fn data() -> Data {
+    const LONGEST_LINE_BYTES: usize = 1 << 16;
     let out = io::stdout().lock();
-    Data { line: out.is_terminal().then(Vec::new), out }
-}
-
-/// Longer lines are shown in pieces.
-const LONGEST_LINE_BYTES: usize = 1 << 16;
-
-impl Data {
-    /// Prints the current line without its break.
-    fn show(&mut self) -> io::Result<()> {
-        let Some(line) = &mut self.line else { return Ok(()) };
-        let text = std::mem::take(line);
-        self.out.write_all(printable(&String::from_utf8_lossy(&text)).as_bytes())
+    if out.is_terminal() {
+        Box::new(LineWriter::with_capacity(LONGEST_LINE_BYTES, Shown(out)))
+    } else {
+        Box::new(out)
     }
 }
 
-impl Write for Data {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let Some(line) = &mut self.line else { return self.out.write(bytes) };
-        let (part, has_break) = match bytes.iter().position(|byte| *byte == b'\n') {
-            Some(at) => (&bytes[..at], true),
-            None => (bytes, false),
-        };
-        line.extend_from_slice(part);
-        if has_break {
-            self.show()?;
-            self.out.write_all(b"\n")?;
-        } else if line.len() > LONGEST_LINE_BYTES {
-            self.show()?;
-        }
-        Ok(part.len() + usize::from(has_break))
+/// Prints a table, JSON or TOML on standard output.
+pub(crate) fn print(text: &[u8]) -> io::Result<()> {
+    let mut out = data();
+    out.write_all(text)?;
+    out.flush()
+}
+
+/// Passes lines on as terminals are shown them.
+struct Shown<W>(W);
+
+impl<W: Write> Write for Shown<W> {
+    fn write(&mut self, lines: &[u8]) -> io::Result<usize> {
+        let text: Vec<String> = lines
+            .split(|byte| *byte == b'\n')
+            .map(|line| printable(&String::from_utf8_lossy(line)).into_owned())
+            .collect();
+        self.0.write_all(text.join("\n").as_bytes())?;
+        Ok(lines.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.show()?;
-        self.out.flush()
+        self.0.flush()
     }
 }

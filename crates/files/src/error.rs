@@ -39,14 +39,6 @@ pub enum FileError {
     /// It was removed or replaced by another process while it was written.
     #[error("{} was removed or replaced while it was being written", .0.display())]
     Lost(PathBuf),
-    /// A folder could not be created.
-    #[error("failed to create {}: {error}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// The reason.
-        error: io::Error,
-    },
     /// A file that belongs to an output could not be read.
     #[error("failed to read {}: {error}", path.display())]
     Read {
@@ -55,7 +47,7 @@ pub enum FileError {
         /// The reason.
         error: io::Error,
     },
-    /// The system call failed.
+    /// The system call failed, on a file or a folder.
     #[error("failed to write {}: {error}", path.display())]
     Io {
         /// The file.
@@ -70,24 +62,16 @@ impl FileError {
     pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> FileError {
         let path = path.to_owned();
         move |error| match error.kind() {
-            io::ErrorKind::NotADirectory => FileError::no_folder(&path),
+            io::ErrorKind::NotADirectory => {
+                FileError::NoFile { path: path.clone(), what: "in a folder that is a file" }
+            }
             _ => FileError::Io { path: path.clone(), error },
         }
     }
 
-    /// A path that leads through a file.
-    pub(crate) fn no_folder(path: &Path) -> FileError {
-        FileError::NoFile { path: path.to_owned(), what: "in a folder that is a file" }
-    }
-
     /// Whether only the name was refused: nothing was written, and another name would work.
     pub fn is_of_name(&self) -> bool {
-        matches!(
-            self,
-            FileError::Exists(_)
-                | FileError::Input { .. }
-                | FileError::Twice { .. }
-                | FileError::NoFile { .. }
-        )
+        use FileError::{Exists, Input, NoFile, Twice};
+        matches!(self, Exists(_) | Input { .. } | Twice { .. } | NoFile { .. })
     }
 }

@@ -4,37 +4,33 @@ use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-/// The system's identity of a file: equal for two names of one file, and different for a file that
+/// The system's identity of a file, by device and inode: equal for two names of one file, and different for a file that
 /// replaced another.
 #[cfg(unix)]
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Identity {
-    device: u64,
-    inode: u64,
-}
+pub(crate) struct Identity(u64, u64);
 
 #[cfg(unix)]
 impl Identity {
     /// The identity of an open file.
     pub(crate) fn of_file(file: &File) -> io::Result<Identity> {
-        file.metadata().map(Identity::of)
+        Identity::of(file.metadata())
     }
 
     /// The identity of the target of a path, through links. Does not open it, since opening a pipe would
     /// block.
     pub(crate) fn of_path(path: &Path) -> io::Result<Identity> {
-        fs::metadata(path).map(Identity::of)
+        Identity::of(fs::metadata(path))
     }
 
     /// The identity of the directory entry itself, even if it is a link.
     pub(crate) fn of_entry(path: &Path) -> io::Result<Identity> {
-        fs::symlink_metadata(path).map(Identity::of)
+        Identity::of(fs::symlink_metadata(path))
     }
 
-    #[expect(clippy::needless_pass_by_value, reason = "as what opens and asks gives it")]
-    fn of(metadata: fs::Metadata) -> Identity {
+    fn of(metadata: io::Result<fs::Metadata>) -> io::Result<Identity> {
         use std::os::unix::fs::MetadataExt;
-        Identity { device: metadata.dev(), inode: metadata.ino() }
+        metadata.map(|metadata| Identity(metadata.dev(), metadata.ino()))
     }
 }
 

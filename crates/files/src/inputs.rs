@@ -4,27 +4,22 @@ use std::path::{Path, PathBuf};
 
 use crate::error::FileError;
 use crate::identity::Identity;
-use crate::place::{Place, with_suffix};
+use crate::place::Place;
 
 /// The path of an unfinished run log.
 pub fn partial_path(path: &Path) -> PathBuf {
-    with_suffix(path, ".partial")
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".partial");
+    path.with_file_name(name)
 }
 
 /// The files that a command reads. They are never overwritten, whatever name or link leads to them,
 /// nor is an unfinished log at the [`partial_path`] of one.
 #[derive(Debug, Clone, Default)]
-pub struct Inputs {
-    all: Vec<Input>,
-}
+pub struct Inputs(Vec<Input>);
 
-#[derive(Debug, Clone)]
-struct Input {
-    path: PathBuf,
-    /// None if there is no such file; reading it will report that.
-    identity: Option<Identity>,
-    place: Option<Place>,
-}
+/// A path, and the file there: none if there is no such file, which reading it will report.
+type Input = (PathBuf, Option<Identity>, Option<Place>);
 
 impl Inputs {
     /// Records the identities of the files that a command reads.
@@ -40,7 +35,7 @@ impl Inputs {
             let path = path.as_ref();
             for path in [path.to_owned(), partial_path(path)] {
                 let (identity, place) = (Identity::of_path(&path).ok(), Place::of(&path).ok());
-                self.all.push(Input { path, identity, place });
+                self.0.push((path, identity, place));
             }
         }
     }
@@ -51,12 +46,12 @@ impl Inputs {
     /// If it is.
     pub fn check(&self, path: &Path) -> Result<(), FileError> {
         let (identity, place) = (Identity::of_path(path).ok(), Place::of(path).ok());
-        let is_it = |input: &&Input| {
-            (identity.is_some() && identity == input.identity) || (place.is_some() && place == input.place)
+        let is_it = |(_, of, at): &&Input| {
+            (identity.is_some() && identity == *of) || (place.is_some() && place == *at)
         };
-        match self.all.iter().find(is_it) {
+        match self.0.iter().find(is_it) {
             None => Ok(()),
-            Some(input) => Err(FileError::Input { path: path.to_owned(), input: input.path.clone() }),
+            Some((input, ..)) => Err(FileError::Input { path: path.to_owned(), input: input.clone() }),
         }
     }
 }

@@ -5,7 +5,7 @@
 //! together. Until then they are in a temporary folder beside their names, locked while its process
 //! lives. Two processes therefore never share a file, and the leftovers of a killed process are
 //! recognised and removed. Existing files are replaced only on request, inputs of the same command
-//! never, and only the file that was written is renamed.
+//! never.
 //!
 //! ```
 //! use asperity_files::{Existing, FileError, FileSet, Inputs};
@@ -84,8 +84,7 @@ pub fn create_folder(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     new.reverse();
     fs::create_dir_all(folder).map_err(|error| match error.kind() {
         io::ErrorKind::AlreadyExists => FileError::NoFile { path: folder.to_owned(), what: "no folder" },
-        io::ErrorKind::NotADirectory => FileError::no_folder(folder),
-        _ => FileError::Folder { path: folder.to_owned(), error },
+        _ => FileError::io(folder)(error),
     })?;
     new.iter().try_for_each(|folder| sync_folder_of(folder))?;
     Ok(new)

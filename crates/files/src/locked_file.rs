@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::FileError;
 use crate::identity::Identity;
-use crate::lock::{Held, Lock, try_lock};
+use crate::lock::{Held, is_locked};
 use crate::place::is_taken;
 use crate::rename::{Existing, rename, sync_folder_of};
 
@@ -62,7 +62,7 @@ impl LockedFile {
     fn lock(path: &Path, file: File) -> Result<LockedFile, FileError> {
         let identity = Identity::of_file(&file).map_err(FileError::io(path))?;
         let locked = LockedFile { path: path.to_owned(), file: Held(file), identity, is_name_synced: false };
-        if try_lock(&locked.file) == Lock::Busy {
+        if is_locked(locked.file.0.try_lock()) {
             return Err(FileError::Busy(locked.path));
         }
         // The previous owner of the lock may have renamed the file.
@@ -79,7 +79,7 @@ impl LockedFile {
 
     /// The open file.
     pub fn file(&self) -> &File {
-        &self.file
+        &self.file.0
     }
 
     /// Syncs the contents to disk, and the name with the first call, so that both survive a power cut.
@@ -87,7 +87,7 @@ impl LockedFile {
     /// # Errors
     /// If the system refuses.
     pub fn sync(&mut self) -> Result<(), FileError> {
-        self.file.sync_data().map_err(FileError::io(&self.path))?;
+        self.file.0.sync_data().map_err(FileError::io(&self.path))?;
         if !self.is_name_synced {
             sync_folder_of(&self.path)?;
             self.is_name_synced = true;
@@ -135,9 +135,7 @@ const LOCK: &str = ".asperity.lock";
 
 /// A folder that one process at a time writes into, while this value lives.
 #[derive(Debug)]
-pub struct FolderLock {
-    locked: Option<LockedFile>,
-}
+pub struct FolderLock(LockedFile);
 
 impl FolderLock {
     /// Locks an existing folder.
@@ -148,7 +146,7 @@ impl FolderLock {
         let path = folder.join(LOCK);
         loop {
             match LockedFile::create(&path) {
-                Ok(locked) => return Ok(FolderLock { locked: Some(locked) }),
+                Ok(locked) => return Ok(FolderLock(locked)),
                 // The other process removed its lock file after the attempt.
                 Err(FileError::Busy(_)) if !is_taken(&path) => {}
                 Err(FileError::Busy(_)) => return Err(FileError::Busy(folder.to_owned())),
@@ -160,11 +158,9 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // A file with contents is not a lock file of ours.
-        let is_empty = |locked: &LockedFile| locked.file.metadata().is_ok_and(|file| file.len() == 0);
-        if let Some(locked) = self.locked.take().filter(is_empty) {
-            // A leftover lock file does no harm.
-            locked.remove().ok();
+        // A file with contents is not a lock file of ours; a leftover one does no harm.
+        if self.0.file.0.metadata().is_ok_and(|file| file.len() == 0) {
+            self.0.remove().ok();
         }
     }
 }

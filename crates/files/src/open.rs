@@ -4,45 +4,19 @@
 //! act when opened. The path is therefore examined before it is opened and again once it is open,
 //! since another process may have replaced the file; the open in between does not block.
 
-use std::fmt;
 use std::fs::{self, DirEntry, File, FileType};
 use std::io::{self, Read};
 use std::path::Path;
 
 use crate::error::FileError;
 
-/// The target of a path that is no file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoFile {
-    /// A folder.
-    Folder,
-    /// A named pipe, or a pipe of a shell.
-    Pipe,
-    /// A socket.
-    Socket,
-    /// A terminal, a disk, `/dev/null` and the like.
-    Device,
-}
-
-impl fmt::Display for NoFile {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "it is {}, not a file", self.words())
-    }
-}
-
-impl std::error::Error for NoFile {}
+/// The target of a path that is no file, by its name in messages: a folder, a pipe, a socket, or a device, such as a
+/// terminal, a disk or `/dev/null`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("it is {0}, not a file")]
+pub struct NoFile(pub &'static str);
 
 impl NoFile {
-    /// Its name in messages, as in "it is a folder".
-    pub fn words(self) -> &'static str {
-        match self {
-            NoFile::Folder => "a folder",
-            NoFile::Pipe => "a pipe",
-            NoFile::Socket => "a socket",
-            NoFile::Device => "a device",
-        }
-    }
-
     /// The reason in an error of this module, if it is one of these.
     pub fn of(error: &io::Error) -> Option<NoFile> {
         error.get_ref()?.downcast_ref().copied()
@@ -55,16 +29,16 @@ impl NoFile {
         #[cfg(unix)]
         use std::os::unix::fs::FileTypeExt;
         let what = match kind {
-            kind if kind.is_dir() => NoFile::Folder,
+            kind if kind.is_dir() => {
+                return Err(io::Error::new(io::ErrorKind::IsADirectory, NoFile("a folder")));
+            }
             #[cfg(unix)]
-            kind if kind.is_fifo() => NoFile::Pipe,
+            kind if kind.is_fifo() => "a pipe",
             #[cfg(unix)]
-            kind if kind.is_socket() => NoFile::Socket,
-            _ => NoFile::Device,
+            kind if kind.is_socket() => "a socket",
+            _ => "a device",
         };
-        let error =
-            if what == NoFile::Folder { io::ErrorKind::IsADirectory } else { io::ErrorKind::InvalidInput };
-        Err(io::Error::new(error, what))
+        Err(io::Error::new(io::ErrorKind::InvalidInput, NoFile(what)))
     }
 }
 
@@ -124,45 +98,33 @@ pub fn entries(folder: &Path) -> io::Result<Vec<DirEntry>> {
 /// # Errors
 /// If the path leads to something else, see [`NoFile`], or the system refuses.
 pub fn open_text(path: &Path) -> io::Result<Box<dyn Read>> {
-    match Stream::named(path) {
+    match stream(path) {
         // Reopening a named pipe would block.
-        Some(Stream::Standard) => Ok(Box::new(io::stdin().lock())),
-        Some(Stream::Numbered) => Ok(Box::new(File::open(path)?)),
+        Some(0) => Ok(Box::new(io::stdin().lock())),
+        Some(_) => Ok(Box::new(File::open(path)?)),
         None => Ok(Box::new(open(path)?)),
     }
 }
 
-/// A stream that was open when this process started.
-enum Stream {
-    Standard,
-    Numbered,
+/// The number of a stream that was open when this process started, if a path names one.
+fn stream(path: &Path) -> Option<u32> {
+    if path == Path::new("/dev/stdin") {
+        return Some(0);
+    }
+    let is_ours = ["/dev/fd", "/proc/self/fd"].iter().any(|own| path.parent() == Some(Path::new(own)));
+    path.file_name()?.to_str()?.parse().ok().filter(|_| is_ours)
 }
 
-impl Stream {
-    fn named(path: &Path) -> Option<Stream> {
-        if path == Path::new("/dev/stdin") {
-            return Some(Stream::Standard);
-        }
-        let folder = path.parent()?;
-        let number: u32 = path.file_name()?.to_str()?.parse().ok()?;
-        let is_ours = ["/dev/fd", "/proc/self/fd"].iter().any(|own| folder == Path::new(own));
-        is_ours.then_some(if number == 0 { Stream::Standard } else { Stream::Numbered })
-    }
+fn open_at_once(path: &Path) -> io::Result<File> {
+    let mut options = File::options();
+    // These flags have no effect on files.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
+    options.read(true).open(path)
 }
 
 #[cfg(unix)]
-fn open_at_once(path: &Path) -> io::Result<File> {
-    use std::os::unix::fs::OpenOptionsExt;
-    // These flags have no effect on files.
-    File::options().read(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(path)
-}
-
-#[cfg(not(unix))]
-fn open_at_once(path: &Path) -> io::Result<File> {
-    File::open(path)
-}
-
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests {
     use std::fs;
     use std::io::Read;
@@ -182,11 +144,11 @@ mod tests {
         let _listener = UnixListener::bind(path("socket")).unwrap();
         symlink(path("pipe"), path("link")).unwrap();
         for (name, expected) in [
-            (path("pipe"), NoFile::Pipe),
-            (path("link"), NoFile::Pipe),
-            (path("socket"), NoFile::Socket),
-            (folder.path().to_owned(), NoFile::Folder),
-            ("/dev/null".into(), NoFile::Device),
+            (path("pipe"), NoFile("a pipe")),
+            (path("link"), NoFile("a pipe")),
+            (path("socket"), NoFile("a socket")),
+            (folder.path().to_owned(), NoFile("a folder")),
+            ("/dev/null".into(), NoFile("a device")),
         ] {
             for error in [open(&name).unwrap_err(), open_text(&name).err().unwrap()] {
                 assert_eq!(NoFile::of(&error), Some(expected), "{error}");
@@ -219,7 +181,7 @@ mod tests {
         std::io::Write::write_all(&mut write, b"blocks = 3").unwrap();
         drop(write);
         let name = format!("/dev/fd/{}", ends.as_raw_fd());
-        assert_eq!(NoFile::of(&open(Path::new(&name)).unwrap_err()), Some(NoFile::Pipe));
+        assert_eq!(NoFile::of(&open(Path::new(&name)).unwrap_err()), Some(NoFile("a pipe")));
         let mut text = String::new();
         open_text(Path::new(&name)).unwrap().read_to_string(&mut text).unwrap();
         assert_eq!(text, "blocks = 3");

@@ -1,6 +1,6 @@
 //! The place of a name, and what occupies it.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,10 +21,6 @@ impl Place {
     pub(crate) fn of(path: &Path) -> io::Result<Place> {
         let name = path.file_name().ok_or_else(|| io::Error::from(io::ErrorKind::IsADirectory))?;
         Ok(Place { folder: folder_of(path).canonicalize()?, name: name.to_owned() })
-    }
-
-    pub(crate) fn path(&self) -> PathBuf {
-        self.folder.join(&self.name)
     }
 }
 
@@ -84,11 +80,4 @@ impl There {
 fn is_of_the_system(path: &Path) -> bool {
     let folder = folder_of(path).canonicalize().unwrap_or_default();
     folder == Path::new("/dev") || folder.starts_with("/proc")
-}
-
-/// Appends a suffix to a name.
-pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name: OsString = path.file_name().map(OsStr::to_owned).unwrap_or_default();
-    name.push(suffix);
-    path.with_file_name(name)
 }

@@ -37,9 +37,13 @@ pub(crate) fn rename(from: &Path, to: &Path, existing: Existing) -> Result<(), F
     }
 }
 
-/// Syncs the folder of a path, so that new names survive a crash of the machine; does nothing where
-/// folders cannot be opened.
+/// Syncs a folder, so that new names in it survive a crash of the machine; does nothing where folders cannot be opened.
+pub(crate) fn sync_folder(folder: &Path) -> Result<(), FileError> {
+    let synced = open_folder(folder).and_then(|open| open.map_or(Ok(()), |open| open.0.sync_all()));
+    synced.map_err(FileError::io(folder))
+}
+
+/// Syncs the folder of a path.
 pub(crate) fn sync_folder_of(path: &Path) -> Result<(), FileError> {
-    let folder = open_folder(folder_of(path)).map_err(FileError::io(path))?;
-    folder.map_or(Ok(()), |folder| folder.sync_all()).map_err(FileError::io(path))
+    sync_folder(folder_of(path))
 }

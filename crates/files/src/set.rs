@@ -1,17 +1,17 @@
 //! Files that appear together or not at all.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
 use crate::create_folder;
 use crate::error::FileError;
-use crate::identity::Identity;
 use crate::inputs::Inputs;
 use crate::lock::{Held, wait_for_folder};
 use crate::place::{Place, There, folder_of, is_taken};
-use crate::rename::{Existing, rename, sync_folder_of};
+use crate::rename::{Existing, rename, sync_folder, sync_folder_of};
 use crate::stage::Stage;
 
 /// The files that a command writes, possibly from several threads. [`FileSet::publish`] gives them
@@ -20,13 +20,11 @@ use crate::stage::Stage;
 /// A killed process leaves a folder `.asperity-XXXXXXXX` beside the names, which the next set there
 /// removes.
 #[derive(Debug)]
-pub struct FileSet {
-    existing: Existing,
-    state: Mutex<State>,
-}
+pub struct FileSet(Mutex<State>);
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct State {
+    existing: Existing,
     inputs: Inputs,
     stages: Vec<Stage>,
     outputs: Vec<Output>,
@@ -39,19 +37,10 @@ struct State {
 #[derive(Debug, Default)]
 struct MadeFolders(Vec<PathBuf>);
 
-impl MadeFolders {
-    fn create(&mut self, folder: &Path) -> Result<(), FileError> {
-        self.0.extend(create_folder(folder)?);
-        Ok(())
-    }
-}
-
 impl Drop for MadeFolders {
     fn drop(&mut self) {
-        for folder in self.0.iter().rev() {
-            // A folder with contents is not removed.
-            fs::remove_dir(folder).ok();
-        }
+        // A folder with contents is not removed.
+        self.0.iter().rev().for_each(|folder| drop(fs::remove_dir(folder)));
     }
 }
 
@@ -70,9 +59,7 @@ struct Output {
 /// The temporary place of an output.
 #[derive(Debug)]
 struct Staged {
-    stage: usize,
     at: PathBuf,
-    identity: Identity,
     /// Whether it is the record that lists the other files.
     is_record: bool,
 }
@@ -80,7 +67,8 @@ struct Staged {
 impl FileSet {
     /// A set of files that never overwrites one of the `inputs`.
     pub fn new(existing: Existing, inputs: Inputs) -> FileSet {
-        FileSet { existing, state: Mutex::new(State { inputs, ..State::default() }) }
+        let (stages, outputs, made) = <_>::default();
+        FileSet(Mutex::new(State { existing, inputs, stages, outputs, made }))
     }
 
     /// Writes a single file completely.
@@ -116,7 +104,7 @@ impl FileSet {
     /// If a name is taken, or is that of an input or of another file of the set.
     pub fn reserve<P: AsRef<Path>>(&self, paths: impl IntoIterator<Item = P>) -> Result<(), FileError> {
         let mut state = self.state();
-        paths.into_iter().try_for_each(|path| state.reserve(path.as_ref(), self.existing).map(drop))
+        paths.into_iter().try_for_each(|path| state.reserve(path.as_ref()).map(drop))
     }
 
     /// Creates a folder and its missing parents. New ones are removed again if they are empty when
@@ -125,7 +113,8 @@ impl FileSet {
     /// # Errors
     /// If the system refuses.
     pub fn folder(&self, folder: &Path) -> Result<(), FileError> {
-        self.state().made.create(folder)
+        self.state().made.0.extend(create_folder(folder)?);
+        Ok(())
     }
 
     /// Begins a file, whether or not it was reserved.
@@ -133,15 +122,7 @@ impl FileSet {
     /// # Errors
     /// As [`FileSet::reserve`]; or if the system refuses.
     pub fn create(&self, path: &Path) -> Result<File, FileError> {
-        self.begin(path, false).map(|(file, _)| file)
-    }
-
-    /// Begins a file, and returns its temporary path for a writer that opens it itself.
-    ///
-    /// # Errors
-    /// As [`FileSet::create`].
-    pub fn create_by_path(&self, path: &Path) -> Result<PathBuf, FileError> {
-        self.begin(path, false).map(|(_, at)| at)
+        self.state().begin(path, false)
     }
 
     /// Writes a file completely.
@@ -158,7 +139,7 @@ impl FileSet {
     /// # Errors
     /// As [`FileSet::create`].
     pub fn write_record(&self, path: &Path, content: impl AsRef<[u8]>) -> Result<(), FileError> {
-        let (mut file, _) = self.begin(path, true)?;
+        let mut file = self.state().begin(path, true)?;
         file.write_all(content.as_ref()).map_err(FileError::io(path))
     }
 
@@ -183,62 +164,41 @@ impl FileSet {
     /// if one name is taken. Processes that publish in one folder take turns.
     ///
     /// # Errors
-    /// If a name is taken, a file is no longer the one that was written, or the system refuses.
+    /// If a name is taken, or the system refuses.
     pub fn publish(self) -> Result<(), FileError> {
-        let existing = self.existing;
-        // Fields are dropped in reverse order.
-        let State { mut made, inputs, stages, mut outputs } =
-            self.state.into_inner().expect("no one panics with it");
+        let mut state = self.0.into_inner().expect("no one panics with it");
+        let mut outputs = std::mem::take(&mut state.outputs);
         outputs.retain(|output| output.staged.is_some());
-        outputs.iter().try_for_each(Output::sync)?;
-        let mut folders: Vec<&Path> = stages.iter().map(|stage| stage.folder.as_path()).collect();
+        for output in &outputs {
+            let synced = File::open(&output.staged().at).and_then(|file| file.sync_all());
+            synced.map_err(FileError::io(&output.path))?;
+        }
         // In a fixed order, so that processes cannot wait for each other in a circle.
-        folders.sort_unstable();
+        let folders: BTreeSet<&Path> = state.stages.iter().map(|stage| stage.folder.as_path()).collect();
         let lock = |folder| wait_for_folder(folder).map_err(FileError::io(folder));
         let _locks = folders.into_iter().map(lock).collect::<Result<Vec<Option<Held>>, FileError>>()?;
         for output in &outputs {
-            output.check(&stages)?;
-            inputs.check(&output.path)?;
-            output.must_be_free(existing)?;
+            state.inputs.check(&output.path)?;
+            if There::at(&output.path)? != There::Nothing && state.existing == Existing::Refuse {
+                return Err(FileError::Exists(output.path.clone()));
+            }
         }
-        let (records, others): (Vec<Output>, Vec<Output>) =
-            outputs.into_iter().partition(|output| output.staged.as_ref().is_some_and(|file| file.is_record));
-        for record in records.iter().filter(|record| is_taken(&record.path)) {
-            fs::remove_file(&record.path).map_err(FileError::io(&record.path))?;
-            sync_folder_of(&record.path)?;
-        }
-        give_all_names(&others, &records, &stages, existing)?;
-        made.0.clear();
+        give_all_names(outputs, state.existing)?;
+        state.made.0.clear();
         Ok(())
     }
 
-    fn begin(&self, path: &Path, is_record: bool) -> Result<(File, PathBuf), FileError> {
-        let at_path = FileError::io(path);
-        let mut state = self.state();
-        let index = state.reserve(path, self.existing)?;
-        if state.outputs[index].is_device {
-            let file = File::options().write(true).open(path).map_err(at_path)?;
-            return Ok((file, path.to_owned()));
-        }
-        let stage = state.stage(index).map_err(&at_path)?;
-        let at = state.stages[stage].path(&state.outputs[index].place.name);
-        let file = File::options().read(true).write(true).create_new(true).open(&at).map_err(&at_path)?;
-        let identity = Identity::of_file(&file).map_err(&at_path)?;
-        state.outputs[index].staged = Some(Staged { stage, at: at.clone(), identity, is_record });
-        Ok((file, at))
-    }
-
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().expect("no one panics with it")
+        self.0.lock().expect("no one panics with it")
     }
 }
 
 impl State {
     /// Returns the index of an output that is not begun; adds it if it is new.
-    fn reserve(&mut self, path: &Path, existing: Existing) -> Result<usize, FileError> {
+    fn reserve(&mut self, path: &Path) -> Result<usize, FileError> {
         let there = There::at(path)?;
         if there == There::Nothing {
-            self.made.create(folder_of(path))?;
+            self.made.0.extend(create_folder(folder_of(path))?);
         }
         let place = Place::of(path).map_err(FileError::io(path))?;
         let is_device = there == There::Device;
@@ -251,7 +211,7 @@ impl State {
         }
         if !is_device {
             self.inputs.check(path)?;
-            if there == There::File && existing == Existing::Refuse {
+            if there == There::File && self.existing == Existing::Refuse {
                 return Err(FileError::Exists(path.to_owned()));
             }
         }
@@ -259,14 +219,22 @@ impl State {
         Ok(self.outputs.len() - 1)
     }
 
-    /// Returns the index of the stage of an output.
-    fn stage(&mut self, output: usize) -> std::io::Result<usize> {
-        let folder = &self.outputs[output].place.folder;
-        if let Some(index) = self.stages.iter().position(|stage| stage.folder == *folder) {
-            return Ok(index);
+    /// Begins a file, in the stage of its folder.
+    fn begin(&mut self, path: &Path, is_record: bool) -> Result<File, FileError> {
+        let failed = FileError::io(path);
+        let index = self.reserve(path)?;
+        let Output { place: Place { folder, name }, staged, is_device, .. } = &mut self.outputs[index];
+        if *is_device {
+            return File::options().write(true).open(path).map_err(failed);
         }
-        self.stages.push(Stage::begin(folder)?);
-        Ok(self.stages.len() - 1)
+        if !self.stages.iter().any(|stage| stage.folder == *folder) {
+            self.stages.push(Stage::begin(folder).map_err(&failed)?);
+        }
+        let stage = self.stages.iter().find(|stage| stage.folder == *folder).expect("it was just begun");
+        let at = stage.path(name);
+        let file = File::options().read(true).write(true).create_new(true).open(&at).map_err(failed)?;
+        *staged = Some(Staged { at, is_record });
+        Ok(file)
     }
 }
 
@@ -274,86 +242,31 @@ impl Output {
     fn staged(&self) -> &Staged {
         self.staged.as_ref().expect("only what has been begun is published")
     }
-
-    /// Syncs the file to disk and checks that it is the one that was begun.
-    fn sync(&self) -> Result<(), FileError> {
-        let Staged { at, identity, .. } = self.staged();
-        let lost = || FileError::Lost(self.path.clone());
-        let file = File::open(at).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => lost(),
-            _ => FileError::io(&self.path)(error),
-        })?;
-        if Identity::of_file(&file).map_err(FileError::io(&self.path))? != *identity {
-            return Err(lost());
-        }
-        file.sync_all().map_err(FileError::io(&self.path))
-    }
-
-    /// Checks that the temporary path still belongs to the file that was begun.
-    fn check(&self, stages: &[Stage]) -> Result<(), FileError> {
-        let Staged { stage, at, identity, .. } = self.staged();
-        let is_there = Identity::of_entry(at).is_ok_and(|there| there == *identity);
-        if is_there && stages[*stage].is_there() {
-            return Ok(());
-        }
-        Err(FileError::Lost(self.path.clone()))
-    }
-
-    /// Checks again that the name is free.
-    fn must_be_free(&self, existing: Existing) -> Result<(), FileError> {
-        match There::at(&self.path)? {
-            There::Nothing => Ok(()),
-            There::File if existing == Existing::Replace => Ok(()),
-            There::File | There::Device => Err(FileError::Exists(self.path.clone())),
-        }
-    }
-
-    /// Removes the file from its name if it is still there.
-    fn take_back(&self) {
-        let place = self.place.path();
-        if Identity::of_entry(&place).is_ok_and(|there| there == self.staged().identity) {
-            fs::remove_file(place).ok();
-        }
-    }
 }
 
-/// Renames files to their names, the records last; on a failure undoes the renames to free names.
-fn give_all_names(
-    others: &[Output],
-    records: &[Output],
-    stages: &[Stage],
-    existing: Existing,
-) -> Result<(), FileError> {
-    let mut given = Vec::new();
-    let mut outcome = give_names(others, stages, existing, &mut given);
-    if outcome.is_ok() {
-        outcome = give_names(records, stages, existing, &mut given);
+/// Renames files to their names, the records last and after those of a former set went; on a failure undoes the renames to
+/// free names.
+fn give_all_names(outputs: Vec<Output>, existing: Existing) -> Result<(), FileError> {
+    let (records, others): (Vec<Output>, Vec<Output>) =
+        outputs.into_iter().partition(|output| output.staged().is_record);
+    for record in records.iter().filter(|record| is_taken(&record.path)) {
+        fs::remove_file(&record.path).map_err(FileError::io(&record.path))?;
+        sync_folder_of(&record.path)?;
     }
+    let mut given = Vec::new();
+    let outcome = [&others, &records].into_iter().try_for_each(|outputs| {
+        for output in outputs {
+            rename(&output.staged().at, &output.path, existing)?;
+            given.push(&output.path);
+        }
+        let folders: BTreeSet<&Path> = outputs.iter().map(|output| output.place.folder.as_path()).collect();
+        folders.into_iter().try_for_each(sync_folder)
+    });
     if outcome.is_err() && existing == Existing::Refuse {
         // The set was never complete.
-        given.into_iter().for_each(Output::take_back);
+        given.into_iter().for_each(|path| drop(fs::remove_file(path)));
     }
     outcome
-}
-
-/// Renames files to their names, and pushes the renamed ones to a list.
-fn give_names<'a>(
-    outputs: &'a [Output],
-    stages: &[Stage],
-    existing: Existing,
-    given: &mut Vec<&'a Output>,
-) -> Result<(), FileError> {
-    for output in outputs {
-        output.check(stages)?;
-        rename(&output.staged().at, &output.path, existing)?;
-        given.push(output);
-    }
-    for stage in stages {
-        if let Some(output) = outputs.iter().find(|output| output.place.folder == stage.folder) {
-            sync_folder_of(&output.path)?;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -467,26 +380,12 @@ mod tests {
         let files = set(Existing::Refuse);
         files.write(&path("a"), "1").unwrap();
         files.write(&path("b"), "2").unwrap();
-        let state = files.state.into_inner().unwrap();
+        let state = files.0.into_inner().unwrap();
         fs::write(path("b"), "mine").unwrap();
-        let outcome = super::give_all_names(&state.outputs, &[], &state.stages, Existing::Refuse);
+        let outcome = super::give_all_names(state.outputs, Existing::Refuse);
         assert!(matches!(outcome, Err(FileError::Exists(there)) if there == path("b")));
-        drop(state);
+        drop(state.stages);
         assert_eq!(content(folder.path()), of([("b", "mine")]));
-    }
-
-    #[test]
-    fn a_file_that_is_no_longer_ours_gets_no_name() {
-        let (folder, path) = folder();
-        let files = set(Existing::Refuse);
-        let at = files.create_by_path(&path("a")).unwrap();
-        // Kept open, so that no other file gets its inode number.
-        let first = fs::File::open(&at).unwrap();
-        fs::remove_file(&at).unwrap();
-        fs::write(&at, "another's").unwrap();
-        assert!(matches!(files.publish(), Err(FileError::Lost(there)) if there == path("a")));
-        drop(first);
-        assert!(!path("a").exists() && content(folder.path()).is_empty());
     }
 
     #[test]

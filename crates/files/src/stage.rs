@@ -5,9 +5,9 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::identity::Identity;
-use crate::lock::{Held, Lock, open_folder, try_lock};
+use crate::lock::{Held, is_locked, open_folder};
 use crate::open::entries;
+use crate::place::is_taken;
 
 /// The prefix of such a folder's name; random letters and digits follow.
 const PREFIX: &str = ".asperity-";
@@ -20,7 +20,6 @@ pub(crate) struct Stage {
     /// The parent folder, which the files are renamed into.
     pub(crate) folder: PathBuf,
     path: PathBuf,
-    identity: Identity,
     /// Open to keep the lock; None where folders cannot be opened.
     _lock: Option<Held>,
 }
@@ -37,9 +36,8 @@ impl Stage {
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 lock => lock.inspect_err(|_| drop(fs::remove_dir(&path)))?,
             };
-            let is_ours = lock.as_ref().is_none_or(|lock| try_lock(lock) != Lock::Busy);
-            if let (true, Ok(identity)) = (is_ours, Identity::of_entry(&path)) {
-                return Ok(Stage { folder: folder.to_owned(), path, identity, _lock: lock });
+            if lock.as_ref().is_none_or(|lock| !is_locked(lock.0.try_lock())) && is_taken(&path) {
+                return Ok(Stage { folder: folder.to_owned(), path, _lock: lock });
             }
         }
     }
@@ -48,19 +46,12 @@ impl Stage {
     pub(crate) fn path(&self, name: &OsStr) -> PathBuf {
         self.path.join(name)
     }
-
-    /// Whether it still exists.
-    pub(crate) fn is_there(&self) -> bool {
-        Identity::of_entry(&self.path).is_ok_and(|there| there == self.identity)
-    }
 }
 
 impl Drop for Stage {
     fn drop(&mut self) {
-        if self.is_there() {
-            // Another process removes what remains.
-            fs::remove_dir_all(&self.path).ok();
-        }
+        // Another process removes what remains.
+        fs::remove_dir_all(&self.path).ok();
     }
 }
 
@@ -75,11 +66,7 @@ fn remove_leftovers(folder: &Path) {
         }
         let path = entry.path();
         let Ok(open) = File::open(&path).map(Held) else { continue };
-        if try_lock(&open) != Lock::Taken {
-            continue;
-        }
-        let is_it = Identity::of_entry(&path).ok() == Identity::of_file(&open).ok();
-        if is_it && holds_files_alone(&path) {
+        if open.0.try_lock().is_ok() && holds_files_alone(&path) {
             fs::remove_dir_all(&path).ok();
         }
     }
@@ -145,18 +132,5 @@ mod tests {
         let mut expected = [&foreign[..], &[".asperity-file1234", ".asperity-folders1"]].concat();
         expected.sort_unstable();
         assert_eq!(left, expected);
-    }
-
-    #[test]
-    fn what_took_its_place_is_not_removed() {
-        let folder = tempfile::tempdir().unwrap();
-        let stage = Stage::begin(folder.path()).unwrap();
-        assert!(is_new_folder(folder.path()).unwrap());
-        let path = stage.path.clone();
-        fs::rename(&path, folder.path().join("elsewhere")).unwrap();
-        fs::create_dir(&path).unwrap();
-        assert!(!stage.is_there());
-        drop(stage);
-        assert!(path.exists());
     }
 }

@@ -8,11 +8,13 @@ use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, LargeStringA
 use asperity_record::{Direction, Observer, Record, StepRecord as Recorded};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyFloat, PyInt, PyMapping, PyString};
+use pyo3::types::PyMapping;
+use toml::Value;
 
 use crate::attend::Watch;
 use crate::errors::refused;
 use crate::tables::Table;
+use crate::values::scalar;
 
 /// The detectors of one run.
 pub(crate) struct Detectors {
@@ -20,12 +22,15 @@ pub(crate) struct Detectors {
     watch: Arc<Watch>,
 }
 
+/// What a detector returned: its columns, and their values where they have one.
+type Row = Vec<(String, Option<Value>)>;
+
 /// What was made of one object, to be carried to the thread of a run.
 pub(crate) struct Detector {
     name: String,
     observe: Py<PyAny>,
     finish: Option<Py<PyAny>>,
-    rows: Vec<Vec<(String, Cell)>>,
+    rows: Vec<Row>,
 }
 
 /// The detectors that a caller gives: none, one, or several.
@@ -84,7 +89,7 @@ impl Observer for Detectors {
         }
         Python::attach(|py| {
             let observed = self.watch.call(|| {
-                let step = Bound::new(py, StepRecord(step.clone()))?;
+                let step = Bound::new(py, StepRecord::of(step))?;
                 self.detectors.iter_mut().try_for_each(|detector| {
                     detector.observe.bind(py).call1((&step,)).and_then(|found| detector.add(&found))
                 })
@@ -93,32 +98,6 @@ impl Observer for Detectors {
                 self.watch.raise(error);
             }
         });
-    }
-}
-
-/// A cell of a row.
-#[derive(Clone, PartialEq)]
-enum Cell {
-    Missing,
-    Flag(bool),
-    Whole(i64),
-    Number(f64),
-    Word(String),
-}
-
-impl Cell {
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Option<Cell>> {
-        // A number of NumPy is one of Python.
-        let item = value.call_method0("item").ok();
-        let value = item.as_ref().unwrap_or(value);
-        Ok(Some(match value {
-            value if value.is_none() => Cell::Missing,
-            value if value.is_instance_of::<PyBool>() => Cell::Flag(value.is_truthy()?),
-            value if value.is_instance_of::<PyInt>() => Cell::Whole(value.extract()?),
-            value if value.is_instance_of::<PyFloat>() => Cell::Number(value.extract()?),
-            value if value.is_instance_of::<PyString>() => Cell::Word(value.extract()?),
-            _ => return Ok(None),
-        }))
     }
 }
 
@@ -147,12 +126,15 @@ impl Detector {
         let mut cells = Vec::new();
         for pair in row.items()?.try_iter()? {
             let (column, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
-            let cell = Cell::of(&value)?.ok_or_else(|| {
-                PyTypeError::new_err(format!(
+            // A number of NumPy is one of Python.
+            let value = value.call_method0("item").unwrap_or(value);
+            let cell = scalar(&value)?;
+            if cell.is_none() && !value.is_none() {
+                return Err(PyTypeError::new_err(format!(
                     "{}: {column} = {value} (accepted: a number, a text, a truth value, or None)",
                     self.name
-                ))
-            })?;
+                )));
+            }
             cells.push((column, cell));
         }
         self.rows.push(cells);
@@ -162,20 +144,20 @@ impl Detector {
 
 /// The rows of a detector as a table: columns in the order in which they first occur; whole numbers stay what
 /// they are if the whole column is.
-fn table(detector: &str, rows: &[Vec<(String, Cell)>]) -> PyResult<Table> {
-    let mut columns: Vec<(&str, Vec<&Cell>)> = Vec::new();
+fn table(detector: &str, rows: &[Row]) -> PyResult<Table> {
+    let mut columns: Vec<(&str, Vec<Option<&Value>>)> = Vec::new();
     for (index, row) in rows.iter().enumerate() {
         for (name, cell) in row {
             let place = columns.iter().position(|(column, _)| column == name).unwrap_or_else(|| {
                 columns.push((name, Vec::new()));
                 columns.len() - 1
             });
-            columns[place].1.resize(index, &Cell::Missing);
-            columns[place].1.push(cell);
+            columns[place].1.resize(index, None);
+            columns[place].1.push(cell.as_ref());
         }
     }
-    let column = |(name, mut cells): (&str, Vec<&Cell>)| {
-        cells.resize(rows.len(), &Cell::Missing);
+    let column = |(name, mut cells): (&str, Vec<Option<&Value>>)| {
+        cells.resize(rows.len(), None);
         let values = column_of(&cells).ok_or_else(|| {
             PyTypeError::new_err(format!(
                 "{detector}: the column {name} has values of several kinds (accepted: numbers, texts or truth \
@@ -189,117 +171,80 @@ fn table(detector: &str, rows: &[Vec<(String, Cell)>]) -> PyResult<Table> {
 }
 
 /// The cells as one kind of values, if they are.
-fn column_of(cells: &[&Cell]) -> Option<ArrayRef> {
-    fn all<'a, T>(cells: &[&'a Cell], of: impl Fn(&'a Cell) -> Option<T>) -> Option<Vec<Option<T>>> {
-        let value = |cell: &&'a Cell| match cell {
-            Cell::Missing => Some(None),
-            cell => of(cell).map(Some),
-        };
-        cells.iter().map(value).collect()
+fn column_of(cells: &[Option<&Value>]) -> Option<ArrayRef> {
+    fn all<'a, T>(cells: &[Option<&'a Value>], of: fn(&'a Value) -> Option<T>) -> Option<Vec<Option<T>>> {
+        cells.iter().map(|cell| cell.map_or(Some(None), |cell| of(cell).map(Some))).collect()
     }
-    let flag = |cell: &Cell| if let Cell::Flag(flag) = cell { Some(*flag) } else { None };
-    let whole = |cell: &Cell| if let Cell::Whole(value) = cell { Some(*value) } else { None };
-    let number = |cell: &Cell| match cell {
-        Cell::Whole(value) => Some(*value as f64),
-        Cell::Number(value) => Some(*value),
-        _ => None,
-    };
-    // Offsets of 64 bits: the texts of a column may take more than 2 GiB.
-    fn word(cell: &Cell) -> Option<&str> {
-        if let Cell::Word(word) = cell { Some(word) } else { None }
-    }
-    if let Some(values) = all(cells, flag) {
+    if let Some(values) = all(cells, Value::as_bool) {
         return Some(Arc::new(BooleanArray::from(values)));
     }
-    if let Some(values) = all(cells, whole) {
+    if let Some(values) = all(cells, Value::as_integer) {
         return Some(Arc::new(Int64Array::from(values)));
     }
     if let Some(values) = all(cells, number) {
         return Some(Arc::new(Float64Array::from(values)));
     }
-    all(cells, word).map(|values| -> ArrayRef { Arc::new(LargeStringArray::from(values)) })
+    // Offsets of 64 bits: the texts of a column may take more than 2 GiB.
+    all(cells, Value::as_str).map(|values| -> ArrayRef { Arc::new(LargeStringArray::from(values)) })
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|value| value as f64))
 }
 
 /// What is known of a slider at a step: at every step with a switch, first and last steps of slip, samples.
 ///
 /// F_T is the sum of the driving forces, F_N the normal load. Definition: docs/rules.md.
-#[pyclass(frozen, module = "asperity")]
-pub(crate) struct StepRecord(Recorded);
+#[pyclass(frozen, get_all, module = "asperity")]
+pub(crate) struct StepRecord {
+    /// The step, counted from 1.
+    step: u64,
+    /// Simulated time at its end, s.
+    time_s: f64,
+    /// F_T, the sum of the driving forces, N.
+    driving_force_n: f64,
+    /// F_N, the total normal load, N.
+    normal_load_n: f64,
+    /// F_T / F_N.
+    ft_fn: f64,
+    /// How many blocks slide in the step.
+    sliding: u32,
+    /// The blocks that began to slide in it, from 1.
+    detached: Vec<u32>,
+    /// The blocks that stopped in it, from 1.
+    attached: Vec<u32>,
+    /// How many junctions broke in all steps before it; None by laws without junctions.
+    breaks: Option<u64>,
+    /// How many junctions were pinned again in all steps before it; None by laws without junctions.
+    repins: Option<u64>,
+}
+
+impl StepRecord {
+    fn of(record: &Recorded) -> StepRecord {
+        let &Recorded { step, time_s, driving_force_n, normal_load_n, sliding, junctions, .. } = record;
+        let switched = |direction: Direction| {
+            let switches = record.switches.iter().filter(|switch| switch.direction == direction);
+            switches.map(|switch| switch.block).collect()
+        };
+        StepRecord {
+            step,
+            time_s,
+            driving_force_n,
+            normal_load_n,
+            ft_fn: record.load_ratio(),
+            sliding,
+            detached: switched(Direction::Detach),
+            attached: switched(Direction::Attach),
+            breaks: junctions.map(|totals| totals.breaks),
+            repins: junctions.map(|totals| totals.repins),
+        }
+    }
+}
 
 #[pymethods]
 impl StepRecord {
     fn __repr__(&self) -> String {
-        let Recorded { step, time_s, sliding, .. } = &self.0;
-        format!(
-            "StepRecord(step {step}, {time_s} s: F_T/F_N = {}, {sliding} blocks slide)",
-            self.0.load_ratio()
-        )
-    }
-
-    /// The step, counted from 1.
-    #[getter]
-    fn step(&self) -> u64 {
-        self.0.step
-    }
-
-    /// Simulated time at its end, s.
-    #[getter]
-    fn time_s(&self) -> f64 {
-        self.0.time_s
-    }
-
-    /// F_T, the sum of the driving forces, N.
-    #[getter]
-    fn driving_force_n(&self) -> f64 {
-        self.0.driving_force_n
-    }
-
-    /// F_N, the total normal load, N.
-    #[getter]
-    fn normal_load_n(&self) -> f64 {
-        self.0.normal_load_n
-    }
-
-    /// F_T / F_N.
-    #[getter]
-    fn ft_fn(&self) -> f64 {
-        self.0.load_ratio()
-    }
-
-    /// How many blocks slide in the step.
-    #[getter]
-    fn sliding(&self) -> u32 {
-        self.0.sliding
-    }
-
-    /// The blocks that began to slide in it, from 1.
-    #[getter]
-    fn detached(&self) -> Vec<u32> {
-        self.switched(Direction::Detach)
-    }
-
-    /// The blocks that stopped in it, from 1.
-    #[getter]
-    fn attached(&self) -> Vec<u32> {
-        self.switched(Direction::Attach)
-    }
-
-    /// How many junctions broke in all steps before it; None by laws without junctions.
-    #[getter]
-    fn breaks(&self) -> Option<u64> {
-        self.0.junctions.map(|totals| totals.breaks)
-    }
-
-    /// How many junctions were pinned again in all steps before it; None by laws without junctions.
-    #[getter]
-    fn repins(&self) -> Option<u64> {
-        self.0.junctions.map(|totals| totals.repins)
-    }
-}
-
-impl StepRecord {
-    fn switched(&self, direction: Direction) -> Vec<u32> {
-        let switches = self.0.switches.iter().filter(|switch| switch.direction == direction);
-        switches.map(|switch| switch.block).collect()
+        let StepRecord { step, time_s, ft_fn, sliding, .. } = self;
+        format!("StepRecord(step {step}, {time_s} s: F_T/F_N = {ft_fn}, {sliding} blocks slide)")
     }
 }

@@ -89,21 +89,16 @@ pub(crate) fn of_faults(errors: &ScenarioErrors) -> PyErr {
 
 /// For a run that did not finish.
 pub(crate) fn of_run(error: RunError) -> PyErr {
-    let log = match &error {
-        RunError::Stopped { log } | RunError::Simulation { log, .. } => log.clone(),
-        _ => None,
-    };
-    let class = match &error {
-        RunError::Stopped { .. } => "Interrupted",
-        RunError::LogTarget(_) | RunError::Solver { .. } | RunError::Left(_) | RunError::Topic(_) => {
-            "Refused"
+    match &error {
+        RunError::Stopped { log } => {
+            let log = log.clone();
+            with("Interrupted", error, |set| set.set_item("log", log))
         }
-        _ => "Error",
-    };
-    with(class, error, |set| match (class, log) {
-        ("Interrupted", log) => set.set_item("log", log),
-        _ => Ok(()),
-    })
+        RunError::LogTarget(_) | RunError::Solver { .. } | RunError::Left(_) | RunError::Topic(_) => {
+            refused(error)
+        }
+        _ => failed(error),
+    }
 }
 
 /// For states that cannot be computed.

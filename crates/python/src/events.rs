@@ -21,6 +21,8 @@ type Tables<'py> = BTreeMap<String, Bound<'py, Table>>;
 #[pyclass(frozen, subclass, module = "asperity")]
 pub(crate) struct Events {
     pub(crate) tables: BTreeMap<String, Table>,
+    /// The tables of detectors in Python, by name.
+    #[pyo3(get)]
     pub(crate) found: BTreeMap<String, Table>,
 }
 
@@ -81,10 +83,6 @@ impl Events {
         });
         Events { tables, found }
     }
-
-    fn of_kind<P: EventPayload>(&self) -> PyResult<Table> {
-        self.table(P::TOPIC)
-    }
 }
 
 #[pymethods]
@@ -92,25 +90,25 @@ impl Events {
     /// Slip events: from the step in which a block first slides to that in which none does.
     #[getter]
     fn events(&self) -> PyResult<Table> {
-        self.of_kind::<SlipEvent>()
+        self.table(SlipEvent::TOPIC)
     }
 
     /// The onsets of slip events.
     #[getter]
     fn onsets(&self) -> PyResult<Table> {
-        self.of_kind::<Onset>()
+        self.table(Onset::TOPIC)
     }
 
     /// Slip events of the whole slider.
     #[getter]
     fn global_slips(&self) -> PyResult<Table> {
-        self.of_kind::<GlobalSlip>()
+        self.table(GlobalSlip::TOPIC)
     }
 
     /// Detachments connected in space and time (docs/ruptures.md).
     #[getter]
     pub(crate) fn ruptures(&self) -> PyResult<Table> {
-        self.of_kind::<Rupture>()
+        self.table(Rupture::TOPIC)
     }
 
     /// The precursors among the ruptures, by onset: they include block 1, do not reach every block, and reach
@@ -123,13 +121,7 @@ impl Events {
     /// When each rupture passed each block.
     #[getter]
     fn arrivals(&self) -> PyResult<Table> {
-        self.of_kind::<Arrival>()
-    }
-
-    /// The tables of detectors in Python, by name.
-    #[getter]
-    fn found(&self) -> BTreeMap<String, Table> {
-        self.found.clone()
+        self.table(Arrival::TOPIC)
     }
 
     /// The topics of its tables.

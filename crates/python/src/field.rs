@@ -4,11 +4,11 @@ use arrow_buffer::Buffer;
 use asperity_record::RunHeader;
 use asperity_run::{Field as States, NodeState, Quantity, Span};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyTuple};
+use pyo3::types::PyTuple;
 
 use crate::attend::{Callbacks, attend};
 use crate::errors::{of_states, refused};
-use crate::memory::{Memory, pickled, restored};
+use crate::memory::Memory;
 use crate::source::Source;
 use crate::tables::Table;
 
@@ -27,26 +27,15 @@ const QUANTITIES: [(&str, &str, Quantity); 6] = [
     ("tangential_force_across", "N", Quantity::TangentialForceAcross),
 ];
 
-/// A field as it is asked for.
-pub(crate) struct Asked<'a> {
-    pub(crate) quantity: &'a str,
-    /// The number of a rupture, and the table that has it.
-    pub(crate) rupture: Option<(i64, Table)>,
-    /// From and to, s.
-    pub(crate) t: Option<Vec<f64>>,
-    /// Time from one sample to the next, s.
-    pub(crate) every: Option<f64>,
-}
-
 /// Computes a field.
 pub(crate) fn field(
     py: Python<'_>,
     source: &Source,
     header: &RunHeader,
-    asked: Asked<'_>,
+    quantity: &str,
+    span: Span,
 ) -> PyResult<Field> {
-    let (quantity, unit, of) = known(asked.quantity)?;
-    let span = span(header, &asked)?;
+    let (quantity, unit, of) = known(quantity)?;
     let bytes = span.count().saturating_mul(u64::from(header.blocks)).saturating_mul(8);
     if bytes > MOST_BYTES {
         return Err(refused(format!(
@@ -65,18 +54,30 @@ pub(crate) fn field(
         }
     })?;
     let States { steps, time_s, position_m, position_across_m, values } = states.map_err(of_states)?;
-    let buffer = Buffer::from_vec::<f64>;
     let shape = [steps.len(), position_m.len()];
+    let array = |values: Vec<f64>, shape: &[usize]| doubles(py, values, shape);
     Ok(Field {
         quantity,
         unit,
-        shape,
-        steps: Buffer::from_vec(steps),
-        t: buffer(time_s),
-        x: buffer(position_m),
-        y: buffer(position_across_m),
-        values: buffer(values),
+        steps: Memory::array(py, Buffer::from_vec(steps), "uint64", &shape[..1])?.unbind(),
+        t: array(time_s, &shape[..1])?,
+        x: array(position_m, &shape[1..])?,
+        y: array(position_across_m, &shape[1..])?,
+        values: array(values, &shape)?,
     })
+}
+
+/// An array of NumPy on these values.
+fn doubles(py: Python<'_>, values: Vec<f64>, shape: &[usize]) -> PyResult<Py<PyAny>> {
+    Memory::array(py, Buffer::from_vec(values), "float64", shape).map(Bound::unbind)
+}
+
+/// The arrays of which pickle has copies, which nobody changes either.
+fn restored<const N: usize>(arrays: [Bound<'_, PyAny>; N]) -> PyResult<[Py<PyAny>; N]> {
+    for array in &arrays {
+        array.call_method1("setflags", (false,))?;
+    }
+    Ok(arrays.map(Bound::unbind))
 }
 
 /// A quantity by its name: that, its unit, and what it is.
@@ -87,11 +88,17 @@ fn known(quantity: &str) -> PyResult<(&'static str, &'static str, Quantity)> {
     })
 }
 
-/// The steps of a field.
-fn span(header: &RunHeader, asked: &Asked<'_>) -> PyResult<Span> {
+/// The steps of a field: of a rupture, by its number and the table that has it, or from one time to another, s; `every` is
+/// the time from one sample to the next, s.
+pub(crate) fn span(
+    header: &RunHeader,
+    rupture: Option<(i64, Table)>,
+    t: Option<&[f64]>,
+    every: Option<f64>,
+) -> PyResult<Span> {
     let grid = header.time_grid();
-    let (from_step, to_step) = match (&asked.rupture, asked.t.as_deref()) {
-        (Some((number, ruptures)), None) => rupture(*number, ruptures, header)?,
+    let (from_step, to_step) = match (&rupture, t) {
+        (Some((number, ruptures)), None) => steps_of(*number, ruptures, header)?,
         (None, Some([from_s, to_s])) if *from_s >= 0.0 && from_s <= to_s && to_s.is_finite() => {
             (grid.nearest_step(*from_s), grid.nearest_step(*to_s))
         }
@@ -102,18 +109,18 @@ fn span(header: &RunHeader, asked: &Asked<'_>) -> PyResult<Span> {
             return Err(refused("a field is of rupture=NUMBER or of t=(FROM, TO) (accepted: one of them)"));
         }
     };
-    let every_steps = match asked.every {
+    let every_steps = match every {
         Some(every_s) if every_s > 0.0 && every_s.is_finite() => grid.nearest_step(every_s).max(1),
         Some(every_s) => return Err(refused(format!("every = {every_s} (accepted: seconds, above 0)"))),
         // A front crosses a block in no less.
-        None if asked.rupture.is_some() => grid.nearest_step(header.scales.block_time_s).max(1),
+        None if rupture.is_some() => grid.nearest_step(header.scales.block_time_s).max(1),
         None => (to_step.saturating_sub(from_step) / USUAL_SAMPLES).max(1),
     };
     Ok(Span { from_step, to_step, every_steps })
 }
 
 /// The first step of a rupture and its last, or the last of the run if it has not ended.
-fn rupture(number: i64, ruptures: &Table, header: &RunHeader) -> PyResult<(u64, u64)> {
+fn steps_of(number: i64, ruptures: &Table, header: &RunHeader) -> PyResult<(u64, u64)> {
     let column = |name: &str| ruptures.steps(name).ok_or_else(|| refused(format!("ruptures have no {name}")));
     let (numbers, onsets, ends) = (column("rupture")?, column("onset_step")?, column("end_step")?);
     let row = numbers
@@ -130,62 +137,26 @@ fn rupture(number: i64, ruptures: &Table, header: &RunHeader) -> PyResult<(u64, 
 }
 
 /// A quantity of all contacts over time, on the memory of this package.
-#[pyclass(frozen, module = "asperity")]
+#[pyclass(frozen, get_all, module = "asperity")]
 pub(crate) struct Field {
+    /// `displacement`, `velocity` or `tangential_force`, or one of these with `_across`.
     quantity: &'static str,
+    /// The unit of the values.
     unit: &'static str,
-    shape: [usize; 2],
-    steps: Buffer,
-    t: Buffer,
-    x: Buffer,
-    y: Buffer,
-    values: Buffer,
+    /// The steps: shape (times,).
+    steps: Py<PyAny>,
+    /// Times, s: shape (times,).
+    t: Py<PyAny>,
+    /// Positions of the contacts along the slider, m: shape (contacts,).
+    x: Py<PyAny>,
+    /// Positions of the contacts across the sliding direction, m: shape (contacts,); 0 in a single row.
+    y: Py<PyAny>,
+    /// Shape (times, contacts), in `unit`.
+    values: Py<PyAny>,
 }
 
 #[pymethods]
 impl Field {
-    /// `displacement`, `velocity` or `tangential_force`, or one of these with `_across`.
-    #[getter]
-    fn quantity(&self) -> &str {
-        self.quantity
-    }
-
-    /// The unit of the values.
-    #[getter]
-    fn unit(&self) -> &str {
-        self.unit
-    }
-
-    /// The steps: shape (times,).
-    #[getter]
-    fn steps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Memory::array(py, self.steps.clone(), "uint64", &self.shape[..1])
-    }
-
-    /// Times, s: shape (times,).
-    #[getter]
-    fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Memory::array(py, self.t.clone(), "float64", &self.shape[..1])
-    }
-
-    /// Positions of the contacts along the slider, m: shape (contacts,).
-    #[getter]
-    fn x<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Memory::array(py, self.x.clone(), "float64", &self.shape[1..])
-    }
-
-    /// Positions of the contacts across the sliding direction, m: shape (contacts,); 0 in a single row.
-    #[getter]
-    fn y<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Memory::array(py, self.y.clone(), "float64", &self.shape[1..])
-    }
-
-    /// Shape (times, contacts), in `unit`.
-    #[getter]
-    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Memory::array(py, self.values.clone(), "float64", &self.shape)
-    }
-
     /// The values, for NumPy.
     #[pyo3(signature = (dtype = None, copy = None))]
     fn __array__<'py>(
@@ -194,7 +165,7 @@ impl Field {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.values(py)?;
+        let values = self.values.bind(py).clone();
         match (dtype, copy) {
             (None, None | Some(false)) => Ok(values),
             (dtype, _) => {
@@ -205,21 +176,21 @@ impl Field {
     }
 
     #[staticmethod]
-    fn _restored(quantity: &str, shape: [usize; 2], memory: [Bound<'_, PyBytes>; 5]) -> PyResult<Field> {
+    fn _restored(quantity: &str, arrays: [Bound<'_, PyAny>; 5]) -> PyResult<Field> {
         let (quantity, unit, _) = known(quantity)?;
-        let [steps, t, x, y, values] = memory.each_ref().map(restored);
-        Ok(Field { quantity, unit, shape, steps, t, x, y, values })
+        let [steps, t, x, y, values] = restored(arrays)?;
+        Ok(Field { quantity, unit, steps, t, x, y, values })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        let Field { quantity, shape, steps, t, x, y, values, .. } = slf.get();
-        let memory = [steps, t, x, y, values].map(|memory| pickled(slf.py(), memory));
-        (slf.get_type().getattr("_restored")?, (*quantity, *shape, memory)).into_pyobject(slf.py())
+        let Field { quantity, steps, t, x, y, values, .. } = slf.get();
+        let arrays = [steps, t, x, y, values];
+        (slf.get_type().getattr("_restored")?, (*quantity, arrays)).into_pyobject(slf.py())
     }
 
-    fn __repr__(&self) -> String {
-        let [times, contacts] = self.shape;
-        format!("Field({} in {}: {times} times x {contacts} contacts)", self.quantity, self.unit)
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (times, contacts) = (self.t.bind(py).len()?, self.x.bind(py).len()?);
+        Ok(format!("Field({} in {}: {times} times x {contacts} contacts)", self.quantity, self.unit))
     }
 }
 
@@ -235,71 +206,44 @@ pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> 
     if lattice.lanes == 1 {
         shape.remove(2);
     }
-    let buffer = Buffer::from_vec::<f64>;
-    Ok(Nodes {
-        step,
-        time_s,
-        shape,
-        displacement: buffer(displacement_m),
-        velocity: buffer(velocity_m_per_s),
-    })
+    let [displacement, velocity] =
+        [displacement_m, velocity_m_per_s].map(|values| doubles(py, values, &shape));
+    Ok(Nodes { step, t: time_s, displacement: displacement?, velocity: velocity? })
 }
 
 /// All nodes at a time. Arrays of a slab have shape (2, rows, columns): along the sliding direction, upwards;
 /// those of a body (3, rows, rows across, columns): along, across, upwards; those of a sheet
 /// (2, 1, rows across, columns): along, across.
-#[pyclass(frozen, module = "asperity")]
+#[pyclass(frozen, get_all, module = "asperity")]
 pub(crate) struct Nodes {
+    /// The step.
     step: u64,
-    time_s: f64,
-    shape: Vec<usize>,
-    displacement: Buffer,
-    velocity: Buffer,
+    /// The time, s.
+    t: f64,
+    /// From the grid, m; row 0 is the bottom.
+    displacement: Py<PyAny>,
+    /// m/s.
+    velocity: Py<PyAny>,
 }
 
 #[pymethods]
 impl Nodes {
-    /// The step.
-    #[getter]
-    fn step(&self) -> u64 {
-        self.step
-    }
-
-    /// The time, s.
-    #[getter]
-    fn t(&self) -> f64 {
-        self.time_s
-    }
-
-    /// From the grid, m; row 0 is the bottom.
-    #[getter]
-    fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Memory::array(py, self.displacement.clone(), "float64", &self.shape)
-    }
-
-    /// m/s.
-    #[getter]
-    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Memory::array(py, self.velocity.clone(), "float64", &self.shape)
-    }
-
     #[staticmethod]
-    fn _restored(step: u64, time_s: f64, shape: Vec<usize>, memory: [Bound<'_, PyBytes>; 2]) -> Nodes {
-        let [displacement, velocity] = memory.each_ref().map(restored);
-        Nodes { step, time_s, shape, displacement, velocity }
+    fn _restored(step: u64, t: f64, arrays: [Bound<'_, PyAny>; 2]) -> PyResult<Nodes> {
+        let [displacement, velocity] = restored(arrays)?;
+        Ok(Nodes { step, t, displacement, velocity })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        let Nodes { step, time_s, shape, displacement, velocity } = slf.get();
-        let memory = [displacement, velocity].map(|memory| pickled(slf.py(), memory));
-        (slf.get_type().getattr("_restored")?, (*step, *time_s, shape.clone(), memory))
-            .into_pyobject(slf.py())
+        let Nodes { step, t, displacement, velocity } = slf.get();
+        let arrays = [displacement, velocity];
+        (slf.get_type().getattr("_restored")?, (*step, *t, arrays)).into_pyobject(slf.py())
     }
 
-    fn __repr__(&self) -> String {
-        let across =
-            if self.shape.len() > 3 { format!("{} rows across x ", self.shape[2]) } else { String::new() };
-        let (rows, columns) = (self.shape[1], self.shape[self.shape.len() - 1]);
-        format!("Nodes(t = {} s: {rows} rows x {across}{columns} columns)", self.time_s)
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let shape: Vec<usize> = self.displacement.bind(py).getattr("shape")?.extract()?;
+        let across = if shape.len() > 3 { format!("{} rows across x ", shape[2]) } else { String::new() };
+        let (rows, columns) = (shape[1], shape[shape.len() - 1]);
+        Ok(format!("Nodes(t = {} s: {rows} rows x {across}{columns} columns)", self.t))
     }
 }

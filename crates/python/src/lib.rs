@@ -37,23 +37,16 @@ mod _native {
     }
 
     #[pymodule_export]
-    use crate::detectors::StepRecord;
-    #[pymodule_export]
-    use crate::diff::{Diff, diff};
-    #[pymodule_export]
-    use crate::events::Events;
-    #[pymodule_export]
-    use crate::field::{Field, Nodes};
-    #[pymodule_export]
-    use crate::figure::{Figure, figures};
-    #[pymodule_export]
-    use crate::memory::Memory;
-    #[pymodule_export]
-    use crate::run::{Run, open, resume, run};
-    #[pymodule_export]
-    use crate::scenario::{Scenario, scenarios};
-    #[pymodule_export]
-    use crate::study::{Sweep, sweep};
-    #[pymodule_export]
-    use crate::tables::Table;
+    use crate::{
+        detectors::StepRecord,
+        diff::{Diff, diff},
+        events::Events,
+        field::{Field, Nodes},
+        figure::{Figure, figures},
+        memory::Memory,
+        run::{Run, open, resume, run},
+        scenario::{Scenario, scenarios},
+        study::{Sweep, sweep},
+        tables::Table,
+    };
 }

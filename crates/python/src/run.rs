@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use asperity_files::{better_name, is_taken};
 use asperity_model::{Scenario as Resolved, ScenarioSource};
@@ -10,9 +10,7 @@ use asperity_numbers::{Slider, Summarizer, Summary, text};
 use asperity_record::{Notice, Observer, Record, RunHeader};
 use asperity_report::html::markup;
 use asperity_run::detectors::Settings;
-use asperity_run::{
-    Begin, Detectors as Trackers, LogTo, OpenLog, Replay, ReplayError, SolverKind, Task, Verdict,
-};
+use asperity_run::{Begin, Detectors as Trackers, LogTo, OpenLog, SolverKind, Task, Verdict};
 use asperity_runlog::{Unfinished, partial_path};
 use asperity_tables::run_tables::{Chosen, RunTable, RunTables};
 use pyo3::exceptions::PyFileNotFoundError;
@@ -22,7 +20,7 @@ use toml::Value;
 
 use crate::attend::{Callbacks, Watch, attend};
 use crate::detectors::{self, Detector, Detectors};
-use crate::errors::{failed, not_pickled, of_log, of_run, of_verdict, refused};
+use crate::errors::{failed, not_pickled, of_run, of_verdict, refused};
 use crate::events::{self, Events};
 use crate::field::{self, Field, Nodes};
 use crate::figure::Figure;
@@ -38,15 +36,20 @@ const MOST_ROWS: usize = 10_000_000;
 /// A run with a log reads it again for what is asked for; one without a log takes the same steps again.
 #[pyclass(frozen, extends = Events, module = "asperity")]
 pub(crate) struct Run {
+    /// The name of its scenario, or of its log.
+    #[pyo3(get)]
     name: String,
     header: RunHeader,
     /// None for a log that has lost it.
     scenario: Option<Resolved>,
     source: Source,
     summary: Summary,
+    /// Warnings about the scenario, and what is worth knowing about the run or its log.
+    #[pyo3(get)]
     notes: Vec<String>,
     verdict: Option<Verdict>,
-    /// The digest of its log's messages.
+    /// The digest of all messages of its log, equal for equal runs; None without a complete log.
+    #[pyo3(get)]
     digest: Option<String>,
     /// Tables of records, once asked for.
     records: Mutex<BTreeMap<String, Table>>,
@@ -186,19 +189,17 @@ fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult
         return Err(PyFileNotFoundError::new_err(format!("{}: no such file{hint}", log.display())));
     }
     let name = log.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let begun = Mutex::new(None);
+    let begun = OnceLock::new();
     let seen = read(py, &log, |watch, log| {
         let (header, scenario) = (log.header(), log.scenario()?);
         let slider = scenario.map_or_else(Slider::default, Slider::of);
         let numbers =
             (Summarizer::new(&name, header, slider), events::begin(&log.event_schemas(), header.parts()));
         let observer = (numbers, Detectors::begin(detectors, watch));
-        let found = (header.clone(), scenario.cloned());
-        *begun.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(found);
+        begun.get_or_init(|| (header.clone(), scenario.cloned()));
         Ok(observer)
     })?;
-    let begun = begun.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let (header, scenario) = begun.expect("what is observed has begun");
+    let (header, scenario) = begun.into_inner().expect("what is observed has begun");
     let Seen { observer: ((summarizer, tables), detectors), has_ruptures, end, checked } = seen;
     let mut events = Events::of(py, tables, detectors.finish(py)?);
     let checked = checked.ok_or_else(|| failed("a log has no verdict"))?;
@@ -329,7 +330,7 @@ impl Observer for Bounded {
     }
 }
 
-/// Sends the records of a run without a log through detectors with other rules.
+/// Sends the records of a run through detectors with other rules.
 struct Anew {
     trackers: Trackers,
     tables: RunTables,
@@ -389,12 +390,6 @@ impl Run {
 
 #[pymethods]
 impl Run {
-    /// The name of its scenario, or of its log.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.name
-    }
-
     /// Its scenario. Raises `Error` if the log has lost it.
     #[getter(scenario)]
     fn scenario_of_run(&self) -> PyResult<Scenario> {
@@ -423,18 +418,6 @@ impl Run {
     #[getter]
     fn verdict(&self) -> Option<&'static str> {
         self.verdict.map(Verdict::word)
-    }
-
-    /// The digest of all messages of its log, equal for equal runs; None without a complete log.
-    #[getter]
-    fn digest(&self) -> Option<&str> {
-        self.digest.as_deref()
-    }
-
-    /// Warnings about the scenario, and what is worth knowing about the run or its log.
-    #[getter]
-    fn notes(&self) -> Vec<String> {
-        self.notes.clone()
     }
 
     /// The numbers of the run, as `asperity summary` prints them (docs/outputs.md).
@@ -491,28 +474,9 @@ impl Run {
         let settings = Settings::parse(&given).map_err(|(_, problem)| refused(problem))?;
         self.source.must_be_of(py, &self.header)?;
         let detectors = detectors::given(detectors)?;
-        if let Source::Log { path, .. } = &self.source {
-            let replayed = attend(py, &Callbacks::default(), |watch| {
-                let replay = Replay::open(path, &settings).map_err(|checked| of_log(path, &checked))?;
-                let mut observer = (
-                    events::begin(&BTreeMap::new(), self.header.parts()),
-                    Detectors::begin(detectors, watch),
-                );
-                replay.run(&|| watch.is_stopped(), &mut observer).map_err(|error| match error {
-                    ReplayError::Log(checked) => of_log(path, &checked),
-                    error => failed(error),
-                })?;
-                Ok::<_, PyErr>(observer)
-            })?;
-            let (tables, detectors) = replayed?;
-            return Ok(Events::of(py, tables, detectors.finish(py)?));
-        }
-        let scenario = self.scenario()?;
         let seen = self.source.observe(py, &self.header, |watch| {
-            let (trackers, tables) = (
-                settings.start(&self.header, Some(scenario)),
-                events::begin(&BTreeMap::new(), self.header.parts()),
-            );
+            let trackers = settings.start(&self.header, self.scenario.as_ref());
+            let tables = events::begin(&BTreeMap::new(), self.header.parts());
             (Anew { trackers, tables }, Detectors::begin(detectors, watch))
         })?;
         let (Anew { mut trackers, mut tables }, detectors) = seen.observer;
@@ -548,10 +512,11 @@ impl Run {
         t: Option<Vec<f64>>,
         every: Option<f64>,
     ) -> PyResult<Field> {
-        slf.get().source.must_be_of(slf.py(), &slf.get().header)?;
+        let Run { source, header, .. } = slf.get();
+        source.must_be_of(slf.py(), header)?;
         let ruptures = rupture.map(|_| slf.as_super().get().ruptures()).transpose()?;
-        let asked = field::Asked { quantity, rupture: rupture.zip(ruptures), t, every };
-        field::field(slf.py(), &slf.get().source, &slf.get().header, asked)
+        let span = field::span(header, rupture.zip(ruptures), t.as_deref(), every)?;
+        field::field(slf.py(), source, header, quantity, span)
     }
 
     /// All nodes of a slab, a sheet or a body at a time, s.

@@ -1,7 +1,6 @@
 //! Tables of a run as Arrow record batches.
 
 use std::collections::HashMap;
-use std::fmt;
 use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
@@ -20,6 +19,7 @@ use asperity_tables::run_tables::RunTable;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict, PyTuple};
+use toml::Value;
 
 use crate::errors::failed;
 use crate::memory::{Memory, pickled, restored};
@@ -123,7 +123,7 @@ impl Table {
         };
         let heads: String = self.batch.schema_ref().fields().iter().map(head).collect();
         let cell = |values: &ArrayRef, row: usize| {
-            format!("<td>{}</td>", value(values, row).map_or_else(String::new, text))
+            format!("<td>{}</td>", value(values, row).map(shown).map_or_else(String::new, text))
         };
         let row = |row: usize| -> String {
             let cells: String = self.batch.columns().iter().map(|values| cell(values, row)).collect();
@@ -145,61 +145,35 @@ fn array(values: &Values) -> ArrayRef {
     }
 }
 
-/// The kinds of values that columns have.
-const KINDS: [DataType; 6] = [
-    DataType::UInt32,
-    DataType::UInt64,
-    DataType::Int64,
-    DataType::Float64,
-    DataType::Boolean,
-    DataType::LargeUtf8,
-];
-
 /// A column for pickle: name, unit, meaning, kind of values, number of them, which are not missing, and their memory.
 type Pickled<'py> =
     (String, Option<String>, String, String, usize, Option<Bound<'py, PyBytes>>, Vec<Bound<'py, PyBytes>>);
 
-/// A value of a column.
-enum Shown<'a> {
-    Number(f64),
-    Whole(i64),
-    Flag(bool),
-    Word(&'a str),
-}
-
-impl Shown<'_> {
-    /// As NumPy has it in a column with gaps.
-    fn number(&self) -> f64 {
-        match *self {
-            Shown::Number(value) => value,
-            Shown::Whole(value) => value as f64,
-            Shown::Flag(value) => f64::from(value),
-            Shown::Word(_) => f64::NAN,
-        }
-    }
-}
-
-impl fmt::Display for Shown<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Shown::Number(value) => f.write_str(&asperity_record::short(*value)),
-            Shown::Whole(value) => write!(f, "{value}"),
-            Shown::Flag(value) => write!(f, "{value}"),
-            Shown::Word(value) => f.write_str(value),
-        }
-    }
-}
-
 /// The value in a row; none where it is missing.
-fn value(values: &ArrayRef, row: usize) -> Option<Shown<'_>> {
+fn value(values: &ArrayRef, row: usize) -> Option<Value> {
     (!values.is_null(row)).then(|| match values.data_type() {
-        DataType::UInt32 => Shown::Whole(values.as_primitive::<UInt32Type>().value(row).into()),
-        DataType::UInt64 => Shown::Whole(values.as_primitive::<UInt64Type>().value(row) as i64),
-        DataType::Int64 => Shown::Whole(values.as_primitive::<Int64Type>().value(row)),
-        DataType::Boolean => Shown::Flag(values.as_boolean().value(row)),
-        DataType::LargeUtf8 => Shown::Word(values.as_string::<i64>().value(row)),
-        _ => Shown::Number(values.as_primitive::<Float64Type>().value(row)),
+        DataType::UInt32 => Value::Integer(values.as_primitive::<UInt32Type>().value(row).into()),
+        DataType::UInt64 => Value::Integer(values.as_primitive::<UInt64Type>().value(row) as i64),
+        DataType::Int64 => Value::Integer(values.as_primitive::<Int64Type>().value(row)),
+        DataType::Boolean => Value::Boolean(values.as_boolean().value(row)),
+        DataType::LargeUtf8 => Value::String(values.as_string::<i64>().value(row).to_owned()),
+        _ => Value::Float(values.as_primitive::<Float64Type>().value(row)),
     })
+}
+
+/// A value as a notebook shows it.
+fn shown(value: Value) -> String {
+    match value {
+        Value::Float(value) => asperity_record::short(value),
+        Value::String(value) => value,
+        value => value.to_string(),
+    }
+}
+
+/// A value as NumPy has it in a column with gaps.
+fn number(value: &Value) -> f64 {
+    let of_flag = || value.as_bool().map_or(f64::NAN, f64::from);
+    value.as_float().or_else(|| value.as_integer().map(|value| value as f64)).unwrap_or_else(of_flag)
 }
 
 /// The array of a column: over its own memory where every value is a number.
@@ -212,7 +186,7 @@ fn numpy<'py>(py: Python<'py>, values: &ArrayRef) -> PyResult<Bound<'py, PyAny>>
         }
         // NumPy has no missing whole numbers: NaN stands for what is missing.
         _ if values.null_count() > 0 => {
-            let number = |row| value(values, row).map_or(f64::NAN, |value| value.number());
+            let number = |row| value(values, row).map_or(f64::NAN, |value| number(&value));
             ("float64", Buffer::from_vec((0..rows).map(number).collect::<Vec<f64>>()))
         }
         // NumPy has a byte for each.
@@ -316,8 +290,7 @@ impl Table {
     #[staticmethod]
     fn _restored(name: &str, columns: Vec<Pickled<'_>>) -> PyResult<Table> {
         let array = |(field, unit, about, kind, rows, gaps, memory): Pickled<'_>| {
-            let kind = KINDS.into_iter().find(|known| known.to_string() == kind);
-            let empty = new_empty_array(&kind.ok_or_else(|| failed("a column of no known kind"))?);
+            let empty = new_empty_array(&kind.parse().map_err(failed)?);
             let data =
                 empty.to_data().into_builder().len(rows).buffers(memory.iter().map(restored).collect());
             let data = data.null_bit_buffer(gaps.as_ref().map(restored)).build().map_err(failed)?;

@@ -2,34 +2,14 @@
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
+use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PyString};
 use serde_json::Value;
 
 use crate::errors::refused;
 
 /// A JSON value as Python has it.
 pub(crate) fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
-    Ok(match value {
-        Value::Null => py.None().into_bound(py),
-        Value::Bool(value) => PyBool::new(py, *value).to_owned().into_any(),
-        Value::Number(value) => match (value.as_u64(), value.as_i64()) {
-            (Some(value), _) => value.into_pyobject(py)?.into_any(),
-            (None, Some(value)) => value.into_pyobject(py)?.into_any(),
-            (None, None) => PyFloat::new(py, value.as_f64().unwrap_or(f64::NAN)).into_any(),
-        },
-        Value::String(value) => PyString::new(py, value).into_any(),
-        Value::Array(values) => {
-            let values: Vec<_> = values.iter().map(|value| to_python(py, value)).collect::<PyResult<_>>()?;
-            PyList::new(py, values)?.into_any()
-        }
-        Value::Object(values) => {
-            let dict = PyDict::new(py);
-            for (key, value) in values {
-                dict.set_item(key, to_python(py, value)?)?;
-            }
-            dict.into_any()
-        }
-    })
+    py.import("json")?.call_method1("loads", (value.to_string(),))
 }
 
 /// Deepest list of a value.
@@ -41,20 +21,23 @@ pub(crate) fn to_json(value: &Bound<'_, PyAny>, of: &str) -> PyResult<Value> {
     to_json_within(value, of, DEEPEST)
 }
 
+/// A truth value, a number or a text as TOML has it; None for anything else.
+pub(crate) fn scalar(value: &Bound<'_, PyAny>) -> PyResult<Option<toml::Value>> {
+    Ok(Some(match value {
+        value if value.is_instance_of::<PyBool>() => value.is_truthy()?.into(),
+        value if value.is_instance_of::<PyInt>() => value.extract::<i64>()?.into(),
+        value if value.is_instance_of::<PyFloat>() => value.extract::<f64>()?.into(),
+        value if value.is_instance_of::<PyString>() => value.extract::<String>()?.into(),
+        _ => return Ok(None),
+    }))
+}
+
 fn to_json_within(value: &Bound<'_, PyAny>, of: &str, depth: usize) -> PyResult<Value> {
     let refused = |accepted: &str| refused(format!("{of} = {value} (accepted: {accepted})"));
-    if value.is_instance_of::<PyBool>() {
-        return Ok(value.is_truthy()?.into());
-    }
-    if value.is_instance_of::<PyInt>() {
-        return value.extract::<i64>().map(Value::from).map_err(|_| refused("a whole number of 64 bits"));
-    }
-    if value.is_instance_of::<PyFloat>() {
-        let number = serde_json::Number::from_f64(value.extract()?);
-        return number.map(Value::Number).ok_or_else(|| refused("a finite number"));
-    }
-    if value.is_instance_of::<PyString>() {
-        return Ok(value.extract::<String>()?.into());
+    match scalar(value).map_err(|_| refused("a whole number of 64 bits"))? {
+        Some(toml::Value::Float(number)) if !number.is_finite() => return Err(refused("a finite number")),
+        Some(value) => return Ok(serde_json::to_value(value).expect("it is a plain value")),
+        None => {}
     }
     let accepted = "a number, a text, a truth value, or a list of them";
     // A number or an array of NumPy, which knows what it is in Python.

@@ -292,7 +292,7 @@ pub enum NoRunLog {
     #[error("there is no such file")]
     Missing,
     /// The path leads to something other than a file.
-    #[error("not a run log: it is {}", .0.words())]
+    #[error("not a run log: it is {}", .0.0)]
     NoFile(NoFile),
     /// An empty file, which may be a log that was just begun.
     #[error("the file is empty")]

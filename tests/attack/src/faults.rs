@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::calls::{Call, Outcome};
 use crate::case::{Case, once, try_all};
+use crate::commands::{ON_LOGS, arguments, words};
 use crate::ground::{Error, Ground};
 use crate::kills::aftermath;
 use crate::operations::{Fate, Kind, Operation, is_possible, supervise};
@@ -40,16 +41,13 @@ struct Point {
     ending: OsString,
 }
 
-/// Commands that print what they read.
-const READERS: [&[&str]; 7] = [
-    &["catalogue", "in/a/run.mcap"],
-    &["events", "in/a/run.mcap"],
-    &["summary", "in/a/run.mcap"],
-    &["check", "in/a/run.mcap"],
-    &["diff", "in/a/run.mcap", "in/b/run.mcap"],
-    &["sweep", "status", "in/study"],
-    &["scenario", "show", "default"],
-];
+/// Commands that print what they read, beside those on logs that write no file.
+const READERS: [&str; 2] = ["sweep status in/study", "scenario show default"];
+
+fn readers() -> Vec<Vec<String>> {
+    let on_logs = ON_LOGS.iter().map(|command| command.words).filter(|words| !words.contains("NEW"));
+    on_logs.chain(READERS).map(|command| words(command, &["in/a/run.mcap"], "")).collect()
+}
 
 /// Names that resemble the command's own, and belong to someone else.
 const FOREIGN: [&str; 4] =
@@ -74,12 +72,14 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
         in_writer(case, writers[point.command], point)
     })?;
     let mut points = Vec::new();
-    for (command, arguments) in READERS.iter().enumerate() {
+    let readers = readers();
+    let readers: Vec<Vec<&str>> = readers.iter().map(|words| arguments(words)).collect();
+    for (command, arguments) in readers.iter().enumerate() {
         let set_up = |case: &mut Case<'_>| prepare(case.ground, &case.folder);
         points.extend(points_of(command, &counted(ground, arguments[0], arguments, set_up)?));
     }
     try_some(ground, "printing commands", &points, ground.size.faults / 4, |case, point| {
-        in_reader(case, READERS[point.command], point)
+        in_reader(case, &readers[point.command], point)
     })
 }
 

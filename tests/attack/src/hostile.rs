@@ -10,6 +10,7 @@ use mcap::records::op;
 
 use crate::calls::{Call, Outcome};
 use crate::case::{Case, try_all};
+use crate::commands::{ON_LOGS, arguments, words};
 use crate::forge::{Item, Log};
 use crate::frames::{Frame, body, sealed};
 use crate::ground::{Error, Ground, SMALL};
@@ -30,43 +31,26 @@ const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 const LONGEST: usize = 10_000_000;
 
 /// The commands that read a kind of file, with FILE in place of its name.
-const ON_LOGS: [&[&str]; 15] = [
-    &["check", "FILE"],
-    &["salvage", "FILE", "--out", "salvaged.mcap"],
-    &["events", "FILE"],
-    &["summary", "FILE"],
-    &["note", "FILE"],
-    &["catalogue", "FILE", "--format", "quakeml"],
-    &["export", "FILE", "--to", "csv", "--out", "exported"],
-    &["export", "FILE", "--to", "parquet", "--out", "exported-parquet"],
-    &["draw", "FILE", "--out", "drawn"],
-    &["reduce", "FILE", "--out", "reduced"],
-    &["replay", "FILE"],
-    &["report", "FILE", "--out", "page.html"],
-    &["diff", "FILE", "FILE"],
-    &["scenario", "show", "FILE"],
-    &["scenario", "validate", "ten-blocks", "--set", "initial.from=FILE"],
-];
-const ON_UNFINISHED: [&[&str]; 2] = [
-    &["check", "FILE"],
-    &["run", "default", "--set", "parameter_set=as-coded", "--quiet", "--resume", "--out", "run.mcap"],
-];
-const ON_PARQUET: [&[&str]; 2] = [&["events", "FILE"], &["diff", "FILE", "FILE"]];
-const ON_CSV: [&[&str]; 2] =
-    [&["diff", "FILE", "FILE"], &["scenario", "validate", "ten-blocks", "--set", "initial.state_csv=FILE"]];
-const ON_SCENARIOS: [&[&str]; 3] =
-    [&["scenario", "show", "FILE"], &["scenario", "validate", "FILE"], &["run", "FILE", "--out", "run.mcap"]];
-const ON_PIPELINES: [&[&str]; 1] = [&["reproduce", "FILE", "--out", "reproduced"]];
-const ON_POLICIES: [&[&str]; 1] = [&["diff", "sound.mcap", "sound.mcap", "--policy", "FILE"]];
+fn on_logs() -> Vec<&'static str> {
+    let of_records = ON_LOGS.iter().filter(|command| !command.scenario_alone).map(|command| command.words);
+    of_records.chain(["scenario show FILE", "scenario validate ten-blocks --set initial.from=FILE"]).collect()
+}
+const ON_UNFINISHED: [&str; 2] =
+    ["check FILE", "run default --set parameter_set=as-coded --quiet --resume --out run.mcap"];
+const ON_PARQUET: [&str; 2] = ["events FILE", "diff FILE FILE"];
+const ON_CSV: [&str; 2] = ["diff FILE FILE", "scenario validate ten-blocks --set initial.state_csv=FILE"];
+const ON_SCENARIOS: [&str; 3] = ["scenario show FILE", "scenario validate FILE", "run FILE --out run.mcap"];
+const ON_PIPELINES: [&str; 1] = ["reproduce FILE --out reproduced"];
+const ON_POLICIES: [&str; 1] = ["diff sound.mcap sound.mcap --policy FILE"];
 /// Of a study that is sound except for this file.
-const ON_STUDIES: [&[&str]; 5] = [
-    &["sweep", "status", STUDY],
-    &["sweep", "collect", STUDY, "--to", "csv"],
-    &["sweep", "run", STUDY],
-    &["sweep", "log", STUDY, "1", "--quiet", "--out", "one.mcap"],
-    &["sweep", "emit", "list", STUDY],
+const ON_STUDIES: [&str; 5] = [
+    "sweep status study",
+    "sweep collect study --to csv",
+    "sweep run study",
+    "sweep log study 1 --quiet --out one.mcap",
+    "sweep emit list study",
 ];
-const ON_SETTINGS: [&[&str]; 1] = [&["replay", "sound.mcap", "--detectors", "FILE"]];
+const ON_SETTINGS: [&str; 1] = ["replay sound.mcap --detectors FILE"];
 
 /// The places of files in studies.
 const STUDY: &str = "study";
@@ -75,7 +59,7 @@ const STUDY: &str = "study";
 struct Input {
     name: String,
     bytes: Vec<u8>,
-    commands: &'static [&'static [&'static str]],
+    commands: Vec<&'static str>,
 }
 
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
@@ -92,7 +76,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     if let Some(long) = inputs.iter().find(|input| input.bytes.len() > LONGEST) {
         return Err(format!("{} has {} bytes", long.name, long.bytes.len()).into());
     }
-    let calls: Vec<(&Input, &[&str])> =
+    let calls: Vec<(&Input, &str)> =
         inputs.iter().flat_map(|input| input.commands.iter().map(move |command| (input, *command))).collect();
     let chosen = ground.some_of(calls.len(), 90);
     try_all(ground, "limits", "hostile inputs", chosen.len(), |case| {
@@ -113,11 +97,11 @@ fn genuine_parquet(ground: &Ground) -> Result<Vec<u8>, Error> {
     Ok(fs::read(Path::new(out).join("small.events.slip.parquet"))?)
 }
 
-fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -> Result<(), Error> {
+fn bounded(case: &mut Case<'_>, input: &Input, command: &str, sound: &[u8]) -> Result<(), Error> {
     case.write(&input.name, &input.bytes)?;
     case.write("sound.mcap", sound)?;
-    let words: Vec<String> = command.iter().map(|word| word.replace("FILE", &input.name)).collect();
-    let arguments: Vec<&str> = words.iter().map(String::as_str).collect();
+    let words = words(command, &[&input.name], "new");
+    let arguments = arguments(&words);
     let program = &case.ground.program;
     let outcome = Call::by_shell(program, &case.folder, STOP, &arguments, "")?.run()?;
     let Outcome { cpu_s, peak_mb, .. } = outcome;
@@ -130,7 +114,7 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -
     let told = || {
         format!("{}: {}, {cpu_s:.1} s, {peak_mb:.0} MB: {}", outcome.call, outcome.ending(), outcome.said())
     };
-    let word = command[0];
+    let word = arguments[0];
     case.hold(
         peak_mb < MEMORY_MB,
         &format!("{word} takes more than {MEMORY_MB} MB for {}", input.name),
@@ -163,8 +147,11 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -
 /// Files of a study: segments of results that unpack to more than there is memory for, and plans that no
 /// sweep makes.
 fn of_studies(study: &Study) -> Result<Vec<Input>, Error> {
-    let of_name =
-        |name: &str, bytes: Vec<u8>| Input { name: format!("{STUDY}/{name}"), bytes, commands: &ON_STUDIES };
+    let of_name = |name: &str, bytes: Vec<u8>| Input {
+        name: format!("{STUDY}/{name}"),
+        bytes,
+        commands: ON_STUDIES.to_vec(),
+    };
     let mut inputs = Vec::new();
     let first = &study.segments[0].1;
     for (name, filling) in [("zeros", "\0"), ("lines", "\n"), ("events", "/events/slip\t{}\n")] {
@@ -201,29 +188,30 @@ fn of_studies(study: &Study) -> Result<Vec<Input>, Error> {
 fn inputs(sound: &[u8], table: &[u8]) -> Result<Vec<Input>, Error> {
     let log = Log::read(sound)?;
     let mut inputs = Vec::new();
-    let mut add = |name: &str, commands, bytes: Vec<u8>| {
-        inputs.push(Input { name: name.to_owned(), bytes, commands });
+    let mut add = |name: &str, commands: &[&'static str], bytes: Vec<u8>| {
+        inputs.push(Input { name: name.to_owned(), bytes, commands: commands.to_vec() });
     };
-    add("packed.mcap", &ON_LOGS, packed(&log)?);
-    add("zeros.mcap", &ON_LOGS, with_chunks(&log, &vec![0; 54_000_000], 8)?);
-    add("chunk-heads.mcap", &ON_LOGS, chunk_heads(sound));
+    let on_logs = on_logs();
+    add("packed.mcap", &on_logs, packed(&log)?);
+    add("zeros.mcap", &on_logs, with_chunks(&log, &vec![0; 54_000_000], 8)?);
+    add("chunk-heads.mcap", &on_logs, chunk_heads(sound));
     // The log is longer where it took longer, by checkpoints.
     let lines = LONGEST.saturating_sub(sound.len() + 100_000) / 10;
-    add("scenario.mcap", &ON_LOGS, with_scenario(&log, &"# nothing\n".repeat(lines))?);
-    add("nested-scenario.mcap", &ON_LOGS, with_scenario(&log, &format!("a = {}", "[".repeat(2_000_000)))?);
+    add("scenario.mcap", &on_logs, with_scenario(&log, &"# nothing\n".repeat(lines))?);
+    add("nested-scenario.mcap", &on_logs, with_scenario(&log, &format!("a = {}", "[".repeat(2_000_000)))?);
     let channel = |number: usize| Part::channel(500 + number as u16, 1, &format!("/events/x{number}"));
-    add("channels.mcap", &ON_LOGS, many(&log, 50_000, &channel)?);
-    add("schemas.mcap", &ON_LOGS, many(&log, 60_000, &schema)?);
+    add("channels.mcap", &on_logs, many(&log, 50_000, &channel)?);
+    add("schemas.mcap", &on_logs, many(&log, 60_000, &schema)?);
     let note = |number: usize| Part::attachment(&format!("note {number}"), b"nothing");
-    add("attachments.mcap", &ON_LOGS, many(&log, 40_000, &note)?);
-    add("checkpoints.mcap", &ON_LOGS, many(&log, 40_000, &|_| Part::attachment("checkpoint", b"{}"))?);
+    add("attachments.mcap", &on_logs, many(&log, 40_000, &note)?);
+    add("checkpoints.mcap", &on_logs, many(&log, 40_000, &|_| Part::attachment("checkpoint", b"{}"))?);
     let note = |number: usize| Part::metadata("note", &[(number.to_string(), String::new())].into());
-    add("metadata.mcap", &ON_LOGS, many(&log, 40_000, &note)?);
+    add("metadata.mcap", &on_logs, many(&log, 40_000, &note)?);
     let keys = (0..300_000).map(|number| (format!("k{number}"), "v".to_owned())).collect();
-    add("keys.mcap", &ON_LOGS, many(&log, 1, &|_| Part::metadata("note", &keys))?);
-    add("nested-message.mcap", &ON_LOGS, with_message(&log, &"[".repeat(60_000_000))?);
+    add("keys.mcap", &on_logs, many(&log, 1, &|_| Part::metadata("note", &keys))?);
+    add("nested-message.mcap", &on_logs, with_message(&log, &"[".repeat(60_000_000))?);
     let numbers = format!("{{\"step\":1,\"time_s\":1e-7,\"displacement_m\":[{}0]}}", "0,".repeat(25_000_000));
-    add("long-message.mcap", &ON_LOGS, with_message(&log, &numbers)?);
+    add("long-message.mcap", &on_logs, with_message(&log, &numbers)?);
     for (name, text) in [
         ("line.mcap", "x\nforged: whole: 1 record"),
         ("escape.mcap", "\u{1b}[2J\u{1b}[31mx\u{9b}5m"),
@@ -231,7 +219,7 @@ fn inputs(sound: &[u8], table: &[u8]) -> Result<Vec<Input>, Error> {
     ] {
         for key in ["parameter_set", "scenario", "code_version"] {
             let name = format!("{key}-{name}");
-            add(&name, &ON_LOGS, with_key(&log, key, text)?);
+            add(&name, &on_logs, with_key(&log, key, text)?);
         }
     }
     let mut unfinished = sound[..sound.len() / 2].to_vec();

@@ -9,6 +9,9 @@
 mod calls;
 mod case;
 mod chunks;
+#[path = "../../support/commands.rs"]
+#[expect(dead_code, reason = "the tests share it, and need more of it")]
+mod commands;
 mod disk;
 mod faults;
 mod file;
@@ -71,32 +74,50 @@ const ATTACKS: [(&str, Attack); 11] = [
 /// through all cases in that time; a busy one leaves some out, and says so.
 const USUAL_TIME: Duration = Duration::from_secs(150);
 
-/// Tries to break the promises of the built command; see `cargo xtask attack --help`.
+/// Tries to break, from outside, the promises of the built command about files.
 #[derive(Debug, Parser)]
+#[command(
+    name = "cargo xtask attack",
+    after_help = "\
+Calls the built command as any user could, with damaged files, in pairs and
+short of resources, and compares the outcome with the promises of the docs;
+docs/extending.md has what each attack does.
+
+Each attack lists the broken promises by kind. The files of the first cases of
+each kind are kept in target/attack/found, with the calls that lead to them
+(what.txt). Only races between processes do not repeat with the same seed.
+Without --for-s and --full, the attacks end after 150 s; on a busy machine, the
+cases left out are listed.
+
+Exit codes:
+  0  all promises were kept
+  1  a promise was broken
+  2  an attack could not be made"
+)]
 struct Arguments {
-    /// Which attacks.
-    #[arg(value_parser = ATTACKS.map(|(name, _)| name))]
+    /// Which attacks [default: all, one after the other].
+    #[arg(value_name = "ATTACK", value_parser = ATTACKS.map(|(name, _)| name))]
     modules: Vec<String>,
     /// The built command.
-    #[arg(long)]
+    #[arg(long, hide = true)]
     program: PathBuf,
     /// The root folder of the checkout.
-    #[arg(long)]
+    #[arg(long, hide = true)]
     root: PathBuf,
     /// Folder for temporary files, and for the files of failed cases.
-    #[arg(long)]
+    #[arg(long, hide = true)]
     work: PathBuf,
-    /// The seed of all randomness.
-    #[arg(long)]
+    /// The seed of an earlier call [default: the time].
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Repeat with new seeds until this many seconds have passed.
-    #[arg(long)]
+    /// Repeat the attacks with new seeds until this many seconds have passed.
+    #[arg(long, value_name = "SECONDS")]
     for_s: Option<u64>,
-    /// As many cases as fit into a night.
+    /// Use all logs of chapter 5, and ten times as many cases or more: takes some hours.
     #[arg(long)]
     full: bool,
-    /// Only the case with this number.
-    #[arg(long)]
+    /// Only the case with this number, in each attack.
+    #[arg(long, value_name = "N")]
     case: Option<usize>,
 }
 

@@ -9,17 +9,19 @@ use asperity_model::text;
 use asperity_numbers::{Slider, Summarizer};
 use asperity_report::{
     Contents, Entry, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture, index,
+    relative_link,
 };
 use asperity_run::{Checked, OpenLog, at_once};
 use asperity_study::given::{Given, RECORD};
+use asperity_study::page::{self, CLAIMS, claims_in};
+use asperity_study::pipeline::REPORT as PAGE;
 use clap::Args;
 
 use crate::exit::{self, Code, Failure};
 use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
-use crate::relative_link::relative_link;
-use crate::study_page::{self, CLAIMS, claims_in};
+use crate::study;
 use crate::terminal::say;
 use crate::verdict_exit;
 
@@ -54,8 +56,6 @@ pub(crate) struct ReportArguments {
     pub(crate) force: bool,
 }
 
-/// The file name of a study's own page.
-pub(crate) const PAGE: &str = "report.html";
 const ACCEPTED: &str = "run logs; or folders of a pipeline, which have a reproduce.json, or of a sweep, which have a \
                         plan.ndjson";
 
@@ -74,7 +74,12 @@ pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), 
             study.lead(&relative_link(out, &of[0]));
             study.html()
         }
-        [Kind::Sweep] => study_page::of_folder(&of[0], arguments, &files, board)?,
+        [Kind::Sweep] => {
+            let (plan, results) = &study::read_for_tables(&of[0])?;
+            let html = page::of_folder(&of[0], (plan, results), out, &files, !arguments.no_provenance)?;
+            board.line(&results.in_words());
+            html
+        }
         kinds if kinds.iter().all(|kind| *kind == Kind::Log) => {
             let (study, told) = logs(arguments, board)?;
             codes = told;
@@ -253,7 +258,7 @@ fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry
     let way = relative_link(out, folder);
     let report = folder.join(PAGE).is_file().then(|| format!("{way}{PAGE}"));
     if kind == Kind::Sweep {
-        return study_page::entry(folder, &way, report, files);
+        return Ok(page::entry(folder, &study::read(folder)?.0, &way, report, files)?);
     }
     let recorded = recorded(folder)?;
     let contents = recorded.page;

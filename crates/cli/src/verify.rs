@@ -16,7 +16,7 @@ use clap::Args;
 use crate::exit::Failure;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
-use crate::reproduce::read_study;
+use crate::sweep_plan::read_study;
 use crate::terminal;
 
 #[derive(Debug, Args)]
@@ -70,7 +70,9 @@ struct Outcome {
 }
 
 pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Result<(), Failure> {
-    let (_, mut jobs) = read_study(&arguments.pipeline, &arguments.set, board)?;
+    let file = &arguments.pipeline;
+    let jobs = read_study(file, &arguments.set, board)?.jobs();
+    let mut jobs = jobs.map_err(|problem| Failure::BadInput(format!("{}: {problem}", file.display())))?;
     if let Some(unknown) = arguments.only.iter().find(|only| jobs.iter().all(|job| job.name != **only)) {
         let known: Vec<&str> = jobs.iter().map(|job| job.name.as_str()).collect();
         return Err(Failure::BadInput(format!(

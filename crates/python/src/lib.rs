@@ -53,7 +53,7 @@ mod _native {
     #[pymodule_export]
     use crate::scenario::{Scenario, scenarios};
     #[pymodule_export]
-    use crate::study::{Sweep, sweep};
+    use crate::study::{Sweep, reproduce, sweep};
     #[pymodule_export]
     use crate::tables::Table;
 }

@@ -45,11 +45,6 @@ impl<R: BufRead> Lines<R> {
             Err(_) => Err(wrong(self.number, "is not UTF-8")),
         }
     }
-
-    /// The underlying reader.
-    pub(crate) fn source(&mut self) -> &mut R {
-        &mut self.source
-    }
 }
 
 /// The message of a JSON error, without the line number, which is always 1.

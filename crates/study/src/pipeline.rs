@@ -13,8 +13,10 @@ use asperity_report::{Contents, Shown};
 use asperity_tables::tables::FirstGlobalSlip;
 use asperity_tables::{summaries, table_file, tables};
 
+use crate::error::StudyError;
 use crate::file::{File, PrecursorSpec};
 use crate::parameter_table::Study;
+use crate::plan::{self, Plan};
 
 /// Tables, figures and claims of runs.
 #[derive(Debug, Clone)]
@@ -53,7 +55,7 @@ pub(crate) fn study_table(study: &Study) -> String {
 }
 
 /// The page of all of it.
-pub(crate) const REPORT: &str = "report.html";
+pub const REPORT: &str = "report.html";
 
 /// The names of the tables of which there is one each.
 pub(crate) const RESIDUALS: &str = "residuals";
@@ -81,6 +83,18 @@ impl Pipeline {
     /// In words, with line and column if the TOML is at fault.
     pub fn beside(text: &str, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
         Pipeline::of(File::parse(text)?, numbered, at)
+    }
+
+    /// The outputs of the study of a plan in a folder, if it requests more than the tables of runs over axes.
+    ///
+    /// # Errors
+    /// If its text is not accepted.
+    pub(crate) fn of_plan(plan: &Plan, folder: &Path) -> Result<Option<Pipeline>, StudyError> {
+        let Some(text) = &plan.common.study_toml else { return Ok(None) };
+        let pipeline = Pipeline::beside(text, plan.numbered(), &|at| plan.runs_at(at));
+        let refused =
+            |problem| StudyError::Refused(format!("{}: {problem}", folder.join(plan::FILE).display()));
+        pipeline.map(Some).map_err(refused)
     }
 
     /// The outputs that a file requests.

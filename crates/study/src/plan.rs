@@ -8,11 +8,11 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead, BufReader};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use asperity_figures::Figure;
-use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::files::UnfitState;
 use asperity_model::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
@@ -22,6 +22,7 @@ use asperity_run::{CODE_VERSION, Opened, Task, at_once};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{Value, check_value, key_of, names, runs_at};
+use crate::error::StudyError;
 use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
 use crate::runs::Named;
@@ -115,28 +116,6 @@ pub struct Plan {
     pub hash: String,
 }
 
-/// Why a plan cannot be made, read or followed.
-#[derive(Debug, thiserror::Error)]
-pub enum PlanError {
-    /// Scenarios refuse some of the combinations, or a figure needs values that no run has.
-    #[error("{problem}")]
-    Refused {
-        /// The refused value, the reason, and the accepted values.
-        problem: String,
-    },
-    /// No valid plan was found.
-    #[error("{}: {problem}", path.display())]
-    NoPlan {
-        /// Its path.
-        path: PathBuf,
-        /// The value found, and the accepted values.
-        problem: String,
-    },
-    /// It cannot be written.
-    #[error(transparent)]
-    File(#[from] FileError),
-}
-
 /// Most refused runs that are listed.
 const MOST_TOLD: usize = 5;
 
@@ -146,7 +125,7 @@ impl Plan {
     ///
     /// # Errors
     /// If a scenario refuses combinations, or all of them, or a run that has a name.
-    pub fn of(study: &Study, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, PlanError> {
+    pub fn of(study: &Study, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, StudyError> {
         let grid = study.grid.as_ref();
         let of_grid = |value: fn(&Grid) -> &String| grid.map(value).cloned().unwrap_or_default();
         let mut common = Common {
@@ -169,7 +148,7 @@ impl Plan {
         let mut rows = at_once(&numbers, jobs, |number| {
             let values = grid.map(|grid| grid.values(*number)).unwrap_or_default();
             let resolved = common.resolve_with(&values, &files);
-            Ok::<_, PlanError>(Row::of(number + 1, values, resolved))
+            Ok::<_, StudyError>(Row::of(number + 1, values, resolved))
         })?;
         let first = rows.len() as u64 + 1;
         let numbers: Vec<u64> = (0..study.runs.len() as u64).collect();
@@ -177,7 +156,7 @@ impl Plan {
             let resolved = study.runs[*number as usize].resolve(&files);
             match resolved {
                 Ok(_) => Ok(Row::of(first + number, Vec::new(), resolved)),
-                Err(problem) => Err(PlanError::Refused { problem }),
+                Err(problem) => Err(StudyError::Refused(problem)),
             }
         })?);
         common.files = files.0.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -196,7 +175,7 @@ impl Plan {
             problem.push_str(
                 "\n(accepted: other values, or --skip-refused to leave those out that are refused)",
             );
-            return Err(PlanError::Refused { problem });
+            return Err(StudyError::Refused(problem));
         }
         let text = lines(&common, &rows);
         for (n, line) in text.lines().enumerate() {
@@ -206,7 +185,7 @@ impl Plan {
                     if n == 0 { "the scenarios and their study".to_owned() } else { format!("run {n}") };
                 let problem =
                     format!("{what}: {} bytes in a plan (accepted: up to {longest_bytes})", line.len());
-                return Err(PlanError::Refused { problem });
+                return Err(StudyError::Refused(problem));
             }
         }
         Ok(Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows })
@@ -216,20 +195,48 @@ impl Plan {
     ///
     /// # Errors
     /// If the folder has one, or the system refuses.
-    pub fn write(&self, folder: &Path, inputs: Inputs) -> Result<(), PlanError> {
+    pub fn write(&self, folder: &Path, inputs: Inputs) -> Result<(), StudyError> {
         let mut text = lines(&self.common, &self.rows);
         let end = End { rows: self.rows.len() as u64, blake3: self.hash.clone() };
         text.push_str(&json(&end));
         Ok(FileSet::write_one(&folder.join(FILE), text, Existing::Refuse, inputs)?)
     }
 
+    /// The plan of a study in a folder, written if there is none yet, and whether that is so. `file` is that of the study.
+    ///
+    /// # Errors
+    /// As [`Plan::of`]; if the folder has the plan of another study, or the system refuses.
+    pub fn begun(
+        study: &Study,
+        file: &Path,
+        folder: &Path,
+        skip_refused: bool,
+        jobs: Option<NonZeroUsize>,
+    ) -> Result<(Plan, bool), StudyError> {
+        let plan = Plan::of(study, skip_refused, jobs).map_err(|error| match error {
+            StudyError::Refused(problem) => StudyError::Refused(format!("{}: {problem}", file.display())),
+            error => error,
+        })?;
+        let is_new = !folder.join(FILE).exists();
+        if is_new {
+            create_folder(folder)?;
+            plan.write(folder, Inputs::of([file]))?;
+        } else if Plan::read(folder)?.hash != plan.hash {
+            return Err(StudyError::Refused(format!(
+                "{}: it has the plan of another study, or by other code (accepted: another folder)",
+                folder.display()
+            )));
+        }
+        Ok((plan, is_new))
+    }
+
     /// Reads the plan of a folder.
     ///
     /// # Errors
     /// If there is none, or it is invalid or edited.
-    pub fn read(folder: &Path) -> Result<Plan, PlanError> {
+    pub fn read(folder: &Path) -> Result<Plan, StudyError> {
         let path = folder.join(FILE);
-        let no_plan = |problem: String| PlanError::NoPlan { path: path.clone(), problem };
+        let no_plan = |problem: String| StudyError::Refused(format!("{}: {problem}", path.display()));
         let file = asperity_files::open(&path).map_err(|error| {
             no_plan(format!("there is no plan ({error}) (accepted: a folder of `asperity sweep plan`)"))
         })?;
@@ -306,18 +313,16 @@ impl Plan {
     ///
     /// # Errors
     /// If another code version made the plan.
-    pub fn check_code(&self, folder: &Path) -> Result<(), PlanError> {
+    pub fn check_code(&self, folder: &Path) -> Result<(), StudyError> {
         if self.common.code_version == CODE_VERSION {
             return Ok(());
         }
-        Err(PlanError::NoPlan {
-            path: folder.join(FILE),
-            problem: format!(
-                "a plan by code version {} and this program is {CODE_VERSION} (accepted: the program that made it, or \
-                 a new plan in another folder)",
-                self.common.code_version
-            ),
-        })
+        Err(StudyError::Refused(format!(
+            "{}: a plan by code version {} and this program is {CODE_VERSION} (accepted: the program that made it, or \
+             a new plan in another folder)",
+            folder.join(FILE).display(),
+            self.common.code_version
+        )))
     }
 
     /// Checks, on all cores, that the values of every run give its id. This takes as long as planning.
@@ -325,20 +330,18 @@ impl Plan {
     ///
     /// # Errors
     /// If an id is wrong.
-    pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
+    pub fn check_ids(&self, folder: &Path) -> Result<(), StudyError> {
         if self.common.code_version != CODE_VERSION {
             return Ok(());
         }
         let check = |row: &Row| match row.id.is_some() && self.scenario(row).is_err() {
             false => Ok(()),
-            true => Err(PlanError::NoPlan {
-                path: folder.join(FILE),
-                problem: format!(
-                    "line {}: the values of run {} do not give its id (accepted: an unedited plan)",
-                    row.run + 1,
-                    row.run
-                ),
-            }),
+            true => Err(StudyError::Refused(format!(
+                "{}: line {}: the values of run {} do not give its id (accepted: an unedited plan)",
+                folder.join(FILE).display(),
+                row.run + 1,
+                row.run
+            ))),
         };
         at_once(&self.rows, None, check).map(drop)
     }

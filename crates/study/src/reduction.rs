@@ -35,15 +35,6 @@ use crate::record;
 /// The command that names the record of a reduction.
 const COMMAND: &str = "reproduce";
 
-/// How many of the tables of several runs, and the claims, are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// How many are done.
-    pub done: usize,
-    /// Their total number.
-    pub of: usize,
-}
-
 /// A reduction that has begun. [`Reduction::passing`] and [`Reduction::passed`] may be called for
 /// several runs at a time.
 pub struct Reduction<'a> {
@@ -252,7 +243,7 @@ impl<'a> Reduction<'a> {
     }
 
     /// Writes the tables of several runs, and the claims, after the last run, and publishes all
-    /// files. `beside` is shown on the page as well. Calls `watcher` for every table. Returns the summaries,
+    /// files. `beside` is shown on the page as well. Calls `watcher` with the numbers of tables written and in all. Returns the summaries,
     /// in the order of the runs.
     ///
     /// # Errors
@@ -260,7 +251,7 @@ impl<'a> Reduction<'a> {
     pub fn finish(
         self,
         beside: Beside,
-        watcher: &mut dyn FnMut(Progress),
+        watcher: &mut dyn FnMut(usize, usize),
     ) -> Result<Vec<Summary>, StudyError> {
         let Reduction { pipeline, out, tables: folder, files, provenance, figures, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
@@ -276,7 +267,7 @@ impl<'a> Reduction<'a> {
         let mut done = 0;
         let mut one_more = |more: usize| {
             done += more;
-            watcher(Progress { done, of });
+            watcher(done, of);
         };
         one_more(0);
         let write = |name: &str, mut table: Frame| table_file::write(&files, &folder, name, &mut table);

@@ -12,6 +12,7 @@ use asperity_run::study::Job;
 
 use crate::axis;
 use crate::axis::{Axis, Value};
+use crate::error::StudyError;
 use crate::file::File;
 pub use crate::file::Keep;
 use crate::pipeline::Pipeline;
@@ -53,22 +54,14 @@ pub struct Study {
     pub text: String,
 }
 
-/// Why a study cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("{file}: {problem}")]
-pub struct StudyFileError {
-    file: String,
-    problem: String,
-}
-
 impl Study {
     /// Reads a study. A scenario is a built-in one, or a file that is looked up in the folder of the
     /// study, then in the current one.
     ///
     /// # Errors
     /// A message with file, key, value and the accepted values.
-    pub fn read(path: &Path) -> Result<Study, StudyFileError> {
-        let refused = |problem: String| StudyFileError { file: path.display().to_string(), problem };
+    pub fn read(path: &Path) -> Result<Study, StudyError> {
+        let refused = |problem: String| StudyError::Refused(format!("{}: {problem}", path.display()));
         let text = text::read(path)
             .map_err(|error| refused(format!("study cannot be read: {error} (accepted: a TOML file)")))?;
         Study::parse(&text, path.parent().unwrap_or(Path::new("."))).map_err(refused)

@@ -7,7 +7,7 @@ use asperity_numbers::Summary;
 use asperity_record::Observer;
 use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_study::pipeline::Pipeline;
-use asperity_study::reduction::{Beside, Progress, Reduction};
+use asperity_study::reduction::{Beside, Reduction};
 
 const PIPELINE: &str = r#"
 title = "two logs"
@@ -64,13 +64,12 @@ fn every_table_of_several_runs_is_told() {
     }
     let mut told = Vec::new();
     let in_order = reduction
-        .finish(Beside::default(), &mut |progress| told.push(progress))
+        .finish(Beside::default(), &mut |done, of| told.push((done, of)))
         .expect("the tables can be written");
     let names: Vec<&str> = in_order.iter().map(|summary| summary.run.as_str()).collect();
     assert_eq!(names, ["complete", "again"]);
     // The summaries, the residuals, the first global slips, the study, and the page.
-    let expected: Vec<Progress> = (0..=5).map(|done| Progress { done, of: 5 }).collect();
-    assert_eq!(told, expected);
+    assert_eq!(told, (0..=5).map(|done| (done, 5)).collect::<Vec<_>>());
     let page = std::fs::read_to_string(out.path().join("report.html")).expect("it is there");
     assert!(page.contains("id=\"run-complete\"") && page.contains("src=\"data:image/svg+xml;base64,"));
     let tables = std::fs::read_dir(out.path().join("tables")).expect("tables are written").count();

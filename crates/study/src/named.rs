@@ -169,8 +169,7 @@ impl NamedRuns<'_> {
         if watcher.is_stopped() {
             return Err(StudyError::Stopped);
         }
-        let summaries =
-            reducing.reduction.finish(beside, &mut |done, of| watcher.reached("tables", done, of))?;
+        let summaries = reducing.reduction.finish(beside)?;
         // Claims and figures use raw slip events.
         let misled = summaries.iter().filter(|summary| summary.raw_events_mislead == Some(true));
         let names: Vec<&str> = misled.map(|summary| summary.run.as_str()).collect();

@@ -10,12 +10,12 @@ use asperity_numbers::claim::Claim;
 use asperity_numbers::{Slider, Summarizer};
 use asperity_report::{
     Contents, Entry, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture, index,
-    relative_link,
 };
 use asperity_run::{Checked, OpenLog, at_once};
 use asperity_study::given::{Given, RECORD};
 use asperity_study::page::{self, CLAIMS, claims_in};
 use asperity_study::pipeline::REPORT as PAGE;
+use asperity_study::relative_link;
 use clap::Args;
 
 use crate::exit::{self, Code, Failure};

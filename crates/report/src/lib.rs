@@ -44,7 +44,6 @@ mod page;
 mod page_collector;
 mod parameter_table;
 mod pen;
-mod relative_link;
 mod result;
 mod runs;
 mod sketch;
@@ -59,7 +58,6 @@ pub use contents::{Contents, ReadFile, Recorded, RecordedRun, Shown, encoded, fi
 pub use figures::{Figure, Picture, data_url};
 pub use index::{Entry, index};
 pub use page_collector::{Collected, Limits, PageCollector};
-pub use relative_link::relative_link;
 pub use sketch::sketch_alone;
 pub use study::{Link, Run, Study};
 pub use sweep::{Sweep, UNNAMED};

@@ -10,7 +10,6 @@ use asperity_numbers::claim::{self, Claim};
 use asperity_record::{Cell, Column};
 use asperity_report::{
     Entry, Figure as ShownFigure, Link, ReadFile, Shown, Sweep, UNNAMED, encoded, files_of_picture, picture,
-    relative_link,
 };
 
 use crate::collect::{RUNS, RowSink, collect};
@@ -18,6 +17,7 @@ use crate::error::StudyError;
 use crate::file::Keep;
 use crate::outputs::{FIGURES, TABLES};
 use crate::plan::{self, Plan};
+use crate::relative_link::relative_link;
 use crate::results::Results;
 use crate::segment;
 

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use crate::contents::encoded;
+use asperity_report::encoded;
 
 /// The relative, encoded link from a page to a path; links to folders end in a slash.
 pub fn relative_link(page: &Path, to: &Path) -> String {

@@ -145,7 +145,12 @@ pub fn packed(result: &RunResult) -> io::Result<Vec<u8>> {
     }
     PACKER.with_borrow_mut(|packer| match packer {
         Some(packer) => packer.compress(&line),
-        none => none.insert(Compressor::new(LEVEL)?).compress(&line),
+        none => {
+            let packer = none.insert(Compressor::new(LEVEL)?);
+            // Sees a bit that changed before the frame had its own.
+            packer.include_checksum(true)?;
+            packer.compress(&line)
+        }
     })
 }
 

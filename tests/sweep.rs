@@ -12,7 +12,7 @@ use asperity_study::segment::this_node;
 #[cfg(target_os = "linux")]
 use asperity_testkit::Random;
 
-use crate::laws::frames::{DONE, body, sealed};
+use crate::laws::frames::{Segment, body, sealed};
 use crate::support::binary::{contents, outcome, run, succeed, text, with_sets};
 
 /// A folder with a sweep in it.
@@ -135,19 +135,13 @@ pub(crate) fn start(arguments: &[&str]) -> Child {
         .expect("the binary starts")
 }
 
-/// How many whole results there are of each run that is done, in segments by the format in the manual.
+/// How many whole results there are of each run that is done.
 pub(crate) fn results(study: &Path) -> BTreeMap<u64, usize> {
     let mut counts = BTreeMap::new();
     for segment in fs::read_dir(study.join("segments")).into_iter().flatten() {
         let bytes = fs::read(segment.expect("the folder can be read").path()).expect("it can be read");
-        let mut at = bytes.iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| end + 1);
-        while let Some(head) = bytes.get(at..at + 17) {
-            let run = u64::from_le_bytes(head[1..9].try_into().expect("there are eight"));
-            let length = u32::from_le_bytes(head[9..13].try_into().expect("there are four")) as usize;
-            at += 17 + length;
-            if at <= bytes.len() && head[0] == DONE {
-                *counts.entry(run).or_default() += 1;
-            }
+        for frame in Segment::read(&bytes).frames.iter().filter(|frame| frame.kind == 1) {
+            *counts.entry(frame.run).or_default() += 1;
         }
     }
     counts

@@ -13,7 +13,7 @@ use std::{
 use asperity_study::Plan;
 use asperity_study::segment::{node_of, this_node};
 
-use crate::laws::frames::Segment;
+use crate::laws::frames::{Frame, Segment};
 use crate::support::binary::{succeed, text};
 use crate::sweep::{SHORT, Study, results, sweep, tables};
 #[cfg(target_os = "linux")]
@@ -88,7 +88,8 @@ fn a_lying_node_is_found_by_a_twentieth_of_a_thousand_runs() {
     let contents = |study: &Path| -> BTreeMap<u64, String> {
         let read = |path: PathBuf| Segment::read(&fs::read(path).expect("it can be read"));
         let frames = segments(study).into_iter().flat_map(|path| read(path).frames);
-        frames.map(|frame| (frame.run, frame.text())).collect()
+        let outcome = |text: String| text.split_once("\"outcome\"").expect("it has one").1.to_owned();
+        frames.map(|frame| (frame.run, outcome(frame.text()))).collect()
     };
     let (right, made_by_liar) = (contents(&whole), contents(&liar));
     let lies: BTreeSet<u64> =
@@ -98,7 +99,10 @@ fn a_lying_node_is_found_by_a_twentieth_of_a_thousand_runs() {
         let mut segment = Segment::read(&fs::read(path).expect("it can be read")).of_plan(&plan_text);
         for frame in &mut segment.frames {
             let id = plan.rows[frame.run as usize - 1].id.as_deref().expect("it has an id");
-            frame.owner = format!("{{\"run\":{},\"run_id\":\"{id}\"}}\n", frame.run).into_bytes();
+            let text = frame.text();
+            let (before, behind) = text.split_once("\"id\":\"").expect("it has an id");
+            let text = format!("{before}\"id\":\"{id}{}", &behind[id.len()..]);
+            *frame = Frame::done(frame.run, text.as_bytes());
         }
         let name = format!("segments/node-7-{n}-1.seg");
         fs::write(out.join(name), segment.bytes()).expect("the folder can be written");

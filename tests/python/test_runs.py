@@ -553,6 +553,31 @@ def test_a_sweep_has_the_tables_of_the_command(command: Command, tmp_path: Path)
         asperity.sweep("ten-blocks", {"friction.spred_seed": [1]})
 
 
+def test_a_study_is_reproduced_and_drawn(command: Command, tmp_path: Path) -> None:
+    runs = '[[run]]\nname = "small"\nscenario = "ten-blocks"\nset = ["time.duration_s=0.5"]\n'
+    pipeline = f'title = "Small"\n{runs}[[figure.load]]\nfile = "load.png"\nrun = "small"\nsliding = true\n'
+    (tmp_path / "small.toml").write_text(pipeline)
+    command("--quiet", "reproduce", tmp_path / "small.toml", "--out", tmp_path / "theirs")
+    numbers = asperity.reproduce(pipeline, tmp_path / "mine", set={"time.duration_s": 0.5})
+    assert numbers["small"].event_count > 0
+    for name in ("tables/small.events.csv", "figures/load.png", "report.html"):
+        assert (tmp_path / "mine" / name).is_file() == (tmp_path / "theirs" / name).is_file(), name
+    events = "tables/small.events.csv"
+    assert (tmp_path / "mine" / events).read_bytes() == (tmp_path / "theirs" / events).read_bytes()
+    with pytest.raises(asperity.Interrupted, match="contains the runs so far"):
+        asperity.reproduce(tmp_path / "small.toml", tmp_path / "none", stop=lambda: True)
+    with pytest.raises(asperity.Refused, match="solver = .slow. .accepted"):
+        asperity.reproduce(tmp_path / "small.toml", tmp_path / "none", solver="slow")  # type: ignore[arg-type]
+    study = asperity.sweep("ten-blocks", {"normal_load.tilt": [0, 0.5]}, set={"time.duration_s": 0.5}, out=tmp_path / "tilts")
+    with pytest.raises(asperity.Refused, match="asks for no figures"):
+        study.draw()
+    axis = '[[axis]]\nkey = "normal_load.tilt"\nvalues = [0, 0.5]\n'
+    figure = '[[figure.family]]\nfile = "count.png"\nx = "normal_load.tilt"\ny = "event_count"\n'
+    (tmp_path / "tilts.toml").write_text(f'title = "Tilts"\nscenario = "ten-blocks"\n{axis}{figure}')
+    drawn = study.draw(tmp_path / "tilts.toml", out=tmp_path / "drawn")
+    assert {path.name for path in drawn} == {"count.png", "count.svg", "count.pdf"} and all(path.is_file() for path in drawn)
+
+
 def test_a_stopped_sweep_continues(tmp_path: Path) -> None:
     axes = {"friction.spread_seed": range(1, 201)}
     given = {"friction.static_spread": 0.05, "time.duration_s": 0.5}

@@ -1,30 +1,27 @@
 //! `asperity catalogue`: the ruptures of runs as a catalogue of seismology, or their sizes and times with tests.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Inputs};
 use asperity_numbers::catalogue::{Catalogue, Entry};
 use asperity_numbers::distributions::{TimeFit, TimeLaw};
 use asperity_numbers::goodness::Test;
 use asperity_numbers::gutenberg_richter::{FEWEST_MAGNITUDES, GutenbergRichter};
 use asperity_numbers::omori::{Aftershocks, FEWEST_AFTERSHOCKS, MAIN_SHOCKS_WITHIN, Omori, Shock};
 use asperity_numbers::{radiated_energy_j, radiation_efficiency};
-use asperity_record::{Cell, Column, Event, EventKind, Observer, Rupture, counted};
+use asperity_record::{Cell, Event, Observer, Rupture, counted};
 use asperity_run::{Checked, OpenLog};
-use asperity_study::collect;
+use asperity_study::Keep;
 use asperity_study::plan::FILE;
 use asperity_study::results::State;
 use asperity_tables::{CsvRows, Spelling, name_of};
 use clap::{Args, ValueEnum};
-use serde_json::{Map, Value, json};
 
 use crate::exit::{self, Code, Failure};
 use crate::progress::Board;
 use crate::quakeml::{self, OfRun, dated, longitude_degrees};
 use crate::reading::{self, Reading};
-use crate::study::{in_words, outcome, read_for_tables};
+use crate::study::{outcome, read_for_tables};
 use crate::{terminal, verdict_exit};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -192,18 +189,14 @@ fn of_log(run: &Path, number: usize, board: &Board) -> Result<Read, Failure> {
 /// The ruptures of all runs of a study that have results or logs; the outcome is that of the study.
 fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure> {
     let (plan, results) = read_for_tables(folder)?;
-    let kind = EventKind::of::<Rupture>().with(plan.parts());
-    let mut ruptures = Ruptures { kind, columns: Vec::new(), runs: BTreeMap::new(), problem: None };
-    let files = FileSet::new(Existing::Refuse, Inputs::default());
-    collect(&plan, &results, &files, folder, &[], &mut ruptures).map_err(Failure::failed)?;
-    if ruptures.columns.is_empty() {
+    results.check()?;
+    if !plan.common.keep.contains(&Keep::Ruptures) {
         return Err(Failure::BadInput(format!(
             "{}: its runs keep no ruptures (accepted: a study with \"ruptures\" in keep)",
             folder.display()
         )));
     }
     let failed = |problem: String| Failure::Failed(format!("{}: {problem}", folder.display()));
-    ruptures.problem.map_or(Ok(()), |problem| Err(failed(problem)))?;
     let mut left_out = 0;
     let mut runs = Vec::new();
     for row in &plan.rows {
@@ -213,8 +206,9 @@ fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure
                     .scenario_of_results(row)
                     .map_err(|problem| failed(format!("run {}: {problem}", row.run)))?;
                 let mut catalogue = Catalogue::new(&header, &scenario);
-                let of_run = ruptures.runs.remove(&row.run).unwrap_or_default();
-                of_run.into_iter().for_each(|rupture| catalogue.event(&Event::new(rupture)));
+                let made = results.outcome(&plan, row.run)?.and_then(Result::ok);
+                let ruptures = made.into_iter().flat_map(|made| made.ruptures);
+                ruptures.for_each(|rupture| catalogue.event(&Event::new(rupture)));
                 let (entries, others) = catalogue.finish();
                 left_out += others;
                 let events = name_of_events(number, row.run, row.id.as_deref().unwrap_or_default());
@@ -231,37 +225,8 @@ fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure
     }
     note_others(folder, left_out, board);
     let counts = results.counts();
-    board.line(&format!("{}: {}", folder.display(), in_words(&plan, counts)));
+    board.line(&format!("{}: {}", folder.display(), results.in_words()));
     Ok((Source { path: folder.display().to_string(), is_study: true, runs }, outcome(counts)))
-}
-
-/// The ruptures of a study, by run.
-struct Ruptures {
-    kind: EventKind,
-    columns: Vec<Column>,
-    runs: BTreeMap<u64, Vec<Rupture>>,
-    problem: Option<String>,
-}
-
-impl asperity_study::Observer for Ruptures {
-    fn begin(&mut self, table: &'static str, columns: &[Column]) {
-        if table == self.kind.table {
-            self.columns = columns.to_vec();
-        }
-    }
-
-    fn row(&mut self, table: &'static str, cells: &[Cell]) {
-        let Some(Cell::Step(run)) = cells.first().filter(|_| table == self.kind.table) else { return };
-        // Behind the keys of the run, which may be named like columns of a rupture.
-        let behind = self.columns.len() - self.kind.columns.len();
-        let named = self.columns.iter().zip(cells).skip(behind);
-        let payload: Map<String, Value> =
-            named.map(|(column, cell)| (column.name.to_string(), json!(cell))).collect();
-        match serde_json::from_value(payload.into()) {
-            Ok(rupture) => self.runs.entry(*run).or_default().push(rupture),
-            Err(error) => self.problem = Some(format!("run {run}: {error}")),
-        }
-    }
 }
 
 fn csv(sources: &[Source]) -> Result<(), Failure> {

@@ -9,6 +9,7 @@ use asperity_model::among;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
 use asperity_run::{Checked, Nodes, OpenLog};
+use asperity_study::Watcher;
 use clap::Args;
 
 use crate::exit::Failure;
@@ -104,11 +105,10 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
     let Reading { checked, observer: mut collector, has_ruptures } = reading::once(run, begin, accept)?;
     add_nodes(run, &checked, &mut collector)?;
     let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
-    let stages = board.stages("figures");
     let mut drawn: Vec<PathBuf> = Vec::new();
     let mut lacking = Vec::new();
     for (done, figure) in figures.iter().enumerate() {
-        stages.reached(figure.kind.name, done, figures.len());
+        board.reached("figures", done, figures.len());
         match figure.draw(&data, !no_provenance, &files, &target) {
             Ok(()) => drawn.extend(target.files(figure.kind)),
             Err(FigureError::File(error)) => return Err(not_written(error)),
@@ -117,7 +117,7 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
             Err(error) => return Err(Failure::failed(error)),
         }
     }
-    drop(stages);
+    board.reached("figures", figures.len(), figures.len());
     lacking.iter().for_each(|error| board.line(&format!("{}: not drawn: {error}", run.display())));
     files.publish().map_err(not_written)?;
     drawn.iter().try_for_each(|path| say(path.display()))?;

@@ -1,41 +1,45 @@
-//! Progress on stderr: a bar on a terminal, occasional lines elsewhere.
+//! Progress on stderr: bars on a terminal, occasional lines elsewhere.
 
-use std::collections::BTreeMap;
 use std::io::{IsTerminal, stderr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use asperity_record::{Event, EventPayload, SlipEvent, counted, printable};
+use asperity_run::study::Job;
 use asperity_run::{Notice, Observer};
+use asperity_study::Watcher;
+use asperity_study::work::Made;
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
-use crate::terminal;
+use crate::{interrupt, terminal};
 
-/// Time between lines about a long run without a terminal.
+/// Time between lines about long work without a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
 
-/// Time between updates of the overall progress.
+/// Time between updates of the progress of all runs.
 const TELL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The bars of all current runs.
+/// All progress that is shown, and notes above it.
 #[derive(Debug, Clone)]
 pub(crate) struct Board {
     bars: MultiProgress,
     on_terminal: bool,
     quiet: bool,
-    /// The group whose runs are counted together, if any.
-    together: Option<Arc<Together>>,
+    shared: Arc<Mutex<Shared>>,
+}
+
+/// What all runs come to.
+#[derive(Debug, Default)]
+struct Shared {
+    runs: Option<(Bar, Tally)>,
+    stage: Option<Bar>,
 }
 
 impl Board {
     /// A board; a quiet one shows neither progress nor notes.
     pub(crate) fn new(quiet: bool) -> Board {
-        Board {
-            bars: MultiProgress::new(),
-            on_terminal: stderr().is_terminal() && !quiet,
-            quiet,
-            together: None,
-        }
+        let on_terminal = stderr().is_terminal() && !quiet;
+        Board { bars: MultiProgress::new(), on_terminal, quiet, shared: Arc::default() }
     }
 
     /// Whether it shows neither progress nor notes.
@@ -71,165 +75,142 @@ impl Board {
 
     /// Starts the progress of a run, with its number of events.
     pub(crate) fn run(&self, name: &str, steps: u64, duration_s: f64) -> RunProgress {
-        RunProgress { events: Some(0), ..self.steps(name, steps, duration_s) }
+        let mut progress = self.steps(name, steps, duration_s);
+        progress.events = Some(0);
+        progress
     }
 
     /// Starts the progress of a run, with its steps only.
     pub(crate) fn steps(&self, name: &str, steps: u64, duration_s: f64) -> RunProgress {
-        let bar = self.bar(name, steps, "{prefix:20} {bar:30} {msg} {eta} left", |bar| self.bars.add(bar));
         RunProgress {
             board: self.clone(),
-            bar,
+            bar: self.bar(name, steps, "{prefix:20} {bar:30} {msg} {eta} left"),
             name: name.to_owned(),
             steps,
+            step: 0,
             duration_s,
             events: None,
+            work: 0,
+            told: (0.0, None),
             started: Instant::now(),
-            last_line: Instant::now(),
-            last_told: None,
             notes: Vec::new(),
         }
     }
 
-    /// Starts the overall progress of runs, given with their work in block steps. The runs must be
-    /// shown, under the same names, on the returned board.
-    pub(crate) fn overall(&self, runs: impl IntoIterator<Item = (String, u64)>) -> Overall {
-        let place = |bar| self.bars.insert(0, bar);
-        let bar = self.bar("all runs", OVERALL_LENGTH, "{prefix:20} {bar:30} {msg}", place);
-        let now = Instant::now();
-        let tally = Tally::new(runs);
-        bar.set_message(tally.status(Duration::ZERO));
-        let together =
-            Arc::new(Together { bar, started: now, tally: Mutex::new(tally), last_line: Mutex::new(now) });
-        Overall { board: Board { together: Some(together), ..self.clone() } }
-    }
-
-    /// Starts the progress of named stages.
-    pub(crate) fn stages(&self, name: &str) -> Stages {
-        Stages { bar: self.bar(name, 1, "{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar)) }
-    }
-
-    /// Starts the progress of a study with that many runs.
-    pub(crate) fn study(&self, runs: u64) -> StudyProgress {
-        let bar = self.bar("runs", runs, "{prefix:6} {bar:30} {msg}", |bar| self.bars.add(bar));
-        let now = Instant::now();
-        StudyProgress {
-            board: self.clone(),
-            bar,
-            runs,
-            done: 0,
-            failed: 0,
-            events: 0,
-            started: now,
-            last_line: now,
-        }
-    }
-
     /// A bar, drawn on terminals only.
-    fn bar(
-        &self,
-        name: &str,
-        length: u64,
-        template: &str,
-        place: impl FnOnce(ProgressBar) -> ProgressBar,
-    ) -> ProgressBar {
-        if !self.on_terminal {
-            return ProgressBar::hidden();
-        }
-        let style = ProgressStyle::with_template(template).expect("the template is well formed");
-        place(ProgressBar::new(length).with_style(style).with_prefix(printable(name).into_owned()))
-    }
-}
-
-/// The progress through stages.
-pub(crate) struct Stages {
-    bar: ProgressBar,
-}
-
-impl Stages {
-    /// Sets the number of completed items of a stage.
-    pub(crate) fn reached(&self, stage: &str, done: usize, of: usize) {
-        self.bar.set_length(of as u64);
-        self.bar.set_position(done as u64);
-        self.bar.set_message(format!("{stage}: {done} of {of}"));
-    }
-}
-
-impl Drop for Stages {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// The progress of many runs that are only counted.
-pub(crate) struct StudyProgress {
-    board: Board,
-    bar: ProgressBar,
-    runs: u64,
-    done: u64,
-    failed: u64,
-    events: u64,
-    started: Instant,
-    last_line: Instant,
-}
-
-impl StudyProgress {
-    /// Counts a finished run with its slip events.
-    pub(crate) fn done(&mut self, events: u64) {
-        self.done += 1;
-        self.events += events;
-        self.show();
+    fn bar(&self, name: &str, length: u64, template: &str) -> Bar {
+        let bar = match self.on_terminal {
+            true => {
+                let style = ProgressStyle::with_template(template).expect("the template is well formed");
+                let bar = ProgressBar::new(length).with_style(style);
+                self.bars.add(bar.with_prefix(printable(name).into_owned()))
+            }
+            false => ProgressBar::hidden(),
+        };
+        Bar { bar, name: name.to_owned(), last_line: Instant::now() }
     }
 
-    /// Counts a failed run.
-    pub(crate) fn failed(&mut self) {
-        self.failed += 1;
-        self.show();
+    fn shared(&self) -> MutexGuard<'_, Shared> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn show(&mut self) {
-        let over = self.done + self.failed;
-        self.bar.set_position(over);
-        self.bar.set_message(self.status());
-        if !self.board.on_terminal && self.last_line.elapsed() > LINE_INTERVAL {
-            self.last_line = Instant::now();
-            self.board.line(&self.status());
-        }
-    }
-
-    fn status(&self) -> String {
-        let (over, elapsed) = (self.done + self.failed, self.started.elapsed().as_secs_f64());
-        let mut status = format!("{} of {} runs done", self.done, self.runs);
-        if self.failed > 0 {
-            status.push_str(&format!(", {} failed", self.failed));
-        }
-        status.push_str(&format!(", {}", counted(self.events, "slip event")));
-        let left_s = elapsed * (self.runs - over) as f64 / over as f64;
-        match Duration::try_from_secs_f64(left_s) {
-            Ok(left) if over < self.runs => format!("{status}, {:#} left", HumanDuration(left)),
-            _ => status,
+    /// Changes what all runs come to, if they are counted.
+    fn tell(&self, change: impl FnOnce(&mut Tally)) {
+        if let Some((bar, tally)) = &mut self.shared().runs {
+            change(tally);
+            let position = (tally.share() * OVERALL_LENGTH as f64) as u64;
+            bar.show(self, position, || tally.status());
         }
     }
 }
 
-impl Drop for StudyProgress {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
+/// Resolution of the bar of all runs.
+const OVERALL_LENGTH: u64 = 1000;
+
+impl Watcher for Board {
+    fn is_stopped(&self) -> bool {
+        interrupt::has_come()
+    }
+
+    fn note(&self, line: &str) {
+        self.line(line);
+    }
+
+    fn begin(&self, runs: u64, work: u64) {
+        let bar = self.bar("all runs", OVERALL_LENGTH, "{prefix:20} {bar:30} {msg}");
+        self.shared().runs = Some((bar, Tally::new(runs, work)));
+        self.tell(|_| ());
+    }
+
+    fn run(&self, job: &Job) -> Box<dyn Observer + '_> {
+        let mut progress = self.run(&job.name, job.steps(), job.scenario.time.duration_s);
+        progress.work = job.cost();
+        Box::new(progress)
+    }
+
+    fn over(&self, made: &Made) {
+        self.tell(|tally| match made {
+            Made::Done { events } => (tally.done, tally.events) = (tally.done + 1, tally.events + events),
+            Made::Failed(_) => tally.failed += 1,
+            Made::Stopped | Made::ByAnother => {}
+        });
+    }
+
+    fn end(&self) {
+        self.shared().runs = None;
+    }
+
+    fn reached(&self, what: &str, done: usize, of: usize) {
+        let stage = &mut self.shared().stage;
+        if done == of {
+            *stage = None;
+            return;
+        }
+        let bar = stage.get_or_insert_with(|| self.bar(what, of as u64, "{prefix:20} {bar:30} {msg}"));
+        bar.show(self, done as u64, || format!("{done} of {of}"));
     }
 }
 
-/// The progress of one run.
-pub(crate) struct RunProgress {
-    board: Board,
+/// The bar of one thing.
+#[derive(Debug)]
+struct Bar {
     bar: ProgressBar,
     name: String,
+    last_line: Instant,
+}
+
+impl Bar {
+    fn show(&mut self, board: &Board, position: u64, status: impl FnOnce() -> String) {
+        self.bar.set_position(position);
+        if board.on_terminal {
+            self.bar.set_message(status());
+        } else if self.last_line.elapsed() > LINE_INTERVAL {
+            self.last_line = Instant::now();
+            board.line(&format!("{}: {}", self.name, status()));
+        }
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// The progress of one run. At its end, it prints what was simulated, and notes about it.
+pub(crate) struct RunProgress {
+    board: Board,
+    bar: Bar,
+    name: String,
     steps: u64,
+    step: u64,
     duration_s: f64,
     events: Option<u64>,
+    /// Block steps, if it is one of several runs.
+    work: u64,
+    /// The share that these know, and since when.
+    told: (f64, Option<Instant>),
     started: Instant,
-    last_line: Instant,
-    last_told: Option<Instant>,
-    /// Notes to print at the end.
     notes: Vec<String>,
 }
 
@@ -248,9 +229,10 @@ impl Observer for RunProgress {
         let note = format!("{}: {notice}", self.name);
         match notice {
             Notice::GoesOn { step, .. } => {
-                if let Some(together) = &self.board.together {
-                    together.tally().goes_on(&self.name, step as f64 / self.steps as f64);
-                }
+                self.told.0 = step as f64 / self.steps as f64;
+                let before = self.told.0 * self.work as f64;
+                self.board
+                    .tell(|tally| (tally.before, tally.made) = (tally.before + before, tally.made + before));
                 self.board.line(&note);
             }
             Notice::LackedItsName | Notice::Warning(_) => self.board.line(&note),
@@ -264,182 +246,100 @@ impl Observer for RunProgress {
 impl RunProgress {
     /// Sets the last step taken.
     pub(crate) fn advance(&mut self, step: u64) {
-        self.bar.set_position(step);
-        if self.board.on_terminal {
-            self.bar.set_message(self.status(step));
-        } else if self.last_line.elapsed() > LINE_INTERVAL {
-            self.last_line = Instant::now();
-            self.board.line(&format!("{}: {}", self.name, self.status(step)));
-        }
-        if let Some(together) = &self.board.together
-            && self.last_told.is_none_or(|told| told.elapsed() > TELL_INTERVAL)
-        {
-            self.last_told = Some(Instant::now());
-            together.tally().reached(&self.name, step as f64 / self.steps as f64);
-            together.show(&self.board);
+        self.step = step;
+        let (time_s, duration_s) = (self.duration_s * step as f64 / self.steps as f64, self.duration_s);
+        let events =
+            self.events.map(|events| format!(", {}", counted(events, "slip event"))).unwrap_or_default();
+        self.bar.show(&self.board, step, || format!("{time_s:.3} of {duration_s} s{events}"));
+        // Records of an earlier call are repeated.
+        let (share, is_end) = (step as f64 / self.steps as f64, step == self.steps);
+        let (known, since) = self.told;
+        let is_due = is_end || since.is_none_or(|since| since.elapsed() > TELL_INTERVAL);
+        if self.work > 0 && share > known && is_due {
+            self.told = (share, Some(Instant::now()));
+            let more = (share - known) * self.work as f64;
+            self.board.tell(|tally| tally.made += more);
         }
     }
 
     /// Removes the bar.
-    pub(crate) fn clear(self) {
-        self.bar.finish_and_clear();
-    }
+    pub(crate) fn clear(self) {}
+}
 
-    fn status(&self, step: u64) -> String {
-        let time_s = self.duration_s * step as f64 / self.steps as f64;
-        let time = format!("{time_s:.3} of {} s", self.duration_s);
-        match self.events {
-            Some(events) => format!("{time}, {}", counted(events, "slip event")),
-            None => time,
-        }
-    }
-
-    /// Prints that the run is over, if it took any steps, and its notes.
-    pub(crate) fn end(self, has_run: bool) {
-        self.bar.finish_and_clear();
-        if !has_run {
-            return;
-        }
+impl Drop for RunProgress {
+    fn drop(&mut self) {
+        let Some(events) = self.events.filter(|_| self.step == self.steps) else { return };
+        self.bar.bar.finish_and_clear();
         self.board.line(&format!(
             "{}: {} s simulated, {}, in {:.1} s",
             self.name,
             self.duration_s,
-            counted(self.events.unwrap_or(0), "slip event"),
+            counted(events, "slip event"),
             self.started.elapsed().as_secs_f64()
         ));
-        for note in &self.notes {
-            self.board.line(note);
-        }
+        self.notes.iter().for_each(|note| self.board.line(note));
     }
 }
 
-/// The progress of several runs together.
-pub(crate) struct Overall {
-    board: Board,
-}
-
-impl Overall {
-    /// The board for these runs.
-    pub(crate) fn board(&self) -> &Board {
-        &self.board
-    }
-
-    /// Counts a finished run.
-    pub(crate) fn done(&self, name: &str) {
-        if let Some(together) = &self.board.together {
-            together.tally().done(name);
-            together.show(&self.board);
-        }
-    }
-}
-
-impl Drop for Overall {
-    fn drop(&mut self) {
-        if let Some(together) = &self.board.together {
-            together.bar.finish_and_clear();
-        }
-    }
-}
-
-/// The shared state of runs that are counted together.
-#[derive(Debug)]
-struct Together {
-    bar: ProgressBar,
-    started: Instant,
-    tally: Mutex<Tally>,
-    last_line: Mutex<Instant>,
-}
-
-/// Resolution of the overall bar.
-const OVERALL_LENGTH: u64 = 1000;
-
-impl Together {
-    fn tally(&self) -> MutexGuard<'_, Tally> {
-        self.tally.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn show(&self, board: &Board) {
-        let (share, status) = {
-            let tally = self.tally();
-            (tally.share(), tally.status(self.started.elapsed()))
-        };
-        self.bar.set_position((share * OVERALL_LENGTH as f64) as u64);
-        self.bar.set_message(status.clone());
-        let mut last_line = self.last_line.lock().unwrap_or_else(PoisonError::into_inner);
-        if !board.on_terminal && last_line.elapsed() > LINE_INTERVAL {
-            *last_line = Instant::now();
-            board.line(&format!("all runs: {status}"));
-        }
-    }
-}
-
-/// The progress of the work of several runs.
+/// What several runs come to.
 #[derive(Debug)]
 struct Tally {
-    runs: BTreeMap<String, Part>,
-}
-
-/// One of the runs.
-#[derive(Debug)]
-struct Part {
-    /// Block steps.
+    started: Instant,
+    runs: u64,
+    done: u64,
+    failed: u64,
+    events: u64,
+    /// Block steps of all; 0 if runs are only counted.
     work: f64,
-    /// Share of it done by an earlier call.
+    /// Those that are made.
+    made: f64,
+    /// Those that an earlier call has made.
     before: f64,
-    /// Share of it done so far.
-    share: f64,
-    is_done: bool,
 }
 
 impl Tally {
-    fn new(runs: impl IntoIterator<Item = (String, u64)>) -> Tally {
-        let part = |work: u64| Part { work: work as f64, before: 0.0, share: 0.0, is_done: false };
-        Tally { runs: runs.into_iter().map(|(name, work)| (name, part(work))).collect() }
-    }
-
-    /// A run resumes where an earlier call left it. Its records before that are repeated.
-    fn goes_on(&mut self, name: &str, share: f64) {
-        if let Some(run) = self.runs.get_mut(name) {
-            (run.before, run.share) = (share, share);
+    fn new(runs: u64, work: u64) -> Tally {
+        let (done, failed, events) = (0, 0, 0);
+        Tally {
+            started: Instant::now(),
+            runs,
+            done,
+            failed,
+            events,
+            work: work as f64,
+            made: 0.0,
+            before: 0.0,
         }
     }
 
-    fn reached(&mut self, name: &str, share: f64) {
-        if let Some(run) = self.runs.get_mut(name) {
-            run.share = share.max(run.before);
-        }
-    }
-
-    fn done(&mut self, name: &str) {
-        if let Some(run) = self.runs.get_mut(name) {
-            run.is_done = true;
-            run.share = 1.0;
-        }
-    }
-
-    fn work(&self, of: impl Fn(&Part) -> f64) -> f64 {
-        self.runs.values().map(|run| run.work * of(run)).sum()
-    }
-
-    /// Share of the work done.
+    /// Share of the work that is done.
     fn share(&self) -> f64 {
-        let all = self.work(|_| 1.0);
-        if all > 0.0 { self.work(|run| run.share) / all } else { 1.0 }
+        match self.work > 0.0 {
+            true => self.made / self.work,
+            false => (self.done + self.failed) as f64 / self.runs as f64,
+        }
     }
 
-    /// Estimated remaining time at the speed so far; None before there is one.
+    /// The time left at the speed so far; None before there is one.
     fn left(&self, elapsed: Duration) -> Option<Duration> {
-        let made = self.work(|run| run.share - run.before);
-        let missing = self.work(|run| 1.0 - run.share);
-        Duration::try_from_secs_f64(elapsed.as_secs_f64() * missing / made).ok()
+        let before = if self.work > 0.0 { self.before / self.work } else { 0.0 };
+        let share = self.share();
+        Duration::try_from_secs_f64(elapsed.as_secs_f64() * (1.0 - share) / (share - before)).ok()
     }
 
-    fn status(&self, elapsed: Duration) -> String {
-        let done = self.runs.values().filter(|run| run.is_done).count();
-        let status =
-            format!("{done} of {} runs done, {:.0} % of the work", self.runs.len(), 100.0 * self.share());
-        match self.left(elapsed) {
-            Some(left) if done < self.runs.len() => format!("{status}, {:#} left", HumanDuration(left)),
+    fn status(&self) -> String {
+        let mut status = format!("{} of {} runs done", self.done, self.runs);
+        if self.failed > 0 {
+            status += &format!(", {} failed", self.failed);
+        }
+        status += &match self.work > 0.0 {
+            true => format!(", {:.0} % of the work", 100.0 * self.share()),
+            false => format!(", {}", counted(self.events, "slip event")),
+        };
+        match self.left(self.started.elapsed()) {
+            Some(left) if self.done + self.failed < self.runs => {
+                format!("{status}, {:#} left", HumanDuration(left))
+            }
             _ => status,
         }
     }
@@ -451,30 +351,20 @@ mod tests {
 
     const S: Duration = Duration::from_secs(1);
 
+    /// The time left follows the work; work of an earlier call does not enter the speed of this one.
     #[test]
-    fn the_share_and_the_time_left_follow_the_work() {
-        let mut tally = Tally::new([("long".to_owned(), 300), ("short".to_owned(), 100)]);
-        assert_eq!(tally.status(S), "0 of 2 runs done, 0 % of the work");
-        tally.reached("long", 0.0);
-        tally.reached("long", 0.5);
-        assert_eq!(tally.share(), 0.375);
-        assert_eq!(tally.left(3 * S), Some(5 * S));
-        assert_eq!(tally.status(3 * S), "0 of 2 runs done, 38 % of the work, 5s left");
-        tally.done("short");
-        assert_eq!(tally.status(3 * S), "1 of 2 runs done, 62 % of the work, 2s left");
-        tally.done("long");
-        assert_eq!(tally.status(3 * S), "2 of 2 runs done, 100 % of the work");
-    }
-
-    /// Work of an earlier call does not enter the speed of this one.
-    #[test]
-    fn a_resumed_run_begins_where_it_was_left() {
-        let mut tally = Tally::new([("a".to_owned(), 100)]);
-        tally.goes_on("a", 0.5);
-        // The records before the checkpoint are repeated.
-        tally.reached("a", 0.1);
-        assert_eq!((tally.share(), tally.left(S)), (0.5, None));
-        tally.reached("a", 0.75);
-        assert_eq!(tally.left(S), Some(S));
+    fn the_time_left_is_that_of_the_work() {
+        let mut tally = Tally::new(2, 400);
+        assert_eq!((tally.status().as_str(), tally.left(S)), ("0 of 2 runs done, 0 % of the work", None));
+        tally.made = 150.0;
+        assert_eq!((tally.share(), tally.left(3 * S)), (0.375, Some(5 * S)));
+        tally.before = 50.0;
+        assert_eq!(tally.left(2 * S), Some(5 * S));
+        (tally.made, tally.done) = (400.0, 2);
+        assert_eq!(tally.status(), "2 of 2 runs done, 100 % of the work");
+        let mut counts = Tally { done: 2, failed: 1, events: 7, ..Tally::new(3, 0) };
+        assert_eq!(counts.status(), "2 of 3 runs done, 1 failed, 7 slip events");
+        counts.done = 1;
+        assert_eq!(counts.left(2 * S), Some(S));
     }
 }

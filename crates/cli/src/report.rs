@@ -6,20 +6,23 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::text;
+use asperity_numbers::claim::Claim;
 use asperity_numbers::{Slider, Summarizer};
 use asperity_report::{
     Contents, Entry, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture, index,
 };
 use asperity_run::{Checked, OpenLog, at_once};
 use asperity_study::given::{Given, RECORD};
+use asperity_study::page::{self, CLAIMS, claims_in};
+use asperity_study::pipeline::REPORT as PAGE;
+use asperity_study::relative_link;
 use clap::Args;
 
 use crate::exit::{self, Code, Failure};
 use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
-use crate::relative_link::relative_link;
-use crate::study_page::{self, CLAIMS, claims_in};
+use crate::study;
 use crate::terminal::say;
 use crate::verdict_exit;
 
@@ -54,8 +57,6 @@ pub(crate) struct ReportArguments {
     pub(crate) force: bool,
 }
 
-/// The file name of a study's own page.
-pub(crate) const PAGE: &str = "report.html";
 const ACCEPTED: &str = "run logs; or folders of a pipeline, which have a reproduce.json, or of a sweep, which have a \
                         plan.ndjson";
 
@@ -66,28 +67,33 @@ pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), 
     let files = FileSet::new(existing, Inputs::of(of.iter().filter(|path| path.is_file())));
     let not_written = |error| refused("--out", &error, true);
     files.reserve([out]).map_err(not_written)?;
-    let kinds = of.iter().map(|path| Kind::of(path)).collect::<Result<Vec<Kind>, Failure>>()?;
+    let kinds = of.iter().map(|path| kind(path)).collect::<Result<Vec<Given>, Failure>>()?;
     let mut codes = Vec::new();
     let html = match kinds.as_slice() {
-        [Kind::Pipeline] => {
+        [Given::Reproduced] => {
             let mut study = pipeline(&of[0], arguments, &files)?;
             study.lead(&relative_link(out, &of[0]));
             study.html()
         }
-        [Kind::Sweep] => study_page::of_folder(&of[0], arguments, &files, board)?,
-        kinds if kinds.iter().all(|kind| *kind == Kind::Log) => {
+        [Given::Study] => {
+            let (plan, results) = &study::read_for_tables(&of[0])?;
+            let html = page::of_folder(&of[0], (plan, results), out, &files, !arguments.no_provenance)?;
+            board.line(&results.in_words());
+            html
+        }
+        kinds if kinds.iter().all(|kind| *kind == Given::Log) => {
             let (study, told) = logs(arguments, board)?;
             codes = told;
             study.html()
         }
-        kinds if kinds.iter().all(|kind| *kind != Kind::Log) => {
+        kinds if kinds.iter().all(|kind| *kind != Given::Log) => {
             let entries = of.iter().zip(kinds).map(|(folder, kind)| entry(folder, *kind, out, &files));
             index("Studies", &entries.collect::<Result<Vec<Entry>, Failure>>()?)
         }
         _ => {
             return Err(Failure::BadInput(format!(
                 "{} is a folder and others are not (accepted: {ACCEPTED})",
-                of[kinds.iter().position(|kind| *kind != Kind::Log).unwrap_or_default()].display()
+                of[kinds.iter().position(|kind| *kind != Given::Log).unwrap_or_default()].display()
             )));
         }
     };
@@ -97,33 +103,22 @@ pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), 
     Code::worst(codes).said()
 }
 
-/// The kind of input at a path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Log,
-    Pipeline,
-    Sweep,
-}
-
-impl Kind {
-    fn of(path: &Path) -> Result<Kind, Failure> {
-        fs::metadata(path).map_err(|error| {
-            Failure::BadInput(format!("{}: {error} (accepted: {ACCEPTED})", path.display()))
-        })?;
-        match Given::of(path) {
-            Given::Reproduced => Ok(Kind::Pipeline),
-            Given::Study => Ok(Kind::Sweep),
-            Given::Logs => Err(Failure::BadInput(format!(
-                "{0}: a folder of run logs, and of neither a pipeline nor a sweep (accepted: {0}/*.mcap; {ACCEPTED})",
-                path.display()
-            ))),
-            Given::Folder => Err(Failure::BadInput(format!(
-                "{}: a folder of neither a pipeline nor a sweep (accepted: {ACCEPTED})",
-                path.display()
-            ))),
-            // Reading it shows whether it is a run log.
-            _ => Ok(Kind::Log),
-        }
+/// The kind of input at a path: that of a folder of a pipeline or a sweep, or a log.
+fn kind(path: &Path) -> Result<Given, Failure> {
+    fs::metadata(path)
+        .map_err(|error| Failure::BadInput(format!("{}: {error} (accepted: {ACCEPTED})", path.display())))?;
+    match Given::of(path) {
+        given @ (Given::Reproduced | Given::Study) => Ok(given),
+        Given::Logs => Err(Failure::BadInput(format!(
+            "{0}: a folder of run logs, and of neither a pipeline nor a sweep (accepted: {0}/*.mcap; {ACCEPTED})",
+            path.display()
+        ))),
+        Given::Folder => Err(Failure::BadInput(format!(
+            "{}: a folder of neither a pipeline nor a sweep (accepted: {ACCEPTED})",
+            path.display()
+        ))),
+        // Reading it shows whether it is a run log.
+        _ => Ok(Given::Log),
     }
 }
 
@@ -241,19 +236,24 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
         }
         Ok(run)
     })?;
-    let claims =
-        if recorded.files.iter().any(|file| file == CLAIMS) { claims_in(folder)? } else { Vec::new() };
+    let claims = claims(folder, &recorded.files)?;
     let read = |file: &str| asperity_files::read_if_there(&folder.join(file));
     Study::of(&contents, &recorded.files, runs, claims, &read, !arguments.no_provenance)
         .map_err(Failure::failed)
 }
 
+/// The claims of a pipeline's folder, if they are recorded.
+fn claims(folder: &Path, recorded: &[String]) -> Result<Vec<Claim>, Failure> {
+    let is_there = recorded.iter().any(|file| file == CLAIMS);
+    Ok(if is_there { claims_in(folder)? } else { Vec::new() })
+}
+
 /// A study among several.
-fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry, Failure> {
+fn entry(folder: &Path, kind: Given, out: &Path, files: &FileSet) -> Result<Entry, Failure> {
     let way = relative_link(out, folder);
     let report = folder.join(PAGE).is_file().then(|| format!("{way}{PAGE}"));
-    if kind == Kind::Sweep {
-        return study_page::entry(folder, &way, report, files);
+    if kind == Given::Study {
+        return Ok(page::entry(folder, &study::read(folder)?.0, &way, report, files)?);
     }
     let recorded = recorded(folder)?;
     let contents = recorded.page;
@@ -265,13 +265,11 @@ fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry
         title if title.is_empty() => folder.display().to_string(),
         title => title,
     };
-    let claims =
-        if recorded.files.iter().any(|file| file == CLAIMS) { claims_in(folder)? } else { Vec::new() };
     Ok(Entry {
         title,
         report,
         runs: recorded.runs.len() as u64,
-        claims,
+        claims: claims(folder, &recorded.files)?,
         figures: there
             .map(|figure| [format!("{way}{}", encoded(figure.file.as_bytes())), figure.title, figure.caption])
             .collect(),

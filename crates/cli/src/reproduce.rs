@@ -10,23 +10,20 @@ use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
 use asperity_record::{Observer, Record};
-use asperity_run::study::Job;
 use asperity_run::{Checked, OpenLog, SolverKind};
-use asperity_study::reduction::Beside;
-use asperity_study::{Study, record};
+use asperity_study::{Reproduction, StudyError, record};
 use asperity_tables::load_table::LoadTable;
 use asperity_tables::tables::{self, ResidualRow};
 use asperity_tables::{TableFileError, summaries, table_file};
 use clap::Args;
 
 use crate::exit::Failure;
-use crate::named_runs::{Missing, Source, inputs, not_written};
 use crate::outputs::{A_FOLDER, fits, must_be_new, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::run::solvers;
 use crate::terminal::say;
-use crate::{collect, summary, sweep, sweep_plan, verdict_exit};
+use crate::{interrupt, summary, sweep_plan, verdict_exit};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -115,7 +112,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
     let Reading { checked, observer: (collector, loads), has_ruptures } = reading::once(run, begin, accept)?;
-    loads.0.and_then(LoadTable::finish).map_err(|error| not_written(error.into()))?;
+    loads.0.and_then(LoadTable::finish).map_err(StudyError::from)?;
     let verdict = checked.verdict;
     let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
     let summary = &data.summary;
@@ -129,7 +126,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         );
         files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;
     }
-    let write = || {
+    let write = || -> Result<(), StudyError> {
         if data.ruptures.is_some() {
             let write = |name, mut table| table_file::write(&files, out, name, &mut table);
             write(tables::RUPTURES, tables::ruptures(&data)?)?;
@@ -156,7 +153,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         figures::draw_overview(&data, !arguments.no_provenance, &files, out)?;
         Ok(files.publish()?)
     };
-    write().map_err(not_written)?;
+    write()?;
     say(out.display())?;
     summary::tell(arguments.run.display(), summary, board);
     verdict_exit::finish(&arguments.run, &checked, board)
@@ -175,38 +172,39 @@ impl Observer for Loads {
     }
 }
 
-/// Reads a study, and resolves its runs that have names with overrides.
-pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<(Study, Vec<Job>), Failure> {
-    let study = sweep_plan::read_study(file, set)?;
-    let refused = |problem: String| Failure::BadInput(format!("{}: {problem}", file.display()));
-    let jobs = study.jobs().map_err(refused)?;
-    sweep_plan::tell_parameter_sets(&study, file, board);
-    Ok((study, jobs))
+pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
+    let ReproduceArguments { pipeline: file, out, set, solver, fresh, no_provenance, jobs } = arguments;
+    fits("--out", out, "", A_FOLDER)?;
+    let study = sweep_plan::read_study(file, set, board)?;
+    let of_names = [("--set", !set.is_empty()), ("--fresh", *fresh), ("--solver", solver.is_some())];
+    if let Some((option, _)) = of_names.into_iter().find(|(_, given)| *given && study.grid.is_some()) {
+        return Err(Failure::BadInput(format!(
+            "{option}: {} has runs over axes (accepted: {option} for studies without)",
+            file.display()
+        )));
+    }
+    interrupt::install()?;
+    let reproduction = Reproduction {
+        solver: *solver,
+        fresh: *fresh,
+        jobs: *jobs,
+        provenance: !no_provenance,
+        watcher: board,
+    };
+    match reproduction.of(&study, file, out)?.is_empty() {
+        true => Ok(()),
+        false => tell_where_to_look(&study.title, out),
+    }
 }
 
-pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
-    let ReproduceArguments { pipeline: file, out, set, solver, fresh, no_provenance, jobs: at_once, .. } =
-        arguments;
-    fits("--out", out, "", A_FOLDER)?;
-    let (study, jobs) = read_study(file, set, board)?;
-    let mut beside = Beside::default();
-    if study.grid.is_some() {
-        let of_names = [("--set", !set.is_empty()), ("--fresh", *fresh), ("--solver", solver.is_some())];
-        if let Some((option, _)) = of_names.into_iter().find(|(_, given)| *given) {
-            return Err(Failure::BadInput(format!(
-                "{option}: {} has runs over axes (accepted: {option} for studies without)",
-                file.display()
-            )));
-        }
-        let plan = sweep_plan::planned(&study, file, out, *at_once)?;
-        sweep::make_numbered(&plan, out, *at_once, board)?;
-        beside = collect::of_grid(&plan, out, !no_provenance, board)?;
+/// Prints the folders of the outputs of runs that have names.
+pub(crate) fn tell_where_to_look(title: &str, out: &Path) -> Result<(), Failure> {
+    say(title)?;
+    let all =
+        [("figures", "figures"), ("tables", "tables"), ("claims", "tables/claims.md"), ("runs", "runs")];
+    let there = all.iter().map(|(what, path)| (what, out.join(path))).filter(|(_, path)| path.exists());
+    for (what, path) in there {
+        say(format_args!("  {what:8} {}", path.display()))?;
     }
-    if jobs.is_empty() {
-        return Ok(());
-    }
-    let inputs = inputs([file.as_path()], study.runs.iter().map(|run| run.scenario.as_str()), &jobs);
-    let source =
-        Source { pipeline: &study.pipeline, jobs, out, solver: *solver, provenance: !no_provenance, beside };
-    source.reduce(inputs, Missing::Make { fresh: *fresh, at_once: *at_once }, board)
+    Ok(())
 }

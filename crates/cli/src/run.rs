@@ -152,7 +152,7 @@ pub(crate) fn make(
     let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut observers);
     let outcome = outcome.map_err(|error| failure(error, board, &scenario.name))?;
     let (progress, summarizer) = observers;
-    progress.end(outcome.has_run);
+    drop(progress);
     if outcome.has_run {
         let found = summarizer.finish(true, outcome.end.as_ref());
         let as_coded = scenario.as_coded_in_words().map(|words| format!("; {words}")).unwrap_or_default();

@@ -4,19 +4,17 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::io::Write;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use asperity_model::text;
-use asperity_run::Notice;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, UnderWay, Word, arrays};
-use asperity_study::results::{Counts, Results, parse_ranges, ranges};
+use asperity_study::results::{Results, parse_ranges, ranges};
 use asperity_study::segment::this_node;
 use asperity_study::verification::{Sample, Verification, number_in_parts};
-use asperity_study::work::{Made, PATIENCE, Ways, make_runs};
-use asperity_study::{Plan, staging};
+use asperity_study::work::{Making, PATIENCE};
+use asperity_study::{Outputs, Plan, staging};
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::collect::SweepDrawArguments;
@@ -24,7 +22,7 @@ use crate::collect::{self, SweepCollectArguments, SweepTable, USUAL_FORMAT};
 use crate::exit::{Code, Failure};
 use crate::interrupt;
 use crate::progress::Board;
-use crate::study::{faults, in_words, outcome_of, read, read_plan, unreadable};
+use crate::study::{outcome, read, read_plan, tell_faults};
 use crate::sweep_log::{self, SweepLogArguments};
 use crate::sweep_plan::{self, SweepPlanArguments};
 use crate::terminal::{self, say};
@@ -144,18 +142,8 @@ with braces.")]
 
 #[derive(Debug, Args)]
 pub(crate) struct SweepGoArguments {
-    /// The sweep, or a pipeline.
-    #[arg(value_name = "SWEEP.toml")]
-    pub(crate) sweep: PathBuf,
-    /// Folder of the study; new, empty, or from an earlier call.
-    #[arg(short, long, value_name = "FOLDER")]
-    pub(crate) out: PathBuf,
-    /// Record combinations that the scenario refuses, instead of stopping at them.
-    #[arg(long)]
-    pub(crate) skip_refused: bool,
-    /// How many runs to make at once [default: one per core].
-    #[arg(long, value_name = "N")]
-    pub(crate) jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub(crate) plan: SweepPlanArguments,
     /// Stop when more runs than this have failed [default: never].
     #[arg(long, value_name = "N")]
     pub(crate) max_fails: Option<u64>,
@@ -314,10 +302,10 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
         for Array { offset, tasks, parts } in arrays(numbers, tasks, *array_size) {
             say(format_args!("{offset} {tasks} {parts}"))?;
         }
-        faults(&results).for_each(|fault| terminal::note(&fault));
-        return outcome_of(&results, counts);
+        results.check()?;
+        return outcome(counts);
     }
-    say(in_words(&plan, counts))?;
+    say(results.in_words())?;
     let of = |word: &str| {
         ranges(plan.rows.iter().map(|row| row.run).filter(|run| results.state(*run).word() == word))
     };
@@ -327,7 +315,8 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
             say(format_args!("{name}: {runs}"))?;
         }
     }
-    let begun = staging::begun(folder).map_err(|error| unreadable(folder, &error))?;
+    let begun =
+        staging::begun(folder).map_err(|error| Failure::Failed(format!("{}: {error}", folder.display())))?;
     let begun = || begun.iter().filter(|(run, _)| results.is_missing(*run));
     if begun().next().is_some() {
         let bytes: u64 = begun().map(|(_, bytes)| bytes).sum();
@@ -341,40 +330,29 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
         say(format_args!("{}: not a segment of this plan, left alone", path.display()))?;
     }
     verification.iter().flat_map(Verification::lines).try_for_each(say)?;
-    faults(&results).try_for_each(say)?;
-    outcome_of(&results, counts)?;
+    tell_faults(&results)?;
+    outcome(counts)?;
     verification.as_ref().map_or(Ok(()), outcome_of_verification)
 }
 
 /// Plans a study, makes its missing runs, and its tables and figures.
 fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
-    let SweepGoArguments { sweep, out, skip_refused, jobs, max_fails, to, no_provenance } = arguments;
-    let plan = sweep_plan::begun(sweep, out, *skip_refused, *jobs, board)?;
-    let results = Results::read(out, &plan).map_err(|error| unreadable(out, &error))?;
-    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, ..Wanted::default() };
+    let SweepGoArguments { plan: arguments, max_fails, to, no_provenance } = arguments;
+    let folder = &arguments.out;
+    let plan = sweep_plan::begun(arguments, board)?;
+    interrupt::install()?;
+    let results = Results::read(folder, &plan)?;
     let missing: Vec<u64> = results.missing().collect();
-    make(&plan, out, results, &missing, &wanted, board)?;
-    let (folder, no_provenance) = (out.clone(), *no_provenance);
-    collect::tables(&SweepCollectArguments { folder, to: to.clone(), out: None, no_provenance }, board)
-}
-
-/// Makes the runs over axes of a plan that are not made yet; `collect` reports which have failed.
-pub(crate) fn make_numbered(
-    plan: &Plan,
-    folder: &Path,
-    jobs: Option<NonZeroUsize>,
-    board: &Board,
-) -> Result<(), Failure> {
-    let results = Results::read(folder, plan).map_err(|error| unreadable(folder, &error))?;
-    let wanted = Wanted { jobs, ..Wanted::default() };
-    let missing: Vec<u64> = results.missing().filter(|run| *run <= plan.numbered()).collect();
-    make(plan, folder, results, &missing, &wanted, board).map(drop)
+    let making = Making { jobs: arguments.jobs, max_fails: *max_fails, ..Making::new(folder, board) };
+    let results = &making.make(&plan, results, &missing)?;
+    let provenance = !no_provenance;
+    collect::make(&Outputs { plan: &plan, results, folder, provenance, watcher: board }, to, None, board)
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     let SweepRunArguments { folder, index, chunk, verify, jobs, max_fails, patience_s, .. } = arguments;
     let (plan, results) = read(folder)?;
-    plan.check_code(folder).map_err(Failure::bad_input)?;
+    plan.check_code(folder)?;
     let chosen: Option<BTreeSet<u64>> = match index {
         None => None,
         Some(text) => {
@@ -389,34 +367,27 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
                 number % of == part % of
             })
     };
-    let wanted = Wanted { jobs: *jobs, max_fails: *max_fails, patience_s: *patience_s, verify: *verify };
+    let patience = Duration::try_from_secs_f64(*patience_s)
+        .map_err(|error| Failure::BadInput(format!("--patience-s {patience_s}: {error}")))?;
+    let (jobs, max_fails, again) = (*jobs, *max_fails, verify.is_some());
+    let making = Making { jobs, max_fails, patience, again, ..Making::new(folder, board) };
+    interrupt::install()?;
     if let Some(sample) = verify {
         let mut chosen = sampled(*sample, &plan)?;
         chosen.retain(is_chosen);
-        return verify_chosen(&plan, folder, results, &chosen, &wanted, board);
+        let here = this_node();
+        let due = Verification::of(&chosen, &results, Some(&here)).due;
+        let results = making.make(&plan, results, &due)?;
+        let verification = Verification::of(&chosen, &results, Some(&here));
+        verification.lines().iter().try_for_each(say)?;
+        tell_faults(&results)?;
+        return outcome_of_verification(&verification);
     }
     let missing: Vec<u64> = results.missing().filter(is_chosen).collect();
-    let results = make(&plan, folder, results, &missing, &wanted, board)?;
-    made(&plan, &results, results.counts_of(is_chosen), board)
-}
-
-/// Makes runs a second time if they have a result, and compares both.
-fn verify_chosen(
-    plan: &Plan,
-    folder: &Path,
-    results: Results,
-    chosen: &BTreeSet<u64>,
-    wanted: &Wanted,
-    board: &Board,
-) -> Result<(), Failure> {
-    let here = this_node();
-    let due = Verification::of(chosen, &results, Some(&here)).due;
-    let results = make(plan, folder, results, &due, wanted, board)?;
-    let verification = Verification::of(chosen, &results, Some(&here));
-    verification.lines().iter().try_for_each(say)?;
-    faults(&results).try_for_each(say)?;
-    outcome_of(&results, Counts::default())?;
-    outcome_of_verification(&verification)
+    let results = making.make(&plan, results, &missing)?;
+    board.line(&results.in_words());
+    results.check()?;
+    outcome(results.counts_of(is_chosen))
 }
 
 /// The exit code of a verification that has found no fault.
@@ -427,77 +398,6 @@ fn outcome_of_verification(verification: &Verification) -> Result<(), Failure> {
 /// The runs that are verified.
 fn sampled(sample: Sample, plan: &Plan) -> Result<BTreeSet<u64>, Failure> {
     sample.of(plan).map_err(|error| Failure::BadInput(format!("--verify {error}")))
-}
-
-/// How runs are made.
-struct Wanted {
-    jobs: Option<NonZeroUsize>,
-    max_fails: Option<u64>,
-    patience_s: f64,
-    /// Given if runs are made a second time.
-    verify: Option<Sample>,
-}
-
-impl Default for Wanted {
-    fn default() -> Wanted {
-        Wanted { jobs: None, max_fails: None, patience_s: PATIENCE.as_secs_f64(), verify: None }
-    }
-}
-
-/// Makes runs that are missing, or are verified. Returns all results.
-fn make(
-    plan: &Plan,
-    folder: &Path,
-    results: Results,
-    runs: &[u64],
-    wanted: &Wanted,
-    board: &Board,
-) -> Result<Results, Failure> {
-    if !runs.is_empty() {
-        interrupt::install()?;
-    }
-    let patience = Duration::try_from_secs_f64(wanted.patience_s)
-        .map_err(|error| Failure::BadInput(format!("--patience-s {}: {error}", wanted.patience_s)))?;
-    let shared = Mutex::new((board.study(runs.len() as u64), 0));
-    let line = |run: u64, what: &str| board.line(&format!("{}: {what}", plan.label(run)));
-    let tell = |run: u64, notice: Notice<'_>| line(run, &notice.to_string());
-    let is_too_many = |failed: u64| wanted.max_fails.is_some_and(|most| failed > most);
-    let watch = |run: u64, made: &Made| {
-        let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        let (progress, failed) = &mut *shared;
-        match made {
-            Made::Done { events, .. } => progress.done(*events),
-            Made::Failed(reason) => {
-                line(run, &reason.replace('\n', " "));
-                progress.failed();
-                *failed += 1;
-            }
-            Made::ByAnother => line(run, "left to another process, which is making it"),
-            Made::Stopped => {}
-        }
-        !is_too_many(*failed)
-    };
-    let ways =
-        Ways { folder, patience, stop: &interrupt::has_come, tell: &tell, again: wanted.verify.is_some() };
-    let made = make_runs(plan, results, runs, wanted.jobs, ways, &watch);
-    let (progress, failed) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-    drop(progress);
-    let results = made.map_err(Failure::Failed)?;
-    if let Some(code) = interrupt::code() {
-        board.line("interrupted; called again, the command continues from here");
-        return Err(Failure::Said(code));
-    }
-    if let Some(most) = wanted.max_fails.filter(|_| is_too_many(failed)) {
-        return Err(Failure::Failed(format!("more than {most} runs failed (--max-fails)")));
-    }
-    Ok(results)
-}
-
-/// Prints the state after runs were made; some of them were requested.
-fn made(plan: &Plan, results: &Results, counts: Counts, board: &Board) -> Result<(), Failure> {
-    board.line(&in_words(plan, results.counts()));
-    faults(results).for_each(|fault| board.line(&fault));
-    outcome_of(results, counts)
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {

@@ -16,7 +16,7 @@ use clap::Args;
 use crate::exit::Failure;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
-use crate::reproduce::read_study;
+use crate::sweep_plan::read_study;
 use crate::terminal;
 
 #[derive(Debug, Args)]
@@ -63,14 +63,13 @@ pub(crate) struct VerifySolverArguments {
 /// Default folder of known near ties.
 const NEAR_TIES: &str = "fixtures/near-ties";
 
-/// The outcome of comparing one run.
-struct Outcome {
-    run: String,
-    verified: Verified,
-}
+/// The outcome of comparing one run, by its name.
+type Outcome = (String, Verified);
 
 pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Result<(), Failure> {
-    let (_, mut jobs) = read_study(&arguments.pipeline, &arguments.set, board)?;
+    let file = &arguments.pipeline;
+    let jobs = read_study(file, &arguments.set, board)?.jobs();
+    let mut jobs = jobs.map_err(|problem| Failure::BadInput(format!("{}: {problem}", file.display())))?;
     if let Some(unknown) = arguments.only.iter().find(|only| jobs.iter().all(|job| job.name != **only)) {
         let known: Vec<&str> = jobs.iter().map(|job| job.name.as_str()).collect();
         return Err(Failure::BadInput(format!(
@@ -90,7 +89,7 @@ pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Resul
     board.line(&format!("{}, {:e} plain steps", counted(jobs.len() as u64, "run"), steps as f64));
     jobs.sort_by_cached_key(|job| std::cmp::Reverse(job.cost()));
     let mut outcomes = at_once(&jobs, arguments.jobs, |job| compare(job, arguments.for_s, board))?;
-    outcomes.sort_by(|a, b| a.run.cmp(&b.run));
+    outcomes.sort_by(|a, b| a.0.cmp(&b.0));
     print(&outcomes)?;
     compare_with_known(arguments, &jobs, &outcomes, &known)
 }
@@ -129,7 +128,7 @@ fn compare(job: &Job, for_s: Option<f64>, board: &Board) -> Result<Outcome, Fail
         verified.slip_events,
         verified.agreement.near_ties.len()
     ));
-    Ok(Outcome { run: job.name.clone(), verified })
+    Ok((job.name.clone(), verified))
 }
 
 /// Reads the proofs in a folder, by file. They list the known near ties; each is proved again when it
@@ -158,7 +157,7 @@ fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
 fn print(outcomes: &[Outcome]) -> Result<(), Failure> {
     let mut out = terminal::data();
     writeln!(out, "run,switches,slip_events,near_ties,largest_deviation,of")?;
-    for Outcome { run, verified: Verified { agreement, slip_events } } in outcomes {
+    for (run, Verified { agreement, slip_events }) in outcomes {
         let most = agreement.deviations.iter().max_by(|a, b| a.share.total_cmp(&b.share));
         let (what, deviation) = most.map_or(("", 0.0), |most| (most.what, most.share));
         let (switches, ties) = (agreement.switches, agreement.near_ties.len());
@@ -180,8 +179,8 @@ fn compare_with_known(
         let steps = plan(job, arguments.for_s)?.steps;
         let found = outcomes
             .iter()
-            .find(|outcome| outcome.run == job.name)
-            .map_or(&[][..], |outcome| &outcome.verified.agreement.near_ties);
+            .find(|(run, _)| *run == job.name)
+            .map_or(&[][..], |(_, verified)| &verified.agreement.near_ties);
         let listed = || known.iter().filter(|(_, proof)| proof.scenario_hash == hash);
         for tie in found.iter().filter(|tie| !listed().any(|(_, proof)| proof.is_of(tie))) {
             let proof = Proof::of(&job.name, &job.scenario, tie);

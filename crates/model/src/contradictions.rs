@@ -116,8 +116,9 @@ impl Refusals<'_> {
 
     /// Refuses a key of a window, counted from 0.
     fn refuse_in_window(&mut self, index: usize, key: &str, problem: String, accepted: String) {
+        let window = self.entries.windows.iter().flatten().nth(index);
         self.errors.push(ScenarioError {
-            place: self.entries.windows[index].get(key).map(|entry| entry.place.clone()),
+            place: window.and_then(|window| window.get(key)).map(|entry| entry.place.clone()),
             key: Some(format!("{WINDOW}.{key}")),
             problem,
             accepted: Some(accepted),

@@ -35,6 +35,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
     let windows: Vec<toml::Value> = entries
         .windows
         .iter()
+        .flatten()
         .map(|window| {
             unknown_keys(window, [WINDOW_KEYS, &[]], "recording.window.", errors);
             let mut table = toml::Table::new();

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 
 use asperity_record::bounds::check_toml;
 use toml::Spanned;
@@ -19,16 +20,18 @@ use crate::window_keys::WINDOW;
 /// A scenario as written: a base text and its overrides.
 #[derive(Debug, Clone)]
 pub struct ScenarioSource {
-    layers: Vec<Layer>,
+    layers: Vec<Arc<Layer>>,
 }
 
-#[derive(Debug, Clone)]
+/// Parsed once, however many scenarios have it as a layer.
+#[derive(Debug)]
 struct Layer {
     /// A file's path, `built-in default`, or `--set`.
     origin: String,
     text: String,
     lines: Lines,
     kind: LayerKind,
+    entries: Result<Entries, ScenarioError>,
 }
 
 /// The origin of a layer.
@@ -112,21 +115,13 @@ impl ScenarioSource {
         let mut entries = Entries::default();
         let mut errors = Vec::new();
         for layer in &self.layers {
-            if let Err(too_long) = check_toml(&layer.text) {
-                let (place, problem) = (Some(layer.origin.clone()), too_long.to_string());
-                errors.push(ScenarioError { place, key: None, problem, accepted: None });
-                continue;
-            }
-            match DeTable::parse(&layer.text) {
-                Ok(table) => collect(layer, "", table.get_ref(), &mut entries),
-                Err(error) => errors.push(ScenarioError {
-                    place: Some(layer.place(error.span().unwrap_or(0..0))),
-                    key: None,
-                    problem: format!("not TOML: {}", error.message()),
-                    accepted: layer
-                        .is_override()
-                        .then(|| "KEY=VALUE, as in --set time.duration_s=0.1".to_owned()),
-                }),
+            match &layer.entries {
+                Ok(Entries { values, windows }) => {
+                    entries.values.extend(values.clone());
+                    // A layer with windows replaces the windows of all layers below.
+                    entries.windows = windows.clone().or(entries.windows);
+                }
+                Err(error) => errors.push(error.clone()),
             }
         }
         if errors.is_empty() { Ok(entries) } else { Err(ScenarioErrors(errors)) }
@@ -134,8 +129,27 @@ impl ScenarioSource {
 }
 
 impl Layer {
-    fn new(origin: String, text: String, kind: LayerKind) -> Layer {
-        Layer { lines: Lines::of(&text), origin, text, kind }
+    fn new(origin: String, text: String, kind: LayerKind) -> Arc<Layer> {
+        let entries = Ok(Entries::default());
+        let mut layer = Layer { lines: Lines::of(&text), origin, text, kind, entries };
+        layer.entries = layer.parsed();
+        Arc::new(layer)
+    }
+
+    fn parsed(&self) -> Result<Entries, ScenarioError> {
+        if let Err(too_long) = check_toml(&self.text) {
+            let (place, problem) = (Some(self.origin.clone()), too_long.to_string());
+            return Err(ScenarioError { place, key: None, problem, accepted: None });
+        }
+        let table = DeTable::parse(&self.text).map_err(|error| ScenarioError {
+            place: Some(self.place(error.span().unwrap_or(0..0))),
+            key: None,
+            problem: format!("not TOML: {}", error.message()),
+            accepted: self.is_override().then(|| "KEY=VALUE, as in --set time.duration_s=0.1".to_owned()),
+        })?;
+        let mut entries = Entries::default();
+        collect(self, "", table.get_ref(), &mut entries);
+        Ok(entries)
     }
 
     fn is_override(&self) -> bool {
@@ -187,7 +201,8 @@ impl fmt::Display for Written {
 #[derive(Debug, Default)]
 pub(crate) struct Entries {
     pub(crate) values: BTreeMap<String, Entry>,
-    pub(crate) windows: Vec<BTreeMap<String, Entry>>,
+    /// None if no layer has a list of windows.
+    pub(crate) windows: Option<Vec<BTreeMap<String, Entry>>>,
 }
 
 impl Entries {
@@ -228,17 +243,14 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
             _ if layer.kind == LayerKind::Log && path == "recording.energies" => {}
             DeValue::Table(inner) => collect(layer, &path, inner, entries),
             DeValue::Array(windows) if path == WINDOW && windows.iter().all(|w| w.get_ref().is_table()) => {
-                // A layer with windows replaces the windows of all layers below.
-                entries.windows = windows
-                    .iter()
-                    .map(|window| {
-                        let mut found = Entries::default();
-                        if let Some(table) = window.get_ref().as_table() {
-                            collect(layer, "", table, &mut found);
-                        }
-                        found.values
-                    })
-                    .collect();
+                let windows = windows.iter().map(|window| {
+                    let mut found = Entries::default();
+                    if let Some(table) = window.get_ref().as_table() {
+                        collect(layer, "", table, &mut found);
+                    }
+                    found.values
+                });
+                entries.windows = Some(windows.collect());
             }
             _ => {
                 let place = layer.place(value.span());

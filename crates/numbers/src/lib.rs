@@ -74,6 +74,7 @@ mod rate_and_state;
 mod raw;
 pub mod required_data;
 pub mod run_data;
+mod run_result;
 mod rupture_numbers;
 pub mod rupture_selector;
 pub mod slow_slip;
@@ -88,6 +89,7 @@ mod unloaded;
 pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
 pub use number::Number;
+pub use run_result::{RunOutcome, RunResult};
 pub use rupture_numbers::{
     WIDE_BLOCKS, front_speed_m_per_s, front_speeds_m_per_s, radiated_energy_j, radiation_efficiency,
 };

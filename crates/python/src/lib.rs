@@ -46,7 +46,7 @@ mod _native {
         memory::Memory,
         run::{Run, open, resume, run},
         scenario::{Scenario, scenarios},
-        study::{Sweep, sweep},
+        study::{Sweep, reproduce, sweep},
         tables::Table,
     };
 }

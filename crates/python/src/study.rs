@@ -1,22 +1,24 @@
 //! Studies: many runs of one scenario, on all cores of this process.
 
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Inputs, create_folder};
+use asperity_numbers::{Summary, text};
 use asperity_record::{Cell, Column};
+use asperity_run::SolverKind;
 use asperity_study::plan::FILE;
-use asperity_study::work::{Made, PATIENCE, Ways, make_runs};
-use asperity_study::{Observer, Plan, Results, Study, collect};
+use asperity_study::work::{Made, Making};
+use asperity_study::{Outputs, Plan, Reproduction, Results, RowSink, Study, StudyError, Watcher, collect};
 use asperity_tables::batch::Batch;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 use serde_json::{Value, json};
 
-use crate::attend::{Callbacks, attend};
-use crate::errors::{failed, not_pickled, refused};
+use crate::attend::{Callbacks, Watch, attend};
+use crate::errors::{error as error_of, failed, not_pickled, refused};
 use crate::run::bar;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, numbers_of};
 use crate::tables::Table;
 use crate::values::{assigned, assignments, to_json};
 
@@ -40,20 +42,16 @@ pub(crate) fn sweep(
     progress: Option<Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Sweep> {
-    let jobs = jobs.map(|jobs| {
-        let wanted = usize::try_from(jobs).ok().and_then(NonZeroUsize::new);
-        wanted.ok_or_else(|| refused(format!("jobs = {jobs} (accepted: a whole number from 1)")))
-    });
-    let jobs = jobs.transpose()?;
+    let jobs = at_once(jobs)?;
     let (given, written) = match (study.cast::<Scenario>(), axes) {
         (Ok(scenario), Some(axes)) => {
             let (name, values) = scenario.get().given_as()?;
-            (name.into(), Some(text(name, values, axes, set, keep)?))
+            (name.into(), Some(of_axes(name, values, axes, set, keep)?))
         }
         (Ok(_), None) => return Err(refused("a scenario alone is no study (accepted: with axes)")),
         (Err(_), Some(axes)) => {
             let name: PathBuf = study.extract()?;
-            let written = text(&name, &[], axes, set, keep)?;
+            let written = of_axes(&name, &[], axes, set, keep)?;
             (name, Some(written))
         }
         (Err(_), None) => (study.extract::<PathBuf>()?, None),
@@ -72,62 +70,111 @@ pub(crate) fn sweep(
         }
     };
     let plan = attend(py, &Callbacks::default(), |_| match is_folder {
-        true => Plan::read(&folder).map_err(refused),
-        false => planned(&given, written.as_deref(), &folder, jobs),
-    })??;
+        true => Plan::read(&folder),
+        false => {
+            let study = parsed(&given, written.as_deref())?;
+            Plan::begun(&study, &given, &folder, false, jobs).map(|(plan, _)| plan)
+        }
+    })?;
+    let plan = plan.map_err(|error| of_study(error, &folder))?;
     let callbacks = Callbacks { progress: bar(py, progress, "sweep")?, stop, total: plan.rows.len() as u64 };
     let made = attend(py, &callbacks, |watch| {
-        let results = Results::read(&folder, &plan).map_err(|error| error.to_string())?;
+        plan.check_code(&folder)?;
+        let results = Results::read(&folder, &plan)?;
         let missing: Vec<u64> = results.missing().collect();
         watch.reached((plan.rows.len() - missing.len()) as u64);
-        plan.check_code(&folder).map_err(|error| error.to_string())?;
-        let stop = || watch.is_stopped();
-        let ways = Ways { folder: &folder, patience: PATIENCE, stop: &stop, tell: &|_, _| (), again: false };
-        let watch = |_, _: &Made| {
-            watch.one_more();
-            true
-        };
-        make_runs(&plan, results, &missing, jobs, ways, &watch).map(|_| stop())
+        let results = Making { jobs, ..Making::new(&folder, &**watch) }.make(&plan, results, &missing)?;
+        let mut tables = Tables(Vec::new());
+        collect(&plan, &results, &mut tables)?;
+        let table = |(name, columns, batch): &(&str, Vec<Column>, Batch)| Table::of(name, columns, batch);
+        Ok((results, tables.0.iter().map(table).collect()))
     })?;
-    if made.map_err(failed)? {
-        let folder = folder.display();
-        return Err(crate::errors::error(
-            "Interrupted",
-            format!("stopped; {folder} contains the runs so far"),
-        ));
-    }
-    let mut tables = Tables(Vec::new());
-    attend(py, &Callbacks::default(), |_| {
-        let results = Results::read(&folder, &plan).map_err(failed)?;
-        let files = FileSet::new(Existing::Refuse, Inputs::default());
-        collect(&plan, &results, &files, &folder, &[], &mut tables).map(drop).map_err(failed)
-    })??;
-    let table = |(name, columns, batch): &(&str, Vec<Column>, Batch)| Table::of(name, columns, batch);
-    let tables = py.detach(|| tables.0.iter().map(table).collect());
-    Ok(Sweep { folder, tables, temporary })
+    let (results, tables) = made.map_err(|error| of_study(error, &folder))?;
+    Ok(Sweep { plan, results, folder, tables, temporary })
 }
 
-/// The plan of a study in a folder: that which is there, if it is of this study, or a new one.
-fn planned(given: &Path, written: Option<&str>, folder: &Path, jobs: Option<NonZeroUsize>) -> PyResult<Plan> {
-    let study = match written {
-        Some(text) => Study::parse(text, Path::new(".")).map_err(refused)?,
-        None => Study::read(given).map_err(refused)?,
+/// Makes the runs of a pipeline that a folder lacks, and all of its tables, figures and claims, and their page there.
+///
+/// `pipeline` is the file of a pipeline or of any other study (docs/scenarios.md), or its text. `set` are values for all
+/// runs that have names, and `solver` is theirs. `fresh` repeats them, and replaces those of other scenarios. Returns the
+/// numbers of these runs by their names. Files are those of `asperity reproduce`.
+#[pyfunction]
+#[pyo3(signature = (pipeline, out, *, set = None, solver = None, fresh = false, jobs = None, progress = None, stop = None))]
+#[expect(clippy::too_many_arguments, reason = "the keywords of a function of the package")]
+pub(crate) fn reproduce<'py>(
+    py: Python<'py>,
+    pipeline: PathBuf,
+    out: PathBuf,
+    set: Option<&Bound<'py, PyMapping>>,
+    solver: Option<&str>,
+    fresh: bool,
+    jobs: Option<i64>,
+    progress: Option<Bound<'py, PyAny>>,
+    stop: Option<Bound<'py, PyAny>>,
+) -> PyResult<BTreeMap<String, Bound<'py, PyAny>>> {
+    let named = |name| {
+        let accepted = "None, \"fast\", \"plain\", \"adaptive\"";
+        SolverKind::named(name).ok_or_else(|| refused(format!("solver = {name:?} (accepted: {accepted})")))
     };
-    let plan = Plan::of(&study, false, jobs).map_err(refused)?;
-    if !folder.join(FILE).exists() {
-        create_folder(folder).map_err(failed)?;
-        plan.write(folder, Inputs::of([given])).map_err(failed)?;
-    } else if Plan::read(folder).map_err(refused)?.hash != plan.hash {
-        let folder = folder.display();
-        return Err(refused(format!(
-            "out = {folder}: it has the plan of another study, or by other code (accepted: another folder)"
-        )));
+    let (jobs, solver) = (at_once(jobs)?, solver.map(named).transpose()?);
+    let written = pipeline.to_str().filter(|text| text.contains('\n')).map(str::to_owned);
+    let file = if written.is_some() { PathBuf::from("pipeline") } else { pipeline };
+    let mut study = parsed(&file, written.as_deref()).map_err(|error| of_study(error, &out))?;
+    study.set(&assignments(set, None)?.iter().map(|(key, value)| assigned(key, value)).collect::<Vec<_>>());
+    let total = study.count() + study.runs.len() as u64;
+    let callbacks = Callbacks { progress: bar(py, progress, "reproduce")?, stop, total };
+    let made = attend(py, &callbacks, |watch| {
+        Reproduction { solver, fresh, jobs, provenance: true, watcher: &**watch }.of(&study, &file, &out)
+    })?;
+    let summaries = made.map_err(|error| of_study(error, &out))?;
+    let numbers = |summary: &Summary| {
+        let (values, text) = (summary.values(), text::of_one(summary, None));
+        let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
+        Ok((summary.run.clone(), numbers_of(py, names.zip(&values), &text)?))
+    };
+    summaries.iter().map(numbers).collect()
+}
+
+/// A study of a file, or of a text.
+fn parsed(file: &Path, text: Option<&str>) -> Result<Study, StudyError> {
+    match text {
+        Some(text) => Study::parse(text, Path::new(".")).map_err(StudyError::Refused),
+        None => Study::read(file),
     }
-    Ok(plan)
+}
+
+/// A number of runs at once.
+fn at_once(jobs: Option<i64>) -> PyResult<Option<NonZeroUsize>> {
+    let positive = |jobs: i64| {
+        let wanted = usize::try_from(jobs).ok().and_then(NonZeroUsize::new);
+        wanted.ok_or_else(|| refused(format!("jobs = {jobs} (accepted: a whole number from 1)")))
+    };
+    jobs.map(positive).transpose()
+}
+
+/// The exception for a study in a folder.
+fn of_study(error: StudyError, folder: &Path) -> PyErr {
+    match error {
+        StudyError::Refused(problem) => refused(problem),
+        StudyError::Stopped => {
+            error_of("Interrupted", format!("stopped; {} contains the runs so far", folder.display()))
+        }
+        error => failed(error),
+    }
+}
+
+impl Watcher for Watch {
+    fn is_stopped(&self) -> bool {
+        Watch::is_stopped(self)
+    }
+
+    fn over(&self, _: &Made) {
+        self.one_more();
+    }
 }
 
 /// A study as TOML: a scenario over axes.
-fn text(
+fn of_axes(
     scenario: &Path,
     values: &[(String, Value)],
     axes: &Bound<'_, PyMapping>,
@@ -174,21 +221,25 @@ const KEPT: [&str; 5] = ["events", "ruptures", "summary", "log", "log-of-failed"
 /// Keeps the tables of a study in memory.
 struct Tables(Vec<(&'static str, Vec<Column>, Batch)>);
 
-impl Observer for Tables {
-    fn begin(&mut self, table: &'static str, columns: &[Column]) {
+impl RowSink for Tables {
+    fn begin(&mut self, table: &'static str, columns: &[Column]) -> Result<(), StudyError> {
         self.0.push((table, columns.to_vec(), Batch::new(columns)));
+        Ok(())
     }
 
-    fn row(&mut self, table: &'static str, cells: &[Cell]) {
+    fn row(&mut self, table: &'static str, cells: &[Cell]) -> Result<(), StudyError> {
         if let Some((.., batch)) = self.0.iter_mut().find(|(name, ..)| *name == table) {
             batch.push(cells);
         }
+        Ok(())
     }
 }
 
 /// The tables of a study.
 #[pyclass(frozen, module = "asperity")]
 pub(crate) struct Sweep {
+    plan: Plan,
+    results: Results,
     folder: PathBuf,
     tables: Vec<Table>,
     /// The folder's object in Python, which removes the folder with the study.
@@ -230,6 +281,18 @@ impl Sweep {
     #[getter]
     fn ruptures(&self) -> PyResult<Table> {
         self.table("ruptures")
+    }
+
+    /// Draws the figures that the study asks for, or another file of it, into its folder or another one, as `asperity
+    /// sweep draw` does (docs/figures.md), and returns the files.
+    #[pyo3(signature = (figures = None, *, out = None))]
+    fn draw(&self, py: Python<'_>, figures: Option<PathBuf>, out: Option<PathBuf>) -> PyResult<Vec<PathBuf>> {
+        let Sweep { plan, results, folder, .. } = self;
+        let drawn = attend(py, &Callbacks::default(), |watch| {
+            Outputs { plan, results, folder, provenance: true, watcher: &**watch }
+                .figures(figures.as_deref(), out.as_deref())
+        })?;
+        drawn.map_err(|error| of_study(error, folder))
     }
 
     fn __repr__(&self) -> String {

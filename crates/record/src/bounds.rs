@@ -68,11 +68,8 @@ pub const LONGEST_ROW_BYTES: usize = 1 << 20;
 /// Most runs of a sweep.
 pub const MOST_RUNS: u64 = 1_000_000;
 
-/// The longest line of a segment that says whose the result is.
-pub const LONGEST_OWNER_BYTES: usize = 256;
-
-/// The longest line of a result in a segment. A summary has some three thousand bytes, an event some hundred.
-pub const LONGEST_LINE_BYTES: usize = 1 << 20;
+/// The longest result of a run in a segment, unpacked. A summary has some three thousand bytes, an event some hundred.
+pub const LONGEST_RESULT_BYTES: usize = 1 << 27;
 
 /// The longest reason of a failed run.
 pub const LONGEST_REASON_BYTES: usize = 1 << 16;

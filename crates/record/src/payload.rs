@@ -19,7 +19,7 @@
 /// runs ([`EventKind::with`](crate::EventKind::with)) lack them.
 ///
 /// `topic` is the events' topic in a log, `table` the name of a table of a replay, after the run:
-/// `NAME.longest.csv`.
+/// `NAME.longest.csv`. `[derive = Default]` behind it derives that, for payloads of numbers.
 ///
 /// ```
 /// use asperity_record::{Cell, Event, EventKind, EventPayload};
@@ -62,7 +62,7 @@
 macro_rules! payload {
     (
         topic: $topic:literal,
-        table: $table:literal,
+        table: $table:literal $([derive = $derive:ident])?,
         $(#[doc = $about:tt])*
         $vis:vis struct $name:ident {
             $(
@@ -81,8 +81,8 @@ macro_rules! payload {
         #[derive(
             Debug,
             Clone,
-            Default,
             PartialEq,
+            $($derive,)?
             $crate::macros::serde::Serialize,
             $crate::macros::serde::Deserialize,
             $crate::macros::schemars::JsonSchema,

@@ -5,7 +5,7 @@ use crate::{BoundingBox, Reach, magnitude, payload};
 
 payload! {
     topic: "/events/rupture",
-    table: "ruptures",
+    table: "ruptures" [derive = Default],
     /// A connected set of detachments in space and time: two are linked if their blocks are the
     /// same or neighbours, and no more than `t_link` lies between them.
     ///
@@ -134,7 +134,7 @@ impl Rupture {
 
 payload! {
     topic: "/events/arrival",
-    table: "arrivals",
+    table: "arrivals" [derive = Default],
     /// How a rupture passed a block: when its front came, when the block stopped, how far it slid.
     pub struct Arrival {
         /// Number of the rupture.

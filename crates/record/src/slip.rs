@@ -33,7 +33,7 @@ payload! {
 
 payload! {
     topic: "/events/slip",
-    table: "events",
+    table: "events" [derive = Default],
     /// A maximal run of consecutive steps in which at least one block slides.
     ///
     /// The first seven fields are the columns of the raw event table, in its order.

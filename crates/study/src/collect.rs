@@ -1,114 +1,65 @@
-//! Writes the tables of a study: its runs, their slip events and their ruptures, each with a column
+//! Makes the tables of a study: its runs, their slip events and their ruptures, each with a column
 //! for every key that varies.
 //!
-//! Rows are in the order of the runs, in groups of a fixed number, so the files do not depend on the order
-//! in which results were computed. Memory is bounded by one group per table.
+//! Rows are in the order of the runs, and in files in groups of a fixed number, so the files do not depend on
+//! the order in which results were computed. Memory is bounded by one run, and one group per table.
 
 use std::collections::BTreeSet;
-use std::fmt;
-use std::fs::File;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use asperity_files::{FileError, FileSet};
-use asperity_model::keys::{KEYS, Key};
+use asperity_files::FileSet;
+use asperity_model::keys::KEYS;
 use asperity_numbers::Summary;
-use asperity_record::{Cell, Column, ColumnKind};
+use asperity_record::{Cell, Column, ColumnKind, EventKind, Rupture, SlipEvent};
 use asperity_tables::batch::Batch;
 use asperity_tables::format::{Format, FormatError, TableWriter};
 use asperity_tables::layout::Layout;
 
 use crate::axis::{self, Value};
+use crate::error::StudyError;
+use crate::file::Keep;
 use crate::plan::{Plan, Row};
-use crate::results::{Counts, Fault, Results, Spot, State, WHAT_TO_DO};
-use crate::stored::{Stored, kept_events, reason};
+use crate::results::Results;
 
 /// Rows per group.
 const GROUP_ROWS: usize = 20_000;
 
-/// Why tables cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum CollectError {
-    /// Results contradict the plan or each other.
-    #[error("{}", Faults(.0))]
-    Faults(Vec<Fault>),
-    /// A segment cannot be read.
-    #[error("{spot}: run {run}: {error}")]
-    Io {
-        /// Its position.
-        spot: Spot,
-        /// The run of the result.
-        run: u64,
-        /// The error.
-        error: io::Error,
-    },
-    /// A file cannot be written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// The format cannot represent it.
-    #[error("{}: {error}", path.display())]
-    Format {
-        /// The table.
-        path: PathBuf,
-        /// The reason.
-        error: FormatError,
-    },
-}
-
-/// Formats one line per fault, and the remedy.
-struct Faults<'a>(&'a [Fault]);
-
-impl fmt::Display for Faults<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|fault| writeln!(f, "{fault}"))?;
-        f.write_str(WHAT_TO_DO)
-    }
-}
-
-/// Observes the rows of the tables as they are made: those of a run's events, then that of the run.
-pub trait Observer {
+/// Receives the rows of tables as they are made: those of a run's events, then that of the run.
+pub trait RowSink {
     /// The start of a table: `runs`, `events` or `ruptures`.
-    fn begin(&mut self, table: &'static str, columns: &[Column]);
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    fn begin(&mut self, table: &'static str, columns: &[Column]) -> Result<(), StudyError>;
 
     /// A row of it.
-    fn row(&mut self, table: &'static str, cells: &[Cell]);
+    ///
+    /// # Errors
+    /// Likewise.
+    fn row(&mut self, table: &'static str, cells: &[Cell]) -> Result<(), StudyError>;
 }
 
 /// The name of the table of runs.
 pub const RUNS: &str = "runs";
 
-/// Writes the tables into a folder, as files of a set, in these formats; without formats only
-/// `observer` receives the rows.
+/// Makes the tables of the runs over axes.
 ///
 /// # Errors
-/// If results contradict the plan or each other, a result cannot be read, or a table cannot be
-/// written.
-pub fn collect(
-    plan: &Plan,
-    results: &Results,
-    files: &FileSet,
-    folder: &Path,
-    formats: &[&dyn Format],
-    observer: &mut dyn Observer,
-) -> Result<(Counts, Vec<PathBuf>), CollectError> {
-    if !results.faults.is_empty() {
-        return Err(CollectError::Faults(results.faults.clone()));
-    }
-    let keys: Vec<&Key> = plan
-        .common
-        .keys
-        .iter()
-        .filter_map(|path| KEYS.iter().find(|key| key.path == path.as_str()))
-        .collect();
-    let kept = kept_events(plan);
+/// If results contradict the plan or each other, or one cannot be read, or the sink fails.
+pub fn collect(plan: &Plan, results: &Results, sink: &mut dyn RowSink) -> Result<(), StudyError> {
+    results.check()?;
+    let is_key = |name: &str| plan.common.keys.iter().any(|key| key == name);
     let summary_columns: Vec<usize> = (0..Summary::KEYS.len())
         .filter(|n| {
             let name = Summary::KEYS[*n].column.name.as_ref();
-            name != "run" && name != "status" && !plan.common.keys.iter().any(|key| key == name)
+            name != "run" && name != "status" && !is_key(name)
         })
         .collect();
-    let common_columns = common_columns(&keys);
+    let run = Column::new("run", ColumnKind::Step, "The run's number in its plan, from 1.");
+    let keys = plan.common.keys.iter();
+    let keys = keys.filter_map(|path| KEYS.iter().find(|key| key.path == path.as_str()));
+    let common_columns: Vec<Column> = std::iter::once(run).chain(keys.map(axis::column)).collect();
     let mut columns = common_columns.clone();
     columns.extend([
         Column::new("status", ColumnKind::Word, "`done`, `failed`, `refused` or `missing`."),
@@ -117,78 +68,46 @@ pub fn collect(
         Column::new("ended", ColumnKind::Word, "How the run ended, see `status` of a summary."),
     ]);
     columns.extend(summary_columns.iter().map(|n| Summary::KEYS[*n].column.clone()));
-    observer.begin(RUNS, &columns);
-    let mut runs = Tables::begin(files, folder, RUNS, columns, formats)?;
-    let mut of_events = Vec::new();
-    for kind in kept.iter().map(|events| &events.kind) {
-        let mut columns = common_columns.clone();
-        columns.extend(kind.columns.iter().cloned());
-        observer.begin(kind.table, &columns);
-        of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
+    sink.begin(RUNS, &columns)?;
+    let parts = plan.parts();
+    let keeps = |keep: Keep| plan.common.keep.contains(&keep);
+    let slips = keeps(Keep::Events).then(|| EventKind::of::<SlipEvent>().with(parts));
+    let ruptures = keeps(Keep::Ruptures).then(|| EventKind::of::<Rupture>().with(parts));
+    for kind in slips.iter().chain(&ruptures) {
+        sink.begin(kind.table, &[&common_columns[..], &kind.columns].concat())?;
     }
     for row in &plan.rows[..plan.numbered() as usize] {
-        let state = results.state(row.run);
-        let common = common_cells(row, &common_columns);
-        let opened = |place| {
-            let (spot, run) = (results.spot(place), row.run);
-            results.content(place).map_err(|error| CollectError::Io { spot, run, error })
+        let mut cells = common_cells(row, &common_columns);
+        let (made, reason) = match results.outcome(plan, row.run)? {
+            Some(Ok(made)) => (Some(made), String::new()),
+            Some(Err(reason)) => (None, reason),
+            None => (None, row.refused.clone().unwrap_or_default()),
         };
-        let stray = |place, problem| {
-            let (spot, run) = (results.spot(place), row.run);
-            CollectError::Faults(vec![Fault::Stray { spot, run, problem }])
-        };
-        let mut cells = common.clone();
-        let word = |text: &str| if text.is_empty() { Cell::Empty } else { interned(text) };
-        let mut reason_of = row.refused.clone().unwrap_or_default();
-        let mut summary = None;
-        match state {
-            State::Done(place) => {
-                let stray = |problem| stray(place, problem);
-                let stored = Stored::open(opened(place)?, &plan.common, row, &kept);
-                let mut stored = stored.map_err(stray)?;
-                while let Some((index, of_event)) = stored.next_event().map_err(stray)? {
-                    let (kind, tables) = &mut of_events[index];
-                    let mut cells = common.clone();
-                    cells.extend(of_event);
-                    observer.row(kind.table, &cells);
-                    tables.push(&cells)?;
+        let (mut ended, mut values) = (String::new(), Vec::new());
+        if let Some(made) = made {
+            if let Some(kind) = &slips {
+                for slip in &made.slips {
+                    sink.row(kind.table, &[&cells[..], &kind.cells_of(slip)].concat())?;
                 }
-                summary = Some(stored.summary);
             }
-            State::Failed(place) => {
-                reason_of = reason(opened(place)?).map_err(|problem| stray(place, problem))?;
+            if let Some(kind) = &ruptures {
+                for rupture in &made.ruptures {
+                    sink.row(kind.table, &[&cells[..], &kind.cells_of(rupture)].concat())?;
+                }
             }
-            State::Missing | State::Refused | State::Contradicted | State::Logged => {}
+            values = made.summary.values();
+            ended = made.summary.status;
         }
-        cells.extend([
-            Cell::Word(state.word()),
-            word(&reason_of),
-            word(row.id.as_deref().unwrap_or_default()),
-            word(summary.as_ref().map_or("", |summary| &summary.status)),
-        ]);
-        let values = summary.map_or_else(Vec::new, |summary| summary.values());
+        let word = |text: &str| if text.is_empty() { Cell::Empty } else { interned(text) };
+        cells.push(Cell::Word(results.state(row.run).word()));
+        cells.extend([&reason, row.id.as_deref().unwrap_or_default(), &ended].map(word));
         cells.extend(summary_columns.iter().map(|n| {
             let value = values.get(*n).unwrap_or(&serde_json::Value::Null);
             cell(value, Summary::KEYS[*n].column.kind)
         }));
-        observer.row(RUNS, &cells);
-        runs.push(&cells)?;
+        sink.row(RUNS, &cells)?;
     }
-    let about = [
-        ("asperity:title".to_owned(), plan.common.title.clone()),
-        ("asperity:plan".to_owned(), plan.hash.clone()),
-        ("asperity:code_version".to_owned(), plan.common.code_version.clone()),
-    ];
-    let mut paths = runs.finish(&about)?;
-    for (_, tables) in of_events {
-        paths.extend(tables.finish(&about)?);
-    }
-    Ok((results.counts(), paths))
-}
-
-fn common_columns(keys: &[&Key]) -> Vec<Column> {
-    let run = Column::new("run", ColumnKind::Step, "The run's number in its plan, from 1.");
-    std::iter::once(run).chain(keys.iter().map(|key| axis::column(key))).collect()
+    Ok(())
 }
 
 fn common_cells(row: &Row, columns: &[Column]) -> Vec<Cell> {
@@ -226,58 +145,73 @@ fn interned(text: &str) -> Cell {
     Cell::Word(word)
 }
 
-/// A table in progress, in every format.
-struct Tables {
+/// Tables in progress, as files of a set in some formats.
+pub(crate) struct TableFiles<'a> {
+    pub(crate) files: &'a FileSet,
+    pub(crate) folder: &'a Path,
+    pub(crate) formats: &'a [&'a dyn Format],
+    pub(crate) tables: Vec<TableFile>,
+}
+
+pub(crate) struct TableFile {
+    name: &'static str,
     batch: Batch,
     writers: Vec<(PathBuf, Box<dyn TableWriter>)>,
 }
 
-impl Tables {
-    fn begin(
-        files: &FileSet,
-        folder: &Path,
-        name: &str,
-        columns: Vec<Column>,
-        formats: &[&dyn Format],
-    ) -> Result<Tables, CollectError> {
-        let batch = Batch::new(&columns);
-        let layout = Layout { topic: name.to_owned().into(), columns };
-        let writers = formats
-            .iter()
-            .map(|format| {
-                let path = folder.join(format!("{name}.{}", format.extension()));
-                let file: File = files.create(&path)?;
-                match format.start(&layout, file) {
-                    Ok(writer) => Ok((path, writer)),
-                    Err(error) => Err(CollectError::Format { path, error }),
-                }
-            })
-            .collect::<Result<_, _>>()?;
-        Ok(Tables { batch, writers })
+fn unwritten(path: &Path, error: &FormatError) -> StudyError {
+    StudyError::Failed(format!("{}: {error}", path.display()))
+}
+
+impl RowSink for TableFiles<'_> {
+    fn begin(&mut self, name: &'static str, columns: &[Column]) -> Result<(), StudyError> {
+        let (batch, columns) = (Batch::new(columns), columns.to_vec());
+        let layout = Layout { topic: name.into(), columns };
+        let writers = self.formats.iter().map(|format| {
+            let path = self.folder.join(format!("{name}.{}", format.extension()));
+            let writer = format.start(&layout, self.files.create(&path)?);
+            writer.map_err(|error| unwritten(&path, &error)).map(|writer| (path, writer))
+        });
+        let writers = writers.collect::<Result<_, StudyError>>()?;
+        self.tables.push(TableFile { name, batch, writers });
+        Ok(())
     }
 
-    fn push(&mut self, cells: &[Cell]) -> Result<(), CollectError> {
-        self.batch.push(cells);
-        if self.batch.rows() == GROUP_ROWS { self.flush() } else { Ok(()) }
+    fn row(&mut self, name: &'static str, cells: &[Cell]) -> Result<(), StudyError> {
+        let table = self.tables.iter_mut().find(|table| table.name == name);
+        let table = table.expect("a table begins before its rows");
+        table.batch.push(cells);
+        if table.batch.rows() == GROUP_ROWS { table.flush() } else { Ok(()) }
     }
+}
 
-    fn flush(&mut self) -> Result<(), CollectError> {
+impl TableFile {
+    fn flush(&mut self) -> Result<(), StudyError> {
         for (path, writer) in &mut self.writers {
-            let written = writer.write(&self.batch);
-            written.map_err(|error| CollectError::Format { path: path.clone(), error })?;
+            writer.write(&self.batch).map_err(|error| unwritten(path, &error))?;
         }
         self.batch.clear();
         Ok(())
     }
+}
 
-    fn finish(mut self, about: &[(String, String)]) -> Result<Vec<PathBuf>, CollectError> {
-        if self.batch.rows() > 0 {
-            self.flush()?;
-        }
+impl TableFiles<'_> {
+    /// Completes the files, which say of which plan they are.
+    pub(crate) fn finish(self, plan: &Plan) -> Result<Vec<PathBuf>, StudyError> {
+        let about = [
+            ("asperity:title".to_owned(), plan.common.title.clone()),
+            ("asperity:plan".to_owned(), plan.hash.clone()),
+            ("asperity:code_version".to_owned(), plan.common.code_version.clone()),
+        ];
         let mut paths = Vec::new();
-        for (path, writer) in self.writers {
-            writer.finish(about).map_err(|error| CollectError::Format { path: path.clone(), error })?;
-            paths.push(path);
+        for mut table in self.tables {
+            if table.batch.rows() > 0 {
+                table.flush()?;
+            }
+            for (path, writer) in table.writers {
+                writer.finish(&about).map_err(|error| unwritten(&path, &error))?;
+                paths.push(path);
+            }
         }
         Ok(paths)
     }

@@ -1,36 +1,39 @@
-//! Errors between the runs of a pipeline and its tables and figures.
+//! Why a study cannot be read, made or written.
 
 use asperity_figures::draw::FigureError;
 use asperity_files::FileError;
 use asperity_tables::TableFileError;
 
-/// A table, figure or claim of a pipeline that could not be made.
+/// Why a study cannot be read, made or written.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// A figure could not be made.
-    #[error(transparent)]
-    Figure(FigureError),
-    /// A table could not be made or written.
-    #[error(transparent)]
-    Table(TableFileError),
+    /// Its file, its plan or what is asked of it is not accepted: the message names the place, the value and what is
+    /// accepted.
+    #[error("{0}")]
+    Refused(String),
     /// A file cannot have its name, or could not be written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A run lacks what a table of several runs needs.
-    #[error("{run}: {problem}")]
-    Run {
-        /// The run.
-        run: String,
-        /// The error.
-        problem: String,
-    },
+    /// A run, a result, a table or a figure could not be made or read.
+    #[error("{0}")]
+    Failed(String),
+    /// The caller stopped it; what is done stays.
+    #[error("stopped; a later call goes on")]
+    Stopped,
+}
+
+impl StudyError {
+    /// A failure, in its own words.
+    pub(crate) fn failed(error: impl std::fmt::Display) -> StudyError {
+        StudyError::Failed(error.to_string())
+    }
 }
 
 impl From<FigureError> for StudyError {
     fn from(error: FigureError) -> StudyError {
         match error {
             FigureError::File(error) => StudyError::File(error),
-            error @ FigureError::Figure { .. } => StudyError::Figure(error),
+            error @ FigureError::Figure { .. } => StudyError::failed(error),
         }
     }
 }
@@ -39,7 +42,7 @@ impl From<TableFileError> for StudyError {
     fn from(error: TableFileError) -> StudyError {
         match error {
             TableFileError::File(error) => StudyError::File(error),
-            error => StudyError::Table(error),
+            error => StudyError::failed(error),
         }
     }
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::axis::Written;
 use crate::parameter_table;
-use crate::runs::{Ensemble, RunSpec, SpellOut};
+use crate::runs::{Ensemble, RunSpec, SpellOut, check_name};
 
 /// Where all kinds of figures and all keys of a study are listed.
 const LISTED_IN: &str = "docs/figures.md and docs/scenarios.md";
@@ -41,12 +41,15 @@ impl Keep {
     }
 }
 
-/// A study, as its file has it.
+/// A study, as its file has it: its runs, and tables, figures and claims of those that have names.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct File {
+pub struct Pipeline {
     /// What it is about, for headings.
-    pub(crate) title: String,
+    pub title: String,
+    /// The names of its runs.
+    #[serde(skip)]
+    pub runs: Vec<String>,
     /// The scenario that its axes vary.
     pub(crate) scenario: Option<String>,
     /// Overrides of all its runs, `key=value`; those of a run or an ensemble come after them.
@@ -67,37 +70,34 @@ pub(crate) struct File {
     pub(crate) ensemble: Vec<Ensemble>,
     /// The figures, by kind.
     #[serde(default)]
-    pub(crate) figure: Figures,
+    pub figure: Figures,
     /// Runs whose first global slips are set side by side in a table.
     #[serde(default)]
-    pub(crate) first_global_slips: Vec<String>,
+    pub first_global_slips: Vec<String>,
     /// Runs of which a table gives the slow slip behind each rupture.
     #[serde(default)]
-    pub(crate) slow_slip: Vec<String>,
+    pub slow_slip: Vec<String>,
     /// The precursor tables, one per run and length law.
     #[serde(default)]
-    pub(crate) precursors: Vec<PrecursorSpec>,
+    pub precursors: Vec<PrecursorSpec>,
     /// The tables of numbers against a parameter.
     #[serde(default)]
-    pub(crate) study: Vec<parameter_table::Study>,
+    pub study: Vec<parameter_table::Study>,
     /// The claims.
     #[serde(default)]
-    pub(crate) claim: Vec<ClaimSpec>,
+    pub claim: Vec<ClaimSpec>,
 }
 
-impl File {
-    /// The figures of the tables of its grid.
-    pub(crate) fn of_tables(&self) -> asperity_figures::Figures {
-        self.figure.of_tables()
-    }
-
-    pub(crate) fn parse(text: &str) -> Result<File, String> {
+impl Pipeline {
+    /// Reads the text of a study, without checking what it speaks of.
+    pub(crate) fn unchecked(text: &str) -> Result<Pipeline, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
-        let mut file: File = typed::parse(text, LISTED_IN).map_err(|typed::TypedError { at, problem }| {
-            let place = Lines::of(text).place(text, at);
-            let (line, column) = place.split_once(':').unwrap_or((&place, "1"));
-            format!("line {line}, column {column}: {problem}")
-        })?;
+        let mut file: Pipeline =
+            typed::parse(text, LISTED_IN).map_err(|typed::TypedError { at, problem }| {
+                let place = Lines::of(text).place(text, at);
+                let (line, column) = place.split_once(':').unwrap_or((&place, "1"));
+                format!("line {line}, column {column}: {problem}")
+            })?;
         file.spell_out_ensembles()?;
         let mut names = BTreeSet::new();
         for run in &file.run {
@@ -107,8 +107,9 @@ impl File {
                     run.name
                 ));
             }
-            run.check_name()?;
+            check_name(&run.name)?;
         }
+        file.runs = file.run.iter().map(|run| run.name.clone()).collect();
         Ok(file)
     }
 

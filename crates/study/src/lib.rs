@@ -34,11 +34,12 @@
 //! - [`axis`]: the parameters that vary; [`runs`]: named runs; [`Study`]: the file with both;
 //!   `parameter_sets`: the parameter sets of runs, and their source.
 //! - [`Plan`]: every run with its values and its id; never changed once made.
-//! - [`work`]: makes runs; [`staging`]: unfinished logs of long runs.
-//! - [`stored`]: the packed result of a run; [`segment`]: the file of a thread's results;
-//!   [`Results`]: all results, run logs included, and contradictions among them or with the plan.
+//! - [`work`]: makes runs, for a [`Watcher`]; [`staging`]: unfinished logs of long runs.
+//! - [`segment`]: the file of a thread's results; [`Results`]: all results, run logs included, and contradictions
+//!   among them or with the plan.
 //! - [`verification`]: the runs that are made a second time, to find nodes that compute wrongly.
-//! - [`collect()`]: the tables of runs over axes.
+//! - [`collect()`]: the tables of runs over axes; [`Outputs`]: these, their figures, claims and page.
+//! - [`reduction`]: the outputs of runs that have names; [`Reproduction`]: makes all runs and all outputs.
 //! - [`emit`]: scripts for clusters.
 //! - [`given`]: recognises the kind of a path: a run log, a scenario, a sweep, a folder of these.
 //!
@@ -52,6 +53,9 @@ mod error;
 mod file;
 pub mod given;
 mod lines;
+mod named;
+mod outputs;
+pub mod page;
 mod parameter_sets;
 pub mod parameter_table;
 pub mod pipeline;
@@ -59,17 +63,22 @@ pub mod plan;
 pub mod record;
 pub mod reduction;
 pub mod reference;
+mod relative_link;
 pub mod results;
 pub mod runs;
 pub mod segment;
 pub mod staging;
-pub mod stored;
 mod study;
 pub mod verification;
+mod watch;
 pub mod work;
 
-pub use collect::{CollectError, Observer, RUNS, collect};
+pub use collect::{RUNS, RowSink, collect};
 pub use error::StudyError;
-pub use plan::{Plan, PlanError};
+pub use named::{Reproduction, reduce};
+pub use outputs::Outputs;
+pub use plan::Plan;
+pub use relative_link::relative_link;
 pub use results::Results;
-pub use study::{Grid, Keep, Study, StudyFileError};
+pub use study::{Grid, Keep, Study};
+pub use watch::Watcher;

@@ -16,11 +16,6 @@ impl<R: BufRead> Lines<R> {
         Lines { source, line: Vec::new(), number: 0 }
     }
 
-    /// The number of the line read last, from 1.
-    pub(crate) fn number(&self) -> u64 {
-        self.number
-    }
-
     /// Returns the next line without its break; `None` at the end.
     ///
     /// # Errors
@@ -44,11 +39,6 @@ impl<R: BufRead> Lines<R> {
             Ok(line) => Ok(Some(line)),
             Err(_) => Err(wrong(self.number, "is not UTF-8")),
         }
-    }
-
-    /// The underlying reader.
-    pub(crate) fn source(&mut self) -> &mut R {
-        &mut self.source
     }
 }
 

@@ -47,10 +47,9 @@ impl Study {
     /// # Errors
     /// If the run has no such parameter.
     pub fn row(&self, run: &RunData) -> Result<StudyRow, StudyError> {
-        let parameter = run.parameter(&self.parameter).map_err(|problem| StudyError::Run {
-            run: run.name.clone(),
-            problem: format!("study {}: {problem}", self.name),
-        })?;
+        let parameter = run
+            .parameter(&self.parameter)
+            .map_err(|problem| StudyError::Failed(format!("{}: study {}: {problem}", run.name, self.name)))?;
         Ok(StudyRow {
             run: run.name.clone(),
             parameter_set: run.header.parameter_set.clone(),

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use asperity_figures::draw::{Caption, Figures, files_of};
+use asperity_figures::draw::{Caption, files_of};
 use asperity_model::among;
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
@@ -13,29 +13,11 @@ use asperity_report::{Contents, Shown};
 use asperity_tables::tables::FirstGlobalSlip;
 use asperity_tables::{summaries, table_file, tables};
 
-use crate::file::{File, PrecursorSpec};
+use crate::error::StudyError;
+pub use crate::file::Pipeline;
+use crate::file::PrecursorSpec;
 use crate::parameter_table::Study;
-
-/// Tables, figures and claims of runs.
-#[derive(Debug, Clone)]
-pub struct Pipeline {
-    /// Its subject, for headings.
-    pub title: String,
-    /// The names of its runs.
-    pub runs: Vec<String>,
-    /// Runs whose first global slips are compared in a table.
-    pub first_global_slips: Vec<String>,
-    /// Runs of which a table gives the slow slip behind each rupture.
-    pub slow_slip: Vec<String>,
-    /// The precursor tables, one per run and length law.
-    pub precursors: Vec<PrecursorSpec>,
-    /// The tables of numbers against a parameter.
-    pub study: Vec<Study>,
-    /// The figures, by kind.
-    pub figure: Figures,
-    /// The claims.
-    pub claim: Vec<ClaimSpec>,
-}
+use crate::plan::{self, Plan};
 
 /// The name of a table of one run.
 pub(crate) fn table_of(run: &str, what: &str) -> String {
@@ -53,7 +35,7 @@ pub(crate) fn study_table(study: &Study) -> String {
 }
 
 /// The page of all of it.
-pub(crate) const REPORT: &str = "report.html";
+pub const REPORT: &str = "report.html";
 
 /// The names of the tables of which there is one each.
 pub(crate) const RESIDUALS: &str = "residuals";
@@ -80,25 +62,33 @@ impl Pipeline {
     /// # Errors
     /// In words, with line and column if the TOML is at fault.
     pub fn beside(text: &str, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
-        Pipeline::of(File::parse(text)?, numbered, at)
+        Pipeline::unchecked(text)?.checked(numbered, at)
     }
 
-    /// The outputs that a file requests.
-    pub(crate) fn of(file: File, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
-        let of_tables = file.figure.of_tables();
-        let runs = file.run.iter().map(|run| run.name.clone()).collect();
-        let File { title, first_global_slips, slow_slip, precursors, study, figure, claim, .. } = file;
-        let mut pipeline =
-            Pipeline { title, runs, first_global_slips, slow_slip, precursors, study, figure, claim };
-        pipeline.check(numbered, &of_tables)?;
-        for claim in pipeline.claim.iter_mut().filter(|claim| !claim.at.is_empty()) {
+    /// The outputs of the study of a plan in a folder, if it requests more than the tables of runs over axes.
+    ///
+    /// # Errors
+    /// If its text is not accepted.
+    pub(crate) fn of_plan(plan: &Plan, folder: &Path) -> Result<Option<Pipeline>, StudyError> {
+        let Some(text) = &plan.common.study_toml else { return Ok(None) };
+        let pipeline = Pipeline::beside(text, plan.numbered(), &|at| plan.runs_at(at));
+        let refused =
+            |problem| StudyError::Refused(format!("{}: {problem}", folder.join(plan::FILE).display()));
+        pipeline.map(Some).map_err(refused)
+    }
+
+    /// The study, if it speaks of no run that it does not have.
+    pub(crate) fn checked(mut self, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
+        self.check(numbered)?;
+        for claim in self.claim.iter_mut().filter(|claim| !claim.at.is_empty()) {
             let runs = if numbered == 0 { Err("at: nothing varies".to_owned()) } else { at(&claim.at) };
             claim.choose(&runs.map_err(|error| format!("claim about {}: {error}", claim.about))?);
         }
-        Ok(pipeline)
+        Ok(self)
     }
 
-    fn check(&self, numbered: u64, of_tables: &asperity_figures::Figures) -> Result<(), String> {
+    fn check(&self, numbered: u64) -> Result<(), String> {
+        let of_tables = self.figure.of_tables();
         let names: BTreeSet<&str> = self.runs.iter().map(String::as_str).collect();
         let is_over_axes =
             |run: &&str| !names.contains(run) && run.parse().is_ok_and(|run| (1..=numbered).contains(&run));

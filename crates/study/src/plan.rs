@@ -8,11 +8,11 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead, BufReader};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::path::Path;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use asperity_figures::Figure;
-use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::files::UnfitState;
 use asperity_model::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
@@ -22,9 +22,10 @@ use asperity_run::{CODE_VERSION, Opened, Task, at_once};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{Value, check_value, key_of, names, runs_at};
+use crate::error::StudyError;
 use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
-use crate::runs::Named;
+use crate::runs::{Named, check_name};
 use crate::study::{Grid, Study};
 
 /// The file name of a plan.
@@ -37,7 +38,7 @@ const FORMAT: u32 = 2;
 const ID_LENGTH: usize = 64;
 
 /// The common part of all runs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Common {
     format: u32,
@@ -69,10 +70,13 @@ pub struct Common {
     /// The files that its scenarios name.
     #[serde(default, skip_serializing_if = "is_empty")]
     pub files: Held,
+    /// The scenario with the overrides in all runs, parsed on first use.
+    #[serde(skip)]
+    source: OnceLock<ScenarioSource>,
 }
 
 fn is_empty(held: &Held) -> bool {
-    held.0.is_empty()
+    held.texts.lock().is_ok_and(|texts| texts.is_empty())
 }
 
 /// A run of a plan.
@@ -105,7 +109,7 @@ struct End {
 }
 
 /// A plan.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct Plan {
     /// The common part of all runs.
     pub common: Common,
@@ -113,28 +117,6 @@ pub struct Plan {
     pub rows: Vec<Row>,
     /// A hash of the plan.
     pub hash: String,
-}
-
-/// Why a plan cannot be made, read or followed.
-#[derive(Debug, thiserror::Error)]
-pub enum PlanError {
-    /// Scenarios refuse some of the combinations, or a figure needs values that no run has.
-    #[error("{problem}")]
-    Refused {
-        /// The refused value, the reason, and the accepted values.
-        problem: String,
-    },
-    /// No valid plan was found.
-    #[error("{}: {problem}", path.display())]
-    NoPlan {
-        /// Its path.
-        path: PathBuf,
-        /// The value found, and the accepted values.
-        problem: String,
-    },
-    /// It cannot be written.
-    #[error(transparent)]
-    File(#[from] FileError),
 }
 
 /// Most refused runs that are listed.
@@ -146,7 +128,7 @@ impl Plan {
     ///
     /// # Errors
     /// If a scenario refuses combinations, or all of them, or a run that has a name.
-    pub fn of(study: &Study, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, PlanError> {
+    pub fn of(study: &Study, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, StudyError> {
         let grid = study.grid.as_ref();
         let of_grid = |value: fn(&Grid) -> &String| grid.map(value).cloned().unwrap_or_default();
         let mut common = Common {
@@ -162,25 +144,25 @@ impl Plan {
             figures: study.figures.clone(),
             runs: study.runs.clone(),
             study_toml: study.is_more_than_tables().then(|| study.text.clone()),
-            files: Held::default(),
+            files: Held { opens: true, ..Held::default() },
+            source: OnceLock::new(),
         };
-        let files = Holding::default();
         let numbers: Vec<u64> = (0..study.count()).collect();
         let mut rows = at_once(&numbers, jobs, |number| {
             let values = grid.map(|grid| grid.values(*number)).unwrap_or_default();
-            let resolved = common.resolve_with(&values, &files);
-            Ok::<_, PlanError>(Row::of(number + 1, values, resolved))
+            let resolved = common.resolve(&values);
+            Ok::<_, StudyError>(Row::of(number + 1, values, resolved))
         })?;
         let first = rows.len() as u64 + 1;
         let numbers: Vec<u64> = (0..study.runs.len() as u64).collect();
         rows.extend(at_once(&numbers, jobs, |number| {
-            let resolved = study.runs[*number as usize].resolve(&files);
+            let resolved = study.runs[*number as usize].resolve(&common.files);
             match resolved {
                 Ok(_) => Ok(Row::of(first + number, Vec::new(), resolved)),
-                Err(problem) => Err(PlanError::Refused { problem }),
+                Err(problem) => Err(StudyError::Refused(problem)),
             }
         })?);
-        common.files = files.0.into_inner().unwrap_or_else(PoisonError::into_inner);
+        common.files.opens = false;
         let refused: Vec<&Row> = rows.iter().filter(|row| row.refused.is_some()).collect();
         let all = refused.len() == rows.len() - study.runs.len();
         if !refused.is_empty() && (!skip_refused || all) {
@@ -196,7 +178,7 @@ impl Plan {
             problem.push_str(
                 "\n(accepted: other values, or --skip-refused to leave those out that are refused)",
             );
-            return Err(PlanError::Refused { problem });
+            return Err(StudyError::Refused(problem));
         }
         let text = lines(&common, &rows);
         for (n, line) in text.lines().enumerate() {
@@ -206,7 +188,7 @@ impl Plan {
                     if n == 0 { "the scenarios and their study".to_owned() } else { format!("run {n}") };
                 let problem =
                     format!("{what}: {} bytes in a plan (accepted: up to {longest_bytes})", line.len());
-                return Err(PlanError::Refused { problem });
+                return Err(StudyError::Refused(problem));
             }
         }
         Ok(Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows })
@@ -216,20 +198,48 @@ impl Plan {
     ///
     /// # Errors
     /// If the folder has one, or the system refuses.
-    pub fn write(&self, folder: &Path, inputs: Inputs) -> Result<(), PlanError> {
+    pub fn write(&self, folder: &Path, inputs: Inputs) -> Result<(), StudyError> {
         let mut text = lines(&self.common, &self.rows);
         let end = End { rows: self.rows.len() as u64, blake3: self.hash.clone() };
         text.push_str(&json(&end));
         Ok(FileSet::write_one(&folder.join(FILE), text, Existing::Refuse, inputs)?)
     }
 
+    /// The plan of a study in a folder, written if there is none yet, and whether that is so. `file` is that of the study.
+    ///
+    /// # Errors
+    /// As [`Plan::of`]; if the folder has the plan of another study, or the system refuses.
+    pub fn begun(
+        study: &Study,
+        file: &Path,
+        folder: &Path,
+        skip_refused: bool,
+        jobs: Option<NonZeroUsize>,
+    ) -> Result<(Plan, bool), StudyError> {
+        let plan = Plan::of(study, skip_refused, jobs).map_err(|error| match error {
+            StudyError::Refused(problem) => StudyError::Refused(format!("{}: {problem}", file.display())),
+            error => error,
+        })?;
+        let is_new = !folder.join(FILE).exists();
+        if is_new {
+            create_folder(folder)?;
+            plan.write(folder, Inputs::of([file]))?;
+        } else if Plan::read(folder)?.hash != plan.hash {
+            return Err(StudyError::Refused(format!(
+                "{}: it has the plan of another study, or by other code (accepted: another folder)",
+                folder.display()
+            )));
+        }
+        Ok((plan, is_new))
+    }
+
     /// Reads the plan of a folder.
     ///
     /// # Errors
     /// If there is none, or it is invalid or edited.
-    pub fn read(folder: &Path) -> Result<Plan, PlanError> {
+    pub fn read(folder: &Path) -> Result<Plan, StudyError> {
         let path = folder.join(FILE);
-        let no_plan = |problem: String| PlanError::NoPlan { path: path.clone(), problem };
+        let no_plan = |problem: String| StudyError::Refused(format!("{}: {problem}", path.display()));
         let file = asperity_files::open(&path).map_err(|error| {
             no_plan(format!("there is no plan ({error}) (accepted: a folder of `asperity sweep plan`)"))
         })?;
@@ -244,45 +254,45 @@ impl Plan {
         let edited =
             |why: String| format!("{why}it was changed after it was written (accepted: an unedited plan)");
         let mut lines = Lines::of(source);
-        let mut reading = Reading::default();
         let mut hasher = blake3::Hasher::new();
+        let (mut common, mut keys, mut rows) = (None, Vec::new(), Vec::new());
+        // If the hash at the end reveals an edit, that is reported instead of the first invalid line.
+        let mut problem: Option<String> = None;
         // The last line is the hash; only the end reveals which one is last.
-        let mut before: Option<String> = None;
+        let mut last: Option<String> = None;
         let mut longest_bytes = LONGEST_COMMON_BYTES;
-        loop {
-            let line = match lines.next(longest_bytes) {
-                Ok(Some(line)) => line.to_owned(),
-                Ok(None) => break,
-                Err(error) => return Err(edited(format!("{error}: "))),
-            };
+        for number in 0_u64.. {
+            let next = lines.next(longest_bytes).map_err(|error| edited(format!("{error}: ")))?;
+            let Some(line) = next.map(str::to_owned) else { break };
             longest_bytes = LONGEST_ROW_BYTES;
-            if let Some(whole) = before.replace(line) {
-                if reading.common.is_none() {
+            let Some(whole) = last.replace(line) else { continue };
+            hasher.update(whole.as_bytes()).update(b"\n");
+            let taken = match &common {
+                _ if problem.is_some() => continue,
+                None => {
                     check_version(&whole)?;
+                    Common::parse(&whole).map(|parsed| (common, keys) = (Some(parsed.0), parsed.1))
                 }
-                hasher.update(whole.as_bytes()).update(b"\n");
-                reading.take(&whole, lines.number() - 1);
-            }
+                Some(Common { runs, .. }) => {
+                    let row = Row::parse(&whole, number - 1, &keys, !runs.is_empty());
+                    row.map(|row| rows.push(row))
+                }
+            };
+            problem = taken.err().map(|problem| format!("line {number}: {problem}"));
         }
         let hash = hasher.finalize().to_hex().to_string();
-        let end = End { rows: reading.rows.len() as u64, blake3: hash };
-        let last = before.ok_or_else(|| edited(String::new()))?;
+        let last = last.unwrap_or_default();
         match serde_json::from_str::<End>(&last) {
-            Ok(End { blake3, .. }) if blake3 == end.blake3 => {}
+            Ok(End { blake3, .. }) if blake3 == hash => {}
             _ => return Err(edited(String::new())),
         }
-        let Reading { common, rows, problem, .. } = reading;
-        match (problem, common) {
-            (Some(problem), _) => Err(problem),
-            (None, Some(common)) if json(&end).trim_end() == last => {
-                let plan = Plan { common, rows, hash: end.blake3 };
-                plan.check_rows().map(|()| plan)
-            }
-            (None, Some(_)) => {
-                Err(format!("{last} behind {} runs (accepted: {})", end.rows, json(&end).trim_end()))
-            }
-            (None, None) => Err(edited(String::new())),
+        problem.map_or(Ok(()), Err)?;
+        let end = json(&End { rows: rows.len() as u64, blake3: hash.clone() });
+        if end.trim_end() != last {
+            return Err(format!("{last} behind {} runs (accepted: {})", rows.len(), end.trim_end()));
         }
+        let plan = Plan { common: common.ok_or_else(|| edited(String::new()))?, rows, hash };
+        plan.check_rows().map(|()| plan)
     }
 
     /// Checks that the last rows, and no others, are of the runs that have names.
@@ -306,18 +316,16 @@ impl Plan {
     ///
     /// # Errors
     /// If another code version made the plan.
-    pub fn check_code(&self, folder: &Path) -> Result<(), PlanError> {
+    pub fn check_code(&self, folder: &Path) -> Result<(), StudyError> {
         if self.common.code_version == CODE_VERSION {
             return Ok(());
         }
-        Err(PlanError::NoPlan {
-            path: folder.join(FILE),
-            problem: format!(
-                "a plan by code version {} and this program is {CODE_VERSION} (accepted: the program that made it, or \
-                 a new plan in another folder)",
-                self.common.code_version
-            ),
-        })
+        Err(StudyError::Refused(format!(
+            "{}: a plan by code version {} and this program is {CODE_VERSION} (accepted: the program that made it, or \
+             a new plan in another folder)",
+            folder.join(FILE).display(),
+            self.common.code_version
+        )))
     }
 
     /// Checks, on all cores, that the values of every run give its id. This takes as long as planning.
@@ -325,20 +333,18 @@ impl Plan {
     ///
     /// # Errors
     /// If an id is wrong.
-    pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
+    pub fn check_ids(&self, folder: &Path) -> Result<(), StudyError> {
         if self.common.code_version != CODE_VERSION {
             return Ok(());
         }
         let check = |row: &Row| match row.id.is_some() && self.scenario(row).is_err() {
             false => Ok(()),
-            true => Err(PlanError::NoPlan {
-                path: folder.join(FILE),
-                problem: format!(
-                    "line {}: the values of run {} do not give its id (accepted: an unedited plan)",
-                    row.run + 1,
-                    row.run
-                ),
-            }),
+            true => Err(StudyError::Refused(format!(
+                "{}: line {}: the values of run {} do not give its id (accepted: an unedited plan)",
+                folder.join(FILE).display(),
+                row.run + 1,
+                row.run
+            ))),
         };
         at_once(&self.rows, None, check).map(drop)
     }
@@ -442,34 +448,6 @@ fn check_version(line: &str) -> Result<(), String> {
     }
 }
 
-/// The part of a plan read so far.
-#[derive(Default)]
-struct Reading {
-    common: Option<Common>,
-    keys: Vec<&'static Key>,
-    rows: Vec<Row>,
-    /// The error of the first invalid line. If the hash at the end reveals an edit, that is
-    /// reported instead.
-    problem: Option<String>,
-}
-
-impl Reading {
-    fn take(&mut self, line: &str, number: u64) {
-        let taken = match (&self.problem, &self.common) {
-            (Some(_), _) => return,
-            (None, None) => Common::parse(line).map(|(common, keys)| {
-                self.keys = keys;
-                self.common = Some(common);
-            }),
-            (None, Some(common)) => {
-                let row = Row::parse(line, number - 1, &self.keys, !common.runs.is_empty());
-                row.map(|row| self.rows.push(row))
-            }
-        };
-        self.problem = taken.err().map(|problem| format!("line {number}: {problem}"));
-    }
-}
-
 impl Row {
     /// A run with the scenario that was resolved for it, or the reason why it is refused.
     fn of(run: u64, values: Vec<Value>, resolved: Result<Scenario, String>) -> Row {
@@ -531,7 +509,7 @@ impl Common {
         Figure::check_files(&common.figures)?;
         let mut names = BTreeSet::new();
         for run in &common.runs {
-            run.check()?;
+            check_name(&run.name)?;
             if !names.insert(&run.name) {
                 return Err(format!("two runs are called {} (accepted: different names)", run.name));
             }
@@ -549,92 +527,63 @@ impl Common {
     /// # Errors
     /// If it refuses them.
     pub fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
-        self.resolve_with(values, &self.files)
-    }
-
-    fn resolve_with(&self, values: &[Value], files: &dyn Files) -> Result<Scenario, String> {
-        let source = ScenarioSource::new(&self.scenario, &self.scenario_toml);
-        let assignments = self.set.iter().cloned().chain(self.assignments(values));
-        let source = assignments.fold(source, |source, assignment| source.with_override(&assignment));
-        Scenario::resolve_with(&source, files).map_err(|errors| errors.to_string())
+        let with = |source: ScenarioSource, assignment: &String| source.with_override(assignment);
+        let source = self.source.get_or_init(|| {
+            self.set.iter().fold(ScenarioSource::new(&self.scenario, &self.scenario_toml), with)
+        });
+        let source = self.assignments(values).iter().fold(source.clone(), with);
+        Scenario::resolve_with(&source, &self.files).map_err(|errors| errors.to_string())
     }
 }
 
 /// What the scenarios of a plan name, as it was when the plan was made: texts by their paths, and states of logged runs.
-/// It opens nothing.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Held(BTreeMap<String, String>);
+pub struct Held {
+    texts: Mutex<BTreeMap<String, String>>,
+    /// Whether what it does not hold is opened, once: while the plan is made.
+    #[serde(skip)]
+    opens: bool,
+}
 
 impl Held {
-    fn state_name(scenario: &Scenario) -> String {
-        format!("{} at {:e} s", scenario.initial.from, scenario.initial.at_s)
+    /// The text of that name. One that it does not hold, or that a plan is too short for, is refused, with what is
+    /// accepted.
+    fn get<E>(
+        &self,
+        name: String,
+        read: impl FnOnce() -> Result<String, E>,
+        refused: impl FnOnce(String, String) -> E,
+    ) -> Result<String, E> {
+        let mut texts = self.texts.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(text) = texts.get(&name) {
+            return Ok(text.clone());
+        }
+        if !self.opens {
+            let problem = format!("{name}: the plan names it, and does not hold it");
+            return Err(refused(problem, "a plan by this version of the program".to_owned()));
+        }
+        let text = read()?;
+        let bytes = texts.values().map(String::len).sum::<usize>() + text.len();
+        if bytes > LONGEST_COMMON_BYTES {
+            let problem = format!("{bytes} bytes of files and states in a plan");
+            return Err(refused(problem, format!("up to {LONGEST_COMMON_BYTES}, fewer or smaller ones")));
+        }
+        texts.insert(name, text.clone());
+        Ok(text)
     }
 }
 
 impl Files for Held {
     fn text(&self, path: &Path) -> io::Result<String> {
-        let text = path.to_str().and_then(|path| self.0.get(path));
-        text.cloned().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, NOT_HELD))
+        let refused = |problem, accepted| io::Error::other(format!("{problem} (accepted: {accepted})"));
+        self.get(path.to_string_lossy().into_owned(), || Opened.text(path), refused)
     }
 
     fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
-        self.0.get(&Held::state_name(scenario)).cloned().ok_or_else(|| UnfitState {
-            key: "initial.from",
-            problem: format!("{}: {NOT_HELD}", scenario.initial.from),
-            accepted: "a plan by this version of the program".to_owned(),
-        })
-    }
-}
-
-/// Why a plan is refused whose scenarios name a file.
-const NOT_HELD: &str = "a file that the plan names, and does not hold";
-
-/// Opens what scenarios name, once, and holds it for a plan.
-#[derive(Default)]
-struct Holding(Mutex<Held>);
-
-impl Holding {
-    /// The text of that name, read once. What a plan is too short for is refused by `full`, before it fills the memory.
-    fn get<E>(
-        &self,
-        name: String,
-        read: impl FnOnce() -> Result<String, E>,
-        full: impl FnOnce(String) -> E,
-    ) -> Result<String, E> {
-        let mut held = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(text) = held.0.get(&name) {
-            return Ok(text.clone());
-        }
-        let text = read()?;
-        let bytes = held.0.values().map(String::len).sum::<usize>() + text.len();
-        if bytes > LONGEST_COMMON_BYTES {
-            return Err(full(format!("{bytes} bytes of files and states in a plan")));
-        }
-        held.0.insert(name, text.clone());
-        Ok(text)
-    }
-}
-
-impl Files for Holding {
-    fn text(&self, path: &Path) -> io::Result<String> {
-        self.get(
-            path.to_string_lossy().into_owned(),
-            || Opened.text(path),
-            |problem| io::Error::other(format!("{problem} (accepted: up to {LONGEST_COMMON_BYTES})")),
-        )
-    }
-
-    fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
-        self.get(
-            Held::state_name(scenario),
-            || Opened.state(scenario),
-            |problem| UnfitState {
-                key: "initial.from",
-                problem,
-                accepted: format!("up to {LONGEST_COMMON_BYTES}, fewer states or smaller ones"),
-            },
-        )
+        let name = format!("{} at {:e} s", scenario.initial.from, scenario.initial.at_s);
+        let refused = |problem, accepted| UnfitState { key: "initial.from", problem, accepted };
+        self.get(name, || Opened.state(scenario), refused)
     }
 }
 
@@ -652,14 +601,19 @@ fn json(value: &impl Serialize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Holding, LONGEST_COMMON_BYTES};
+    use super::{Held, LONGEST_COMMON_BYTES};
 
     #[test]
     fn more_than_a_plan_has_room_for_is_refused_while_it_is_read() {
-        let (holding, half) = (Holding::default(), "x".repeat(LONGEST_COMMON_BYTES / 2));
-        let get = |name: &str| holding.get(name.to_owned(), || Ok(half.clone()), |problem| problem);
-        assert!(["a", "b", "a"].iter().all(|name| get(name).is_ok()));
-        let problem = get("c").unwrap_err();
-        assert_eq!(problem, format!("{} bytes of files and states in a plan", LONGEST_COMMON_BYTES / 2 * 3));
+        let mut held = Held { opens: true, ..Held::default() };
+        let half = "x".repeat(LONGEST_COMMON_BYTES / 2);
+        let get = |held: &Held, name: &str| {
+            held.get(name.to_owned(), || Ok(half.clone()), |problem, accepted| [problem, accepted].join("; "))
+        };
+        assert!(["a", "b", "a"].iter().all(|name| get(&held, name).is_ok()));
+        let bytes = format!("{} bytes of files and states in a plan", LONGEST_COMMON_BYTES / 2 * 3);
+        assert!(get(&held, "c").unwrap_err().starts_with(&bytes));
+        held.opens = false;
+        assert!(get(&held, "a").is_ok() && get(&held, "c").unwrap_err().contains("does not hold it"));
     }
 }

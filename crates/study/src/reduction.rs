@@ -35,15 +35,6 @@ use crate::record;
 /// The command that names the record of a reduction.
 const COMMAND: &str = "reproduce";
 
-/// How many of the tables of several runs, and the claims, are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// How many are done.
-    pub done: usize,
-    /// Their total number.
-    pub of: usize,
-}
-
 /// A reduction that has begun. [`Reduction::passing`] and [`Reduction::passed`] may be called for
 /// several runs at a time.
 pub struct Reduction<'a> {
@@ -252,37 +243,17 @@ impl<'a> Reduction<'a> {
     }
 
     /// Writes the tables of several runs, and the claims, after the last run, and publishes all
-    /// files. `beside` is shown on the page as well. Calls `watcher` for every table. Returns the summaries,
+    /// files. `beside` is shown on the page as well. Returns the summaries,
     /// in the order of the runs.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn finish(
-        self,
-        beside: Beside,
-        watcher: &mut dyn FnMut(Progress),
-    ) -> Result<Vec<Summary>, StudyError> {
+    pub fn finish(self, beside: Beside) -> Result<Vec<Summary>, StudyError> {
         let Reduction { pipeline, out, tables: folder, files, provenance, figures, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
-        let singles = [
-            // The summaries, and the page.
-            true,
-            true,
-            !pipeline.precursors.is_empty(),
-            !pipeline.first_global_slips.is_empty(),
-            !pipeline.claim.is_empty(),
-        ];
-        let of = pipeline.study.len() + singles.into_iter().filter(|&there| there).count();
-        let mut done = 0;
-        let mut one_more = |more: usize| {
-            done += more;
-            watcher(Progress { done, of });
-        };
-        one_more(0);
         let write = |name: &str, mut table: Frame| table_file::write(&files, &folder, name, &mut table);
         let in_order = pipeline.runs.iter().map(|name| &runs[name].summary);
         summaries::write_table(&files, &folder.join(summaries::TABLE), in_order)?;
-        one_more(1);
         if !pipeline.precursors.is_empty() {
             // Those of one run are in the order of the pipeline.
             let mut left: BTreeMap<&str, _> =
@@ -291,18 +262,15 @@ impl<'a> Reduction<'a> {
             let rows: Vec<ResidualRow> =
                 pipeline.precursors.iter().map(|spec| spec.run.as_str()).filter_map(next).collect();
             write(RESIDUALS, tables::residual_table(&rows)?)?;
-            one_more(1);
         }
         if !pipeline.first_global_slips.is_empty() {
             let of_runs = pipeline.first_global_slips.iter();
             let rows: Vec<_> = of_runs.filter_map(|run| runs[run].first_global_slip.as_ref()).collect();
             write(FIRST_GLOBAL_SLIPS, tables::first_global_slips(&rows)?)?;
-            one_more(1);
         }
         for (index, study) in pipeline.study.iter().enumerate() {
             let rows: Vec<_> = study.runs.iter().filter_map(|run| runs[run].studies.get(&index)).collect();
             write(&study_table(study), study.table(&rows)?)?;
-            one_more(1);
         }
         let mut judged = Vec::new();
         if !pipeline.claim.is_empty() {
@@ -310,7 +278,6 @@ impl<'a> Reduction<'a> {
             claimed.measured.extend(runs.iter().map(|(name, run)| (name.clone(), run.measured.clone())));
             claimed.headers.extend(runs.values().map(|run| run.header.clone()));
             judged = write_claims(pipeline, &claimed, &files, &folder)?;
-            one_more(1);
         }
         let mut contents = pipeline.contents(&figures.captions());
         contents.figures.extend(beside.figures);
@@ -336,7 +303,6 @@ impl<'a> Reduction<'a> {
         };
         let page = Page::of(&contents, &written, shown.collect(), judged, &read, provenance)?;
         files.write(&out.join(REPORT), page.html())?;
-        one_more(1);
         files.publish()?;
         Ok(page.runs.into_iter().map(|run| run.summary).collect())
     }

@@ -8,11 +8,11 @@ use asperity_record::{Column, ColumnKind};
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value};
 
-use crate::file::File;
+use crate::file::Pipeline;
 
 /// The parts of the page that are made from the code: the name of each, and its text.
 pub fn parts() -> Vec<(&'static str, String)> {
-    let study = Schema::of::<File>();
+    let study = Schema::of::<Pipeline>();
     let of_tables = Schema::of::<study_figures::Figures>();
     let mut figures = study.resolved(&study.root["properties"]["figure"]).clone();
     if let (Some(all), Some(known)) =
@@ -138,10 +138,7 @@ impl Schema {
             Some("boolean") => "true or false".to_owned(),
             Some("object") => "table".to_owned(),
             Some("array") => match self.holds(&own["items"]).as_str() {
-                "table" => "list of tables".to_owned(),
-                "text" => "list of texts".to_owned(),
-                "number" => "list of numbers".to_owned(),
-                "whole number" => "list of whole numbers".to_owned(),
+                kind @ ("table" | "text" | "number" | "whole number") => format!("list of {kind}s"),
                 _ => "list of values".to_owned(),
             },
             _ => "value".to_owned(),

@@ -1,77 +1,63 @@
 //! The results of a plan's runs so far, read from all segments in one pass.
 //!
 //! A run has one result, wherever and however often it is made; the result of a named run is its log. Two
-//! different results of a run, or a result under the number of another run, indicate a node that computes
-//! or stores wrongly: these are [`Fault`]s, and prevent tables.
+//! different results of a run, or a result that is not of the run that it is stored for, indicate a node that
+//! computes or stores wrongly: these are [`Fault`]s, and prevent tables.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::io::{self, BufRead};
+use std::io;
 use std::path::{Path, PathBuf};
 
-use asperity_files::fill;
+use asperity_numbers::{RunOutcome, RunResult};
+use asperity_record::counted;
 use asperity_runlog::{RunReader, Topics};
 
+use crate::error::StudyError;
+use crate::file::Keep;
 use crate::plan::{Plan, Row};
-use crate::segment::{self, Frame, Kind, Owner, Reader};
-use crate::stored::{KeptEvents, Stored, kept_events, reason};
+use crate::segment::{self, Frame};
 
 /// Most faults that are stored: enough to identify the files.
 const MOST_FAULTS: usize = 100;
 
 /// The remedy for a [`Fault`].
-pub const WHAT_TO_DO: &str = "a run gives the same result wherever it is made: remove the file of the \
-                              faulty node (its name begins with the name of the node), or all of these \
-                              files, and `asperity sweep run` repeats their runs";
+const WHAT_TO_DO: &str = "a run gives the same result wherever it is made: remove the file of the \
+                          faulty node (its name begins with the name of the node), or all of these \
+                          files, and `asperity sweep run` repeats their runs";
 
 /// The position of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     segment: u32,
+    length: u32,
     at: u64,
-    length: u64,
+    is_done: bool,
 }
 
-/// The position of a result in readable form: file and byte.
+/// A result that is not of its run, or two results of a run that differ.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Spot {
-    /// The segment.
-    pub path: PathBuf,
-    /// The offset of the result's content.
-    pub at: u64,
+pub struct Fault {
+    /// The run.
+    pub run: u64,
+    /// The segments with the results, and the offsets of these.
+    pub spots: Vec<(PathBuf, u64)>,
+    /// The problem, and what is accepted; or the first number that differs.
+    pub problem: String,
 }
 
-impl fmt::Display for Spot {
+impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: byte {}", self.path.display(), self.at)
+        let Fault { run, spots, problem } = self;
+        let spots: Vec<String> =
+            spots.iter().map(|(path, at)| format!("{}: byte {at}", path.display())).collect();
+        match &spots[..] {
+            [spot] => write!(f, "{spot}: run {run}: {problem}"),
+            spots => {
+                write!(f, "run {run} has two results that differ: {problem}, in {}", spots.join(" and "))
+            }
+        }
     }
-}
-
-/// A result that contradicts the plan or another result.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Fault {
-    /// A result that is not of the run of its number.
-    #[error("{spot}: run {run}: {problem}")]
-    Stray {
-        /// Its position.
-        spot: Spot,
-        /// Its number.
-        run: u64,
-        /// The error, and the accepted values.
-        problem: String,
-    },
-    /// Two different results of one run.
-    #[error("run {run} has two results that differ: {difference}, in {first} and {second}")]
-    Differ {
-        /// The run.
-        run: u64,
-        /// The position of one.
-        first: Spot,
-        /// The position of the other.
-        second: Spot,
-        /// The first number that differs.
-        difference: String,
-    },
 }
 
 /// The state of a run.
@@ -103,9 +89,11 @@ impl State {
         }
     }
 
-    /// Whether the run must still be made.
-    pub fn is_missing(self) -> bool {
-        self == State::Missing
+    fn place(self) -> Option<Place> {
+        match self {
+            State::Done(place) | State::Failed(place) => Some(place),
+            _ => None,
+        }
     }
 }
 
@@ -131,11 +119,11 @@ pub struct Results {
     segments: Vec<PathBuf>,
     /// The segment of a second result of a run, equal to the first; of another node, if there is one.
     again: BTreeMap<u64, u32>,
-    /// Segments that end in an incomplete frame, and its bytes.
+    /// Segments that end in an incomplete or changed frame, and its bytes.
     pub torn: Vec<(PathBuf, u64)>,
     /// Files that are not segments of this plan.
     pub foreign: Vec<PathBuf>,
-    /// Results that contradict the plan or each other.
+    /// Results that differ.
     pub faults: Vec<Fault>,
 }
 
@@ -144,42 +132,47 @@ impl Results {
     ///
     /// # Errors
     /// If one cannot be read.
-    pub fn read(folder: &Path, plan: &Plan) -> io::Result<Results> {
-        let state = |refused: bool| if refused { State::Refused } else { State::Missing };
-        let states = plan.rows.iter().map(|row| state(row.refused.is_some())).collect();
-        let (torn, foreign, faults) = (Vec::new(), Vec::new(), Vec::new());
-        let mut results =
-            Results { states, segments: Vec::new(), again: BTreeMap::new(), torn, foreign, faults };
-        let mut doubtful = Vec::new();
+    pub fn read(folder: &Path, plan: &Plan) -> Result<Results, StudyError> {
+        Results::scan(folder, plan)
+            .map_err(|error| StudyError::Failed(format!("{}: {error}", folder.display())))
+    }
+
+    fn scan(folder: &Path, plan: &Plan) -> io::Result<Results> {
+        let state = |row: &Row| if row.refused.is_some() { State::Refused } else { State::Missing };
+        let mut states: Vec<State> = plan.rows.iter().map(state).collect();
+        let (mut segments, mut torn, mut foreign) = (Vec::new(), Vec::new(), Vec::new());
+        let mut further = Vec::new();
         for path in segment::all(folder)? {
-            let named = |error: io::Error| {
-                let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
+            let number = segments.len() as u32;
+            let take = |Frame { is_done, run, at, length }: Frame| {
+                let place = Place { segment: number, length, at, is_done };
+                let index = run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
+                let Some(state) = index.and_then(|index| states.get_mut(index)) else { return false };
+                match state.place() {
+                    Some(first) => further.push((run, first, place)),
+                    // The result of a run with a name is its log.
+                    None if *state == State::Refused || is_done && run > plan.numbered() => return false,
+                    None if is_done => *state = State::Done(place),
+                    None => *state = State::Failed(place),
+                }
+                true
+            };
+            let scanned = segment::scan(&path, &plan.hash, take).map_err(|error| {
+                let name = path.strip_prefix(folder).unwrap_or(&path).display();
                 io::Error::new(error.kind(), format!("{name}: {error}"))
-            };
-            let Some(mut reader) = Reader::open(&path, &plan.hash).map_err(named)? else {
-                results.foreign.push(path);
-                continue;
-            };
-            let number = results.segments.len() as u32;
-            results.segments.push(path.clone());
-            while let Some(frame) = reader.next_frame()? {
-                let place = Place { segment: number, at: frame.at, length: frame.length };
-                match of_run(plan, &frame) {
-                    Ok(row) => doubtful.extend(results.take(row, &frame, place)),
-                    Err(problem) => {
-                        let spot = results.spot(place);
-                        results.add(Fault::Stray { spot, run: frame.run, problem });
-                    }
+            })?;
+            match scanned {
+                None => foreign.push(path),
+                Some(left) => {
+                    torn.extend((left > 0).then(|| (path.clone(), left)));
+                    segments.push(path);
                 }
             }
-            let torn = reader.torn()?;
-            if torn > 0 {
-                results.torn.push((path, torn));
-            }
         }
-        let kept = kept_events(plan);
-        for doubt in doubtful {
-            results.settle(plan, &kept, doubt)?;
+        let (again, faults) = (BTreeMap::new(), Vec::new());
+        let mut results = Results { states, segments, again, torn, foreign, faults };
+        for (run, first, second) in further {
+            results.compare(plan, run, first, second)?;
         }
         for row in &plan.rows[plan.numbered() as usize..] {
             if plan.named(row.run).is_some_and(|named| is_logged(&named.log(folder), row)) {
@@ -189,90 +182,90 @@ impl Results {
         Ok(results)
     }
 
-    /// Adds a result: the first of a run counts. Returns further ones, which
-    /// must be compared with it.
-    fn take(&mut self, row: &Row, frame: &Frame, place: Place) -> Option<Doubt> {
-        let state = &mut self.states[row.run as usize - 1];
-        let known = match *state {
-            State::Done(known) => Some((Kind::Done, known)),
-            State::Failed(known) => Some((Kind::Failed, known)),
-            _ => None,
-        };
-        *state = match (*state, frame.kind) {
-            (State::Missing, Kind::Done) => State::Done(place),
-            (State::Missing, Kind::Failed) => State::Failed(place),
-            (state, _) => state,
-        };
-        Some(Doubt { run: row.run, known: known?, new: (frame.kind, place) })
-    }
-
-    /// Compares a doubtful result with the known one.
-    fn settle(
-        &mut self,
-        plan: &Plan,
-        kept: &[KeptEvents],
-        Doubt { run, known, new }: Doubt,
-    ) -> io::Result<()> {
-        let row = &plan.rows[run as usize - 1];
-        let stray = |results: &mut Results, place: Place, problem: String| {
-            let spot = results.spot(place);
-            // Without another result the run is missing again.
-            let state = &mut results.states[run as usize - 1];
-            if matches!(*state, State::Done(known) | State::Failed(known) if known == place) {
-                *state = State::Missing;
+    /// Compares a further result of a run with the first one.
+    fn compare(&mut self, plan: &Plan, run: u64, first: Place, second: Place) -> io::Result<()> {
+        let difference = if self.content(first)? == self.content(second)? {
+            None
+        } else {
+            match (self.result(plan, run, first)?, self.result(plan, run, second)?) {
+                (Ok(one), Ok(other)) => one.difference(&other),
+                (one, other) => one.err().or(other.err()),
             }
-            results.add(Fault::Stray { spot, run, problem });
         };
-        let opened = |results: &Results, (_, place): (Kind, Place)| {
-            let content = results.content(place)?;
-            Ok::<_, io::Error>(Stored::open(content, &plan.common, row, kept))
-        };
-        if known.0 == new.0 && self.are_same_bytes(known.1, new.1)? {
-            self.confirm(run, known.1, new.1);
-            return Ok(());
-        }
-        let difference = match (known.0, new.0) {
-            (Kind::Done, Kind::Done) => match (opened(self, known)?, opened(self, new)?) {
-                (Ok(a), Ok(b)) => a.difference(b),
-                (a, b) => Err([a.err(), b.err()]),
-            },
-            (Kind::Failed, Kind::Failed) => {
-                match (reason(self.content(known.1)?), reason(self.content(new.1)?)) {
-                    (Ok(a), Ok(b)) => {
-                        Ok((a != b).then(|| format!("it failed because of {a:?} and of {b:?}")))
-                    }
-                    (a, b) => Err([a.err(), b.err()]),
-                }
+        if let Some(problem) = difference {
+            self.states[run as usize - 1] = State::Contradicted;
+            let fault = Fault { run, spots: [first, second].map(|place| self.spot(place)).into(), problem };
+            if self.faults.len() < MOST_FAULTS {
+                self.faults.push(fault);
             }
-            _ => Ok(Some("it is done, and it failed".to_owned())),
-        };
-        match difference {
-            Ok(None) => self.confirm(run, known.1, new.1),
-            Ok(Some(difference)) => {
-                let [first, second] = [known, new].map(|(_, place)| self.spot(place));
-                self.states[run as usize - 1] = State::Contradicted;
-                self.add(Fault::Differ { run, first, second, difference });
-            }
-            Err(problems) => {
-                for (problem, (_, place)) in problems.into_iter().zip([known, new]) {
-                    if let Some(problem) = problem {
-                        stray(self, place, problem);
-                    }
-                }
+        } else if first.segment != second.segment {
+            // In one segment they are of one process.
+            let is_of_other_node = self.node(first.segment) != self.node(second.segment);
+            let known = self.again.entry(run).or_insert(second.segment);
+            if is_of_other_node {
+                *known = second.segment;
             }
         }
         Ok(())
     }
 
-    /// Records that two results of a run are equal. In one segment they are of one process.
-    fn confirm(&mut self, run: u64, known: Place, new: Place) {
-        if known.segment != new.segment {
-            let is_of_other_node = self.node(known.segment) != self.node(new.segment);
-            let second = self.again.entry(run).or_insert(new.segment);
-            if is_of_other_node {
-                *second = new.segment;
-            }
+    fn content(&self, Place { segment, at, length, .. }: Place) -> io::Result<Vec<u8>> {
+        segment::content(&self.segments[segment as usize], at, length)
+    }
+
+    fn spot(&self, place: Place) -> (PathBuf, u64) {
+        (self.segments[place.segment as usize].clone(), place.at)
+    }
+
+    /// The result at a place, or why it is not of this run.
+    fn result(&self, plan: &Plan, run: u64, place: Place) -> io::Result<Result<RunResult, String>> {
+        let (row, kept) = (&plan.rows[run as usize - 1], &plan.common.keep);
+        let result = match segment::unpacked(&self.content(place)?) {
+            Ok(result) => result,
+            Err(error) => return Ok(Err(error.to_string())),
+        };
+        let lacks_events = |RunOutcome { summary, slips, ruptures }: &RunOutcome| {
+            let slips = slips.iter().map(|slip| slip.event);
+            let ruptures = ruptures.iter().map(|rupture| rupture.rupture);
+            (kept.contains(&Keep::Events) && !slips.eq(0..summary.event_count))
+                || (kept.contains(&Keep::Ruptures) && !ruptures.eq(0..summary.rupture_count.unwrap_or(0)))
+        };
+        Ok(if result.run != run || Some(&result.id) != row.id.as_ref() {
+            let planned = row.id.as_deref().unwrap_or_default();
+            Err(format!(
+                "it is of run {} of id {} (accepted: run {run} of id {planned}, under which it stands)",
+                result.run, result.id
+            ))
+        } else if place.is_done != result.outcome.is_ok() {
+            Err("its frame and its content disagree whether it is done (accepted: the same of both)"
+                .to_owned())
+        } else if result.outcome.as_ref().is_ok_and(lacks_events) {
+            Err("its events are not those that its summary counts (accepted: all, in their order)".to_owned())
+        } else {
+            Ok(result)
+        })
+    }
+
+    /// What a run gave, or why it failed; none of a run without a result in a segment.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is not of this run.
+    pub fn outcome(&self, plan: &Plan, run: u64) -> Result<Option<Result<RunOutcome, String>>, StudyError> {
+        let Some(place) = self.state(run).place() else { return Ok(None) };
+        let fault = |problem: String| Fault { run, spots: vec![self.spot(place)], problem };
+        match self.result(plan, run, place) {
+            Ok(Ok(result)) => Ok(Some(result.outcome)),
+            Ok(Err(problem)) => Err(faulty(&[fault(problem)])),
+            Err(error) => Err(StudyError::failed(fault(error.to_string()))),
         }
+    }
+
+    /// Refuses to go on with results that differ.
+    ///
+    /// # Errors
+    /// If there are such.
+    pub fn check(&self) -> Result<(), StudyError> {
+        if self.faults.is_empty() { Ok(()) } else { Err(faulty(&self.faults)) }
     }
 
     fn node(&self, segment: u32) -> String {
@@ -287,35 +280,8 @@ impl Results {
     /// The node that made the first result of a run, and the one that made an equal second result: another
     /// node, if there is such a result.
     pub fn made_on(&self, run: u64) -> (Option<String>, Option<String>) {
-        let first = match self.state(run) {
-            State::Done(place) | State::Failed(place) => Some(self.node(place.segment)),
-            _ => None,
-        };
+        let first = self.state(run).place().map(|place| self.node(place.segment));
         (first, self.again.get(&run).map(|segment| self.node(*segment)))
-    }
-
-    fn add(&mut self, fault: Fault) {
-        if self.faults.len() < MOST_FAULTS && !self.faults.contains(&fault) {
-            self.faults.push(fault);
-        }
-    }
-
-    fn are_same_bytes(&self, a: Place, b: Place) -> io::Result<bool> {
-        if a.length != b.length {
-            return Ok(false);
-        }
-        let [mut a, mut b] = [self.content(a)?, self.content(b)?];
-        loop {
-            fill(&mut a)?;
-            fill(&mut b)?;
-            let (x, y) = (a.fill_buf()?, b.fill_buf()?);
-            let count = x.len().min(y.len());
-            if count == 0 || x[..count] != y[..count] {
-                return Ok(x.is_empty() && y.is_empty());
-            }
-            a.consume(count);
-            b.consume(count);
-        }
     }
 
     /// The state of a run, counted from 1.
@@ -326,12 +292,22 @@ impl Results {
     /// Whether a run of the plan must still be made.
     pub fn is_missing(&self, run: u64) -> bool {
         let index = run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
-        index.and_then(|index| self.states.get(index)).is_some_and(|state| state.is_missing())
+        index.and_then(|index| self.states.get(index)) == Some(&State::Missing)
     }
 
     /// Counts all runs by state.
     pub fn counts(&self) -> Counts {
         self.counts_of(|_| true)
+    }
+
+    /// The number of runs in each state, in words.
+    pub fn in_words(&self) -> String {
+        let Counts { done, failed, refused, contradicted, missing } = self.counts();
+        let all =
+            [(failed, "failed"), (refused, "refused"), (contradicted, "contradicted"), (missing, "missing")];
+        let others = all.iter().filter(|(count, _)| *count > 0);
+        let others: String = others.map(|(count, word)| format!(", {count} {word}")).collect();
+        format!("{done} of {} done{others}", counted(self.states.len() as u64, "run"))
     }
 
     /// Counts some of the runs by state.
@@ -351,58 +327,19 @@ impl Results {
 
     /// The runs to be made, in order.
     pub fn missing(&self) -> impl Iterator<Item = u64> {
-        (1..).zip(&self.states).filter(|(_, state)| state.is_missing()).map(|(run, _)| run)
-    }
-
-    /// Opens the content of a result.
-    ///
-    /// # Errors
-    /// If its segment cannot be read.
-    pub(crate) fn content(&self, place: Place) -> io::Result<impl BufRead + use<>> {
-        segment::content(&self.segments[place.segment as usize], place.at, place.length)
-    }
-
-    /// The position of a result in readable form.
-    pub(crate) fn spot(&self, place: Place) -> Spot {
-        Spot { path: self.segments[place.segment as usize].clone(), at: place.at }
+        (1..).zip(&self.states).filter(|(_, state)| **state == State::Missing).map(|(run, _)| run)
     }
 }
 
-/// A result to be compared with the known one of its run.
-struct Doubt {
-    run: u64,
-    known: (Kind, Place),
-    new: (Kind, Place),
+/// Says a line for each fault, and the remedy.
+fn faulty(faults: &[Fault]) -> StudyError {
+    let lines: String = faults.iter().map(|fault| format!("{fault}\n")).collect();
+    StudyError::Failed(lines + WHAT_TO_DO)
 }
 
 /// Whether there is a log of a run: a log has its final name only if it is complete.
 fn is_logged(log: &Path, row: &Row) -> bool {
     RunReader::open(log, Topics::NONE).is_ok_and(|log| row.id.as_ref() == Some(&log.header().run_id))
-}
-
-/// The run of a result, if its owner line agrees.
-fn of_run<'a>(plan: &'a Plan, frame: &Frame) -> Result<&'a Row, String> {
-    let index = frame.run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
-    let row = index.and_then(|index| plan.rows.get(index));
-    let row = row.ok_or_else(|| format!("the plan has no such run (accepted: 1 to {})", plan.rows.len()))?;
-    if row.refused.is_some() {
-        return Err("its scenario refuses its values (accepted: results of the other runs)".to_owned());
-    }
-    if frame.kind == Kind::Done && plan.named(frame.run).is_some() {
-        return Err("the result of a run with a name is its log (accepted: results of other runs)".to_owned());
-    }
-    match &frame.owner {
-        Err(problem) => Err(format!("{problem} (accepted: number and id of its run)")),
-        Ok(Owner { run, .. }) if *run != row.run => Err(format!(
-            "its content says that it is of run {run} (accepted: {}, under which it stands)",
-            row.run
-        )),
-        Ok(Owner { run_id, .. }) if row.id.as_ref() != Some(run_id) => Err(format!(
-            "its content says that its run has the id {run_id:?} (accepted: {}, as it is planned)",
-            row.id.as_deref().unwrap_or_default()
-        )),
-        _ => Ok(row),
-    }
 }
 
 /// Formats runs as batch systems do: `3,7-9`.

@@ -33,21 +33,17 @@ pub struct RunSpec {
 }
 
 impl RunSpec {
-    pub(crate) fn check_name(&self) -> Result<(), String> {
-        check_name(&self.name)
-    }
-
     /// The run with the text of its scenario.
     pub(crate) fn read(&self, folder: &Path) -> Result<Named, String> {
         let RunSpec { name, scenario, set } = self.clone();
         let problem = |problem: String| format!("run {name}: {problem}");
-        let Text { text, of_log, .. } = read_scenario(&scenario, folder).map_err(problem)?;
-        Ok(Named { name, scenario, scenario_toml: text, of_log, set })
+        let (scenario_toml, of_log) = read_scenario(&scenario, folder).map_err(problem)?;
+        Ok(Named { name, scenario, scenario_toml, of_log, set })
     }
 }
 
 /// Checks that a name is valid as a file name and is no number, since numbers denote runs over axes.
-fn check_name(name: &str) -> Result<(), String> {
+pub(crate) fn check_name(name: &str) -> Result<(), String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.is_empty() || !name.chars().all(plain) {
         return Err(format!("run name {name:?} is no file name (accepted: letters, digits, - and _)"));
@@ -74,14 +70,6 @@ pub struct Named {
 }
 
 impl Named {
-    /// Checks that its name is one of a file.
-    ///
-    /// # Errors
-    /// In words, with the accepted values.
-    pub(crate) fn check(&self) -> Result<(), String> {
-        check_name(&self.name)
-    }
-
     /// Its scenario, resolved by this program, with what opens the files that it names.
     ///
     /// # Errors
@@ -117,14 +105,9 @@ impl Named {
     }
 }
 
-/// The text of a scenario, and its source.
-pub(crate) struct Text {
-    pub(crate) text: String,
-    of_log: bool,
-}
-
-/// Reads a scenario: a built-in one, a file or a run log, looked up in a folder, then in the current one.
-pub(crate) fn read_scenario(name: &str, folder: &Path) -> Result<Text, String> {
+/// Reads a scenario: a built-in one, a file or a run log, looked up in a folder, then in the current one. Returns its text,
+/// and whether that is from a run log.
+pub(crate) fn read_scenario(name: &str, folder: &Path) -> Result<(String, bool), String> {
     let in_folder = folder.join(name);
     let is_built_in = builtin::find(name).is_some();
     let path = if !is_built_in && in_folder.is_file() { &in_folder } else { Path::new(name) };
@@ -132,10 +115,9 @@ pub(crate) fn read_scenario(name: &str, folder: &Path) -> Result<Text, String> {
         && path.is_file()
         && let Ok(log) = RunReader::open(path, Topics::NONE)
     {
-        return Ok(Text { text: log.scenario_toml().to_owned(), of_log: true });
+        return Ok((log.scenario_toml().to_owned(), true));
     }
-    let text = find(path).map_err(|error| error.to_string())?;
-    Ok(Text { text, of_log: false })
+    find(path).map(|text| (text, false)).map_err(|error| error.to_string())
 }
 
 /// Most members of an ensemble: a pipeline of a few lines shall not ask for runs without end.
@@ -162,21 +144,6 @@ pub struct Ensemble {
 }
 
 impl Ensemble {
-    /// Checks that it has members, and not too many.
-    ///
-    /// # Errors
-    /// In words: key, value and the accepted values.
-    fn check(&self) -> Result<(), String> {
-        let count = self.values.len();
-        if !(1..=MOST_MEMBERS).contains(&count) {
-            return Err(format!(
-                "ensemble {}: {count} values are not accepted (accepted: 1 to {MOST_MEMBERS})",
-                self.name
-            ));
-        }
-        Ok(())
-    }
-
     /// The names of its runs.
     fn names(&self) -> impl Iterator<Item = String> {
         (1..=self.values.len()).map(|member| format!("{}-{member}", self.name))
@@ -219,11 +186,15 @@ impl<'a> SpellOut<'a> {
     pub(crate) fn new(ensembles: &'a [Ensemble]) -> Result<SpellOut<'a>, String> {
         let mut by_name = BTreeMap::new();
         for ensemble in ensembles {
-            ensemble.check()?;
+            let (name, count) = (&ensemble.name, ensemble.values.len());
+            if !(1..=MOST_MEMBERS).contains(&count) {
+                return Err(format!(
+                    "ensemble {name}: {count} values are not accepted (accepted: 1 to {MOST_MEMBERS})"
+                ));
+            }
             if by_name.insert(ensemble.name.as_str(), ensemble).is_some() {
                 return Err(format!(
-                    "two ensembles are called {} (accepted: a name of its own for each)",
-                    ensemble.name
+                    "two ensembles are called {name} (accepted: a name of its own for each)"
                 ));
             }
         }
@@ -294,7 +265,6 @@ impl<'a> SpellOut<'a> {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::File;
     use crate::pipeline::Pipeline;
 
     const TEXT: &str = r#"
@@ -334,7 +304,7 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
 
     #[test]
     fn an_ensemble_is_its_runs_wherever_it_is_named() {
-        let file = File::parse(TEXT).unwrap();
+        let file = Pipeline::unchecked(TEXT).unwrap();
         let runs: Vec<(&str, &[String])> =
             file.run.iter().map(|run| (run.name.as_str(), run.set.as_slice())).collect();
         let set = |value: &str| {
@@ -357,7 +327,7 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
     #[test]
     fn the_set_of_a_study_comes_before_that_of_each_run() {
         let text = TEXT.replace("title = \"t\"", "title = \"t\"\nset = [\"parameter_set=as-coded\"]");
-        let file = File::parse(&text).unwrap();
+        let file = Pipeline::unchecked(&text).unwrap();
         let sets: Vec<&[String]> = file.run.iter().map(|run| run.set.as_slice()).collect();
         let kick = |value: &str| format!("initial_velocity.amplitude_m_per_s={value}");
         let of_study = "parameter_set=as-coded".to_owned();

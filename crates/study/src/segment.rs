@@ -5,26 +5,27 @@
 //!
 //! | bytes | what |
 //! |---|---|
-//! | 1 | kind: 1 done, 2 failed |
+//! | 4 | CRC-32 of all the others |
+//! | 1 | whether the run is done: 1, or 0 if it failed |
 //! | 8 | the run's number, from 1 |
 //! | 4 | length of the content |
-//! | 4 | CRC-32 of all the others |
-//! | length | a line of JSON with number and id of the run; then, done: zstd, see [`stored`](crate::stored); failed: text |
+//! | length | a [`RunResult`] as JSON, compressed by zstd |
 //!
-//! with the least significant byte first. Everything
-//! after an incomplete frame is ignored.
+//! with the least significant byte first. Everything after an incomplete or changed frame is ignored.
 
-use std::fs::{self, DirEntry, File};
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::cell::RefCell;
+use std::ffi::OsStr;
+use std::fs::{self, DirEntry};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use asperity_files::{FileError, LockedFile, create_folder, fill};
-use asperity_record::bounds::LONGEST_OWNER_BYTES;
-use serde::{Deserialize, Serialize};
-
-use crate::plan::Row;
+use asperity_files::{FileError, LockedFile, create_folder};
+use asperity_numbers::RunResult;
+use asperity_record::bounds::LONGEST_RESULT_BYTES;
+use zstd::bulk::{Compressor, decompress};
+use zstd::zstd_safe::get_frame_content_size;
 
 /// The folder of the segments, within that of the plan.
 pub const FOLDER: &str = "segments";
@@ -35,57 +36,16 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 const HEAD: usize = 17;
 
 /// The version of the format.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The beginning of a segment, before its version.
 const BEGINNING: &str = "asperity sweep segment ";
 
-/// The kind of a result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// The run succeeded.
-    Done,
-    /// The run failed, and would always fail.
-    Failed,
-}
-
-impl Kind {
-    fn of(byte: u8) -> Option<Kind> {
-        [Kind::Done, Kind::Failed].into_iter().find(|kind| kind.byte() == byte)
-    }
-
-    fn byte(self) -> u8 {
-        match self {
-            Kind::Done => 1,
-            Kind::Failed => 2,
-        }
-    }
-}
+/// The level of compression: higher ones need more time than a short run.
+const LEVEL: i32 = 1;
 
 fn first_line(plan: &str) -> String {
     format!("{BEGINNING}{VERSION} {plan}\n")
-}
-
-/// The owner of a result, according to its content.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Owner {
-    /// The run's number in its plan.
-    pub run: u64,
-    /// Its id.
-    pub run_id: String,
-}
-
-impl Owner {
-    fn of(row: &Row) -> Owner {
-        Owner { run: row.run, run_id: row.id.clone().unwrap_or_default() }
-    }
-
-    fn line(&self) -> String {
-        let mut line = serde_json::to_string(self).expect("a number and a text are JSON");
-        line.push('\n');
-        line
-    }
 }
 
 /// The name of this machine in the names of segments.
@@ -140,22 +100,18 @@ impl Writer {
         }
     }
 
-    /// Appends a result.
+    /// Appends a result, as [`packed`].
     ///
     /// # Errors
     /// If the system refuses.
-    pub fn add(&mut self, kind: Kind, row: &Row, content: &[u8]) -> io::Result<()> {
-        let owner = Owner::of(row).line();
-        let length = owner.len() + content.len();
-        let mut frame = Vec::with_capacity(HEAD + length);
-        frame.push(kind.byte());
-        frame.extend(row.run.to_le_bytes());
-        frame.extend(u32::try_from(length).map_err(io::Error::other)?.to_le_bytes());
-        let mut hasher = crc32fast::Hasher::new();
-        [&frame, owner.as_bytes(), content].iter().for_each(|part| hasher.update(part));
-        frame.extend(hasher.finalize().to_le_bytes());
-        frame.extend(owner.as_bytes());
-        frame.extend(content);
+    pub fn add(&mut self, run: u64, is_done: bool, packed: &[u8]) -> io::Result<()> {
+        let mut frame = vec![0; 4];
+        frame.push(u8::from(is_done));
+        frame.extend(run.to_le_bytes());
+        frame.extend(u32::try_from(packed.len()).map_err(io::Error::other)?.to_le_bytes());
+        frame.extend(packed);
+        let crc = crc32fast::hash(&frame[4..]);
+        frame[..4].copy_from_slice(&crc.to_le_bytes());
         self.locked.file().write_all(&frame)?;
         if self.synced.elapsed() >= SYNC_INTERVAL {
             self.sync()?;
@@ -173,116 +129,115 @@ impl Writer {
     }
 }
 
+/// Packs a result.
+///
+/// # Errors
+/// If it is too long, or has a number that JSON cannot hold.
+pub fn packed(result: &RunResult) -> io::Result<Vec<u8>> {
+    thread_local! {
+        /// Building its tables costs more time than compressing a short result.
+        static PACKER: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
+    }
+    let line = result.to_json()?;
+    if line.len() > LONGEST_RESULT_BYTES {
+        let problem = format!("a result of {} bytes (accepted: up to {LONGEST_RESULT_BYTES})", line.len());
+        return Err(io::Error::other(problem));
+    }
+    PACKER.with_borrow_mut(|packer| match packer {
+        Some(packer) => packer.compress(&line),
+        none => {
+            let packer = none.insert(Compressor::new(LEVEL)?);
+            // Sees a bit that changed before the frame had its own.
+            packer.include_checksum(true)?;
+            packer.compress(&line)
+        }
+    })
+}
+
+/// Unpacks a result.
+///
+/// # Errors
+/// If it is none.
+pub fn unpacked(packed: &[u8]) -> io::Result<RunResult> {
+    // A few bytes may stand for gigabytes.
+    let length = get_frame_content_size(packed).ok().flatten().unwrap_or(u64::MAX);
+    if length > LONGEST_RESULT_BYTES as u64 {
+        let problem = format!("a result of {length} bytes or more (accepted: up to {LONGEST_RESULT_BYTES})");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
+    }
+    let line = decompress(packed, length as usize).map_err(|error| {
+        io::Error::new(io::ErrorKind::InvalidData, format!("{error} (accepted: a zstd frame)"))
+    })?;
+    RunResult::from_json(&line).map_err(|error| {
+        io::Error::new(io::ErrorKind::InvalidData, format!("{error} (accepted: a result by this program)"))
+    })
+}
+
 /// A result in a segment.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
-    /// The kind of the result.
-    pub kind: Kind,
+    /// Whether the run is done; it failed otherwise.
+    pub is_done: bool,
     /// The run's number, from 1.
     pub run: u64,
-    /// The owner line, or its error.
-    pub owner: Result<Owner, String>,
-    /// The offset of the content after that line.
+    /// The offset of the content.
     pub at: u64,
     /// The length of the content.
-    pub length: u64,
+    pub length: u32,
 }
 
-/// Reads a segment: its whole frames, without storing their contents.
-#[derive(Debug)]
-pub struct Reader {
-    file: BufReader<File>,
-    at: u64,
-}
-
-impl Reader {
-    /// Opens a segment; `None` if it is of another plan or not a segment.
-    ///
-    /// # Errors
-    /// If it cannot be read, or is of another version of the format.
-    pub fn open(path: &Path, plan: &str) -> io::Result<Option<Reader>> {
-        let mut file = BufReader::with_capacity(1 << 16, asperity_files::open(path)?);
-        let expected = first_line(plan);
-        let mut found = vec![0; expected.len()];
-        if !whole(file.read_exact(&mut found))? {
-            return Ok(None);
-        }
-        let text = str::from_utf8(&found).ok().and_then(|text| text.strip_prefix(BEGINNING));
-        match text.and_then(|text| text.split_once(' ')?.0.parse::<u32>().ok()) {
-            Some(other) if other != VERSION => Err(io::Error::other(format!(
+/// Reads the frames of a segment, up to the first one that is incomplete or changed, or that is not taken. Returns the
+/// number of bytes from there on; `None` if the file is of another plan or not a segment.
+///
+/// # Errors
+/// If it cannot be read, or is of another version of the format.
+pub fn scan(path: &Path, plan: &str, mut take: impl FnMut(Frame) -> bool) -> io::Result<Option<u64>> {
+    let mut file = BufReader::with_capacity(1 << 16, asperity_files::open(path)?);
+    let expected = first_line(plan);
+    let mut found = Vec::new();
+    file.by_ref().take(expected.len() as u64).read_to_end(&mut found)?;
+    let text = str::from_utf8(&found).ok().and_then(|text| text.strip_prefix(BEGINNING));
+    match text.and_then(|text| text.split_once(' ')?.0.parse::<u32>().ok()) {
+        Some(other) if other != VERSION => {
+            return Err(io::Error::other(format!(
                 "written with version {other} of the format; this program reads version {VERSION}"
-            ))),
-            _ => Ok((expected.as_bytes() == found).then_some(Reader { file, at: found.len() as u64 })),
+            )));
         }
+        _ if expected.as_bytes() != found => return Ok(None),
+        _ => {}
     }
-
-    /// Returns the next result; `None` at the end or an incomplete frame.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
-    pub fn next_frame(&mut self) -> io::Result<Option<Frame>> {
-        let mut head = [0; HEAD];
-        if !whole(self.file.read_exact(&mut head))? {
-            return Ok(None);
+    let mut end = found.len() as u64;
+    let mut frame = Vec::new();
+    loop {
+        frame.clear();
+        file.by_ref().take(HEAD as u64).read_to_end(&mut frame)?;
+        let Ok(head) = <[u8; HEAD]>::try_from(&frame[..]) else { break };
+        let number = |at: usize| u32::from_le_bytes(std::array::from_fn(|n| head[at + n]));
+        let length = number(13);
+        if length as usize > LONGEST_RESULT_BYTES {
+            break;
         }
-        let number = |from: usize| u32::from_le_bytes(std::array::from_fn(|n| head[from + n]));
-        let (length, crc) = (u64::from(number(9)), number(13));
-        let run = u64::from_le_bytes(std::array::from_fn(|n| head[1 + n]));
-        let Some(kind) = Kind::of(head[0]) else { return Ok(None) };
-        let mut hasher = crc32fast::Hasher::new();
-        hasher.update(&head[..13]);
-        let mut content = self.file.by_ref().take(length);
-        let mut first = Vec::new();
-        content.by_ref().take(LONGEST_OWNER_BYTES as u64).read_until(b'\n', &mut first)?;
-        hasher.update(&first);
-        let mut read = first.len() as u64;
-        loop {
-            fill(&mut content)?;
-            let piece = content.fill_buf()?;
-            if piece.is_empty() {
-                break;
-            }
-            hasher.update(piece);
-            let taken = piece.len();
-            content.consume(taken);
-            read += taken as u64;
+        file.by_ref().take(length.into()).read_to_end(&mut frame)?;
+        let run = u64::from_le_bytes(std::array::from_fn(|n| head[5 + n]));
+        let is_whole = frame.len() == HEAD + length as usize && crc32fast::hash(&frame[4..]) == number(0);
+        if !is_whole || !take(Frame { is_done: head[4] == 1, run, at: end + HEAD as u64, length }) {
+            break;
         }
-        if read != length || hasher.finalize() != crc {
-            return Ok(None);
-        }
-        let begins = self.at + HEAD as u64;
-        self.at = begins + length;
-        let owner = first.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok());
-        let owner = owner.ok_or_else(|| "its content does not say whose it is".to_owned());
-        let of_owner = first.len() as u64;
-        Ok(Some(Frame { kind, run, owner, at: begins + of_owner, length: length - of_owner }))
+        end += frame.len() as u64;
     }
-
-    /// Number of bytes after the last whole frame.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
-    pub fn torn(&self) -> io::Result<u64> {
-        Ok(self.file.get_ref().metadata()?.len().saturating_sub(self.at))
-    }
+    Ok(Some(file.get_ref().metadata()?.len().saturating_sub(end)))
 }
 
-/// Opens the content of a result at the position in its [`Frame`].
+/// The packed result at the position in its [`Frame`].
 ///
 /// # Errors
 /// If the segment cannot be read.
-pub(crate) fn content(path: &Path, at: u64, length: u64) -> io::Result<impl BufRead + use<>> {
+pub(crate) fn content(path: &Path, at: u64, length: u32) -> io::Result<Vec<u8>> {
     let mut file = asperity_files::open(path)?;
     file.seek(SeekFrom::Start(at))?;
-    Ok(BufReader::new(file).take(length))
-}
-
-fn whole(read: io::Result<()>) -> io::Result<bool> {
-    match read {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
-        Err(error) => Err(error),
-    }
+    let mut content = vec![0; length as usize];
+    file.read_exact(&mut content)?;
+    Ok(content)
 }
 
 /// The segments in the folder of a plan, sorted by name.
@@ -290,13 +245,8 @@ fn whole(read: io::Result<()>) -> io::Result<bool> {
 /// # Errors
 /// If the folder cannot be read.
 pub fn all(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut paths = Vec::new();
-    for entry in entries(&folder.join(FOLDER))? {
-        let path = entry.path();
-        if path.extension().is_some_and(|extension| extension == "seg") {
-            paths.push(path);
-        }
-    }
+    let mut paths: Vec<PathBuf> = entries(&folder.join(FOLDER))?.iter().map(DirEntry::path).collect();
+    paths.retain(|path| path.extension() == Some(OsStr::new("seg")));
     paths.sort();
     Ok(paths)
 }
@@ -313,39 +263,29 @@ pub(crate) fn entries(folder: &Path) -> io::Result<Vec<DirEntry>> {
 mod tests {
     use std::fs;
 
-    use super::{Kind, Owner, Reader, Writer, all};
-    use crate::plan::Row;
+    use super::{Writer, all, content, first_line, scan};
 
     #[test]
     fn whatever_is_cut_off_or_changed_costs_what_follows_it_and_nothing_before() {
         let folder = tempfile::tempdir().unwrap();
         let mut writer = Writer::create(folder.path(), "plan").unwrap();
-        let rows = [1, 2, 3, 4].map(|run| {
-            let id = Some("id".to_owned());
-            Row { run, values: Vec::new(), id, refused: None, warnings: Vec::new(), preview: None }
-        });
-        for row in &rows {
-            writer.add(Kind::Done, row, format!("result {}", row.run).as_bytes()).unwrap();
-        }
+        (1..=4).for_each(|run| writer.add(run, true, format!("result {run}").as_bytes()).unwrap());
         drop(writer);
         let path = all(folder.path()).unwrap().remove(0);
         let whole = fs::read(&path).unwrap();
         let read = || {
-            let bytes = fs::read(&path).unwrap();
-            let mut reader = Reader::open(&path, "plan").unwrap()?;
             let mut runs = Vec::new();
-            while let Some(frame) = reader.next_frame().unwrap() {
-                let content = &bytes[frame.at as usize..][..frame.length as usize];
+            let torn = scan(&path, "plan", |frame| {
+                let content = content(&path, frame.at, frame.length).unwrap();
                 assert_eq!(content, format!("result {}", frame.run).as_bytes());
-                assert_eq!(frame.owner, Ok(Owner { run: frame.run, run_id: "id".to_owned() }));
                 runs.push(frame.run);
-            }
-            let torn = reader.torn().unwrap();
-            Some((runs, torn))
+                frame.is_done
+            });
+            Some((runs, torn.unwrap()?))
         };
         assert_eq!(read(), Some((vec![1, 2, 3, 4], 0)));
-        let frame = (whole.len() - b"asperity sweep segment 2 plan\n".len()) / 4;
-        let first = whole.len() - 4 * frame;
+        let first = first_line("plan").len();
+        let frame = (whole.len() - first) / 4;
         for cut in 0..whole.len() {
             fs::write(&path, &whole[..cut]).unwrap();
             let expected = cut
@@ -361,6 +301,6 @@ mod tests {
             let before = (at - first) / frame;
             assert_eq!((runs.len(), torn as usize), (before, (4 - before) * frame), "{at}");
         }
-        assert!(Reader::open(&path, "other plan").unwrap().is_none());
+        assert_eq!(scan(&path, "other plan", |_| true).unwrap(), None);
     }
 }

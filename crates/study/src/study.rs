@@ -12,7 +12,7 @@ use asperity_run::study::Job;
 
 use crate::axis;
 use crate::axis::{Axis, Value};
-use crate::file::File;
+use crate::error::StudyError;
 pub use crate::file::Keep;
 use crate::pipeline::Pipeline;
 use crate::runs::{Named, read_scenario};
@@ -53,22 +53,14 @@ pub struct Study {
     pub text: String,
 }
 
-/// Why a study cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("{file}: {problem}")]
-pub struct StudyFileError {
-    file: String,
-    problem: String,
-}
-
 impl Study {
     /// Reads a study. A scenario is a built-in one, or a file that is looked up in the folder of the
     /// study, then in the current one.
     ///
     /// # Errors
     /// A message with file, key, value and the accepted values.
-    pub fn read(path: &Path) -> Result<Study, StudyFileError> {
-        let refused = |problem: String| StudyFileError { file: path.display().to_string(), problem };
+    pub fn read(path: &Path) -> Result<Study, StudyError> {
+        let refused = |problem: String| StudyError::Refused(format!("{}: {problem}", path.display()));
         let text = text::read(path)
             .map_err(|error| refused(format!("study cannot be read: {error} (accepted: a TOML file)")))?;
         Study::parse(&text, path.parent().unwrap_or(Path::new("."))).map_err(refused)
@@ -79,7 +71,7 @@ impl Study {
     /// # Errors
     /// A message with key, value and the accepted values.
     pub fn parse(text: &str, folder: &Path) -> Result<Study, String> {
-        let file = File::parse(text)?;
+        let file = Pipeline::unchecked(text)?;
         if file.axis.is_empty() && file.run.is_empty() {
             return Err(
                 "there are no runs and nothing varies (accepted: [[run]], [[ensemble]], or scenario \
@@ -91,7 +83,7 @@ impl Study {
         let axes = grid.iter().flat_map(|grid| &grid.axes);
         let for_figures: Vec<_> = axes.map(Axis::for_figures).collect();
         let keeps_ruptures = grid.as_ref().is_some_and(|grid| grid.keep.contains(&Keep::Ruptures));
-        let of_tables = file.of_tables();
+        let of_tables = file.figure.of_tables();
         if grid.is_none() && !of_tables.is_empty() {
             return Err("figures of the tables of runs ([[figure.phase-map]], [[figure.family]], \
                         [[figure.lengths]] without series) need runs over axes (accepted: scenario with one or \
@@ -100,19 +92,11 @@ impl Study {
         }
         let figures = of_tables.understand(&for_figures, keeps_ruptures)?;
         let runs = file.run.iter().map(|run| run.read(folder)).collect::<Result<_, _>>()?;
-        let pipeline = {
-            let at = |at: &[String]| grid.as_ref().map_or(Ok(Vec::new()), |grid| grid.runs_at(at));
-            Pipeline::of(file.clone(), grid.as_ref().map_or(0, Grid::count), &at)?
-        };
-        Ok(Study {
-            title: file.title,
-            grid,
-            runs,
-            shared_sets: (file.set.len(), 0),
-            figures,
-            pipeline,
-            text: text.to_owned(),
-        })
+        let at = |at: &[String]| grid.as_ref().map_or(Ok(Vec::new()), |grid| grid.runs_at(at));
+        let pipeline = file.checked(grid.as_ref().map_or(0, Grid::count), &at)?;
+        let shared_sets = (pipeline.set.len(), 0);
+        let (title, text) = (pipeline.title.clone(), text.to_owned());
+        Ok(Study { title, grid, runs, shared_sets, figures, pipeline, text })
     }
 
     /// Whether it has outputs beyond the tables of its grid and their figures, which need its text.
@@ -143,8 +127,8 @@ impl Study {
 
 impl Grid {
     /// The runs over axes of a file; file names in it are relative to a folder.
-    fn of(file: &File, folder: &Path) -> Result<Option<Grid>, String> {
-        let File { scenario, set, axis, .. } = file;
+    fn of(file: &Pipeline, folder: &Path) -> Result<Option<Grid>, String> {
+        let Pipeline { scenario, set, axis, .. } = file;
         if axis.is_empty() {
             return match scenario {
                 Some(scenario) => Err(format!(
@@ -185,7 +169,7 @@ impl Grid {
         keep.push(Keep::Summary);
         keep.sort_unstable();
         keep.dedup();
-        let scenario_toml = read_scenario(scenario, folder)?.text;
+        let scenario_toml = read_scenario(scenario, folder)?.0;
         let grid = Grid { scenario: scenario.clone(), scenario_toml, set: set.clone(), keep, axes };
         match grid.runs() {
             Some(_) => Ok(Some(grid)),

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use asperity_record::counted;
 
 use crate::plan::{Plan, Row};
-use crate::results::{Fault, Results, State};
+use crate::results::{Results, State};
 use crate::segment::node_of;
 
 /// Most pairs of nodes that are named.
@@ -129,10 +129,10 @@ impl Verification {
             }
         }
         for fault in &results.faults {
-            if let Fault::Differ { run, first, second, .. } = fault
-                && chosen.contains(run)
+            if let [first, second] = &fault.spots[..]
+                && chosen.contains(&fault.run)
             {
-                count(&mut all.differ, [first, second].map(|spot| node_of(&spot.path)));
+                count(&mut all.differ, [first, second].map(|(path, _)| node_of(path)));
             }
         }
         all

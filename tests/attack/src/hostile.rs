@@ -154,7 +154,7 @@ fn of_studies(study: &Study) -> Result<Vec<Input>, Error> {
     };
     let mut inputs = Vec::new();
     let first = &study.segments[0].1;
-    for (name, filling) in [("zeros", "\0"), ("lines", "\n"), ("events", "/events/slip\t{}\n")] {
+    for (name, filling) in [("zeros", "\0"), ("lines", "\n"), ("texts", "{\"run\":")] {
         let piece = filling.repeat((1 << 22) / filling.len());
         let mut encoder = zstd::stream::write::Encoder::new(Vec::new(), 3)?;
         for _ in 0..1024 {
@@ -165,7 +165,7 @@ fn of_studies(study: &Study) -> Result<Vec<Input>, Error> {
         inputs.push(of_name(&format!("segments/{name}.seg"), segment.bytes()));
     }
     let mut twice = first.clone();
-    twice.frames = vec![Frame { kind: 2, content: b"x".to_vec(), ..first.frames[0].clone() }; 80_000];
+    twice.frames = vec![Frame { content: b"x".to_vec(), ..first.frames[0].clone() }; 80_000];
     inputs.push(of_name("segments/twice.seg", twice.bytes()));
     let mut nobody = first.clone();
     nobody.frames = (0..80_000).map(|n| Frame { run: 1000 + n, ..twice.frames[0].clone() }).collect();

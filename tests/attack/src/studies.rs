@@ -187,7 +187,7 @@ fn forged(random: &mut Random, ours: &Study) -> (String, Files) {
     let (chosen, at) = ours.chosen(random);
     let (name, mut segment) = ours.segments[chosen].clone();
     let frame = &mut segment.frames[at];
-    let what = match random.below(6) {
+    let what = match random.below(5) {
         0 => {
             let numbers = [0, frame.run + 1, frame.run.saturating_sub(1), 1 << 40, u64::MAX];
             let run = random.pick(&numbers);
@@ -202,41 +202,36 @@ fn forged(random: &mut Random, ours: &Study) -> (String, Files) {
             what
         }
         2 => {
-            let owner = String::from_utf8_lossy(&frame.owner).into_owned();
-            let (what, owner) = json_changed(random, owner.trim_end());
-            frame.owner = format!("{owner}\n").into_bytes();
-            format!("owner of run {}: {what}", frame.run)
-        }
-        3 => {
             let at = random.below(frame.content.len() as u64) as usize;
             frame.content[at] ^= 1 << random.below(8);
             format!("a bit of byte {at} of the content of run {}", frame.run)
         }
         _ => {
-            let text = frame.text();
-            let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-            let line = random.below(lines.len() as u64) as usize;
+            let mut result: serde_json::Value =
+                serde_json::from_str(&frame.text()).expect("it is a sound one");
+            let list = random.pick(&["slips", "ruptures"]);
+            let events = result["outcome"]["Ok"][list].as_array_mut().expect("it is a sound one");
+            let at = random.below(events.len() as u64) as usize;
             let what = match random.below(3) {
                 0 => {
-                    lines.remove(line);
+                    events.remove(at);
                     "is gone".to_owned()
                 }
                 1 => {
-                    lines.insert(line, lines[line].clone());
+                    events.insert(at, events[at].clone());
                     "appears twice".to_owned()
                 }
                 _ => {
-                    let other = random.below(lines.len() as u64) as usize;
-                    lines.swap(line, other);
-                    format!("changed places with line {}", other + 1)
+                    let other = random.below(events.len() as u64) as usize;
+                    if at == other {
+                        return forged(random, ours);
+                    }
+                    events.swap(at, other);
+                    format!("changed places with {other}")
                 }
             };
-            let told = lines.iter().map(|line| format!("{line}\n")).collect::<String>();
-            if told == text {
-                return forged(random, ours);
-            }
-            *frame = Frame::done(frame.run, &frame.owner, told.as_bytes());
-            format!("line {} of the content of run {} {what}", line + 1, frame.run)
+            *frame = Frame::done(frame.run, result.to_string().as_bytes());
+            format!("{at} of {list} of run {} {what}", frame.run)
         }
     };
     if segment.bytes() == ours.segments[chosen].1.bytes() {
@@ -301,8 +296,13 @@ fn mixed(random: &mut Random, ours: &Study, other: &Study) -> (String, Files) {
             format!("the result of run {run} is that of another study")
         }
         1 => {
-            // Its content under our owner.
-            segment.frames[at].content = of_other(run).content;
+            // Its numbers under our id.
+            let read = |frame: &Frame| -> serde_json::Value {
+                serde_json::from_str(&frame.text()).expect("it is a sound one")
+            };
+            let mut numbers = read(&of_other(run));
+            numbers["id"] = read(&segment.frames[at])["id"].take();
+            segment.frames[at] = Frame::done(run, numbers.to_string().as_bytes());
             return twice_told(ours, files, &name, segment, run);
         }
         2 => {
@@ -313,9 +313,6 @@ fn mixed(random: &mut Random, ours: &Study, other: &Study) -> (String, Files) {
             }
             let what = format!("the result of run {run} is that of run {}", content.run);
             segment.frames[at].content = content.content;
-            if random.below(2) == 0 {
-                segment.frames[at].owner = content.owner;
-            }
             what
         }
         3 => {

@@ -1,9 +1,6 @@
 //! Disassembles plans and segments of studies, and reassembles them with correct checksums. The forms are
 //! those of `docs/internals/formats.md`.
 
-/// The kind of a result of a run that is done.
-pub const DONE: u8 = 1;
-
 /// A segment: the line with its version and plan, and its results.
 #[derive(Debug, Clone)]
 pub struct Segment {
@@ -14,53 +11,48 @@ pub struct Segment {
 /// A result in a segment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
+    /// 1 if the run is done.
     pub kind: u8,
     pub run: u64,
-    /// The line with its owner.
-    pub owner: Vec<u8>,
     pub content: Vec<u8>,
 }
 
+/// The bytes of a frame before its content.
+const HEAD: usize = 17;
+
 impl Frame {
     /// A frame of a run that is done, with this text in it.
-    pub fn done(run: u64, owner: &[u8], text: &[u8]) -> Frame {
-        let content = zstd::bulk::compress(text, 1).expect("it compresses");
-        Frame { kind: DONE, run, owner: owner.to_vec(), content }
+    pub fn done(run: u64, text: &[u8]) -> Frame {
+        Frame { kind: 1, run, content: zstd::bulk::compress(text, 1).expect("it compresses") }
     }
 
-    /// The unpacked content of a completed run.
+    /// The unpacked content.
     pub fn text(&self) -> String {
         let unpacked = zstd::bulk::decompress(&self.content, 1 << 26).expect("it is a sound one");
         String::from_utf8(unpacked).expect("it is a sound one")
     }
 
     pub fn bytes(&self) -> Vec<u8> {
-        let content = [&self.owner[..], &self.content].concat();
         let mut bytes = vec![self.kind];
         bytes.extend(self.run.to_le_bytes());
-        bytes.extend((content.len() as u32).to_le_bytes());
-        let crc = crc32fast::hash(&[&bytes[..], &content].concat());
-        bytes.extend(crc.to_le_bytes());
-        bytes.extend(content);
-        bytes
+        bytes.extend((self.content.len() as u32).to_le_bytes());
+        bytes.extend(&self.content);
+        [&crc32fast::hash(&bytes).to_le_bytes()[..], &bytes].concat()
     }
 }
 
 impl Segment {
-    /// Takes a sound segment apart.
+    /// Takes a segment apart, as far as its frames are whole.
     pub fn read(bytes: &[u8]) -> Segment {
         let end = bytes.iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| end + 1);
         let first_line = bytes[..end].to_vec();
         let mut frames = Vec::new();
         let mut left = &bytes[end..];
-        while left.len() >= 17 {
-            let run = u64::from_le_bytes(*left[1..].first_chunk().expect("there are seventeen"));
-            let length = u32::from_le_bytes(*left[9..].first_chunk().expect("there are seventeen"));
-            let (frame, behind) = left.split_at((17 + length as usize).min(left.len()));
-            let content = &frame[17..];
-            let of_owner = content.iter().position(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-            let (owner, content) = content.split_at(of_owner);
-            frames.push(Frame { kind: frame[0], run, owner: owner.to_vec(), content: content.to_vec() });
+        while let Some((head, behind)) = left.split_first_chunk::<HEAD>() {
+            let run = u64::from_le_bytes(*head[5..].first_chunk().expect("there are seventeen"));
+            let length = u32::from_le_bytes(*head[13..].first_chunk().expect("there are seventeen"));
+            let Some((content, behind)) = behind.split_at_checked(length as usize) else { break };
+            frames.push(Frame { kind: head[4], run, content: content.to_vec() });
             left = behind;
         }
         Segment { first_line, frames }
@@ -68,7 +60,7 @@ impl Segment {
 
     /// The segment with these results for another plan.
     pub fn of_plan(&self, plan: &str) -> Segment {
-        let first_line = format!("asperity sweep segment 2 {}\n", hash_of(plan)).into_bytes();
+        let first_line = format!("asperity sweep segment 3 {}\n", hash_of(plan)).into_bytes();
         Segment { first_line, frames: self.frames.clone() }
     }
 

@@ -223,36 +223,45 @@ pub fn plan(lines: &[u8]) {
     }
 }
 
-/// The results of a run of a study: owner, summary and events, each line from the input, packed with the
-/// correct checksum.
+/// The result of the first run of a study, from the input, packed with the correct checksum.
 pub fn results(text: &[u8]) {
     let folder = scratch("study");
     fs::create_dir_all(folder.join("segments")).expect("the scratch folder can be written");
-    let line = text.iter().position(|byte| *byte == b'\n').map_or(0, |end| end + 1);
     let plan = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(PLAN_FROM_HERE));
     let plan = frames::sealed(plan.expect("the fixture is there").trim_end());
-    let frame = frames::Frame::done(1, &text[..line], &text[line..]);
-    let first_line = b"asperity sweep segment 2 ".to_vec();
-    let segment = frames::Segment { first_line, frames: vec![frame] }.of_plan(&plan);
-    fs::write(folder.join("segments/a.seg"), segment.bytes()).expect("the scratch folder can be written");
+    let segment = frames::Segment { first_line: Vec::new(), frames: vec![frames::Frame::done(1, text)] };
+    fs::write(folder.join("segments/a.seg"), segment.of_plan(&plan).bytes())
+        .expect("the scratch folder can be written");
     let plan = asperity_study::Plan::parse(plan.as_bytes()).expect("the fixture is sound");
     let found = asperity_study::Results::read(&folder, &plan).expect("the segment can be read");
-    let files =
-        asperity_files::FileSet::new(asperity_files::Existing::Refuse, asperity_files::Inputs::default());
-    let collected = asperity_study::collect(&plan, &found, &files, &folder, &[], &mut Unseen);
-    if let Err(error) = collected {
-        assert!(error.to_string().contains("a.seg: byte "), "{error}");
+    let mut rows = 0;
+    match asperity_study::collect(&plan, &found, &mut Counted(&mut rows)) {
+        Ok(()) => assert_eq!(rows, plan.numbered()),
+        Err(error) => assert!(error.to_string().contains("a.seg: byte "), "{error}"),
     }
     fs::remove_dir_all(&folder).expect("it was just written");
 }
 
-/// Receives rows of tables and ignores them.
-struct Unseen;
+/// Counts the rows of the table of runs.
+struct Counted<'a>(&'a mut u64);
 
-impl asperity_study::Observer for Unseen {
-    fn begin(&mut self, _: &'static str, _: &[asperity_record::Column]) {}
+impl asperity_study::RowSink for Counted<'_> {
+    fn begin(
+        &mut self,
+        _: &'static str,
+        _: &[asperity_record::Column],
+    ) -> Result<(), asperity_study::StudyError> {
+        Ok(())
+    }
 
-    fn row(&mut self, _: &'static str, _: &[asperity_record::Cell]) {}
+    fn row(
+        &mut self,
+        table: &'static str,
+        _: &[asperity_record::Cell],
+    ) -> Result<(), asperity_study::StudyError> {
+        *self.0 += u64::from(table == asperity_study::RUNS);
+        Ok(())
+    }
 }
 
 /// The path of the lines of a plan without the last one from the folder of either crate that this is compiled in.

@@ -30,6 +30,7 @@ __all__ = [
     "diff",
     "figures",
     "open",
+    "reproduce",
     "resume",
     "run",
     "scenarios",
@@ -260,6 +261,18 @@ def sweep(
     stop: Callable[[], object] | None = None,
 ) -> Sweep: ...
 
+def reproduce(
+    pipeline: _Path,
+    out: _Path,
+    *,
+    set: Mapping[str, Any] | None = None,
+    solver: Literal["fast", "plain", "adaptive"] | None = None,
+    fresh: bool = False,
+    jobs: int | None = None,
+    progress: _Progress = None,
+    stop: Callable[[], object] | None = None,
+) -> dict[str, Numbers]: ...
+
 @final
 class Sweep:
     @property
@@ -270,6 +283,7 @@ class Sweep:
     def events(self) -> Table: ...
     @property
     def ruptures(self) -> Table: ...
+    def draw(self, figures: _Path | None = None, *, out: _Path | None = None) -> list[Path]: ...
 
 def diff(
     old: Run | _Path, new: Run | _Path, *, policy: _Path | None = None, pair: Literal["hash", "name"] = "hash"

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use asperity_report::encoded;
 
 /// The relative, encoded link from a page to a path; links to folders end in a slash.
-pub(crate) fn relative_link(page: &Path, to: &Path) -> String {
+pub fn relative_link(page: &Path, to: &Path) -> String {
     let (from, to) = (whole(page.parent().unwrap_or(Path::new(""))), whole(to));
     let (from, parts): (Vec<Component<'_>>, Vec<Component<'_>>) =
         (from.components().collect(), to.components().collect());

@@ -1,0 +1,266 @@
+//! What is made of the results of runs over axes: tables, figures, claims and a page, in one pass.
+
+use std::path::{Path, PathBuf};
+
+use asperity_figures::draw::files_of;
+use asperity_figures::draw::of_study::{Drawer, Origins};
+use asperity_figures::{Figure, Kind};
+use asperity_files::{Existing, FileSet, Inputs, create_folder};
+use asperity_numbers::Summary;
+use asperity_numbers::claims::{ClaimSpec, Measured};
+use asperity_record::{Cell, Column, EventKind, Rupture, SlipEvent};
+use asperity_tables::format::Format;
+
+use crate::collect::{RUNS, RowSink, TableFiles, collect};
+use crate::error::StudyError;
+use crate::file::Keep;
+use crate::page::{self, StudyPage, claims_in, tables_in};
+use crate::pipeline::{Pipeline, REPORT};
+use crate::plan::{FILE, Plan};
+use crate::reduction::{Beside, Claimed, claim_files, write_claims};
+use crate::results::Results;
+use crate::study::{Grid, Study};
+use crate::watch::Watcher;
+
+/// The folder of the figures of a study.
+pub(crate) const FIGURES: &str = "figures";
+/// The folder of its tables.
+pub(crate) const TABLES: &str = "tables";
+
+/// The results of a study, of which outputs are made.
+#[derive(Clone, Copy)]
+pub struct Outputs<'a> {
+    /// Its plan.
+    pub plan: &'a Plan,
+    /// The results.
+    pub results: &'a Results,
+    /// The folder of both.
+    pub folder: &'a Path,
+    /// Whether figures and pages name the code, and figures bear a line with their source.
+    pub provenance: bool,
+    /// Whoever waits for them.
+    pub watcher: &'a dyn Watcher,
+}
+
+/// Files, and what they are made of.
+struct Target<'a> {
+    formats: &'a [&'a dyn Format],
+    tables: &'a Path,
+    figures: &'a [Figure],
+    figures_in: &'a Path,
+    /// The page that shows them; None if it stays as it is.
+    page: Option<PathBuf>,
+}
+
+impl Outputs<'_> {
+    /// Makes the tables in these formats, and the figures and claims that the study asks for, in its folder, or with the
+    /// tables in another one; and, unless it has runs with names, whose page shows them, the page. All are replaced,
+    /// or none if something fails. Returns the files, and what outputs of named runs need of them.
+    ///
+    /// # Errors
+    /// If results contradict the plan or each other, or a file cannot be written.
+    pub fn tables(
+        &self,
+        formats: &[&dyn Format],
+        out: Option<&Path>,
+    ) -> Result<(Vec<PathBuf>, Beside), StudyError> {
+        let own = out.unwrap_or(self.folder);
+        let tables = out.map_or_else(|| self.folder.join(TABLES), Path::to_owned);
+        create_folder(&tables)?;
+        let figures = &self.plan.common.figures;
+        let target = Target {
+            formats,
+            tables: &tables,
+            figures,
+            figures_in: &own.join(FIGURES),
+            page: self.plan.common.runs.is_empty().then(|| own.join(REPORT)),
+        };
+        let (paths, claimed) = self.make(Inputs::of([self.folder.join(FILE)]), &target)?;
+        let kinds = [RUNS, EventKind::of::<SlipEvent>().table, EventKind::of::<Rupture>().table];
+        let is_of_grid =
+            |path: &PathBuf| path.file_stem().is_some_and(|stem| kinds.iter().any(|name| stem == *name));
+        let mut files = tables_in(self.folder)?;
+        files.retain(is_of_grid);
+        files.sort();
+        let in_figures = |figure: &Figure| files_of(&self.folder.join(FIGURES).join(&figure.file));
+        files.extend(figures.iter().flat_map(in_figures));
+        let figures = figures.iter().map(|figure| page::shown(self.plan, figure)).collect();
+        Ok((paths, Beside { figures, files, claimed }))
+    }
+
+    /// Draws the figures of the plan, or those of another file of the study, into its folder or another one. Returns the
+    /// files.
+    ///
+    /// # Errors
+    /// If there are none, or of other runs; if results contradict each other, or a file cannot be written.
+    pub fn figures(&self, from: Option<&Path>, out: Option<&Path>) -> Result<Vec<PathBuf>, StudyError> {
+        let plan = self.folder.join(FILE);
+        let all = match from {
+            None => self.plan.common.figures.clone(),
+            Some(path) => self.figures_of(path)?,
+        };
+        if all.is_empty() {
+            return Err(StudyError::Refused(format!(
+                "{} asks for no figures (accepted: [[figure.phase-map]], [[figure.family]], [[figure.lengths]] in a sweep, \
+                 by --from)",
+                from.unwrap_or(&plan).display()
+            )));
+        }
+        let target = Target {
+            formats: &[],
+            tables: self.folder,
+            figures: &all,
+            figures_in: &out.map_or_else(|| self.folder.join(FIGURES), Path::to_owned),
+            // The page shows the study's own tables and figures only.
+            page: out.is_none().then(|| self.folder.join(REPORT)),
+        };
+        Ok(self.make(Inputs::of([plan.as_path()].into_iter().chain(from)), &target)?.0)
+    }
+
+    /// The figures in the present version of the study's file.
+    fn figures_of(&self, path: &Path) -> Result<Vec<Figure>, StudyError> {
+        let study = Study::read(path)?;
+        let refused = |problem: String| StudyError::Refused(format!("--from {}: {problem}", path.display()));
+        let keys = &self.plan.common.keys;
+        let varied = study.grid.as_ref().map(Grid::keys).unwrap_or_default();
+        if varied != *keys {
+            let (varied, keys) = (varied.join(", "), keys.join(", "));
+            return Err(refused(format!(
+                "it varies {varied} (accepted: a study that varies the keys of the plan, {keys})"
+            )));
+        }
+        let lengths = |figure: &&Figure| matches!(figure.kind, Kind::Lengths { .. });
+        match study.figures.iter().find(lengths) {
+            Some(Figure { file, .. }) if !self.plan.common.keep.contains(&Keep::Ruptures) => {
+                Err(refused(format!(
+                    "figure.lengths {file:?}: the study has kept no ruptures (accepted: figures of other kinds)"
+                )))
+            }
+            _ => Ok(study.figures),
+        }
+    }
+
+    /// Makes all outputs, or none if something fails.
+    fn make(&self, inputs: Inputs, target: &Target<'_>) -> Result<(Vec<PathBuf>, Claimed), StudyError> {
+        let &Outputs { plan, results, provenance, watcher, .. } = self;
+        let files = FileSet::new(Existing::Replace, inputs);
+        let Target { formats, tables, figures, figures_in, page } = target;
+        let mut passing = Passing {
+            tables: TableFiles { files: &files, folder: tables, formats, tables: Vec::new() },
+            page: StudyPage::of(plan),
+            drawer: Drawer::new(figures),
+            watcher,
+            done: 0,
+            of: plan.numbered() as usize,
+        };
+        collect(plan, results, &mut passing)?;
+        let Passing { tables: written, page: study_page, drawer, .. } = passing;
+        let mut written = written.finish(plan)?;
+        let mut drawn = Vec::new();
+        if !figures.is_empty() {
+            create_folder(figures_in)?;
+            let scenario_of = |run: u64| {
+                let row = &plan.rows[run as usize - 1];
+                plan.scenario_of_results(row).map(|(scenario, _)| scenario)
+            };
+            // The first run represents all, except for the axes.
+            let accepted = plan.rows.iter().find(|row| row.refused.is_none());
+            let origins = accepted.and_then(|row| scenario_of(row.run).ok()).map(|scenario| {
+                let (set, step_s) = (scenario.parameter_set.word(), scenario.time.step_s);
+                Origins::of(&scenario.name, set, step_s, &plan.common.code_version)
+                    .varying(plan.common.keys.iter().cloned())
+            });
+            drawn =
+                drawer.draw(&scenario_of, &origins.unwrap_or_default(), provenance, &files, figures_in)?;
+        }
+        let pipeline = Pipeline::of_plan(plan, self.folder)?.filter(|pipeline| !pipeline.claim.is_empty());
+        let claimed = pipeline.as_ref().map_or(Ok(Claimed::default()), |pipeline| self.claimed(pipeline))?;
+        let judged = match (&pipeline, page) {
+            (Some(pipeline), Some(_)) if !formats.is_empty() => {
+                written.extend(claim_files(tables));
+                write_claims(pipeline, &claimed, &files, tables)?
+            }
+            // Runs with names have claims of their own, and figures alone do not change any.
+            (_, Some(page)) => claims_in(page.parent().unwrap_or(Path::new("")))?,
+            _ => Vec::new(),
+        };
+        if let Some(page) = page {
+            // Where only figures are redrawn, the page links to the existing tables.
+            let tables = match formats.is_empty() {
+                true => tables_in(page.parent().unwrap_or(Path::new("")))?,
+                false => written.clone(),
+            };
+            let read = |file: &str| {
+                let path = figures_in.join(file.strip_prefix("figures/").unwrap_or(file));
+                // The existing file, if it is not redrawn.
+                asperity_files::read_if_there(&files.begun(&path).unwrap_or(path))
+            };
+            let beside = page::Beside { figures, claims: judged, tables, way: "", provenance };
+            files.write(page, study_page.html(page, results, beside, &read)?)?;
+            written.push(page.clone());
+        }
+        files.publish()?;
+        written.extend(drawn);
+        written.sort();
+        Ok((written, claimed))
+    }
+
+    /// Measures claims by the summaries of the runs that they name.
+    fn claimed(&self, pipeline: &Pipeline) -> Result<Claimed, StudyError> {
+        let mut claimed = Claimed::default();
+        let plan = self.plan;
+        for run in pipeline.claim.iter().flat_map(ClaimSpec::runs).filter_map(|run| run.parse::<u64>().ok()) {
+            let row = run.checked_sub(1).and_then(|index| plan.rows.get(index as usize));
+            // Runs that the scenario refuses have no id, and no results to measure.
+            let Some(row) = row.filter(|row| row.run <= plan.numbered() && row.id.is_some()) else {
+                continue;
+            };
+            let name = run.to_string();
+            if claimed.measured.contains_key(&name) {
+                continue;
+            }
+            let (_, header) = plan.scenario_of_results(row).map_err(|problem| {
+                StudyError::Refused(format!("{}: run {run}: {problem}", self.folder.join(FILE).display()))
+            })?;
+            let made = self.results.outcome(plan, run)?;
+            let values = made.and_then(Result::ok).map_or_else(Vec::new, |made| made.summary.values());
+            let number = |name: &str| {
+                let place = Summary::KEYS.iter().position(|key| key.column.name == name)?;
+                let value = values.get(place)?;
+                value.as_f64().or_else(|| value.as_bool().map(|flag| f64::from(u8::from(flag))))
+            };
+            let measured = Measured::of_summary(&pipeline.claim, &name, &number);
+            claimed.measured.insert(name, measured);
+            claimed.headers.push(header);
+        }
+        Ok(claimed)
+    }
+}
+
+/// Passes the rows of the tables on to what is made of them.
+struct Passing<'a> {
+    tables: TableFiles<'a>,
+    page: StudyPage<'a>,
+    drawer: Drawer,
+    watcher: &'a dyn Watcher,
+    done: usize,
+    of: usize,
+}
+
+impl RowSink for Passing<'_> {
+    fn begin(&mut self, table: &'static str, columns: &[Column]) -> Result<(), StudyError> {
+        self.drawer.begin(table, columns);
+        self.page.begin(table, columns)?;
+        self.tables.begin(table, columns)
+    }
+
+    fn row(&mut self, table: &'static str, cells: &[Cell]) -> Result<(), StudyError> {
+        self.drawer.row(table, cells);
+        self.page.row(table, cells)?;
+        if table == RUNS {
+            self.done += 1;
+            self.watcher.reached("runs", self.done, self.of);
+        }
+        self.tables.row(table, cells)
+    }
+}

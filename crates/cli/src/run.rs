@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use asperity_files::is_taken;
+use asperity_files::{FileError, is_taken};
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_numbers::{Slider, Summarizer};
 use asperity_run::{Begin, CHECKPOINT_INTERVAL, LeftError, LogTo, RunError, SolverKind, Task};
@@ -230,7 +230,9 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
         RunError::Left(LeftError::OtherRun(_)) => Failure::BadInput(format!("--resume: {error}")),
         RunError::LogTarget(_) => Failure::bad_input(error),
         RunError::Solver { .. } => Failure::BadInput(format!("--solver: {error}")),
-        RunError::Write(WriteError::File(error)) => refused("--out", &error, false),
+        RunError::Write(WriteError::File(error)) if !matches!(error, FileError::Exists(_)) => {
+            refused("--out", &error, false)
+        }
         RunError::Write(WriteError::Foreign(_)) => {
             Failure::BadInput(format!("--out: {error} (accepted: another file)"))
         }

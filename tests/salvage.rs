@@ -213,7 +213,9 @@ fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
     let mut reader = RunReader::open(&out, Topics::NONE).expect("it has a header");
     assert!(matches!(reader.verify().map_err(|error| error.problem), Err(LogProblem::Salvaged)));
     let end = reader.end().expect("it was read to its end");
-    assert!(end.topic_digests.keys().eq(end.message_counts.keys()) && end.topic_digests.len() == TOPICS.len());
+    assert!(
+        end.topic_digests.keys().eq(end.message_counts.keys()) && end.topic_digests.len() == TOPICS.len()
+    );
     assert_eq!((reader.header().blocks, reader.header().code_version.as_str()), (100, "unknown"));
     assert!(reader.scenario_toml().contains("duration_s = 0.6"));
 }

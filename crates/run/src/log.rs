@@ -190,9 +190,9 @@ fn bytes(item: &Item) -> usize {
     let held = match item {
         Item::Record(Record::Step(record)) => record.switches.len() * size_of::<Switch>(),
         Item::Record(Record::Row(row)) => row.values.bytes(),
-        // A state has up to as many numbers besides.
+        // The state of all blocks has a third more.
         Item::Record(record) => {
-            2 * record.motion().map_or(0, |motion| motion.map(size_of_val).iter().sum::<usize>())
+            record.motion().map_or(0, |motion| motion.map(size_of_val).iter().sum::<usize>()) * 4 / 3
         }
         Item::Event(event) => event.bytes(),
         Item::Checkpoint(checkpoint) => checkpoint.state.len(),

@@ -57,6 +57,7 @@ impl Expected {
                 LogItem::Record(Record::Step(record)) => expected.step(&record),
                 LogItem::Record(Record::Fields(record)) => expected.fields(&record),
                 LogItem::Record(Record::Window(record)) => expected.window(&record),
+                LogItem::Record(Record::Row(row)) => expected.event(&row.values),
                 LogItem::Event(event) => expected.event(&event),
             }
         }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
 
 use crate::export::TOPICS;
@@ -367,11 +368,11 @@ fn a_writer_that_is_dropped_in_a_panic_leaves_no_whole_log() {
     let path = log.folder.path().join("other.mcap");
     // At the first record, in the midst of them, and behind the last.
     for survived in [0, records.len() / 2, records.len()] {
-        let outcome = std::panic::catch_unwind(|| {
+        let outcome = std::panic::catch_unwind(AssertUnwindSafe(|| {
             let mut writer = RunWriter::create(&path, Existing::Refuse, &header, &scenario, &[]).unwrap();
             records[..survived].iter().for_each(|record| writer.record(record).unwrap());
             panic!("meant to happen");
-        });
+        }));
         assert!(outcome.is_err() && !path.exists());
         let left = read(&partial_path(&path)).expect_err("nobody said that the run was over");
         assert!(left.problem.is_early_end(), "{left}");

@@ -113,7 +113,7 @@ fn how_a_run_ended_is_said_in_one_way_and_seen_by_making_it_again() {
     for (log, record, pairs, told) in [
         (&sound, "run_end", &[("status", Some("stopped-energy"))][..], "is not why the run was stopped"),
         (&sound, "run_end", &[("stopped", Some("so"))], "is not why the run was stopped"),
-        (&sound, "run_end", &[("status", Some("stopped"))], "\"stopped-energy\", \"stopped-not-finite\""),
+        (&sound, "run_end", &[("status", Some("stopped"))], "`stopped-energy`, `stopped-not-finite`"),
         (&sound, "run", &[("longest_stable_step_s", None)], "longest_stable_step_s"),
         (&sound, "run", &[("longest_stable_step_s", Some("1e-5"))], "longest_stable_step_s"),
         (&sound, "run", &[("longest_stable_step_s", Some("-1"))], "a number above 0"),

@@ -36,7 +36,7 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
         "  time step    1e-8 s, 2.96e-3 of the longest stable one, 3.379e-6 s (warning above 0.4)"
     );
     assert_eq!(lines[5], "  steps        500000000");
-    assert!(lines[6].ends_with(" for scheduled records: 5001 samples, 251 states"), "{words}");
+    assert!(lines[6].contains(" for scheduled records, 5001 samples, 251 states; more"), "{words}");
     assert_eq!(said(&quiet).1, "", "nothing is tried, and nothing noted");
 
     let (code, noted) = said(&["scenario", "validate", "default"]);
@@ -153,44 +153,35 @@ fn numbers_that_a_scenario_lacks_are_null() {
     assert!(forecast(&["default", "--quiet"])["step_ratio"].is_number());
 }
 
-/// Windows, long chains and dense samples; runs with many events and with none.
-const RUNS: [(&str, &[&str]); 6] = [
-    ("default", &["time.duration_s=0.05"]),
-    ("default", &["time.step_s=1e-7", "time.duration_s=1"]),
-    ("default", &["time.step_s=1e-7", "time.duration_s=0.002", "recording.sample_s=1e-7"]),
-    ("damping-event", &["recording.fields_s=1e-4", "time.duration_s=0.4"]),
-    ("left-right-driven", &["time.step_s=1e-7", "time.duration_s=1"]),
-    ("default", &["slider.blocks=3000", "time.duration_s=1e-3", "recording.fields_s=1e-4"]),
-];
-
+/// Samples, states of long chains, windows, and a slab: runs in which little else is recorded.
 #[test]
-fn a_log_is_not_longer_than_said() {
+fn a_log_is_about_as_long_as_said() {
+    let window = "recording.window=[{from_s=0,to_s=0.002,every_s=1e-7,first_block=2,last_block=20}]";
     let folder = asperity_testkit::folder();
-    for (number, (scenario, sets)) in RUNS.iter().enumerate() {
+    for (number, (scenario, sets)) in [
+        ("default", &["time.duration_s=0.05"][..]),
+        ("default", &["time.step_s=1e-7", "time.duration_s=0.002", "recording.sample_s=1e-7"]),
+        ("default", &["slider.blocks=3000", "time.duration_s=1e-3", "recording.fields_s=1e-5"]),
+        ("default", &["time.step_s=1e-7", "time.duration_s=0.002", window]),
+        ("slab", &["time.duration_s=1e-3", "recording.fields_s=1e-5"]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
         let run = with_sets(&[scenario], sets);
-        let most = forecast(&[&["--quiet"], &run[..]].concat());
-        assert_eq!(most["plain_solver_s"], Value::Null);
-        let of = |key: &str| most["log"][key].as_f64().expect("it is a number");
+        let said = forecast(&[&["--quiet"], &run[..]].concat());
+        assert_eq!(said["plain_solver_s"], Value::Null);
         let log = folder.path().join(format!("{number}.mcap"));
-        let started = Instant::now();
         binary::run(&run, &log);
-        let seconds = started.elapsed().as_secs_f64();
         let end = asperity_testkit::run_end(&log);
-        assert_eq!(most["steps"], end.last_step, "{run:?}");
-        let slips = end.message_counts["/events/slip"] as f64;
-        let switches = end.switches as f64;
-        // Not more steps have switches than there are switches.
-        let messages = of("scheduled_bytes")
-            + switches * (of("switch_bytes") + of("step_with_switches_bytes"))
-            + slips * of("slip_event_bytes");
-        let bound = messages + seconds * of("second_bytes");
-        let bytes = fs::metadata(&log).expect("the log is there").len() as f64;
-        assert!(bytes <= bound, "{run:?}: {bytes} bytes, at most {bound} were said");
-        assert!(bytes > 0.02 * messages, "{run:?}: {bytes} bytes, of {messages} that were said");
-        let scheduled = of("samples") + of("states") + of("window_records");
-        let records =
-            ["/step", "/fields", "/window"].map(|topic| end.message_counts[topic]).iter().sum::<u64>();
-        assert!(records as f64 <= 2.0 * scheduled + switches + 4.0 * slips, "{run:?}");
+        assert_eq!(said["steps"], end.last_step, "{run:?}");
+        let of = |key: &str| said["log"][key].as_f64().expect("it is a number");
+        let ratio = fs::metadata(&log).expect("the log is there").len() as f64 / of("scheduled_bytes");
+        assert!((0.3..3.0).contains(&ratio), "{run:?}: {ratio} times as long as said");
+        for (key, topic) in [("states", "/fields"), ("window_records", "/window")] {
+            let count = end.message_counts[topic] as f64;
+            assert!((count - of(key)).abs() <= 4.0, "{run:?}: {count} on {topic}, not {}", of(key));
+        }
     }
 }
 

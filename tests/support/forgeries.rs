@@ -374,9 +374,15 @@ impl Forge {
             "Chunk ended in the middle of a record",
             |parts| small(parts, Part::chunk_of(9, crc32fast::hash(&over), "", 9, &over)),
         );
-        self.parts_only("chunk-in-chunk", "a chunk in a chunk", Damaged, "a chunk in a chunk", |parts| {
-            small(parts, Part::chunk(&[Part::chunk(&[])]));
-        });
+        self.parts_only(
+            "chunk-in-chunk",
+            "a chunk in a chunk",
+            Damaged,
+            "a chunk holds something",
+            |parts| {
+                small(parts, Part::chunk(&[Part::chunk(&[])]));
+            },
+        );
         self.parts_only(
             "text-of-4-gb",
             "metadata whose name claims to be 2^32 - 1 bytes long",
@@ -411,30 +417,18 @@ impl Forge {
     }
 
     fn layout(&mut self) {
-        let of = |parts: &Vec<Part>, name: &str| parts[named(parts, name)].clone();
         self.parts_only(
             "two-logs-in-one",
             "the records of a log behind those of a log",
             Damaged,
-            "two MCAP headers",
+            "messages of /events/arrival: |follows step",
             |parts| {
                 let again = parts.clone();
                 parts.extend(again);
             },
         );
-        self.parts_only("two-runs", "two metadata `run`", Damaged, "two metadata `run`", |parts| {
-            let run = of(parts, "run");
-            parts.insert(2, run);
-        });
-        self.parts_only("two-ends", "two metadata `run_end`", Damaged, "two metadata `run_end`", |parts| {
-            let end = of(parts, "run_end");
-            parts.push(end);
-        });
         self.parts_only("no-run", "no metadata `run`", Damaged, "no metadata `run`", |parts| {
             parts.remove(named(parts, "run"));
-        });
-        self.parts_only("no-mcap-header", "no MCAP header", Damaged, "no MCAP header", |parts| {
-            parts.remove(0);
         });
         self.parts_only(
             "no-scenario",
@@ -443,16 +437,6 @@ impl Forge {
             "no attachment `scenario.toml`",
             |parts| {
                 parts.remove(named(parts, "scenario.toml"));
-            },
-        );
-        self.parts_only(
-            "two-scenarios",
-            "two scenarios",
-            Damaged,
-            "two attachments `scenario.toml`",
-            |parts| {
-                let other = Part::attachment("scenario.toml", b"slider.blocks = 7");
-                parts.insert(3, other);
             },
         );
         self.parts_only(
@@ -509,16 +493,14 @@ impl Forge {
             file
         };
         let step = self.sound[messages(&self.sound, "/step")[0]].clone();
-        let twice = with(&[Part::new(op::DATA_END, [0; 4])], &[]);
         let behind_data = with(std::slice::from_ref(&step), &[]);
         let behind_footer = with(&[], &[step]);
         let no_data_end = [&records[..], &rest[13..]].concat();
-        self.file("data-ends-twice", "two ends of the data", Damaged, "the data ends twice", twice);
         self.file(
             "message-behind-data",
             "a message after the end of the data",
             Damaged,
-            "after the end of the data",
+            "messages of /step: |follows step",
             behind_data,
         );
         self.file(

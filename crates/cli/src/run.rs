@@ -186,7 +186,9 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
         RunError::Left(LeftError::OtherRun(_)) => Failure::BadInput(format!("--resume: {error}")),
         RunError::LogTarget(_) => Failure::bad_input(error),
         RunError::Solver { .. } => Failure::BadInput(format!("--solver: {error}")),
-        RunError::Write(WriteError::File(error)) => refused("--out", &error, false),
+        RunError::Write(WriteError::File(error)) if !matches!(error, FileError::Exists(_)) => {
+            refused("--out", &error, false)
+        }
         RunError::Write(WriteError::Foreign(_)) => {
             Failure::BadInput(format!("--out: {error} (accepted: another file)"))
         }

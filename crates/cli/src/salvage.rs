@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use asperity_files::FileError;
 use asperity_record::counted;
-use asperity_run::{SalvageProblem, Verdict};
+use asperity_run::SalvageProblem;
 use asperity_runlog::{SalvageError, Salvaged, WriteError};
 use clap::Args;
 
@@ -40,36 +39,17 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     fits("--out", out, "mcap", "a run log")?;
     match asperity_run::salvage(input, out) {
         Ok(salvaged) => tell(input, out, &salvaged),
-        Err(problem @ SalvageProblem::Whole(_)) => {
-            say(format_args!("{}: {problem}", input.display()))?;
-            Ok(())
-        }
-        Err(SalvageProblem::Failed { error: error @ SalvageError::Write(WriteError::Exists(_)), .. }) => {
-            Err(Failure::BadInput(format!("--out: {error} (accepted: a path that does not exist)")))
-        }
-        Err(SalvageProblem::Failed { error: SalvageError::Hopeless { problem, .. }, checked }) => {
+        Err(problem @ SalvageProblem::Whole(_)) => Ok(say(format_args!("{}: {problem}", input.display()))?),
+        Err(SalvageProblem::Hopeless { checked, why }) => {
             let words = verdict_exit::words(input, &checked);
-            Err(Failure::Log(checked.verdict, format!("{}: {words}; {problem}", input.display())))
+            Err(Failure::Log(checked.verdict, format!("{}: {words}; {why}", input.display())))
         }
-        Err(SalvageProblem::Failed { error: SalvageError::Read { .. }, checked })
-            if checked.verdict.tells_nothing() =>
-        {
-            Err(verdict_exit::failure(input, &checked))
+        Err(SalvageProblem::Failed(SalvageError::Write(WriteError::File(error)))) => {
+            Err(refused("--out", &error, false))
         }
-        Err(problem @ SalvageProblem::Contradictory(_)) => {
-            Err(Failure::Log(Verdict::Damaged, format!("{}: {problem}", input.display())))
+        Err(problem @ SalvageProblem::Failed(_)) => {
+            Err(Failure::failed(format!("{}: {problem}", input.display())))
         }
-        Err(SalvageProblem::Failed {
-            error:
-                SalvageError::Write(WriteError::File(
-                    error @ (FileError::Input { .. } | FileError::NoFile { .. }),
-                )),
-            ..
-        }) => Err(refused("--out", &error, false)),
-        Err(SalvageProblem::Failed { error: SalvageError::Write(error), .. }) => {
-            Err(Failure::Failed(format!("{}: {error}", input.display())))
-        }
-        Err(problem) => Err(Failure::failed(problem)),
     }
 }
 

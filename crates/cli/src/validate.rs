@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asperity_model::{ADVISED_SHARE, Scenario};
 use asperity_record::counted;
-use asperity_run::{Forecast, MostLogBytes};
+use asperity_run::{Forecast, LogEstimate};
 use clap::{Args, ValueEnum};
 
 use crate::exit::Failure;
@@ -92,40 +92,28 @@ fn say(scenario: &Scenario, forecast: &Forecast) -> io::Result<()> {
         ))?,
     }
     terminal::say(format_args!("  steps        {steps}"))?;
-    let MostLogBytes { samples, states, window_records, .. } = log;
+    let LogEstimate { samples, states, window_records, scheduled_bytes } = log;
     let windows = match *window_records {
         0 => String::new(),
         count => format!(", {} of windows", counted(count, "record")),
     };
     terminal::say(format_args!(
-        "  log          at most {} for scheduled records: {}, {}{windows}",
-        bytes(log.scheduled_bytes),
+        "  log          about {} for scheduled records, {}, {}{windows}; more for each slip event",
+        bytes(*scheduled_bytes),
         counted(*samples, "sample"),
         counted(*states, "state")
-    ))?;
-    terminal::say(format_args!(
-        "               plus at most {} for each step with switches, {} for each switch,",
-        bytes(log.step_with_switches_bytes),
-        bytes(log.switch_bytes),
-    ))?;
-    terminal::say(format_args!(
-        "               {} for each slip event, {} for each second of computing",
-        bytes(log.slip_event_bytes),
-        bytes(log.second_bytes)
     ))?;
     warnings.iter().try_for_each(|warning| terminal::say(format_args!("  warning: {warning}")))
 }
 
-/// Two digits, rounded up, since it is an upper bound.
+/// One decimal, in a suitable unit: no log is shorter than a kilobyte.
 fn bytes(count: u64) -> String {
     let (unit, name) = match count {
-        0..1_000 => return format!("{count} bytes"),
-        1_000..1_000_000 => (1_000, "kB"),
-        1_000_000..1_000_000_000 => (1_000_000, "MB"),
-        _ => (1_000_000_000, "GB"),
+        ..1_000_000 => (1e3, "kB"),
+        ..1_000_000_000 => (1e6, "MB"),
+        _ => (1e9, "GB"),
     };
-    let tenths = count.div_ceil(unit / 10);
-    format!("{}.{} {name}", tenths / 10, tenths % 10)
+    format!("{:.1} {name}", count as f64 / unit)
 }
 
 /// Two digits, in a suitable unit.
@@ -147,13 +135,10 @@ mod tests {
     use super::{bytes, duration};
 
     #[test]
-    fn bounds_are_rounded_up() {
-        let words =
-            [(999, "999 bytes"), (1_001, "1.1 kB"), (25_000_001, "25.1 MB"), (3_000_000_000, "3.0 GB")];
-        for (count, expected) in words {
+    fn sizes_have_the_unit_that_fits() {
+        for (count, expected) in [(25_010, "25.0 kB"), (25_000_001, "25.0 MB"), (3_000_000_000, "3.0 GB")] {
             assert_eq!(bytes(count), expected);
         }
-        assert_eq!(bytes(u64::MAX), "18446744073.8 GB");
     }
 
     #[test]

@@ -493,7 +493,7 @@ impl Observer for Collector {
                 let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
                 of.push(record.clone());
             }
-            Record::Window(_) => {}
+            Record::Window(_) | Record::Row(_) => {}
         }
     }
 

@@ -51,6 +51,7 @@ mod observer;
 mod parts;
 mod payload;
 mod printable;
+mod row;
 mod rupture;
 mod scales;
 mod slip;
@@ -72,6 +73,7 @@ pub use parts::{Part, Parts};
 #[doc(hidden)]
 pub use payload::macros;
 pub use printable::printable;
+pub use row::{ROWS, Row, RowKind};
 pub use rupture::{Arrival, Rupture, drop_n};
 pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
@@ -84,8 +86,7 @@ pub const MOST_BLOCKS: u64 = 100_000;
 
 /// A record of a solver, in the order in which they occur.
 ///
-/// Within one step the order is [`Record::Step`], [`Record::Fields`],
-/// [`Record::Window`].
+/// Within one step the order is [`Record::Step`], [`Record::Fields`], [`Record::Window`], [`Record::Row`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Record {
     /// The step record, the input of detectors.
@@ -94,6 +95,8 @@ pub enum Record {
     Fields(Box<FieldRecord>),
     /// The state of chosen blocks inside a dense window.
     Window(WindowRecord),
+    /// A flat row of a topic of its own.
+    Row(Row),
 }
 
 impl Record {
@@ -103,6 +106,41 @@ impl Record {
             Record::Step(record) => record.step,
             Record::Fields(record) => record.step,
             Record::Window(record) => record.step,
+            Record::Row(record) => record.step,
+        }
+    }
+
+    /// The simulated time at the end of that step, s.
+    pub fn time_s(&self) -> f64 {
+        match self {
+            Record::Step(record) => record.time_s,
+            Record::Fields(record) => record.time_s,
+            Record::Window(record) => record.time_s,
+            Record::Row(record) => record.time_s,
+        }
+    }
+
+    /// Displacements, velocities and tangential forces of the blocks of a state, then the same across the sliding
+    /// direction, m, m/s, N; none of other records.
+    pub fn motion(&self) -> Option<[&[f64]; 6]> {
+        match self {
+            Record::Fields(record) => Some([
+                &record.displacement_m,
+                &record.velocity_m_per_s,
+                &record.tangential_force_n,
+                &record.displacement_across_m,
+                &record.velocity_across_m_per_s,
+                &record.tangential_force_across_n,
+            ]),
+            Record::Window(record) => Some([
+                &record.displacement_m,
+                &record.velocity_m_per_s,
+                &record.tangential_force_n,
+                &record.displacement_across_m,
+                &record.velocity_across_m_per_s,
+                &record.tangential_force_across_n,
+            ]),
+            Record::Step(_) | Record::Row(_) => None,
         }
     }
 }

@@ -124,7 +124,7 @@ macro_rules! payload {
 
         // Evaluated here, so that the compiler reports errors at the declaration.
         const _: () = {
-            assert!($crate::macros::is_event_topic($topic), "the topic of events must start with /events/");
+            assert!($crate::macros::is_topic($topic), "a topic is /NAME, that of events /events/NAME");
             assert!(!<$name as $crate::EventPayload>::COLUMNS.is_empty());
         };
     };
@@ -148,21 +148,22 @@ pub mod macros {
     pub use schemars;
     pub use serde;
 
-    /// Whether a topic is that of an event.
-    pub const fn is_event_topic(topic: &str) -> bool {
-        crate::column::starts_with(topic.as_bytes(), b"/events/") && topic.len() > "/events/".len()
+    /// Whether a topic has a name.
+    pub const fn is_topic(topic: &str) -> bool {
+        let is_event = crate::column::starts_with(topic.as_bytes(), b"/events/");
+        crate::column::starts_with(topic.as_bytes(), b"/") && topic.len() > if is_event { 8 } else { 1 }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::macros::is_event_topic;
+    use super::macros::is_topic;
 
     #[test]
-    fn the_topic_of_an_event_has_a_name() {
+    fn a_topic_has_a_name() {
         assert_eq!(
-            ["/events/a", "/events/", "/events", "/step"].map(is_event_topic),
-            [true, false, false, false]
+            ["/events/a", "/events/", "/", "step", "/step"].map(is_topic),
+            [true, false, false, false, true]
         );
     }
 }

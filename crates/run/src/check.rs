@@ -42,8 +42,7 @@ impl fmt::Display for Checked {
 /// Reads every byte of a log and judges it. All commands rely on this judgement:
 ///
 /// - structure and checksums, counts and digests, every message against its schema;
-/// - the order of steps and their times, switches against the states of the blocks, and that all
-///   numbers are finite;
+/// - the order of steps and their times, and switches against the states of the blocks;
 /// - the events against those that the detectors find in the step records and states;
 /// - header and topics of a log of this code version against its own scenario.
 ///
@@ -99,14 +98,6 @@ pub enum CheckProblem {
         found_s: f64,
         /// The time of the step.
         expected_s: f64,
-    },
-    /// A value that overflowed or is not a number.
-    #[error("step {step}: {what} is not finite")]
-    NotFinite {
-        /// The step.
-        step: u64,
-        /// The name of the value.
-        what: &'static str,
     },
     /// The step records and states give other events.
     #[error("its steps give {0}")]
@@ -358,20 +349,15 @@ impl Seen {
     }
 
     fn record(&mut self, header: &RunHeader, record: &Record, has_gap: bool) -> Result<(), CheckProblem> {
-        let (step, time_s) = match record {
-            Record::Step(record) => (record.step, record.time_s),
-            Record::Fields(record) => (record.step, record.time_s),
-            Record::Window(record) => (record.step, record.time_s),
-        };
+        let (step, time_s) = (record.step(), record.time_s());
         // States follow the step that they belong to; the first state precedes the run.
         let in_order = match record {
             // Contacts that slide at the start are recorded there, which may be in step 0.
             Record::Step(_) => step > self.last_step || self.messages == 0,
             // Only the reader knows whether that step may be missing.
-            Record::Fields(_) | Record::Window(_) if has_gap => step >= self.last_step,
-            Record::Fields(_) => self.messages == 0 || step == self.last_step,
+            Record::Fields(_) if !has_gap => step == self.last_step || self.messages == 0,
             // A rupture's state may be the only record of its step.
-            Record::Window(_) => self.messages == 0 || step >= self.last_step,
+            _ => step >= self.last_step || self.messages == 0,
         };
         if !in_order {
             return Err(CheckProblem::Order { step, before: self.last_step });
@@ -380,57 +366,9 @@ impl Seen {
         if time_s != expected_s {
             return Err(CheckProblem::Time { step, found_s: time_s, expected_s });
         }
-        if let Some(what) = not_finite(record) {
-            return Err(CheckProblem::NotFinite { step, what });
-        }
         (self.last_step, self.last_s) = (step, time_s);
         Ok(())
     }
-}
-
-/// Names a value of a record that is not finite, if there is one.
-fn not_finite(record: &Record) -> Option<&'static str> {
-    let all = |values: &[f64]| values.iter().all(|value| value.is_finite());
-    let states = |u: [&[f64]; 2], v: [&[f64]; 2], tau: [&[f64]; 2]| {
-        let all = |along_and_across: [&[f64]; 2]| along_and_across.into_iter().all(all);
-        [("a displacement", all(u)), ("a velocity", all(v)), ("a tangential force", all(tau))]
-    };
-    let checks = match record {
-        Record::Step(record) => {
-            let loads = [record.driving_force_n, record.normal_load_n];
-            let switches = record.switches.iter().all(|s| {
-                all(&[
-                    s.displacement_m,
-                    s.velocity_m_per_s,
-                    s.tangential_force_n,
-                    s.stick_position_m,
-                    s.threshold_n,
-                ]) && s.across.is_none_or(|s| {
-                    all(&[s.displacement_m, s.velocity_m_per_s, s.tangential_force_n, s.stick_position_m])
-                })
-            });
-            [
-                ("a load", all(&loads)),
-                ("a switch", switches),
-                (
-                    "a load on an end or an energy",
-                    record.end_forces_n.is_none_or(|ends| all(&ends))
-                        && record.energy.parts().all(|(_, j)| j.is_finite()),
-                ),
-            ]
-        }
-        Record::Fields(record) => states(
-            [&record.displacement_m, &record.displacement_across_m],
-            [&record.velocity_m_per_s, &record.velocity_across_m_per_s],
-            [&record.tangential_force_n, &record.tangential_force_across_n],
-        ),
-        Record::Window(record) => states(
-            [&record.displacement_m, &record.displacement_across_m],
-            [&record.velocity_m_per_s, &record.velocity_across_m_per_s],
-            [&record.tangential_force_n, &record.tangential_force_across_n],
-        ),
-    };
-    checks.into_iter().find(|(_, finite)| !finite).map(|(what, _)| what)
 }
 
 #[cfg(test)]
@@ -479,10 +417,5 @@ mod tests {
         ));
         assert!(matches!(read(&[Record::Step(step(2)), fields(3, 0.0)]), Err(CheckProblem::Order { .. })));
         assert!(matches!(wrong(StepRecord { time_s: 0.6, ..step(1) }), CheckProblem::Time { .. }));
-        assert!(matches!(
-            wrong(StepRecord { driving_force_n: f64::NAN, ..step(1) }),
-            CheckProblem::NotFinite { .. }
-        ));
-        assert!(matches!(read(&[fields(0, f64::INFINITY)]), Err(CheckProblem::NotFinite { .. })));
     }
 }

@@ -16,8 +16,8 @@ use asperity_simulator::{Snapshot, SolverKind};
 
 use crate::states::{self, StatesError};
 
-/// A quantity of contacts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A quantity of contacts, in the order of [`Record::motion`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
     /// Displacement from the initial grid, m.
     Displacement,
@@ -36,28 +36,11 @@ pub enum Quantity {
 impl Quantity {
     /// Whether it exists over an area only.
     pub fn is_across(self) -> bool {
-        match self {
-            Quantity::Displacement | Quantity::Velocity | Quantity::TangentialForce => false,
-            Quantity::DisplacementAcross | Quantity::VelocityAcross | Quantity::TangentialForceAcross => true,
-        }
+        self >= Quantity::DisplacementAcross
     }
 
     fn of(self, record: &Record) -> &[f64] {
-        match (self, record) {
-            (_, Record::Step(_)) => &[],
-            (Quantity::Displacement, Record::Window(record)) => &record.displacement_m,
-            (Quantity::Displacement, Record::Fields(record)) => &record.displacement_m,
-            (Quantity::Velocity, Record::Window(record)) => &record.velocity_m_per_s,
-            (Quantity::Velocity, Record::Fields(record)) => &record.velocity_m_per_s,
-            (Quantity::TangentialForce, Record::Window(record)) => &record.tangential_force_n,
-            (Quantity::TangentialForce, Record::Fields(record)) => &record.tangential_force_n,
-            (Quantity::DisplacementAcross, Record::Window(record)) => &record.displacement_across_m,
-            (Quantity::DisplacementAcross, Record::Fields(record)) => &record.displacement_across_m,
-            (Quantity::VelocityAcross, Record::Window(record)) => &record.velocity_across_m_per_s,
-            (Quantity::VelocityAcross, Record::Fields(record)) => &record.velocity_across_m_per_s,
-            (Quantity::TangentialForceAcross, Record::Window(record)) => &record.tangential_force_across_n,
-            (Quantity::TangentialForceAcross, Record::Fields(record)) => &record.tangential_force_across_n,
-        }
+        record.motion().map_or(&[], |motion| motion[self as usize])
     }
 }
 

@@ -189,16 +189,10 @@ fn write(writer: &mut RunWriter, item: &Item) -> Result<(), WriteError> {
 fn bytes(item: &Item) -> usize {
     let held = match item {
         Item::Record(Record::Step(record)) => record.switches.len() * size_of::<Switch>(),
-        Item::Record(Record::Fields(record)) => {
-            let across = 4 * size_of_val(record.displacement_across_m.as_slice());
-            size_of_val(&**record)
-                + record.detached.len()
-                + 4 * size_of_val(record.displacement_m.as_slice())
-                + across
-        }
-        Item::Record(Record::Window(record)) => {
-            let across = size_of_val(record.displacement_across_m.as_slice());
-            3 * (size_of_val(record.displacement_m.as_slice()) + across)
+        Item::Record(Record::Row(row)) => row.values.bytes(),
+        // The state of all blocks has a third more.
+        Item::Record(record) => {
+            record.motion().map_or(0, |motion| motion.map(size_of_val).iter().sum::<usize>()) * 4 / 3
         }
         Item::Event(event) => event.bytes(),
         Item::Checkpoint(checkpoint) => checkpoint.state.len(),

@@ -1,6 +1,5 @@
 //! Recovers the rest of a damaged log as a new log that states its gaps.
 
-use std::io;
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
@@ -21,17 +20,17 @@ pub enum SalvageProblem {
     /// The log is not damaged.
     #[error("{0}: there is nothing to salvage")]
     Whole(Verdict),
-    /// All checksums are right, and yet the log contradicts itself.
-    #[error("{0}; all checksums match, so no damaged part can be left out (accepted: the run, made again)")]
-    Contradictory(Box<Checked>),
-    /// Nothing is left of it, or the result cannot be written.
-    #[error("{error}")]
-    Failed {
-        /// The reason.
-        error: SalvageError,
+    /// All checksums are right, and yet the log contradicts itself; or nothing is left of it.
+    #[error("{checked}; {why}")]
+    Hopeless {
         /// The verdict on the damaged log.
         checked: Box<Checked>,
+        /// What is missing.
+        why: String,
     },
+    /// It cannot be read, or the result not written.
+    #[error(transparent)]
+    Failed(SalvageError),
 }
 
 /// Writes the sound parts of the log `input` to a new log `output`.
@@ -40,46 +39,48 @@ pub enum SalvageProblem {
 /// If `input` is complete, cannot be read or has lost everything that identifies its run, or
 /// `output` exists or cannot be written.
 pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> {
-    let checked = check(input);
+    let checked = Box::new(check(input));
     if checked.verdict.holds_all() || checked.verdict == Verdict::Stopped {
         return Err(SalvageProblem::Whole(checked.verdict));
-    }
-    if checked.verdict == Verdict::Unreadable {
-        let problem = checked.problem.as_ref().map(ToString::to_string).unwrap_or_default();
-        let error =
-            SalvageError::Read { path: input.display().to_string(), error: io::Error::other(problem) };
-        return Err(SalvageProblem::Failed { error, checked: Box::new(checked) });
     }
     // The check stops at the first contradiction; there may be damage after it.
     let is_sound = || RunReader::open(input, Topics::ALL).and_then(|mut reader| reader.verify()).is_ok();
     if !matches!(checked.problem, Some(CheckProblem::Log(_))) && is_sound() {
-        return Err(SalvageProblem::Contradictory(Box::new(checked)));
+        let why = "all checksums match, so no damaged part can be left out (accepted: the run, made again)";
+        return Err(SalvageProblem::Hopeless { checked, why: why.to_owned() });
     }
-    asperity_runlog::salvage(input, output, &detectors::event_kinds(Parts::default()), &settle)
-        .map_err(|error| SalvageProblem::Failed { error, checked: Box::new(checked) })
+    asperity_runlog::salvage(input, output, &detectors::event_kinds(Parts::default()), &settle).map_err(
+        |error| match error {
+            SalvageError::Hopeless(why) => SalvageProblem::Hopeless { checked, why },
+            SalvageError::Read(_) if checked.verdict.tells_nothing() => {
+                SalvageProblem::Hopeless { checked, why: "it cannot be read".to_owned() }
+            }
+            error => SalvageProblem::Failed(error),
+        },
+    )
 }
 
 /// Compares the header with the scenario.
 fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeader, Vec<String>), String> {
     let resolved =
         scenario.and_then(|text| Scenario::resolve(&ScenarioSource::logged("scenario.toml", text)).ok());
-    match (logged, resolved) {
-        (Some(logged), Some(scenario)) => {
-            if of(&scenario, &logged.solver, &logged.code_version) == logged {
-                return Ok((logged, Vec::new()));
-            }
-            let remark = "metadata `run` contradicted the scenario, and was rebuilt from it".to_owned();
-            Ok((of(&scenario, UNKNOWN, UNKNOWN), vec![remark]))
-        }
-        (None, Some(scenario)) => {
-            let remark = "metadata `run` is lost, and was rebuilt from the scenario".to_owned();
-            Ok((of(&scenario, UNKNOWN, UNKNOWN), vec![remark]))
+    let why = match (logged, &resolved) {
+        (Some(logged), Some(scenario)) if of(scenario, &logged.solver, &logged.code_version) == logged => {
+            return Ok((logged, Vec::new()));
         }
         // Only its own id can confirm the header.
-        (Some(logged), None) if logged.run_id == run_id(&logged) => Ok((logged, Vec::new())),
-        (Some(_), None) => Err("metadata `run` contradicts itself, and the scenario is lost".to_owned()),
-        (None, None) => {
-            Err("neither metadata `run` nor the scenario is left: nothing identifies its run".to_owned())
+        (Some(logged), None) if logged.run_id == run_id(&logged) => return Ok((logged, Vec::new())),
+        (Some(_), _) => "contradicts the scenario",
+        (None, _) => "is lost",
+    };
+    match resolved {
+        Some(scenario) => {
+            let remark = format!("metadata `run` {why}, and was rebuilt from the scenario");
+            Ok((of(&scenario, UNKNOWN, UNKNOWN), vec![remark]))
+        }
+        None => {
+            Err("neither metadata `run` nor the scenario is left sound: nothing identifies its run"
+                .to_owned())
         }
     }
 }

@@ -5,8 +5,9 @@
 use std::sync::Arc;
 
 use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
-use asperity_record::{Record, RunHeader, RunStatus, Scales};
+use asperity_record::{Record, RunHeader, RunStatus};
 use asperity_simulator::{Solver, SolverKind};
+use serde_json::{Map, Value};
 
 use crate::header::header;
 
@@ -20,7 +21,7 @@ pub enum SelfCheckProblem {
     #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
     OtherScenario {
         /// The name of what differs.
-        key: &'static str,
+        key: String,
         /// Its value in the header.
         found: String,
         /// Its value according to the scenario.
@@ -64,42 +65,19 @@ pub(crate) fn agree(
     let solvers = SolverKind::of(scenario.friction.law);
     let solver = solvers.iter().find(|kind| kind.name() == logged.solver).unwrap_or(&solvers[0]);
     let of = header(scenario, plan, solver.name());
-    let values = |header: &RunHeader| {
-        [
-            ("scenario_hash", header.scenario_hash.clone()),
-            ("scenario", header.scenario.clone()),
-            ("parameter_set", header.parameter_set.clone()),
-            ("solver", header.solver.clone()),
-            ("blocks", header.blocks.to_string()),
-            ("rows", header.rows.to_string()),
-            ("junction_count", header.junction_count.to_string()),
-            ("radiates", header.radiates.to_string()),
-            ("has_state", header.has_state.to_string()),
-            ("time_step_s", format!("{:e}", header.time_step_s)),
-            (
-                "longest_stable_step_s",
-                header.longest_stable_step_s.map_or("none".to_owned(), |longest_s| format!("{longest_s:e}")),
-            ),
-            ("steps", header.steps.to_string()),
-            ("run_id", header.run_id.clone()),
-            ("scales", scales(header.scales)),
-        ]
-    };
-    for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
-        if found != expected {
-            return Err(SelfCheckProblem::OtherScenario { key, found, expected });
-        }
+    let values = |header: &RunHeader| serde_json::to_value(header).unwrap_or_default();
+    let (expected, found) = (values(&of), values(logged));
+    let keys = [&expected, &found].into_iter().filter_map(Value::as_object).flat_map(Map::keys);
+    if let Some(key) = keys.into_iter().find(|key| expected[key.as_str()] != found[key.as_str()]) {
+        let text = |values: &Value| values.get(key).map_or("none".to_owned(), Value::to_string);
+        let (key, found, expected) = (key.clone(), text(&found), text(&expected));
+        return Err(SelfCheckProblem::OtherScenario { key, found, expected });
     }
     // The keys agree; what is derived from them, such as random offsets, must agree as well.
     if scenario.to_commented_toml() != scenario_toml {
         return Err(SelfCheckProblem::Text);
     }
     Ok(())
-}
-
-/// Formats scales as metadata `run` does.
-fn scales(scales: Scales) -> String {
-    scales.parts().map(|(name, value)| format!("{name} = {value:e}")).join(", ")
 }
 
 /// Repeats the run of a log in parallel with its records.
@@ -171,5 +149,6 @@ fn place(record: &Record) -> (u64, u32) {
         Record::Step(record) => (record.step, 0),
         Record::Fields(record) => (record.step, 1),
         Record::Window(record) => (record.step, record.window.saturating_add(2)),
+        Record::Row(row) => (row.step, u32::MAX),
     }
 }

@@ -38,20 +38,17 @@ pub(crate) fn time(
     else {
         return Ok(());
     };
-    let topic = topic.to_owned();
-    Err(LogProblem::LogTime { topic, step, found_ns, expected_ns })
+    let expected = expected_ns.map_or("any time that a file can give".to_owned(), |ns| format!("{ns} ns"));
+    let what = format!("the message of {topic} stands at {found_ns} ns, not at {expected}");
+    Err(LogProblem::Contradiction { step, what })
 }
 
 /// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
-/// radiated energy and the largest speed, where the header says so; the totals of junctions against the header and those `before`.
+/// radiated energy and the largest speed, where the header says so; the totals of junctions against the header.
 ///
 /// # Errors
 /// If they disagree.
-pub(crate) fn step(
-    header: &RunHeader,
-    message: &StepMessage,
-    before: Option<JunctionTotals>,
-) -> Result<(), LogProblem> {
+pub(crate) fn step(header: &RunHeader, message: &StepMessage) -> Result<(), LogProblem> {
     let ratio = message.driving_force_n / message.normal_load_n;
     // Equal to the bit, except that NaN equals NaN.
     if message.ft_fn != ratio && !(message.ft_fn.is_nan() && ratio.is_nan()) {
@@ -68,13 +65,13 @@ pub(crate) fn step(
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
     peak(message.peak_velocity_m_per_s, header)
-        .and_then(|()| junctions(header, message, before.unwrap_or_default()))
+        .and_then(|()| junctions(header, message))
         .map_err(|what| LogProblem::Contradiction { step: message.step, what })
 }
 
-/// Checks the totals of junctions: both are there in runs with junctions only, none falls, and what broke
-/// without being pinned again are not more junctions than there are.
-fn junctions(header: &RunHeader, message: &StepMessage, before: JunctionTotals) -> Result<(), String> {
+/// Checks the totals of junctions: both are there in runs with junctions only, and what broke without being pinned
+/// again are not more junctions than there are.
+fn junctions(header: &RunHeader, message: &StepMessage) -> Result<(), String> {
     let (breaks, repins) = match (message.breaks, message.repins) {
         (None, None) if !header.parts().junctions => return Ok(()),
         (Some(breaks), Some(repins)) if header.parts().junctions => (breaks, repins),
@@ -83,16 +80,27 @@ fn junctions(header: &RunHeader, message: &StepMessage, before: JunctionTotals) 
         (Some(_), _) => return Err("it has breaks and repins, in a run without junctions".to_owned()),
         (None, _) => return Err("it has no breaks and repins, in a run with junctions".to_owned()),
     };
-    for (key, total, before) in [("breaks", breaks, before.breaks), ("repins", repins, before.repins)] {
-        if total < before {
-            return Err(format!("{key} = {total}, after {before}"));
-        }
-    }
     let junctions = u64::from(header.blocks) * u64::from(header.junction_count);
     match breaks.checked_sub(repins) {
         Some(slipping) if slipping <= junctions => Ok(()),
         _ => Err(format!("{breaks} breaks and {repins} repins of {junctions} junctions")),
     }
+}
+
+/// Checks that no total of junctions falls from one step to the next.
+///
+/// # Errors
+/// If one does.
+pub(crate) fn totals(step: &StepRecord, before: Option<JunctionTotals>) -> Result<(), LogProblem> {
+    let (now, before) = (step.junctions.unwrap_or_default(), before.unwrap_or_default());
+    for (key, total, before) in [("breaks", now.breaks, before.breaks), ("repins", now.repins, before.repins)]
+    {
+        if total < before {
+            let what = format!("{key} = {total}, after {before}");
+            return Err(LogProblem::Contradiction { step: step.step, what });
+        }
+    }
+    Ok(())
 }
 
 /// Checks what only some runs have of a switch: the number of junctions that slip, and the components across
@@ -139,13 +147,8 @@ fn slipping(header: &RunHeader, step: u64, counts: &[u32]) -> Result<(), LogProb
 /// Checks a switch against its step.
 ///
 /// # Errors
-/// If it is of another step, its block does not follow that of the previous switch, or what only some runs
-/// have is not as in this run.
-pub(crate) fn switch(
-    header: &RunHeader,
-    open: &StepRecord,
-    message: &SwitchMessage,
-) -> Result<(), LogProblem> {
+/// If it is of another step, or its block does not follow that of the previous switch.
+pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), LogProblem> {
     let contradiction = |what: String| Err(LogProblem::Contradiction { step: open.step, what });
     if message.step != open.step || message.time_s != open.time_s {
         return contradiction(format!(
@@ -153,7 +156,6 @@ pub(crate) fn switch(
             message.step, message.time_s
         ));
     }
-    parts_of_switch(header, message)?;
     match open.switches.last() {
         Some(before) if before.block >= message.block => {
             contradiction(format!("a switch of block {} after one of block {}", message.block, before.block))
@@ -162,15 +164,11 @@ pub(crate) fn switch(
     }
 }
 
-/// Checks the state of all blocks against the run, and against `detached` where that is known.
+/// Checks the state of all blocks against the run.
 ///
 /// # Errors
-/// If an array does not have one value per block, or is not of such a run, or other blocks slide.
-pub(crate) fn fields(
-    header: &RunHeader,
-    record: &FieldRecord,
-    detached: Option<&[bool]>,
-) -> Result<(), LogProblem> {
+/// If an array does not have one value per block, or is not of such a run.
+pub(crate) fn fields(header: &RunHeader, record: &FieldRecord) -> Result<(), LogProblem> {
     let blocks = header.blocks as usize;
     let with_junctions = if header.parts().junctions { blocks } else { 0 };
     let across = if header.parts().area { blocks } else { 0 };
@@ -198,15 +196,21 @@ pub(crate) fn fields(
     ];
     let step = record.step;
     if let Some((key, found, expected)) = lengths.into_iter().find(|(_, found, expected)| found != expected) {
-        return Err(LogProblem::ArrayLength { step, key, found, expected });
+        return Err(length(step, key, found, expected));
     }
-    slipping(header, step, &record.junctions_slipping)?;
-    let Some(detached) = detached else { return Ok(()) };
+    slipping(header, step, &record.junctions_slipping)
+}
+
+/// Checks the state of all blocks against the switches before it.
+///
+/// # Errors
+/// If other blocks slide.
+pub(crate) fn detached(record: &FieldRecord, detached: &[bool]) -> Result<(), LogProblem> {
     let differing = record.detached.iter().zip(detached).position(|(said, known)| *said != u8::from(*known));
     match differing {
         None => Ok(()),
         Some(n) => Err(LogProblem::Contradiction {
-            step,
+            step: record.step,
             what: format!(
                 "detached = {} for block {}, but its switches leave it {}",
                 record.detached[n],
@@ -215,6 +219,11 @@ pub(crate) fn fields(
             ),
         }),
     }
+}
+
+/// The error for an array that does not have one value per block.
+fn length(step: u64, key: &str, found: usize, expected: usize) -> LogProblem {
+    LogProblem::Contradiction { step, what: format!("{key} has {found} values, not {expected}") }
 }
 
 /// Checks the state of a range of blocks.
@@ -233,7 +242,7 @@ pub(crate) fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), Lo
         ("tangential_force_across_n", record.tangential_force_across_n.len(), across),
     ] {
         if found != expected {
-            return Err(LogProblem::ArrayLength { step, key, found, expected });
+            return Err(length(step, key, found, expected));
         }
     }
     let next = u64::from(record.first_block) + count as u64;

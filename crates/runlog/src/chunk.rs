@@ -4,7 +4,7 @@
 use std::io::Read;
 
 use mcap::McapError;
-use mcap::records::{ChunkHeader, op};
+use mcap::records::ChunkHeader;
 
 use crate::format::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES};
 use crate::problem::LogProblem;
@@ -51,17 +51,6 @@ impl Chunk {
             return Err(McapError::BadChunkCrc { saved, calculated }.into());
         }
         Ok(Chunk { records, read: 0 })
-    }
-
-    /// The time of the first message in the rest of it.
-    pub(crate) fn first_ns(&mut self) -> Option<u64> {
-        while let Ok(Some((opcode, body))) = self.next_record() {
-            if opcode == op::MESSAGE {
-                // Behind channel and number.
-                return body.get(6..)?.first_chunk().map(|time| u64::from_le_bytes(*time));
-            }
-        }
-        None
     }
 
     /// Returns the next record: opcode and body.

@@ -120,26 +120,22 @@
 //!
 //! - `format`: names and bounds.
 //! - `problem`: errors of reading and writing.
-//! - `messages`, `announced`, `metadata`, `digest`: the contents of the file as types.
+//! - `messages`, `metadata`, `digest`: the contents of the file as types.
 //! - `write`: writes a log; `unfinished`: the temporary name of a log until it is whole, and its
 //!   lock.
 //! - `note`: the note of a finished log.
-//! - `size`: upper bounds on the length of a log.
-//! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, with lengths checked
+//! - `parse`, `chunk`, `records`: from bytes to MCAP records, with lengths checked
 //!   against the bytes.
 //! - `ahead`: header, scenario and end of a log before its messages, wherever they are.
-//! - `agree`, `gaps`, `read`: from MCAP records to consistent step records and events.
-//! - `findings`, `pieces`, `walk`, `salvage`: recovers what is left of a damaged log.
+//! - `agree`, `read`: from MCAP records to consistent step records and events.
+//! - `findings`, `pieces`, `salvage`: recovers what is left of a damaged log.
 
 mod agree;
 mod ahead;
-mod announced;
 mod chunk;
 mod digest;
 mod findings;
 mod format;
-mod gaps;
-mod layout;
 mod messages;
 mod metadata;
 mod note;
@@ -149,9 +145,7 @@ mod problem;
 mod read;
 mod records;
 mod salvage;
-mod size;
 mod unfinished;
-mod walk;
 mod write;
 
 pub use asperity_files::{Existing, partial_path};
@@ -160,6 +154,5 @@ pub use note::{annotate, note};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};
 pub use salvage::{SalvageError, Settle, salvage};
-pub use size::MostBytes;
 pub use unfinished::{Unfinished, must_be_ours};
 pub use write::RunWriter;

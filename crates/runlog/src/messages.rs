@@ -7,14 +7,116 @@
 use std::collections::BTreeMap;
 
 use asperity_record::{
-    Direction, Energy, EventKind, FieldRecord, JunctionTotals, Part, RunHeader, StepRecord, Switch,
-    SwitchAcross, WindowRecord, unit_of,
+    Direction, Energy, Event, EventKind, FieldRecord, JunctionTotals, Part, ROWS, Row, RowKind, RunHeader,
+    StepRecord, Switch, SwitchAcross, WindowRecord, unit_of,
 };
+use mcap::records::MessageHeader;
 use schemars::JsonSchema;
+use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::format::{FIELDS, STEP, SWITCH, WINDOW};
+use crate::agree;
+use crate::format::{
+    FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES, STEP, SWITCH, WINDOW,
+};
+use crate::problem::{LogProblem, most};
+
+/// A message that is of its topic and of its run, by itself.
+pub(crate) enum Message {
+    Step(StepMessage),
+    Switch(SwitchMessage),
+    Fields(Box<FieldRecord>),
+    Window(WindowRecord),
+    Row(Row),
+    Event(Event),
+}
+
+impl Message {
+    /// Reads a message of the run with that header. A record must stand at the time of its step.
+    ///
+    /// # Errors
+    /// If it is too long, is not of its topic, or cannot be of that run.
+    pub(crate) fn read(
+        header: &RunHeader,
+        topic: &str,
+        head: &MessageHeader,
+        data: &[u8],
+    ) -> Result<Message, LogProblem> {
+        let timed = |step| agree::time(header, topic, step, head);
+        Ok(match topic {
+            STEP => {
+                let message: StepMessage = decode(topic, head, data)?;
+                timed(message.step)?;
+                agree::step(header, &message)?;
+                Message::Step(message)
+            }
+            SWITCH => {
+                let message: SwitchMessage = decode(topic, head, data)?;
+                timed(message.step)?;
+                agree::parts_of_switch(header, &message)?;
+                Message::Switch(message)
+            }
+            FIELDS => {
+                let record: FieldRecord = decode(topic, head, data)?;
+                timed(record.step)?;
+                agree::fields(header, &record)?;
+                Message::Fields(Box::new(record))
+            }
+            WINDOW => {
+                let record: WindowRecord = decode(topic, head, data)?;
+                timed(record.step)?;
+                agree::window(header, &record)?;
+                Message::Window(record)
+            }
+            _ => {
+                let text = std::str::from_utf8(data).map_err(serde_json::Error::custom);
+                let message = text.and_then(|payload| match RowKind::with(topic) {
+                    Some(row) => (row.read)(payload).map(Message::Row),
+                    None => agree::event(topic, payload, header).map(Message::Event),
+                });
+                let message = message.map_err(|error| unreadable(topic, head, error))?;
+                if let Message::Row(row) = &message {
+                    timed(row.step)?;
+                }
+                message
+            }
+        })
+    }
+
+    /// Its step; none of an event.
+    pub(crate) fn step(&self) -> Option<u64> {
+        match self {
+            Message::Step(message) => Some(message.step),
+            Message::Switch(message) => Some(message.step),
+            Message::Fields(record) => Some(record.step),
+            Message::Window(record) => Some(record.step),
+            Message::Row(row) => Some(row.step),
+            Message::Event(_) => None,
+        }
+    }
+}
+
+/// Checks that a message is no longer than its topic allows, before it is parsed.
+///
+/// # Errors
+/// If it is.
+pub(crate) fn may_be_as_long(header: &RunHeader, topic: &str, bytes: usize) -> Result<(), LogProblem> {
+    let state = LONGEST_STEP_BYTES + header.blocks as usize * LONGEST_STATE_OF_BLOCK_BYTES;
+    match topic {
+        STEP | SWITCH => most("bytes in a step or switch", bytes, LONGEST_STEP_BYTES),
+        FIELDS | WINDOW => most("bytes in a state", bytes, state),
+        _ => most("bytes in an event", bytes, LONGEST_EVENT_BYTES),
+    }
+}
+
+fn decode<T: DeserializeOwned>(topic: &str, head: &MessageHeader, data: &[u8]) -> Result<T, LogProblem> {
+    serde_json::from_slice(data).map_err(|error| unreadable(topic, head, error))
+}
+
+fn unreadable(topic: &str, head: &MessageHeader, error: serde_json::Error) -> LogProblem {
+    LogProblem::Message { topic: topic.to_owned(), sequence: head.sequence, error }
+}
 
 /// The chain's load at the end of one time step.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
@@ -276,7 +378,7 @@ pub(crate) fn record_topics(header: &RunHeader) -> Vec<Topic> {
         }
         Topic { topic: topic.to_owned(), schema_name: name.to_owned(), schema: schema.to_string() }
     };
-    vec![
+    let mut topics = vec![
         topic(STEP, "Step", schemars::schema_for!(StepMessage).to_value()),
         topic(SWITCH, "Switch", schemars::schema_for!(SwitchMessage).to_value()),
         topic(
@@ -285,7 +387,9 @@ pub(crate) fn record_topics(header: &RunHeader) -> Vec<Topic> {
             with_array_length(schemars::schema_for!(FieldRecord).to_value(), header.blocks),
         ),
         topic(WINDOW, "Window", schemars::schema_for!(WindowRecord).to_value()),
-    ]
+    ];
+    topics.extend(ROWS.iter().map(|row| Topic::of(&(row.kind)().with(parts))));
+    topics
 }
 
 /// Adds to a schema that every array has one value per block.
@@ -299,15 +403,13 @@ fn with_array_length(mut schema: Value, blocks: u32) -> Value {
     schema
 }
 
-/// The units of a message's fields, for the channel's metadata: the last parts of the fields'
-/// names. Ratios have none.
+/// The units of a message's fields, for the channel's metadata: the last parts of the fields' names. Ratios have none.
 pub(crate) fn units(schema: &str) -> BTreeMap<String, String> {
     let schema: Value = serde_json::from_str(schema).unwrap_or_default();
     let fields = schema["properties"].as_object().into_iter().flat_map(|properties| properties.keys());
-    fields
-        .filter_map(|field| {
-            let unit = unit_of(field).filter(|unit| *unit != "1")?;
-            Some((field.clone(), unit.to_owned()))
-        })
-        .collect()
+    let unit = |field: &String| {
+        let unit = unit_of(field).filter(|unit| *unit != "1")?;
+        Some((format!("unit:{field}"), unit.to_owned()))
+    };
+    fields.filter_map(unit).collect()
 }

@@ -8,6 +8,8 @@ use asperity_record::{
     Contacts, Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
 };
 
+use serde_json::{Map, Number, Value};
+
 use crate::findings::{Gap, Salvaged};
 use crate::format::{RUN, RUN_END, SALVAGE};
 use crate::problem::{LogProblem, MetadataError};
@@ -23,60 +25,36 @@ const ROWS: &str = "rows";
 const JUNCTION_COUNT: &str = "junction_count";
 const RADIATES: &str = "radiates";
 const HAS_STATE: &str = "has_state";
-const BLOCK_LENGTH: &str = "block_length_m";
-const BLOCK_TIME: &str = "block_time_s";
-const LINK_TIME_RATIO: &str = "link_time_ratio";
-const MODULUS: &str = "modulus_n_per_m";
-const INTERFACIAL_STIFFNESS: &str = "interfacial_stiffness_n_per_m";
 const CRC: &str = "crc32";
 const LONGEST_STABLE_STEP: &str = "longest_stable_step_s";
 const STOPPED: &str = "stopped";
 const BETWEEN_FALLBACKS: &str = "; ";
 
 pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
-    let mut map: BTreeMap<String, String> = [
-        (VERSION, header.record_schema_version.to_string()),
-        ("scenario", header.scenario.clone()),
-        ("scenario_hash", header.scenario_hash.clone()),
-        ("run_id", header.run_id.clone()),
-        ("code_version", header.code_version.clone()),
-        ("parameter_set", header.parameter_set.clone()),
-        ("solver", header.solver.clone()),
-        ("blocks", header.blocks.to_string()),
-        ("time_step_s", header.time_step_s.to_string()),
-        ("steps", header.steps.to_string()),
-        (
-            "log_time",
-            match header.time_grid().step_ns() {
-                Some(step_ns) => format!("step * {step_ns} ns, exact"),
-                None => "rounded to nanoseconds; the field step is exact".to_owned(),
-            },
-        ),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
-    .into();
-    if header.rows != 1 {
-        map.insert(ROWS.to_owned(), header.rows.to_string());
-    }
-    if header.junction_count > 0 {
-        map.insert(JUNCTION_COUNT.to_owned(), header.junction_count.to_string());
-    }
-    if header.radiates {
-        map.insert(RADIATES.to_owned(), true.to_string());
-    }
-    if header.has_state {
-        map.insert(HAS_STATE.to_owned(), true.to_string());
-    }
-    if let Some(longest_s) = header.longest_stable_step_s {
-        map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
-    }
+    let Ok(Value::Object(fields)) = serde_json::to_value(header) else {
+        unreachable!("a header is a struct")
+    };
+    let scales = header.scales.parts().map(|(key, value)| (key.to_owned(), value.into()));
+    let fields = fields.into_iter().filter(|(key, _)| key != "scales").chain(scales);
+    let mut map: BTreeMap<String, String> = fields.map(|(key, value)| (key, text_of(&value))).collect();
+    let log_time = match header.time_grid().step_ns() {
+        Some(step_ns) => format!("step * {step_ns} ns, exact"),
+        None => "rounded to nanoseconds; the field step is exact".to_owned(),
+    };
+    map.insert("log_time".to_owned(), log_time);
     // For readers: it follows from two of the others.
-    let link_s = ("link_s", header.scales.link_s());
-    let scales = header.scales.parts().into_iter().chain([link_s]);
-    map.extend(scales.map(|(key, value)| (key.to_owned(), value.to_string())));
-    let crc = crc_of(&map);
-    map.insert(CRC.to_owned(), crc);
+    map.insert("link_s".to_owned(), header.scales.link_s().to_string());
+    map.insert(CRC.to_owned(), crc_of(&map));
     map
+}
+
+/// A text as it is; numbers without exponents.
+fn text_of(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Number(number) if number.is_f64() => number.as_f64().unwrap_or_default().to_string(),
+        other => other.to_string(),
+    }
 }
 
 /// CRC-32 of all keys but its own and their values, in order, each behind its length. MCAP has none for metadata, and
@@ -122,18 +100,23 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         junction_count: map.parse_or(JUNCTION_COUNT, "a whole number", 0)?,
         radiates: map.parse_or(RADIATES, "true or false", false)?,
         has_state: map.parse_or(HAS_STATE, "true or false", false)?,
-        time_step_s: map.parse("time_step_s", "a number")?,
-        longest_stable_step_s: match map.map.contains_key(LONGEST_STABLE_STEP) {
-            true => Some(map.positive(LONGEST_STABLE_STEP)?),
-            false => None,
-        },
+        time_step_s: map.positive("time_step_s")?,
+        longest_stable_step_s: map
+            .map
+            .get(LONGEST_STABLE_STEP)
+            .map(|_| map.positive(LONGEST_STABLE_STEP))
+            .transpose()?,
         steps: map.parse("steps", "a whole number")?,
         scales: Scales {
-            block_length_m: map.positive(BLOCK_LENGTH)?,
-            block_time_s: map.positive(BLOCK_TIME)?,
-            link_time_ratio: map.positive(LINK_TIME_RATIO)?,
-            modulus_n_per_m: map.positive(MODULUS)?,
-            interfacial_stiffness_n_per_m: map.not_negative(INTERFACIAL_STIFFNESS)?,
+            block_length_m: map.positive("block_length_m")?,
+            block_time_s: map.positive("block_time_s")?,
+            link_time_ratio: map.positive("link_time_ratio")?,
+            modulus_n_per_m: map.positive("modulus_n_per_m")?,
+            interfacial_stiffness_n_per_m: map.number(
+                "interfacial_stiffness_n_per_m",
+                "a number from 0",
+                |value| value >= 0.0,
+            )?,
         },
     };
     // These two determine allocations and divisors, so they are bounded here, once.
@@ -142,9 +125,6 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     }
     if Contacts::in_rows(header.blocks, header.rows).is_none() {
         return Err(map.invalid(ROWS, "a whole number that divides that of blocks"));
-    }
-    if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
-        return Err(map.invalid("time_step_s", "a number above 0"));
     }
     // Derived words must agree with the rest.
     for (key, expected) in header_to_map(&header).into_iter().filter(|(key, _)| key != CRC) {
@@ -155,31 +135,9 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     Ok(header)
 }
 
-const STATUSES: [RunStatus; 7] = [
-    RunStatus::Complete,
-    RunStatus::LoadNotReached,
-    RunStatus::Interrupted,
-    RunStatus::StoppedEnergy,
-    RunStatus::StoppedNotFinite,
-    RunStatus::StoppedStalled,
-    RunStatus::Salvaged,
-];
-
-fn status_word(status: RunStatus) -> &'static str {
-    match status {
-        RunStatus::Complete => "complete",
-        RunStatus::LoadNotReached => "load-not-reached",
-        RunStatus::Interrupted => "interrupted",
-        RunStatus::StoppedEnergy => "stopped-energy",
-        RunStatus::StoppedNotFinite => "stopped-not-finite",
-        RunStatus::StoppedStalled => "stopped-stalled",
-        RunStatus::Salvaged => "salvaged",
-    }
-}
-
 pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
     let mut map: BTreeMap<String, String> = [
-        ("status", status_word(end.status).to_owned()),
+        ("status", serde_json::to_value(end.status).map_or_else(|_| String::new(), |word| text_of(&word))),
         ("last_step", end.last_step.to_string()),
         ("switches", end.switches.to_string()),
         ("digest", end.digest.clone()),
@@ -200,39 +158,24 @@ pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
 
 /// The energies; None if there are none.
 fn energy_from_map(map: &Reader<'_>) -> Result<Option<Energy>, MetadataError> {
-    if !map.map.keys().any(|key| key.starts_with(ENERGY)) {
+    let energies = map.map.keys().filter_map(|key| Some((key, key.strip_prefix(ENERGY)?)));
+    let number = |(key, name): (&String, &str)| {
+        let value = map.map[key].parse().ok().and_then(Number::from_f64);
+        value.map(|value| (name.to_owned(), value.into())).ok_or_else(|| map.invalid(key, "a finite number"))
+    };
+    let energies = energies.map(number).collect::<Result<Map<String, Value>, MetadataError>>()?;
+    if energies.is_empty() {
         return Ok(None);
     }
-    let part = |key: &'static str| {
-        let value: f64 = map.parse(key, "a number")?;
-        if value.is_finite() { Ok(value) } else { Err(map.invalid(key, "a finite number")) }
-    };
-    Ok(Some(Energy {
-        drive_work_j: part("energy:drive_work_j")?,
-        prestress_work_j: part("energy:prestress_work_j")?,
-        friction_heat_j: part("energy:friction_heat_j")?,
-        anchor_change_j: part("energy:anchor_change_j")?,
-        viscous_loss_j: part("energy:viscous_loss_j")?,
-        kinetic_j: part("energy:kinetic_j")?,
-        elastic_j: part("energy:elastic_j")?,
-        scheme_work_j: part("energy:scheme_work_j")?,
-        radiated_j: map
-            .map
-            .contains_key("energy:radiated_j")
-            .then(|| part("energy:radiated_j"))
-            .transpose()?,
-    }))
+    serde_json::from_value(energies.into())
+        .map(Some)
+        .map_err(|error| map.invalid("energy:*", error.to_string()))
 }
 
 pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, MetadataError> {
     let reader = Reader { record: RUN_END, map };
-    let word = reader.text("status")?;
-    let status = STATUSES.into_iter().find(|status| status_word(*status) == word);
-    let status = status.ok_or_else(|| {
-        let words: Vec<String> =
-            STATUSES.into_iter().map(|status| format!("{:?}", status_word(status))).collect();
-        reader.invalid("status", words.join(", "))
-    })?;
+    let status: RunStatus = serde_json::from_value(reader.text("status")?.into())
+        .map_err(|error| reader.invalid("status", format!("accepted: {error}")))?;
     let stopped = map.get(STOPPED).cloned();
     if status.is_stopped() != stopped.is_some() {
         return Err(reader.invalid(STOPPED, "why the run was stopped, if its status says that it was"));
@@ -351,15 +294,18 @@ impl Reader<'_> {
         if self.map.contains_key(key) { self.parse(key, accepted) } else { Ok(otherwise) }
     }
 
-    /// A number above 0.
-    fn positive(&self, key: &'static str) -> Result<f64, MetadataError> {
-        let value: f64 = self.parse(key, "a number above 0")?;
-        if value.is_finite() && value > 0.0 { Ok(value) } else { Err(self.invalid(key, "a number above 0")) }
+    fn number(
+        &self,
+        key: &'static str,
+        accepted: &'static str,
+        is_accepted: fn(f64) -> bool,
+    ) -> Result<f64, MetadataError> {
+        let value: f64 = self.parse(key, accepted)?;
+        if value.is_finite() && is_accepted(value) { Ok(value) } else { Err(self.invalid(key, accepted)) }
     }
 
-    fn not_negative(&self, key: &'static str) -> Result<f64, MetadataError> {
-        let value: f64 = self.parse(key, "a number from 0")?;
-        if value.is_finite() && value >= 0.0 { Ok(value) } else { Err(self.invalid(key, "a number from 0")) }
+    fn positive(&self, key: &'static str) -> Result<f64, MetadataError> {
+        self.number(key, "a number above 0", |value| value > 0.0)
     }
 
     pub(crate) fn invalid(&self, key: &str, accepted: impl Into<Cow<'static, str>>) -> MetadataError {

@@ -13,7 +13,7 @@ use crate::problem::{LogProblem, most};
 /// If it is malformed; `at` is the offset of the record, or of its chunk, in the file.
 pub(crate) fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Record<'_>, LogProblem> {
     if !fit(opcode, body) {
-        return Err(LogProblem::InnerLength { at, opcode });
+        return Err(LogProblem::Unsound { at, what: "it holds a length that reaches over its end" });
     }
     if opcode == op::METADATA {
         most("bytes of metadata in one record", body.len(), LONGEST_METADATA_BYTES)?;
@@ -58,24 +58,10 @@ fn fields(opcode: u8) -> &'static [Field] {
     }
 }
 
-/// Whether a record's fields fit into its bytes.
+/// Whether a record's fields fit into its bytes. Extensions of MCAP may append others.
 fn fit(opcode: u8, body: &[u8]) -> bool {
-    behind_fields(opcode, body).is_some()
-}
-
-/// Whether a record's fields fill its bytes exactly: MCAP would allow further bytes, but this program writes
-/// none.
-pub(crate) fn fills(opcode: u8, body: &[u8]) -> bool {
-    // The payload follows a message's fields; records of other programs are unknown.
-    opcode == op::MESSAGE
-        || fields(opcode).is_empty()
-        || behind_fields(opcode, body).is_some_and(<[u8]>::is_empty)
-}
-
-/// The bytes after a record's fields; None if these do not fit.
-fn behind_fields(opcode: u8, body: &[u8]) -> Option<&[u8]> {
     let mut rest = body;
-    fields(opcode).iter().all(|field| skip(*field, &mut rest)).then_some(rest)
+    fields(opcode).iter().all(|field| skip(*field, &mut rest))
 }
 
 /// Skips a field; false if it does not fit.

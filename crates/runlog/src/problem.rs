@@ -5,8 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{FileError, NoFile};
+use asperity_record::RECORD_SCHEMA_VERSION;
 use asperity_record::bounds::TooLong;
-use asperity_record::{Direction, RECORD_SCHEMA_VERSION};
 
 use crate::format::{RUN, RUN_END, SALVAGE};
 
@@ -53,82 +53,13 @@ pub enum LogProblem {
         /// Why.
         error: mcap::McapError,
     },
-    /// A record whose contents exceed its length.
-    #[error("the record at byte {at}, of the kind 0x{opcode:02x}, holds a length that reaches over its end")]
-    InnerLength {
-        /// Offset of the record, or of its chunk, in the file.
-        at: u64,
-        /// Its kind.
-        opcode: u8,
-    },
-    /// A record that exceeds the end of a file that was not truncated.
-    #[error(
-        "the record at byte {0} claims to be longer than the rest of the file, which was not cut off there"
-    )]
-    Overlong(u64),
-    /// A message on an unannounced channel.
-    #[error("a message of channel {0}, which nothing announced")]
-    UnknownChannel(u16),
-    /// A channel announced for two topics.
-    #[error("channel {id} is that of {topic} and of {other}")]
-    ChannelReused {
-        /// The channel.
-        id: u16,
-        /// The first.
-        topic: String,
-        /// The other.
-        other: String,
-    },
-    /// A topic on two channels.
-    #[error("{0} has two channels")]
-    TopicTwice(String),
-    /// A missing or repeated message.
-    #[error("message {found} of {topic} stands where number {expected} must")]
-    Number {
-        /// The topic.
-        topic: String,
-        /// The expected number.
-        expected: u32,
-        /// The number found.
-        found: u32,
-    },
-    /// A text that is not UTF-8.
-    #[error("attachment `{0}` is not UTF-8")]
-    NotText(&'static str),
-    /// A time in the file that is not that of the message's step.
-    #[error(
-        "{topic}: the message of step {step} stands at {found_ns} ns, not at {}",
-        expected_ns.map_or("any time that a file can give".to_owned(), |ns| format!("{ns} ns"))
-    )]
-    LogTime {
-        /// The topic.
-        topic: String,
-        /// The step.
-        step: u64,
-        /// The message's time in the file.
-        found_ns: u64,
-        /// The time of its step.
-        expected_ns: Option<u64>,
-    },
-    /// A message that contradicts itself.
+    /// A message that contradicts itself, its place in the file, or those before it.
     #[error("step {step}: {what}")]
     Contradiction {
         /// The step.
         step: u64,
         /// The contradiction.
         what: String,
-    },
-    /// An array that does not have one value per block.
-    #[error("step {step}: {key} has {found} values, not {expected}")]
-    ArrayLength {
-        /// The step.
-        step: u64,
-        /// The array.
-        key: &'static str,
-        /// Its length.
-        found: usize,
-        /// The number of blocks.
-        expected: usize,
     },
     /// A header or end with invalid values.
     #[error(transparent)]
@@ -149,37 +80,7 @@ pub enum LogProblem {
         /// The error in it.
         error: serde_json::Error,
     },
-    /// Switches that do not belong to the step before them.
-    #[error("step {step} promises {promised} switches and has {found}")]
-    Switches {
-        /// The step.
-        step: u64,
-        /// The number that the step states.
-        promised: u32,
-        /// The number that follows.
-        found: u32,
-    },
-    /// A switch of a block that does not exist, or to the state that it already has.
-    #[error("block {block} cannot {direction:?} at step {step}")]
-    ImpossibleSwitch {
-        /// The step.
-        step: u64,
-        /// The block.
-        block: u32,
-        /// The direction of the switch.
-        direction: Direction,
-    },
-    /// A step whose number of sliding blocks contradicts the switches.
-    #[error("step {step} says that {promised} blocks slide; the switches before it leave {found}")]
-    Sliding {
-        /// The step.
-        step: u64,
-        /// The number that the step states.
-        promised: u32,
-        /// The number detached.
-        found: u32,
-    },
-    /// A wrong record `chunk`, index or summary.
+    /// A record that no run log has.
     #[error("the record at byte {at}: {what}")]
     Unsound {
         /// Offset of the record, or of its chunk, in the file.
@@ -187,9 +88,9 @@ pub enum LogProblem {
         /// The error.
         what: &'static str,
     },
-    /// Two headers, or something after the end.
+    /// Records that do not belong together, or something after the end.
     #[error("{0}")]
-    Misplaced(&'static str),
+    Misplaced(String),
     /// The file ends before the run does.
     #[error("no metadata `{RUN_END}`: the run did not finish, or the file was cut off")]
     NoEnd,
@@ -226,6 +127,10 @@ pub(crate) fn most(what: &'static str, found: usize, most: usize) -> Result<(), 
 }
 
 impl LogProblem {
+    pub(crate) fn misplaced(what: impl Into<String>) -> LogProblem {
+        LogProblem::Misplaced(what.into())
+    }
+
     /// A copy for repeated reads: an early end stays one, and a contradiction to `run_end`, since these
     /// determine how the log can be used; other errors become text.
     pub(crate) fn again(&self) -> LogProblem {
@@ -346,9 +251,6 @@ pub enum MetadataError {
 /// Why a run log cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// The final name is taken; nothing was written.
-    #[error("{} exists already", .0.display())]
-    Exists(PathBuf),
     /// Another process writes this log.
     #[error("{} is being written by another process", .0.display())]
     Busy(PathBuf),
@@ -359,14 +261,6 @@ pub enum WriteError {
     /// Other reasons why the file is not written or renamed.
     #[error(transparent)]
     File(FileError),
-    /// The system call failed.
-    #[error("{}: {error}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
     /// The MCAP library failed.
     #[error("{}: {error}", path.display())]
     Mcap {
@@ -394,9 +288,7 @@ pub enum WriteError {
 impl From<FileError> for WriteError {
     fn from(error: FileError) -> WriteError {
         match error {
-            FileError::Exists(path) => WriteError::Exists(path),
             FileError::Busy(path) => WriteError::Busy(path),
-            FileError::Io { path, error } => WriteError::Io { path, error },
             error => WriteError::File(error),
         }
     }
@@ -405,19 +297,22 @@ impl From<FileError> for WriteError {
 impl From<LogError> for WriteError {
     fn from(error: LogError) -> WriteError {
         match error {
-            LogError { path, problem: LogProblem::Io(error) } => WriteError::Io { path, error },
+            LogError { path, problem: LogProblem::Io(error) } => WriteError::io(&path, error),
             foreign => WriteError::Foreign(Box::new(foreign)),
         }
     }
 }
 
 impl WriteError {
+    pub(crate) fn io(path: &Path, error: io::Error) -> WriteError {
+        WriteError::File(FileError::Io { path: path.to_owned(), error })
+    }
+
     pub(crate) fn of_mcap(path: &Path, error: mcap::McapError) -> WriteError {
-        let path = path.to_owned();
         match error {
             // The system's message, which may be that the disk is full.
-            mcap::McapError::Io(error) => WriteError::Io { path, error },
-            error => WriteError::Mcap { path, error },
+            mcap::McapError::Io(error) => WriteError::io(path, error),
+            error => WriteError::Mcap { path: path.to_owned(), error },
         }
     }
 }

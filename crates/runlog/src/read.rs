@@ -5,24 +5,18 @@ use std::path::{Path, PathBuf};
 
 use asperity_record::bounds::check_toml;
 use asperity_record::{
-    Direction, Energy, Event, FieldRecord, JunctionTotals, Record, RunEnd, RunHeader, RunStatus, StepRecord,
-    WindowRecord,
+    Direction, Energy, Event, JunctionTotals, Record, RowKind, RunEnd, RunHeader, RunStatus, StepRecord,
 };
 use mcap::records::{MessageHeader, Record as Raw};
-use serde::de::DeserializeOwned;
 
 use crate::agree;
 use crate::ahead::Ahead;
 use crate::digest::Digests;
 use crate::findings::Gap;
-use crate::format::{
-    CHECKPOINT, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES,
-    MOST_SCHEMA_BYTES, RUN_END, SCENARIO, STEP, SWITCH, WINDOW,
-};
-use crate::gaps::Gaps;
-use crate::messages::{StepMessage, SwitchMessage};
+use crate::format::{CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN_END, STEP, SWITCH, WINDOW};
+use crate::messages::{Message, SwitchMessage, may_be_as_long};
 use crate::metadata;
-use crate::problem::{LogError, LogProblem, most};
+use crate::problem::{LogError, LogProblem};
 use crate::records::Records;
 
 /// The messages to decode. All messages are read and checked in any case.
@@ -32,7 +26,7 @@ pub struct Topics {
     pub steps: bool,
     /// States of all blocks.
     pub fields: bool,
-    /// Dense windows.
+    /// Dense windows, and rows of topics of their own.
     pub windows: bool,
     /// Events.
     pub events: bool,
@@ -95,6 +89,17 @@ pub struct RunReader {
     switches: u64,
     digests: Digests,
     progress: Progress,
+}
+
+/// The gaps that a salvaged log states. Its messages keep their numbers.
+struct Gaps {
+    stated: Vec<Gap>,
+    /// The time of the first message after the first one.
+    first_ns: u64,
+    /// Whether it states that messages were lost or may have been.
+    says_lost: bool,
+    /// Whether there was a gap before the current message.
+    is_passed: bool,
 }
 
 /// The progress of reading a log.
@@ -191,11 +196,19 @@ impl RunReader {
         let header = metadata::header_from_map(&run)?;
         self.detached = vec![false; header.blocks as usize];
         if let Some(salvage) = &ahead.salvage {
-            self.salvage = Some(Gaps::new(&header, salvage)?);
+            let stated = metadata::gaps_from_map(salvage)?;
+            let first_step = stated.first().and_then(|gap| gap.before_step);
+            self.salvage = Some(Gaps {
+                first_ns: first_step.and_then(|step| agree::time_ns(&header, step)).unwrap_or(u64::MAX),
+                stated,
+                says_lost: metadata::says_lost(salvage),
+                is_passed: false,
+            });
         }
         self.header = Some(header);
         if let Some(scenario) = ahead.scenario {
-            let toml = String::from_utf8(scenario).map_err(|_| LogProblem::NotText(SCENARIO))?;
+            let toml = String::from_utf8(scenario)
+                .map_err(|_| LogProblem::misplaced("attachment `scenario.toml` is not UTF-8"))?;
             check_toml(&toml)?;
             self.scenario_toml = toml;
         }
@@ -212,7 +225,7 @@ impl RunReader {
         let counted = end.into_iter().flat_map(|end| end.message_counts.into_keys());
         self.announced = counted.map(|topic| (topic, 0)).collect();
         self.rewritten_by = ahead.rewritten_by;
-        while !self.records.layout().has_channels() && matches!(self.progress, Progress::Reading) {
+        while !self.records.has_channels() && matches!(self.progress, Progress::Reading) {
             self.advance()?;
         }
         Ok(())
@@ -279,12 +292,12 @@ impl RunReader {
     /// Whether records or events before the last item may be missing, as in salvaged logs.
     /// Detectors cannot continue across such a gap.
     pub fn has_gap(&self) -> bool {
-        self.salvage.as_ref().is_some_and(Gaps::has_any)
+        self.salvage.as_ref().is_some_and(|gaps| gaps.is_passed)
     }
 
     /// The gaps that a salvaged log states; known after the first item, and empty for other logs.
     pub fn gaps(&self) -> &[Gap] {
-        self.salvage.as_ref().map_or(&[], Gaps::stated)
+        self.salvage.as_ref().map_or(&[], |gaps| &gaps.stated)
     }
 
     /// Whether it was salvaged from a damaged log.
@@ -294,7 +307,7 @@ impl RunReader {
 
     /// Whether it was salvaged and states that messages were lost or may have been.
     pub fn says_lost(&self) -> bool {
-        self.salvage.as_ref().is_some_and(Gaps::says_lost)
+        self.salvage.as_ref().is_some_and(|gaps| gaps.says_lost)
     }
 
     /// The end of the run; known once [`RunReader::next_item`] has returned `None`.
@@ -354,19 +367,20 @@ impl RunReader {
 
     fn take(&mut self, raw: Raw<'static>) -> Result<(), LogProblem> {
         match raw {
-            Raw::Metadata(metadata) if metadata.name == RUN_END => {
+            Raw::Metadata(metadata) if metadata.name == RUN_END && self.end.is_none() => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
             // Runs resume from checkpoints whose checksum, and all those before, are right.
             Raw::Attachment { header, data, .. }
-                if header.name == CHECKPOINT && !self.records.layout().is_doubtful() =>
+                if header.name == CHECKPOINT && !self.records.is_doubtful() =>
             {
                 // Other programs put it anywhere.
                 if self.rewritten_by.is_none() {
                     self.close_step()?;
                 }
                 let text = String::from_utf8(data.into_owned());
-                self.checkpoint = Some(text.map_err(|_| LogProblem::NotText(CHECKPOINT))?);
+                self.checkpoint =
+                    Some(text.map_err(|_| LogProblem::misplaced("attachment `checkpoint` is not UTF-8"))?);
             }
             Raw::Schema { header, data } => {
                 let is_new = !self.schemas.contains_key(&header.id);
@@ -383,140 +397,98 @@ impl RunReader {
                 self.counts.entry(channel.topic).or_insert(0);
             }
             Raw::Message { header, data } => {
-                let topic = self.records.layout().topic(header.channel_id).unwrap_or_default().to_owned();
-                self.may_be_as_long(&topic, data.len())?;
-                self.digests.add(&topic, &data);
-                *self.counts.entry(topic.clone()).or_insert(0) += 1;
-                self.message(topic, &header, &data)?;
+                let topic = self.records.topic(header.channel_id).unwrap_or_default().to_owned();
+                self.message(&topic, &header, &data)?;
             }
             _ => {}
         }
         Ok(())
     }
 
-    /// Checks that a message is no longer than its topic allows, before it is parsed.
-    fn may_be_as_long(&self, topic: &str, bytes: usize) -> Result<(), LogProblem> {
-        let blocks = self.header.as_ref().map_or(0, |header| header.blocks as usize);
-        match topic {
-            STEP | SWITCH => most("bytes in a step or switch", bytes, LONGEST_STEP_BYTES),
-            FIELDS | WINDOW => {
-                most("bytes in a state", bytes, LONGEST_STEP_BYTES + blocks * LONGEST_STATE_OF_BLOCK_BYTES)
-            }
-            _ => most("bytes in an event", bytes, LONGEST_EVENT_BYTES),
+    fn message(&mut self, topic: &str, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
+        let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
+        may_be_as_long(header, topic, data.len())?;
+        self.digests.add(topic, data);
+        let number = self.counts.get_mut(topic).expect("its channel was announced");
+        if let Some(gaps) = &mut self.salvage {
+            gaps.is_passed |= u64::from(head.sequence) != *number || head.log_time >= gaps.first_ns;
         }
-    }
-
-    fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
-        let sequence = head.sequence;
+        *number += 1;
+        self.switches += u64::from(topic == SWITCH);
         if topic != SWITCH {
             self.close_step()?;
         }
-        if let Some(gaps) = &mut self.salvage {
-            gaps.message(&topic, sequence, head.log_time)?;
-        }
-        if topic == SWITCH {
-            self.switches += 1;
-            return if self.topics.steps {
-                self.switch(decode(&topic, sequence, data)?, head)
-            } else {
-                Ok(())
-            };
+        let Topics { steps, fields, windows, events } = self.topics;
+        let is_wanted = match topic {
+            STEP | SWITCH => steps,
+            FIELDS => fields,
+            WINDOW => windows,
+            _ => events && topic.starts_with(EVENTS) || windows && RowKind::with(topic).is_some(),
+        };
+        if !is_wanted {
+            return Ok(());
         }
         let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
-        let timed = |step| agree::time(header, &topic, step, head);
-        match topic.as_str() {
-            STEP if self.topics.steps => {
-                let message: StepMessage = decode(&topic, sequence, data)?;
-                timed(message.step)?;
-                agree::step(header, &message, self.junctions)?;
-                if message.sliding != self.detached_count && !self.is_state_unknown() {
-                    let StepMessage { step, sliding: promised, .. } = message;
-                    return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
-                }
-                self.last_step = message.step;
-                self.at_record(message.step);
-                let promised = message.switches;
+        // Switches may be missing in a gap, and the record that completed an event.
+        let is_known = !self.has_gap();
+        match Message::read(header, topic, head, data)? {
+            Message::Step(message) => {
+                let (promised, sliding) = (message.switches, message.sliding);
                 let record = message.into_record();
-                self.energy = Some(record.energy);
-                self.junctions = record.junctions;
+                agree::totals(&record, self.junctions)?;
+                if sliding != self.detached_count && is_known {
+                    let left = self.detached_count;
+                    let what =
+                        format!("it says that {sliding} blocks slide; the switches before it leave {left}");
+                    return Err(LogProblem::Contradiction { step: record.step, what });
+                }
+                (self.last_step, self.record_step) = (record.step, record.step);
+                (self.energy, self.junctions) = (Some(record.energy), record.junctions);
                 self.open_step = Some((record, promised));
                 if promised == 0 {
                     self.close_step()?;
                 }
             }
-            FIELDS if self.topics.fields || (self.topics.steps && self.is_state_unknown()) => {
-                let record: FieldRecord = decode(&topic, sequence, data)?;
-                timed(record.step)?;
-                self.learn_state(&record);
-                let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
-                agree::fields(header, &record, self.topics.steps.then_some(&self.detached[..]))?;
-                self.at_record(record.step);
-                if self.topics.fields {
-                    self.ready.push_back(LogItem::Record(Record::Fields(Box::new(record))));
+            Message::Switch(message) => self.switch(message, is_known)?,
+            Message::Fields(record) => {
+                if steps && is_known {
+                    agree::detached(&record, &self.detached)?;
                 }
+                self.record_step = record.step;
+                self.ready.push_back(LogItem::Record(Record::Fields(record)));
             }
-            WINDOW if self.topics.windows => {
-                let record: WindowRecord = decode(&topic, sequence, data)?;
-                timed(record.step)?;
-                agree::window(header, &record)?;
-                self.at_record(record.step);
+            Message::Window(record) => {
+                self.record_step = record.step;
                 self.ready.push_back(LogItem::Record(Record::Window(record)));
             }
-            _ if self.topics.events && topic.starts_with(EVENTS) => {
+            Message::Row(row) => {
+                self.record_step = row.step;
+                self.ready.push_back(LogItem::Record(Record::Row(row)));
+            }
+            Message::Event(event) => {
                 // An event has the time of the record before it.
-                if self.topics == Topics::ALL {
-                    let before_ns = agree::time_ns(header, self.record_step);
-                    let in_gap = |gaps: &mut Gaps| gaps.event(before_ns, head.log_time, head.publish_time);
-                    if !self.salvage.as_mut().is_some_and(in_gap) {
-                        timed(self.record_step)?;
+                if self.topics == Topics::ALL && is_known {
+                    let timed = agree::time(header, topic, self.record_step, head);
+                    match &mut self.salvage {
+                        Some(gaps) => gaps.is_passed = timed.is_err(),
+                        None => timed?,
                     }
                 }
-                let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
-                let payload =
-                    std::str::from_utf8(data).map_err(|error| invalid(serde::de::Error::custom(error)))?;
-                let event = agree::event(&topic, payload, header).map_err(invalid)?;
                 self.ready.push_back(LogItem::Event(event));
             }
-            _ => {}
         }
         Ok(())
     }
 
-    fn at_record(&mut self, step: u64) {
-        self.record_step = step;
-        if let Some(gaps) = &mut self.salvage {
-            gaps.record();
-        }
-    }
-
-    fn is_state_unknown(&self) -> bool {
-        self.salvage.as_ref().is_some_and(Gaps::is_state_unknown)
-    }
-
-    /// Corrects the known states of blocks by a record of all blocks, since switches may be
-    /// missing.
-    fn learn_state(&mut self, record: &FieldRecord) {
-        if let Some(gaps) = self.salvage.as_mut().filter(|gaps| gaps.is_state_unknown())
-            && record.detached.len() == self.detached.len()
-        {
-            gaps.state_is_known();
-            self.detached = record.detached.iter().map(|&detached| detached != 0).collect();
-            self.detached_count = self.detached.iter().filter(|&&detached| detached).count() as u32;
-        }
-    }
-
-    fn switch(&mut self, message: SwitchMessage, head: &MessageHeader) -> Result<(), LogProblem> {
-        let is_state_unknown = self.is_state_unknown();
+    fn switch(&mut self, message: SwitchMessage, is_known: bool) -> Result<(), LogProblem> {
         let Some((record, promised)) = &mut self.open_step else {
-            return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
+            return Err(switches(message.step, 0, 1));
         };
-        let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
-        agree::switch(header, record, &message)?;
-        agree::time(header, SWITCH, message.step, head)?;
+        agree::switch(record, &message)?;
         let (step, block, direction) = (message.step, message.block, message.direction);
         let is_detached = (block as usize).checked_sub(1).and_then(|n| self.detached.get_mut(n));
         match is_detached {
-            Some(_) if is_state_unknown => {}
+            Some(_) if !is_known => {}
             Some(is_detached) if *is_detached != (direction == Direction::Detach) => {
                 *is_detached = !*is_detached;
                 match direction {
@@ -524,7 +496,10 @@ impl RunReader {
                     Direction::Attach => self.detached_count -= 1,
                 }
             }
-            _ => return Err(LogProblem::ImpossibleSwitch { step, block, direction }),
+            _ => {
+                let what = format!("block {block} cannot {direction:?}");
+                return Err(LogProblem::Contradiction { step, what });
+            }
         }
         record.switches.push(message.into_switch());
         if record.switches.len() as u32 == *promised { self.close_step() } else { Ok(()) }
@@ -535,7 +510,7 @@ impl RunReader {
         let Some((record, promised)) = self.open_step.take() else { return Ok(()) };
         let found = record.switches.len() as u32;
         if found != promised {
-            return Err(LogProblem::Switches { step: record.step, promised, found });
+            return Err(switches(record.step, promised, found));
         }
         self.ready.push_back(LogItem::Record(Record::Step(record)));
         Ok(())
@@ -560,7 +535,7 @@ impl RunReader {
         }
         let salvaged = end.status == RunStatus::Salvaged;
         if salvaged != self.salvage.is_some() {
-            return Err(LogProblem::Misplaced("metadata `salvage` and the status `salvaged` go together"));
+            return Err(LogProblem::misplaced("metadata `salvage` and the status `salvaged` go together"));
         }
         let steps = self.header.as_ref().map_or(0, |header| header.steps);
         if end.last_step > steps && !salvaged {
@@ -569,18 +544,16 @@ impl RunReader {
         if matches!(end.status, RunStatus::Complete | RunStatus::LoadNotReached) {
             mismatch("the last step:", end.last_step.to_string(), steps.to_string())?;
         }
-        if self.topics.steps {
+        if self.topics.steps && !salvaged {
             mismatch("the last step:", end.last_step.to_string(), self.last_step.to_string())?;
-            if !salvaged {
-                let texts = |energy: Option<Energy>| {
-                    let parts = energy.into_iter().flat_map(|energy| energy.parts());
-                    parts.map(|(name, energy_j)| format!("{name} = {energy_j}")).collect::<Vec<_>>()
-                };
-                let (promised, found) = (texts(end.energy), texts(self.energy));
-                for n in 0..promised.len().max(found.len()) {
-                    let text = |parts: &[String]| parts.get(n).map_or("nothing".to_owned(), String::clone);
-                    mismatch("energies:", text(&promised), text(&found))?;
-                }
+            let texts = |energy: Option<Energy>| {
+                let parts = energy.into_iter().flat_map(|energy| energy.parts());
+                parts.map(|(name, energy_j)| format!("{name} = {energy_j}")).collect::<Vec<_>>()
+            };
+            let (promised, found) = (texts(end.energy), texts(self.energy));
+            for n in 0..promised.len().max(found.len()) {
+                let text = |parts: &[String]| parts.get(n).map_or("nothing".to_owned(), String::clone);
+                mismatch("energies:", text(&promised), text(&found))?;
             }
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
@@ -607,10 +580,7 @@ impl RunReader {
     }
 }
 
-fn decode<T: DeserializeOwned>(topic: &str, sequence: u32, data: &[u8]) -> Result<T, LogProblem> {
-    serde_json::from_slice(data).map_err(|error| LogProblem::Message {
-        topic: topic.to_owned(),
-        sequence,
-        error,
-    })
+/// The error for switches that do not belong to the step before them.
+fn switches(step: u64, promised: u32, found: u32) -> LogProblem {
+    LogProblem::Contradiction { step, what: format!("it promises {promised} switches and has {found}") }
 }

@@ -1,6 +1,10 @@
-//! Iterates over the MCAP records of a log, including those in chunks: checks every checksum and
-//! the order of records, in memory bounded by a chunk.
+//! Iterates over the MCAP records of a log, including those in chunks: checks every checksum, and that every message
+//! is on an announced channel, in memory bounded by a chunk.
+//!
+//! `run_end` confirms all messages, whoever wrote the file. Without it, as in a log that is being written, only
+//! messages as the program itself writes them are taken for sound: in chunks with checksums, numbered from 0.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -11,10 +15,12 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 
 use crate::ahead::Ahead;
 use crate::chunk::Chunk;
-use crate::format::{LONGEST_READ_BYTES, LONGEST_RECORD_BYTES, MAGIC, PROFILE, RECORD_HEAD_BYTES};
-use crate::layout::Layout;
+use crate::format::{
+    LONGEST_READ_BYTES, LONGEST_RECORD_BYTES, LONGEST_TOPIC_BYTES, MAGIC, MOST_CHANNELS, PROFILE,
+    RECORD_HEAD_BYTES,
+};
 use crate::parse::parse;
-use crate::problem::{LogProblem, NoRunLog};
+use crate::problem::{LogProblem, NoRunLog, most};
 
 /// Reads the records of one file.
 pub(crate) struct Records {
@@ -25,10 +31,24 @@ pub(crate) struct Records {
     at: u64,
     /// The rest of the current chunk.
     chunk: Chunk,
-    layout: Layout,
+    channels: BTreeMap<u16, Channel>,
+    /// Whether the data have ended, which the summary follows.
+    has_ended: bool,
+    has_run: bool,
+    has_scenario: bool,
+    /// Whether the file has `run_end`.
+    has_end: bool,
+    is_salvaged: bool,
+    /// Whether nothing but `run_end` confirms what has been read.
+    is_doubtful: bool,
     /// Why the file is no run log, by its first bytes.
     foreign: Option<NoRunLog>,
     has_other_profile: bool,
+}
+
+struct Channel {
+    topic: String,
+    messages: u32,
 }
 
 impl Records {
@@ -51,14 +71,30 @@ impl Records {
             next_at: MAGIC.len() as u64,
             at: 0,
             chunk: Chunk::default(),
-            layout: Layout::new(ahead),
+            channels: BTreeMap::new(),
+            has_ended: false,
+            has_run: ahead.run.is_some(),
+            has_scenario: ahead.scenario.is_some(),
+            has_end: ahead.end.is_some(),
+            is_salvaged: ahead.salvage.is_some(),
+            is_doubtful: false,
             has_other_profile: false,
         })
     }
 
-    /// The records seen so far.
-    pub(crate) fn layout(&self) -> &Layout {
-        &self.layout
+    /// The topic of a channel that was announced.
+    pub(crate) fn topic(&self, channel: u16) -> Option<&str> {
+        self.channels.get(&channel).map(|channel| channel.topic.as_str())
+    }
+
+    /// Whether a channel has been announced.
+    pub(crate) fn has_channels(&self) -> bool {
+        !self.channels.is_empty()
+    }
+
+    /// Whether nothing but `run_end` confirms what has been read.
+    pub(crate) fn is_doubtful(&self) -> bool {
+        self.is_doubtful
     }
 
     /// Why the file does not begin as run logs do, if so: it is empty, torn, or of another program. The MCAP header
@@ -88,7 +124,7 @@ impl Records {
         match self.read() {
             Err(problem @ LogProblem::Io(_)) => Err(problem),
             // A file of another program is not a run log, whatever its errors, nor if it has none.
-            Err(_) | Ok(None) if self.has_other_profile && !self.layout.has_run() => Err(self.no_header()),
+            Err(_) | Ok(None) if self.has_other_profile && !self.has_run => Err(self.no_header()),
             read => read,
         }
     }
@@ -97,12 +133,12 @@ impl Records {
         loop {
             if let Some((opcode, body)) = self.chunk.next_record().map_err(|problem| problem.at(self.at))? {
                 let record = parse(opcode, body, self.at)?.into_owned();
-                self.layout.inner(self.at, &record)?;
+                self.inner(&record)?;
                 return Ok(Some(record));
             }
             let record = match self.reader.next_event() {
                 None if read_some(&mut self.source, &mut [0])? > 0 => {
-                    return Err(LogProblem::Misplaced("there is something after the end of the MCAP file"));
+                    return Err(LogProblem::misplaced("there is something after the end of the MCAP file"));
                 }
                 None => return Ok(None),
                 Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
@@ -114,12 +150,12 @@ impl Records {
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     self.at = self.next_at;
                     self.next_at += (RECORD_HEAD_BYTES + data.len()) as u64;
-                    let record = parse(opcode, data, self.at)?;
-                    self.layout.take(self.at, &record, data)?;
-                    record.into_owned()
+                    let record = parse(opcode, data, self.at)?.into_owned();
+                    self.outer(&record)?;
+                    record
                 }
                 Some(Err(McapError::UnexpectedEof)) => return Err(self.early_end()),
-                Some(Err(McapError::BadMagic)) if !self.layout.has_begun() => {
+                Some(Err(McapError::BadMagic)) if self.at == 0 => {
                     return Err(self.foreign.clone().unwrap_or(NoRunLog::NotMcap).into());
                 }
                 Some(Err(error)) => return Err(LogProblem::from(error).at(self.next_at)),
@@ -140,6 +176,90 @@ impl Records {
         }
     }
 
+    /// Checks a record outside chunks.
+    ///
+    /// # Errors
+    /// If it is not allowed there.
+    fn outer(&mut self, record: &Record<'_>) -> Result<(), LogProblem> {
+        match record {
+            Record::Footer(_) if !self.has_ended => {
+                return Err(LogProblem::misplaced("there is a footer before the end of the data"));
+            }
+            Record::DataEnd(_) => self.has_ended = true,
+            Record::Chunk { header, .. } if header.uncompressed_crc == 0 => {
+                self.doubt("a chunk without checksum")?;
+            }
+            Record::Attachment { crc: 0, .. } => self.doubt("an attachment without checksum")?,
+            Record::Schema { .. } | Record::Channel(_) | Record::Message { .. } => {
+                if !self.has_ended {
+                    self.doubt("a message, or what announces it, outside chunks")?;
+                }
+                self.inner(record)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Checks a record of a chunk, or one that might be in one.
+    ///
+    /// # Errors
+    /// If it is not allowed there.
+    fn inner(&mut self, record: &Record<'_>) -> Result<(), LogProblem> {
+        match record {
+            Record::Channel(_) | Record::Message { .. } if !self.has_scenario => {
+                Err(LogProblem::misplaced("there is no attachment `scenario.toml`"))
+            }
+            Record::Schema { .. } => Ok(()),
+            Record::Channel(channel) => self.channel(channel.id, &channel.topic),
+            Record::Message { header, .. } => self.message(header.channel_id, header.sequence),
+            _ => Err(LogProblem::misplaced(
+                "a chunk holds something other than schemas, channels and messages",
+            )),
+        }
+    }
+
+    /// Notes that the file has something that the program does not write.
+    ///
+    /// # Errors
+    /// If no `run_end` confirms the messages of the file.
+    fn doubt(&mut self, what: &'static str) -> Result<(), LogProblem> {
+        self.is_doubtful = true;
+        if self.has_end { Ok(()) } else { Err(LogProblem::Unsound { at: self.at, what }) }
+    }
+
+    /// Channels are announced before their messages and may be repeated.
+    fn channel(&mut self, id: u16, topic: &str) -> Result<(), LogProblem> {
+        if let Some(known) = self.channels.get(&id) {
+            let what = || format!("channel {id} is that of {} and of {topic}", known.topic);
+            return if known.topic == topic { Ok(()) } else { Err(LogProblem::misplaced(what())) };
+        }
+        most("channels", self.channels.len() + 1, MOST_CHANNELS)?;
+        most("bytes in the name of a topic", topic.len(), LONGEST_TOPIC_BYTES)?;
+        if self.channels.values().any(|known| known.topic == topic) {
+            return Err(LogProblem::misplaced(format!("{topic} has two channels")));
+        }
+        self.channels.insert(id, Channel { topic: topic.to_owned(), messages: 0 });
+        Ok(())
+    }
+
+    /// Messages of a topic are numbered from 0. Other programs may number them otherwise, and messages of
+    /// salvaged logs have their original numbers.
+    fn message(&mut self, id: u16, found: u32) -> Result<(), LogProblem> {
+        let unknown = || LogProblem::misplaced(format!("a message of channel {id}, which nothing announced"));
+        let channel = self.channels.get_mut(&id).ok_or_else(unknown)?;
+        let expected = channel.messages;
+        channel.messages = expected.wrapping_add(1);
+        if found == expected || self.is_salvaged {
+            return Ok(());
+        }
+        if !self.has_end {
+            let what = format!("message {found} of {} stands where number {expected} must", channel.topic);
+            return Err(LogProblem::misplaced(what));
+        }
+        self.doubt("a message out of its number")
+    }
+
     /// The error for a file that ends inside a record: it was truncated, or the record's length is
     /// wrong. A truncated file has no proper ending.
     fn early_end(&mut self) -> LogProblem {
@@ -147,8 +267,11 @@ impl Records {
         let back = SeekFrom::End(-(last.len() as i64));
         let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
         match read {
-            Ok(at) if at > self.next_at && last == *MAGIC => LogProblem::Overlong(self.next_at),
-            _ => match self.foreign.clone().filter(|_| !self.layout.has_begun()) {
+            Ok(at) if at > self.next_at && last == *MAGIC => {
+                let what = "it claims to be longer than the rest of the file, which was not cut off there";
+                LogProblem::Unsound { at: self.next_at, what }
+            }
+            _ => match self.foreign.clone().filter(|_| self.at == 0) {
                 Some(foreign) => foreign.into(),
                 None => McapError::UnexpectedEof.into(),
             },

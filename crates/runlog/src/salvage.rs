@@ -1,52 +1,43 @@
 //! Salvages a damaged log.
 //!
-//! A record is kept if something independent confirms that it is what was written: chunks and attachments
-//! have checksums, the caller compares the header with the scenario, since this crate does not interpret
-//! scenarios, and every message must match its topic and follow those before it (`walk`). Where the sequence
-//! of records is broken, the file is searched for the next valid piece (`pieces`).
+//! Chunks are taken in the order of the file. Of each whose checksum is right, all messages are kept, if each of them
+//! is of its topic and of this run; behind damage the file is searched for the next such chunk ([`pieces`]). A step
+//! needs all of its switches. Messages that stand behind later ones, as in a chunk that was moved, are left out.
 //!
-//! The result is a log with the status `salvaged` and a metadata record `salvage` that states the
-//! gaps. Messages keep their numbers, so that every reader sees the gaps.
+//! The result is a log with the status `salvaged` and a metadata record `salvage` that states the gaps. Messages keep
+//! their numbers, which count from 0 within each topic and so tell where some are missing.
 //!
-//! Events of unknown detectors are kept under the topic and schema that the log announces. If the
-//! announcement is lost they cannot be identified and are dropped, with a remark.
-//!
-//! The time is linear in the size of the file, whatever it contains.
+//! [`pieces`]: crate::pieces
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-use asperity_record::{EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
+use asperity_record::{EventKind, ROWS, RowKind, RunEnd, RunHeader, RunStatus, SolverReport, counted};
+use mcap::records::{MessageHeader, Record, op};
 
+use crate::chunk::Chunk;
 use crate::digest::Digests;
-use crate::findings::{Damage, Salvaged};
-use crate::messages::Topic;
+use crate::findings::{Damage, Gap, Salvaged};
+use crate::format::{
+    CHECKPOINT, FIELDS, MOST_CHANNELS, MOST_SCHEMA_BYTES, RUN, RUN_END, SCENARIO, STEP, SWITCH, WINDOW,
+};
+use crate::messages::{Message, Topic};
 use crate::metadata;
-use crate::pieces::{Content, Piece, Pieces};
+use crate::parse::parse;
+use crate::pieces::{Piece, Pieces};
 use crate::problem::{LogProblem, WriteError};
-use crate::walk::{ChunkProblem, Message, Walk};
 use crate::write::RunWriter;
 
 /// Why nothing was salvaged.
 #[derive(Debug, thiserror::Error)]
 pub enum SalvageError {
     /// The input cannot be read.
-    #[error("{path}: {error}")]
-    Read {
-        /// The file.
-        path: String,
-        /// The reason.
-        error: io::Error,
-    },
+    #[error("{0}")]
+    Read(#[from] io::Error),
     /// No message that a checksum confirms is left, or neither header nor scenario, or it is of another version.
-    #[error("{path}: {problem}")]
-    Hopeless {
-        /// The file.
-        path: String,
-        /// The missing part.
-        problem: String,
-    },
+    #[error("{0}")]
+    Hopeless(String),
     /// The output cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -57,7 +48,8 @@ pub enum SalvageError {
 pub type Settle<'a> =
     dyn Fn(Option<RunHeader>, Option<&str>) -> Result<(RunHeader, Vec<String>), String> + 'a;
 
-/// Writes what is left of the log `input` to a new log `output`; all of it for a whole log.
+/// Writes what is left of the log `input` to a new log `output`; all of it for a whole log. `events` are announced if
+/// nothing is left of the log's own announcements.
 ///
 /// # Errors
 /// If `input` cannot be read, nothing left in it identifies its run, or none of its messages is left, or
@@ -68,68 +60,48 @@ pub fn salvage(
     events: &[EventKind],
     settle: &Settle<'_>,
 ) -> Result<Salvaged, SalvageError> {
-    let name = input.display().to_string();
-    let read_error = |error| SalvageError::Read { path: name.clone(), error };
-    let hopeless = |problem: String| SalvageError::Hopeless { path: name.clone(), problem };
-    let mut pieces = Pieces::open(input).map_err(read_error)?;
-    let Found { header, scenario, end, entries, other_version } = find(&mut pieces).map_err(read_error)?;
+    let Found { header, scenario, end, channels, other_version, .. } = Found::of(input, events)?;
     if let (None, Some(version)) = (&header, other_version) {
-        return Err(hopeless(LogProblem::Version(version).to_string()));
+        return Err(SalvageError::Hopeless(LogProblem::Version(version).to_string()));
     }
-    let (header, mut remarks) = settle(header, scenario.as_deref()).map_err(hopeless)?;
-    if scenario.is_none() {
-        remarks.push("the scenario is lost".to_owned());
-    }
-
-    let events: Vec<EventKind> = events.iter().map(|kind| kind.clone().with(header.parts())).collect();
-    let events = &events[..];
-    let gaps = gaps(&entries, &mut pieces, Walk::new(events, &header)).map_err(read_error)?;
-    // The first walk finds the gaps, which are written first; the second walk writes.
-    let mut walk = Walk::new(events, &header);
-    let mut damage = std::mem::take(&mut pieces.damage);
+    let (header, remarks) = settle(header, scenario.as_deref()).map_err(SalvageError::Hopeless)?;
+    // The first walk finds the gaps, which are written before what the second walk writes.
     let mut digests = Digests::default();
-    for entry in entries.iter().filter(|entry| entry.is_chunk) {
-        let Some(mut chunk) = pieces.chunk(entry.at).map_err(read_error)? else { continue };
-        if gaps.contains(&entry.at) {
-            walk.begin_gap();
+    let salvaged = Walk::new(&header, &channels).through(input, end.as_ref(), &mut |kept| {
+        if let Kept::Message { topic, payload, .. } = kept {
+            digests.add(topic, &payload);
         }
-        let mut keep = |message: &Message| {
-            digests.add(&message.topic, &message.payload);
-            Ok(())
-        };
-        match walk.chunk(entry.at, &mut chunk, &mut keep) {
-            Ok(()) => {}
-            Err(ChunkProblem::Content(what)) => {
-                damage.push(Damage { from_byte: entry.at, to_byte: entry.end, what });
-            }
-            Err(ChunkProblem::Write(error)) => return Err(error.into()),
-        }
-    }
-    let (mut salvaged, foreign) = walk.finish(end.as_ref());
+        Ok(())
+    })?;
     if salvaged.kept.is_empty() {
-        return Err(hopeless("no message is left that a checksum confirms".to_owned()));
+        return Err(SalvageError::Hopeless("no message is left that a checksum confirms".to_owned()));
     }
     if let Some(topic) = end.as_ref().and_then(|end| changed(end, &salvaged, &mut digests)) {
         let problem =
             "has all of its messages with right checksums, but others than metadata `run_end` names";
-        return Err(hopeless(format!("{topic} {problem}")));
+        return Err(SalvageError::Hopeless(format!("{topic} {problem}")));
     }
-    damage.sort_by_key(|damage| damage.from_byte);
-    salvaged.damage = damage;
-    salvaged.remarks.splice(0..0, remarks);
+    let lost = scenario.is_none().then(|| "the scenario is lost".to_owned());
+    let salvaged =
+        Salvaged { remarks: [remarks, lost.into_iter().collect(), salvaged.remarks].concat(), ..salvaged };
 
-    let own = events.iter().map(Topic::of).filter(|topic| !foreign.contains_key(&topic.topic));
-    let topics = own.chain(foreign.values().cloned());
+    let announced = |topic: &str| channels.values().find(|channel| channel.topic == topic).cloned();
+    let of_kind = |kind: &EventKind| {
+        announced(kind.topic).unwrap_or_else(|| Topic::of(&kind.clone().with(header.parts())))
+    };
+    let is_foreign = |topic: &&Topic| {
+        let name = topic.topic.as_str();
+        !RECORDS.contains(&name)
+            && RowKind::with(name).is_none()
+            && !events.iter().any(|kind| kind.topic == name)
+    };
+    let topics = events.iter().map(of_kind).chain(channels.values().filter(is_foreign).cloned());
     let scenario = scenario.unwrap_or_default();
     let mut writer = RunWriter::create_salvaged(output, input, &header, &scenario, topics)?;
-    let report = end.map_or(SolverReport::default(), |end| end.solver);
-    let written = writer
-        .salvaged(&salvaged)
-        .map_err(SalvageError::from)
-        .and_then(|()| write(&entries, &gaps, &mut pieces, Walk::new(events, &header), &mut writer, &name))
-        .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
-    // Leaves nothing behind on failure: it can be repeated from the input.
-    written.map(|_end| salvaged)
+    writer.salvaged(&salvaged)?;
+    Walk::new(&header, &channels).through(input, None, &mut |kept| Ok(writer.keep(kept)?))?;
+    writer.finish(RunStatus::Salvaged, end.map_or(SolverReport::default(), |end| end.solver))?;
+    Ok(salvaged)
 }
 
 /// A topic of which no message is lost, and some are not those of the run.
@@ -141,7 +113,10 @@ fn changed(end: &RunEnd, salvaged: &Salvaged, digests: &mut Digests) -> Option<S
     found.into_iter().filter(|(topic, _)| is_all(topic)).find(is_other).map(|(topic, _)| topic)
 }
 
-/// What is left of a file.
+/// The topics of records, in the order in which logs announce them.
+const RECORDS: [&str; 4] = [STEP, SWITCH, FIELDS, WINDOW];
+
+/// What a file says of its run, wherever it stands.
 #[derive(Default)]
 struct Found {
     /// The first header.
@@ -152,126 +127,293 @@ struct Found {
     scenario: Option<String>,
     /// The last end.
     end: Option<RunEnd>,
-    /// In the order of their times.
-    entries: Vec<Entry>,
+    /// The announced topics.
+    channels: BTreeMap<u16, Topic>,
+    /// The announced schemas, with their names.
+    schemas: BTreeMap<u16, (String, String)>,
+    /// The length of all of these, which is bounded: several topics may refer to one long schema.
+    bytes: usize,
 }
 
-/// A chunk or checkpoint whose checksum is right.
-struct Entry {
-    at: u64,
-    end: u64,
-    /// The time of its first message.
-    time_ns: u64,
-    is_chunk: bool,
-    /// Whether there is damage right before it.
-    is_after_damage: bool,
-}
-
-/// Finds everything with a right checksum in a file.
-fn find(pieces: &mut Pieces) -> io::Result<Found> {
-    let mut found = Found::default();
-    let mut damages = 0;
-    while let Some(piece) = pieces.next()? {
-        match piece.content {
-            Content::Run(map) => match metadata::check_version(&map) {
-                Err(LogProblem::Version(version)) => {
-                    found.other_version = found.other_version.or(Some(version))
-                }
-                _ => found.header = found.header.or(metadata::header_from_map(&map).ok()),
-            },
-            Content::Scenario(text) => found.scenario = found.scenario.or(Some(text)),
-            Content::End(end) => found.end = Some(*end),
-            content @ (Content::Chunk(_) | Content::Checkpoint(_)) => {
-                let is_after_damage =
-                    pieces.damage.len() > std::mem::replace(&mut damages, pieces.damage.len());
-                let (is_chunk, first_ns) = match content {
-                    Content::Chunk(mut chunk) => (true, chunk.first_ns()),
-                    _ => (false, None),
-                };
-                // A checkpoint belongs behind what stands before it.
-                let before_ns = found.entries.last().map(|entry| entry.time_ns);
-                let time_ns = first_ns.or(before_ns).unwrap_or_default();
-                let Piece { at, end, .. } = piece;
-                found.entries.push(Entry { at, end, time_ns, is_chunk, is_after_damage });
-            }
-        }
-    }
-    // Chunks that were moved, or stand there twice.
-    found.entries.sort_by_key(|entry| entry.time_ns);
-    Ok(found)
-}
-
-/// The offsets of chunks before which messages are missing. That they are is revealed by the numbers of a
-/// topic, possibly only some chunks after damage.
-fn gaps(entries: &[Entry], pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTreeSet<u64>> {
-    let mut gaps = BTreeSet::new();
-    // The chunks before which something may be missing, by index.
-    let mut doubtful: Vec<(usize, u64)> = Vec::new();
-    // The next number of each topic, and the index of the chunk after its last message.
-    let mut next: BTreeMap<String, (u32, usize)> = BTreeMap::new();
-    let (mut place, mut is_after_damage) = (0, false);
-    for entry in entries {
-        is_after_damage |= entry.is_after_damage;
-        if !entry.is_chunk {
-            continue;
-        }
-        if std::mem::take(&mut is_after_damage) {
-            doubtful.push((place, entry.at));
-        }
-        if let Some(mut chunk) = pieces.chunk(entry.at)? {
-            // The first walk reports what cannot be read.
-            for message in walk.messages(entry.at, &mut chunk).unwrap_or_default() {
-                walk.note(&message);
-                let (expected, since) = next.get(&message.topic).copied().unwrap_or_default();
-                if message.sequence > expected && since <= place {
-                    let from = doubtful.partition_point(|(place, _)| *place < since);
-                    if from == doubtful.len() {
-                        // A chunk that was cut out leaves no damage.
-                        doubtful.push((place, entry.at));
+impl Found {
+    /// What the file says. The first chunk, and the summary at the end, announce the topics; any others have the numbers
+    /// that this program gives them.
+    fn of(input: &Path, events: &[EventKind]) -> io::Result<Found> {
+        let mut pieces = Pieces::open(input)?;
+        let mut found = Found::default();
+        while let Some((at, piece)) = pieces.next()? {
+            match piece {
+                Piece::Record(record) => found.take(record),
+                Piece::Chunk(mut chunk) => {
+                    while let Ok(Some((opcode, body))) = chunk.next_record() {
+                        if matches!(opcode, op::SCHEMA | op::CHANNEL)
+                            && let Ok(record) = parse(opcode, body, at)
+                        {
+                            found.take(record);
+                        }
                     }
-                    gaps.extend(doubtful[from..].iter().map(|(_, at)| *at));
                 }
-                next.insert(message.topic, (message.sequence.saturating_add(1), place + 1));
             }
         }
-        place += 1;
+        let record = |topic: &str| Topic {
+            topic: topic.to_owned(),
+            schema_name: String::new(),
+            schema: String::new(),
+        };
+        let own = RECORDS.into_iter().chain(ROWS.iter().map(|row| row.topic)).map(record);
+        let own = own.chain(events.iter().map(Topic::of));
+        for (id, topic) in (1..).zip(own) {
+            if found.channels.values().all(|known| known.topic != topic.topic) {
+                found.channels.entry(id).or_insert(topic);
+            }
+        }
+        Ok(found)
     }
-    Ok(gaps)
-}
 
-/// Writes what the first walk accepted.
-fn write(
-    entries: &[Entry],
-    gaps: &BTreeSet<u64>,
-    pieces: &mut Pieces,
-    mut walk: Walk<'_>,
-    writer: &mut RunWriter,
-    name: &str,
-) -> Result<(), SalvageError> {
-    let read_error = |error| SalvageError::Read { path: name.to_owned(), error };
-    for entry in entries {
-        match pieces.again(entry.at).map_err(read_error)? {
-            Some(Content::Chunk(mut chunk)) => {
-                if gaps.contains(&entry.at) {
-                    walk.begin_gap();
+    fn take(&mut self, record: Record<'_>) {
+        match record {
+            Record::Metadata(record) if record.name == RUN => match metadata::check_version(&record.metadata)
+            {
+                Err(LogProblem::Version(version)) => {
+                    self.other_version = self.other_version.or(Some(version))
                 }
-                let written = walk.chunk(entry.at, &mut chunk, &mut |message| {
-                    writer.salvaged_message(
-                        &message.topic,
-                        message.sequence,
-                        message.time_ns,
-                        message.step(),
-                        &message.payload,
-                    )
-                });
-                // The first walk refused and reported it as well.
-                if let Err(ChunkProblem::Write(error)) = written {
-                    return Err(error.into());
+                _ => self.header = self.header.take().or(metadata::header_from_map(&record.metadata).ok()),
+            },
+            Record::Metadata(record) if record.name == RUN_END => {
+                self.end = metadata::end_from_map(&record.metadata).ok().or(self.end.take());
+            }
+            Record::Attachment { header, data, .. } if header.name == SCENARIO => {
+                self.scenario = self.scenario.take().or(String::from_utf8(data.into_owned()).ok());
+            }
+            Record::Schema { header, data } => {
+                let schema = String::from_utf8_lossy(&data).into_owned();
+                if header.encoding == "jsonschema" && self.has_room(header.name.len() + schema.len()) {
+                    self.schemas.entry(header.id).or_insert((header.name, schema));
                 }
             }
-            Some(Content::Checkpoint(state)) => writer.salvaged_checkpoint(&state)?,
+            Record::Channel(channel) if !self.channels.contains_key(&channel.id) => {
+                let any = || (channel.topic.clone(), r#"{"type":"object"}"#.to_owned());
+                let (schema_name, schema) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_else(any);
+                let is_new = self.channels.values().all(|known| known.topic != channel.topic);
+                if is_new
+                    && self.channels.len() < MOST_CHANNELS
+                    && self.has_room(channel.topic.len() + schema_name.len() + schema.len())
+                {
+                    self.channels.insert(channel.id, Topic { topic: channel.topic, schema_name, schema });
+                }
+            }
             _ => {}
         }
     }
-    Ok(())
+
+    fn has_room(&mut self, bytes: usize) -> bool {
+        let has_room = self.bytes + bytes <= 2 * MOST_SCHEMA_BYTES;
+        self.bytes += if has_room { bytes } else { 0 };
+        has_room
+    }
+}
+
+/// What is kept of a log.
+pub(crate) enum Kept<'a> {
+    Message {
+        topic: &'a str,
+        head: MessageHeader,
+        /// None of an event.
+        step: Option<u64>,
+        payload: Vec<u8>,
+    },
+    Checkpoint(String),
+}
+
+type Keep<'a> = dyn FnMut(Kept<'_>) -> Result<(), SalvageError> + 'a;
+
+/// A message that is of its topic and of this run.
+struct Sound<'a> {
+    topic: &'a str,
+    head: MessageHeader,
+    payload: Vec<u8>,
+    message: Message,
+}
+
+/// Where messages may be missing.
+struct Border {
+    gap: Gap,
+    /// Whether some are.
+    is_gap: bool,
+}
+
+/// Walks through the chunks of a file.
+struct Walk<'a> {
+    header: &'a RunHeader,
+    channels: &'a BTreeMap<u16, Topic>,
+    /// The next number of each topic, and how many borders were before its last message.
+    next: BTreeMap<&'a str, (u32, usize)>,
+    borders: Vec<Border>,
+    /// A step whose switches are not complete, with those read so far.
+    unit: Vec<Sound<'a>>,
+    last_step: Option<u64>,
+    last_ns: u64,
+    left_out: u64,
+    salvaged: Salvaged,
+}
+
+impl<'a> Walk<'a> {
+    fn new(header: &'a RunHeader, channels: &'a BTreeMap<u16, Topic>) -> Walk<'a> {
+        Walk {
+            header,
+            channels,
+            next: BTreeMap::new(),
+            borders: Vec::new(),
+            unit: Vec::new(),
+            last_step: None,
+            last_ns: 0,
+            left_out: 0,
+            salvaged: Salvaged::default(),
+        }
+    }
+
+    /// Passes on what can be kept of a log with that end.
+    fn through(
+        mut self,
+        input: &Path,
+        end: Option<&'a RunEnd>,
+        keep: &mut Keep<'_>,
+    ) -> Result<Salvaged, SalvageError> {
+        let mut pieces = Pieces::open(input)?;
+        let mut damages = 0;
+        while let Some((at, piece)) = pieces.next()? {
+            match piece {
+                Piece::Chunk(chunk) => {
+                    if std::mem::replace(&mut damages, pieces.damage.len()) < pieces.damage.len() {
+                        self.border();
+                    }
+                    match self.messages(at, chunk) {
+                        Ok(messages) => messages.into_iter().try_for_each(|sound| self.take(sound, keep))?,
+                        Err(problem) => {
+                            let what = format!("a chunk: {problem}");
+                            pieces.damage.push(Damage { from_byte: at, to_byte: pieces.at, what });
+                        }
+                    }
+                }
+                Piece::Record(Record::Attachment { header, data, .. }) if header.name == CHECKPOINT => {
+                    if let Ok(state) = String::from_utf8(data.into_owned()) {
+                        keep(Kept::Checkpoint(state))?;
+                    }
+                }
+                Piece::Record(_) => {}
+            }
+        }
+        self.lose_unit();
+        for (topic, &count) in end.iter().flat_map(|end| &end.message_counts) {
+            let next = self.next.get(topic.as_str()).copied().unwrap_or_default();
+            let missing = count.saturating_sub(u64::from(next.0));
+            if missing > 0 {
+                self.lose(topic, missing, next.1);
+            }
+        }
+        if end.is_none() {
+            self.border().is_gap = true;
+        }
+        let mut salvaged = self.salvaged;
+        salvaged.end_is_known = end.is_some();
+        salvaged.gaps = self.borders.iter().filter(|border| border.is_gap).map(|border| border.gap).collect();
+        salvaged.damage = pieces.damage;
+        if self.left_out > 0 {
+            let messages = counted(self.left_out, "message");
+            salvaged.remarks.push(format!("{messages} left out, which stood behind later ones, or twice"));
+        }
+        Ok(salvaged)
+    }
+
+    /// The messages of a chunk on topics that are announced.
+    fn messages(&self, at: u64, mut chunk: Chunk) -> Result<Vec<Sound<'a>>, LogProblem> {
+        let mut messages = Vec::new();
+        while let Some((opcode, body)) = chunk.next_record()? {
+            if let Record::Message { header: head, data } = parse(opcode, body, at)?
+                && let Some(Topic { topic, .. }) = self.channels.get(&head.channel_id)
+            {
+                let message = Message::read(self.header, topic, &head, &data)?;
+                messages.push(Sound { topic, head, payload: data.into_owned(), message });
+            }
+        }
+        Ok(messages)
+    }
+
+    fn take(&mut self, sound: Sound<'a>, keep: &mut Keep<'_>) -> Result<(), SalvageError> {
+        let MessageHeader { sequence, log_time, .. } = sound.head;
+        let (next, borders) = self.next.get(sound.topic).copied().unwrap_or_default();
+        if sequence < next || log_time < self.last_ns {
+            self.left_out += 1;
+            return Ok(());
+        }
+        if sequence > next {
+            self.lose(sound.topic, u64::from(sequence - next), borders);
+        }
+        self.last_ns = log_time;
+        match (&sound.message, self.unit.first().map(|step| &step.message)) {
+            (Message::Switch(switch), Some(Message::Step(step))) if switch.step == step.step => {}
+            (Message::Switch(_), _) => {
+                self.lose_unit();
+                self.lose(SWITCH, 1, borders);
+                self.passed(&sound);
+                return Ok(());
+            }
+            _ => self.lose_unit(),
+        }
+        self.passed(&sound);
+        self.unit.push(sound);
+        match &self.unit[0].message {
+            Message::Step(step) if self.unit.len() <= step.switches as usize => Ok(()),
+            _ => std::mem::take(&mut self.unit).into_iter().try_for_each(|sound| self.keep(sound, keep)),
+        }
+    }
+
+    /// Notes the number of a message.
+    fn passed(&mut self, sound: &Sound<'a>) {
+        self.next.insert(sound.topic, (sound.head.sequence.saturating_add(1), self.borders.len()));
+    }
+
+    fn keep(
+        &mut self,
+        Sound { topic, head, payload, message }: Sound<'a>,
+        keep: &mut Keep<'_>,
+    ) -> Result<(), SalvageError> {
+        let step = message.step();
+        if step.is_some() {
+            self.last_step = step;
+            if let Some(Border { gap, .. }) = self.borders.last_mut() {
+                gap.before_step = gap.before_step.or(step);
+            }
+        }
+        *self.salvaged.kept.entry(topic.to_owned()).or_default() += 1;
+        keep(Kept::Message { topic, head, step, payload })
+    }
+
+    /// The border behind the last message kept.
+    fn border(&mut self) -> &mut Border {
+        if self.borders.last().is_none_or(|last| last.gap.before_step.is_some()) {
+            let gap = Gap { after_step: self.last_step, before_step: None };
+            self.borders.push(Border { gap, is_gap: false });
+        }
+        self.borders.last_mut().expect("it was just made")
+    }
+
+    /// Notes that messages of a topic are missing behind that many borders: they may have been lost at each that
+    /// follows, together with messages of other topics.
+    fn lose(&mut self, topic: &str, messages: u64, borders: usize) {
+        *self.salvaged.lost.entry(topic.to_owned()).or_default() += messages;
+        if borders >= self.borders.len() {
+            self.border();
+        }
+        let from = borders.min(self.borders.len() - 1);
+        self.borders[from..].iter_mut().for_each(|border| border.is_gap = true);
+    }
+
+    /// Drops a step without all of its switches.
+    fn lose_unit(&mut self) {
+        for sound in std::mem::take(&mut self.unit) {
+            let borders = self.borders.len();
+            self.lose(sound.topic, 1, borders);
+        }
+    }
 }

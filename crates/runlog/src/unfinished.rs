@@ -4,7 +4,9 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Inputs, LockedFile, create_folder, is_taken, partial_path};
+use asperity_files::{
+    Existing, FileError, FileSet, Inputs, LockedFile, create_folder, is_taken, partial_path,
+};
 use asperity_record::RunHeader;
 
 use crate::ahead::Ahead;
@@ -69,7 +71,7 @@ impl Unfinished {
     /// system refuses.
     pub fn publish(mut self, existing: Existing) -> Result<(), WriteError> {
         let file = self.locked.file().sync_all();
-        file.map_err(|error| WriteError::Io { path: self.partial_path(), error })?;
+        file.map_err(|error| WriteError::io(self.locked.path(), error))?;
         Ok(self.locked.rename(&self.path, existing)?)
     }
 }
@@ -203,13 +205,13 @@ impl Place {
     }
 
     fn io(&self, error: io::Error) -> WriteError {
-        WriteError::Io { path: self.path().to_owned(), error }
+        WriteError::io(self.path(), error)
     }
 }
 
 fn must_be_free(path: &Path, existing: Existing) -> Result<(), WriteError> {
     if existing == Existing::Refuse && is_taken(path) {
-        return Err(WriteError::Exists(path.to_owned()));
+        return Err(FileError::Exists(path.to_owned()).into());
     }
     Ok(())
 }
@@ -222,7 +224,7 @@ fn emptied(path: &Path) -> Result<LockedFile, WriteError> {
     }
     let locked = LockedFile::create(path)?;
     must_be_ours(path)?;
-    locked.file().set_len(0).map_err(|error| WriteError::Io { path: path.to_owned(), error })?;
+    locked.file().set_len(0).map_err(|error| WriteError::io(path, error))?;
     Ok(locked)
 }
 

@@ -16,16 +16,16 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
 use serde::Serialize;
 
-use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Salvaged;
 use crate::format::{
     BYTES, CHECKPOINT, CHUNK_BYTES, FIELDS, LIBRARY, LONGEST_CHECKPOINT_BYTES, LONGEST_METADATA_BYTES,
     PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
 };
-use crate::messages::{self, StepMessage, SwitchMessage, Topic};
+use crate::messages::{self, StepMessage, SwitchMessage, Topic, units};
 use crate::metadata;
 use crate::problem::WriteError;
+use crate::salvage::Kept;
 use crate::unfinished::{Place, Unfinished};
 
 /// Work that a crash of the machine may lose.
@@ -139,13 +139,11 @@ impl RunWriter {
         topics.extend(events);
         let mut channels = BTreeMap::new();
         for topic in &topics {
-            let Announced { topic, message_encoding, schema_name, schema_encoding, schema, metadata } =
-                Announced::of(topic);
-            let schema_id =
-                writer.add_schema(&schema_name, &schema_encoding, schema.as_bytes()).map_err(at)?;
-            let id = writer.add_channel(schema_id, &topic, &message_encoding, &metadata).map_err(at)?;
+            let Topic { topic, schema_name, schema } = topic;
+            let schema_id = writer.add_schema(schema_name, "jsonschema", schema.as_bytes()).map_err(at)?;
+            let id = writer.add_channel(schema_id, topic, "json", &units(schema)).map_err(at)?;
             chunk_bytes += schema.len() as u64;
-            channels.insert(topic, Channel { id, messages: 0 });
+            channels.insert(topic.clone(), Channel { id, messages: 0 });
         }
         Ok(RunWriter {
             place,
@@ -175,6 +173,7 @@ impl RunWriter {
             }
             Record::Fields(record) => self.message(FIELDS, record.step, record),
             Record::Window(record) => self.message(WINDOW, record.step, record),
+            Record::Row(row) => self.event(&row.values),
         }
     }
 
@@ -201,14 +200,14 @@ impl RunWriter {
         self.place.has_caught_up()
     }
 
-    /// Writes the next event, at the time of the last record.
+    /// Writes the next event or row, at the time of the last record.
     ///
     /// # Errors
     /// If the file cannot be written or the event's topic was not announced.
     pub fn event(&mut self, event: &Event) -> Result<(), WriteError> {
         self.payload.clear();
         event.write_json(&mut self.payload);
-        self.put(event.topic(), self.last_step)
+        self.put(event.topic(), None, self.header.time_grid().time_ns(self.last_step))
     }
 
     fn step(&mut self, record: &StepRecord) -> Result<(), WriteError> {
@@ -233,17 +232,17 @@ impl RunWriter {
         if self.payload.windows(4).any(|word| word == b"null") {
             return Err(WriteError::NotFinite { topic, step });
         }
-        self.put(topic, step)
+        self.put(topic, None, self.header.time_grid().time_ns(step))
     }
 
-    fn put(&mut self, topic: &str, step: u64) -> Result<(), WriteError> {
+    /// Writes the payload as the next message of a topic, with its number among them unless another one is given.
+    fn put(&mut self, topic: &str, number: Option<u32>, time_ns: u64) -> Result<(), WriteError> {
         self.make_room(topic)?;
         let channel =
             self.channels.get_mut(topic).ok_or_else(|| WriteError::UnknownTopic(topic.to_owned()))?;
-        let time_ns = self.header.time_grid().time_ns(step);
         let header = MessageHeader {
             channel_id: channel.id,
-            sequence: channel.messages as u32,
+            sequence: number.unwrap_or(channel.messages as u32),
             log_time: time_ns,
             publish_time: time_ns,
         };
@@ -283,31 +282,17 @@ impl RunWriter {
         self.writer.write_metadata(&metadata).map_err(|error| self.at(error))
     }
 
-    /// Writes a salvaged message with its number and time.
-    pub(crate) fn salvaged_message(
-        &mut self,
-        topic: &str,
-        sequence: u32,
-        time_ns: u64,
-        step: Option<u64>,
-        payload: &[u8],
-    ) -> Result<(), WriteError> {
-        self.make_room(topic)?;
-        let channel =
-            self.channels.get_mut(topic).ok_or_else(|| WriteError::UnknownTopic(topic.to_owned()))?;
-        let header =
-            MessageHeader { channel_id: channel.id, sequence, log_time: time_ns, publish_time: time_ns };
-        channel.messages += 1;
-        self.switches += u64::from(topic == SWITCH);
-        self.last_step = step.unwrap_or(self.last_step);
-        self.digests.add(topic, payload);
-        self.chunk_bytes += message_bytes(payload);
-        self.writer.write_to_known_channel(&header, payload).map_err(|error| self.at(error))
-    }
-
-    /// Writes a salvaged checkpoint.
-    pub(crate) fn salvaged_checkpoint(&mut self, state: &str) -> Result<(), WriteError> {
-        self.checkpoint(&Checkpoint { step: self.last_step, state: state.to_owned() })
+    /// Writes what is kept of a damaged log. Messages keep their numbers and times.
+    pub(crate) fn keep(&mut self, kept: Kept<'_>) -> Result<(), WriteError> {
+        match kept {
+            Kept::Checkpoint(state) => self.checkpoint(&Checkpoint { step: self.last_step, state }),
+            Kept::Message { topic, head, step, payload } => {
+                self.payload = payload;
+                self.switches += u64::from(topic == SWITCH);
+                self.last_step = step.unwrap_or(self.last_step);
+                self.put(topic, Some(head.sequence), head.log_time)
+            }
+        }
     }
 
     fn sync(&mut self) -> Result<(), WriteError> {
@@ -365,7 +350,7 @@ impl RunWriter {
         };
         self.flush()?;
         let bytes = self.place.writer()?.stream_position();
-        let bytes = bytes.map_err(|error| WriteError::Io { path: self.place.path().to_owned(), error })?;
+        let bytes = bytes.map_err(|error| WriteError::io(self.place.path(), error))?;
         let mut map = metadata::end_to_map(&end);
         map.insert(BYTES.to_owned(), bytes.to_string());
         let metadata = metadata(RUN_END, map)?;
@@ -373,8 +358,7 @@ impl RunWriter {
         self.writer.finish().map_err(|error| self.at(error))?;
         let place = self.place;
         let written = self.writer.into_inner().into_inner();
-        written
-            .map_err(|error| WriteError::Io { path: place.path().to_owned(), error: error.into_error() })?;
+        written.map_err(|error| WriteError::io(place.path(), error.into_error()))?;
         if status == RunStatus::Interrupted { place.leave() } else { place.publish() }?;
         Ok(end)
     }

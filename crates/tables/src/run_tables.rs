@@ -4,7 +4,9 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Observer, Parts, Record};
+use asperity_record::{
+    Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Observer, Parts, ROWS, Record, RowKind,
+};
 
 use crate::batch::Batch;
 use crate::foreign;
@@ -133,7 +135,7 @@ impl RunTables {
         }
         let events = layouts
             .iter()
-            .filter(|layout| layout.topic.starts_with(EVENTS))
+            .filter(|layout| layout.topic.starts_with(EVENTS) || RowKind::with(&layout.topic).is_some())
             .map(|layout| (layout.topic.to_string(), EventRows::new(layout, kinds)))
             .collect();
         let is_chosen = |layout: &Layout| {
@@ -198,11 +200,7 @@ impl RunTables {
     }
 
     fn take_record(&mut self, record: &Record) -> Result<(), String> {
-        self.last_s = match record {
-            Record::Step(record) => record.time_s,
-            Record::Fields(record) => record.time_s,
-            Record::Window(record) => record.time_s,
-        };
+        self.last_s = record.time_s();
         match record {
             Record::Step(record) => {
                 let found = StepParts::of(record, self.of_run);
@@ -242,6 +240,7 @@ impl RunTables {
                     rows::window(batch, record, of_run).map_err(|ragged| ragged.to_string())?;
                 }
             }
+            Record::Row(row) => self.take_event(&row.values)?,
         }
         self.last_step = record.step();
         Ok(())
@@ -320,7 +319,10 @@ impl EventRows {
         };
         EventRows {
             columns: layout.columns.clone(),
-            kind: kinds.iter().find(|kind| kind.topic == layout.topic).cloned(),
+            kind: kinds.iter().find(|kind| kind.topic == layout.topic).cloned().or_else(|| {
+                let row = RowKind::with(&layout.topic)?;
+                Some((row.kind)())
+            }),
             time: ["onset_s", "time_s", "arrival_s"].into_iter().find_map(place),
         }
     }
@@ -337,6 +339,7 @@ impl EventRows {
 /// log lists its topics before its first message; a log damaged there may have any known topic.
 fn layouts(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Layout> {
     let mut layouts = record_layouts(StepParts { area: of_run.area, ..StepParts::default() });
+    layouts.extend(ROWS.iter().map(|row| event_layout(&(row.kind)().with(of_run))));
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
     layouts.extend(kinds.iter().filter(there).map(event_layout));
     let known = |topic: &str| kinds.iter().any(|kind| kind.topic == topic);

@@ -1,6 +1,6 @@
 //! Misplaced chunks and halves: of another run, moved, doubled, dropped, and logs cut at every border of
 //! records. Raw, as after a fault of the file system, and with a corrected checksum of the data. None counts as
-//! complete. Of this run alone, salvage keeps all that is there, once and in order.
+//! complete. Of this run alone, salvage keeps all that is there, once and in order; of chunks out of order, a part.
 
 use std::fs;
 use std::ops::Range;
@@ -57,8 +57,17 @@ impl Run {
 struct Mix {
     what: String,
     bytes: Vec<u8>,
-    /// The chunks that are lost; None if another run is in it.
-    lost: Option<Vec<usize>>,
+    left: Left,
+}
+
+/// What salvage must keep of our run.
+enum Left {
+    /// Another run is in it, and nothing tells the chunks of two runs apart.
+    OfTwo,
+    /// A part, in order.
+    Part,
+    /// All but these chunks.
+    AllBut(Vec<usize>),
 }
 
 fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
@@ -71,7 +80,7 @@ fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
         0 => {
             let bytes = [&a[..block.start], other.block(j), &a[block.end..]].concat();
             let what = format!("chunk {i} is chunk {j} of another run");
-            ("a chunk of another run", Mix { what, bytes, lost: None })
+            ("a chunk of another run", Mix { what, bytes, left: Left::OfTwo })
         }
         1 => {
             // The chunk alone: the indexes of the replaced one stay.
@@ -79,12 +88,12 @@ fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
             let own = &ours.log.chunks[i].at;
             let bytes = [&a[..own.start], &b[foreign.clone()], &a[own.end..]].concat();
             let what = format!("chunk {i} is chunk {j} of another run, without its indexes");
-            ("a chunk of another run without what belongs to it", Mix { what, bytes, lost: None })
+            ("a chunk of another run without what belongs to it", Mix { what, bytes, left: Left::OfTwo })
         }
         2 => {
             let bytes = [&a[..block.start], &b[other.blocks[j].start..]].concat();
             let what = format!("from chunk {i} on it is another run from chunk {j} on");
-            ("halves of two runs", Mix { what, bytes, lost: None })
+            ("halves of two runs", Mix { what, bytes, left: Left::OfTwo })
         }
         3 => {
             // To another place, over at least one chunk.
@@ -101,25 +110,25 @@ fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
             let last = ours.blocks.last().map_or(0, |block| block.end);
             let bytes = [&a[..ours.blocks[0].start], &between, &middle, &a[last..]].concat();
             let what = format!("chunk {i} moved before what was chunk {to}");
-            ("a chunk moved", Mix { what, bytes, lost: Some(Vec::new()) })
+            ("a chunk moved", Mix { what, bytes, left: Left::Part })
         }
         4 => {
             let to = random.below(count as u64) as usize;
             let place = ours.blocks[to].end;
             let bytes = [&a[..place], ours.block(i), &a[place..]].concat();
             let what = format!("chunk {i} stands again behind chunk {to}");
-            ("a chunk doubled", Mix { what, bytes, lost: Some(Vec::new()) })
+            ("a chunk doubled", Mix { what, bytes, left: Left::AllBut(Vec::new()) })
         }
         _ => {
             let bytes = [&a[..block.start], &a[block.end..]].concat();
             let what = format!("chunk {i} is gone");
-            ("a chunk dropped", Mix { what, bytes, lost: Some(vec![i]) })
+            ("a chunk dropped", Mix { what, bytes, left: Left::AllBut(vec![i]) })
         }
     }
 }
 
 fn mixed(case: &mut Case<'_>, ours: &Run, other: &Run) -> Result<(), Error> {
-    let (kind, Mix { what, mut bytes, lost }) = mix(&mut case.random, ours, other);
+    let (kind, Mix { what, mut bytes, left }) = mix(&mut case.random, ours, other);
     let sealed = case.random.below(2) == 0;
     if sealed {
         let data = file::records(&bytes).into_iter().find(|record| record.opcode == op::DATA_END);
@@ -133,13 +142,15 @@ fn mixed(case: &mut Case<'_>, ours: &Run, other: &Run) -> Result<(), Error> {
     case.hold(!judged.is_whole(), &format!("check calls whole a log with {kind}"), || {
         format!("{what}: {}", judged.said())
     });
-    // Nothing tells the chunks of two runs apart.
-    let Some(lost) = lost else { return Ok(()) };
+    if matches!(left, Left::OfTwo) {
+        return Ok(());
+    }
     let Some(kept) = salvaged(case, &kind, &what, "mixed.mcap")? else {
         case.broke(format!("salvage keeps nothing of a log with {kind}"), what);
         return Ok(());
     };
     of_this_run(case, &kind, &what, &kept, ours);
+    let Left::AllBut(lost) = left else { return Ok(()) };
     let found: Vec<&Message> = kept.iter().collect();
     if let Some(difference) = file::difference(&ours.log.without(&lost), &found) {
         case.broke(

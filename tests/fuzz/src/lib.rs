@@ -137,7 +137,7 @@ fn read_log(path: &Path, topics: Topics) -> Result<Seen, LogError> {
                     last_step = last_step.max(record.step());
                 }
                 match record {
-                    Record::Step(_) => {}
+                    Record::Step(_) | Record::Row(_) => {}
                     Record::Fields(fields) => assert_eq!(fields.displacement_m.len(), blocks as usize),
                     Record::Window(window) => {
                         let last = window.first_block as usize + window.displacement_m.len();

@@ -112,9 +112,14 @@ impl Forge {
         self.parts("switch-attach-stuck", what, "cannot Attach", |parts| {
             change(parts, "/switch", |message| message["direction"] = "attach".into());
         });
-        self.parts("switch-of-another-step", "a switch of another step", "says it is of step 1,", |parts| {
-            change(parts, "/switch", |message| message["step"] = 1.into());
-        });
+        self.parts(
+            "switch-of-another-step",
+            "a switch of another step",
+            "step 1: the message of /switch stands at ",
+            |parts| {
+                change(parts, "/switch", |message| message["step"] = 1.into());
+            },
+        );
         self.parts(
             "switch-without-step",
             "a switch behind no step",

@@ -126,7 +126,7 @@ impl Forge {
             "solver",
             Some("by hand"),
             "a solver that there is not",
-            "says by hand",
+            "says \"by hand\"",
         );
     }
 
@@ -209,7 +209,7 @@ impl Forge {
             });
         });
         let other = "a header by which other detachments are linked than its scenario says";
-        self.parts("own-links-other", other, "link_time_ratio = 5e1", |parts| {
+        self.parts("own-links-other", other, "\"link_time_ratio\":50.0", |parts| {
             change_run(parts, |map| {
                 let link_s: f64 = map["link_s"].parse().expect("it is a number");
                 map.insert("link_time_ratio".to_owned(), "50".to_owned());

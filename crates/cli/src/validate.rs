@@ -109,8 +109,8 @@ fn say(scenario: &Scenario, forecast: &Forecast) -> io::Result<()> {
 /// One decimal, in a suitable unit: no log is shorter than a kilobyte.
 fn bytes(count: u64) -> String {
     let (unit, name) = match count {
-        ..1_000_000 => (1e3, "kB"),
-        ..1_000_000_000 => (1e6, "MB"),
+        0..1_000_000 => (1e3, "kB"),
+        1_000_000..1_000_000_000 => (1e6, "MB"),
         _ => (1e9, "GB"),
     };
     format!("{:.1} {name}", count as f64 / unit)

@@ -554,11 +554,11 @@ def test_a_sweep_has_the_tables_of_the_command(command: Command, tmp_path: Path)
 
 
 def test_a_study_is_reproduced_and_drawn(command: Command, tmp_path: Path) -> None:
-    runs = '[[run]]\nname = "small"\nscenario = "ten-blocks"\nset = ["time.duration_s=0.5"]\n'
+    runs = '[[run]]\nname = "small"\nscenario = "ten-blocks"\nset = ["time.duration_s=0.7"]\n'
     pipeline = f'title = "Small"\n{runs}[[figure.load]]\nfile = "load.png"\nrun = "small"\nsliding = true\n'
     (tmp_path / "small.toml").write_text(pipeline)
     command("--quiet", "reproduce", tmp_path / "small.toml", "--out", tmp_path / "theirs")
-    numbers = asperity.reproduce(pipeline, tmp_path / "mine", set={"time.duration_s": 0.5})
+    numbers = asperity.reproduce(pipeline, tmp_path / "mine", set={"time.duration_s": 0.7})
     assert numbers["small"].event_count > 0
     for name in ("tables/small.events.csv", "figures/load.png", "report.html"):
         assert (tmp_path / "mine" / name).is_file() == (tmp_path / "theirs" / name).is_file(), name

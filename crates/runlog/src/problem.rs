@@ -159,9 +159,10 @@ impl LogProblem {
         }
     }
 
-    /// Whether the file is not a run log at all, so that nothing can be damaged.
+    /// Whether the file is not a run log at all, or one of another version of the format, of which nothing is
+    /// known: neither is damaged.
     pub fn is_no_run_log(&self) -> bool {
-        matches!(self, LogProblem::NoRunLog(_))
+        matches!(self, LogProblem::NoRunLog(_) | LogProblem::Version(_))
     }
 
     /// Whether the file only ends too early and is sound before. Both this and

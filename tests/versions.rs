@@ -61,7 +61,10 @@ fn another_version_is_refused_by_name() {
             let expected = format!(
                 "written with version {version} of the format; this program reads version {RECORD_SCHEMA_VERSION}"
             );
-            assert!(code == 2 && said.contains(&expected) && !said.contains("damaged"), "{command:?}: {said}");
+            assert!(
+                code == 2 && said.contains(&expected) && !said.contains("damaged"),
+                "{command:?}: {said}"
+            );
         }
     }
 }

@@ -537,10 +537,6 @@ impl Forge {
         ] {
             self.says(name, "run", key, Some(value), "a header that no run has", whole);
         }
-        let version = "with version";
-        let newer = "a version of the format that there is not";
-        self.says("run-version-0", "run", "record_schema_version", Some("0"), newer, version);
-        self.says("run-version-99", "run", "record_schema_version", Some("99"), newer, version);
         let times = "stands at|metadata `run` says|which the other keys give";
         let other = "a time step that is not that of the messages";
         let from = self.made.len();

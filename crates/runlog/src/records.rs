@@ -46,6 +46,11 @@ pub(crate) struct Records {
     has_other_profile: bool,
 }
 
+/// Length of an index of so many messages: a channel, a length, and a time and a place for each.
+fn index_bytes(messages: usize) -> u64 {
+    (RECORD_HEAD_BYTES + 6 + 16 * messages) as u64
+}
+
 struct Channel {
     topic: String,
     messages: u32,
@@ -182,6 +187,7 @@ impl Records {
     /// If it is not allowed there.
     fn outer(&mut self, record: &Record<'_>) -> Result<(), LogProblem> {
         match record {
+            Record::Header(_) if self.at == MAGIC.len() as u64 => {}
             Record::Footer(_) if !self.has_ended => {
                 return Err(LogProblem::misplaced("there is a footer before the end of the data"));
             }
@@ -196,6 +202,10 @@ impl Records {
                 }
                 self.inner(record)?;
             }
+            Record::Metadata(_) | Record::Attachment { .. } | Record::Chunk { .. } => {}
+            // A wrong bit makes the index of a chunk's messages of a chunk, or what no log has.
+            Record::MessageIndex(index) if self.next_at - self.at == index_bytes(index.records.len()) => {}
+            _ if !self.has_ended => self.doubt("a record that no run log has")?,
             _ => {}
         }
         Ok(())

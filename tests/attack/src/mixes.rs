@@ -117,7 +117,9 @@ fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
             let place = ours.blocks[to].end;
             let bytes = [&a[..place], ours.block(i), &a[place..]].concat();
             let what = format!("chunk {i} stands again behind chunk {to}");
-            ("a chunk doubled", Mix { what, bytes, left: Left::AllBut(Vec::new()) })
+            // Where it stands first, salvage takes it: those between are lost.
+            let left = if to < i { Left::Part } else { Left::AllBut(Vec::new()) };
+            ("a chunk doubled", Mix { what, bytes, left })
         }
         _ => {
             let bytes = [&a[..block.start], &a[block.end..]].concat();

@@ -128,13 +128,13 @@ fn flip(what: &str, bytes: &[u8], flips: u64, mut wrong: impl FnMut(&Path, Outco
             unseen.push(format!("bit {bit} of byte {place}, kind 0x{:02x}: {wrong}", kinds[place]));
         }
     }
-    // Whatever a record says of its length, even that it reaches beyond the end of the file.
+    // Whatever a record says of its kind and its length, even that it reaches beyond the end of the file.
     let first_records = kinds.iter().enumerate().skip(8).filter(|&(at, &kind)| kinds[at - 1] != kind);
     for at in first_records.map(|(at, _)| at).take((flips / PER_LENGTH) as usize) {
-        for bit in 0..64 {
-            let said = copy.flipped(bytes, at + 1 + bit / 8, bit % 8, |path| wrong(path, read(path)));
+        for bit in 0..72 {
+            let said = copy.flipped(bytes, at + bit / 8, bit % 8, |path| wrong(path, read(path)));
             if let Some(wrong) = said {
-                unseen.push(format!("bit {bit} of the length at byte {at}: {wrong}"));
+                unseen.push(format!("bit {bit} of kind and length at byte {at}: {wrong}"));
             }
         }
     }

@@ -11,6 +11,15 @@ pub struct Column(u8);
 /// How many columns the event table has.
 pub(crate) const COUNT: usize = SlipEvent::COLUMNS.len();
 
+// Evaluated here, so that the compiler reports a column that nothing can be said of.
+const _: () = {
+    let mut place = 0;
+    while place < COUNT {
+        assert!(SlipEvent::COLUMNS[place].role.is_some(), "every column of the event table must have a role");
+        place += 1;
+    }
+};
+
 impl Column {
     /// Onset, s.
     pub const ONSET_S: Column = Column::of("onset_s");
@@ -80,7 +89,7 @@ impl Column {
 
     /// What it says of an event.
     pub fn role(self) -> Role {
-        self.about().role.expect("every column of the event table has a role")
+        self.about().role.expect("the compiler has seen that it has one")
     }
 
     /// Whether it is known as soon as the event starts.

@@ -67,21 +67,17 @@ pub fn compare(
     files.add_inputs(old.files().chain(new.files()))?;
     let Paired { pairs, unpaired } = sides::pair(&old, &new, settings.pair_by);
     let mut draft = Draft::default();
-    let mut tables = Vec::new();
-    for (old, new) in &pairs {
-        tables.push([old.events()?, new.events()?]);
+    // A file of matches depends on the columns of all tables.
+    let mut is_over_area = false;
+    for run in pairs.iter().flat_map(|(old, new)| [old, new]).filter(|_| settings.matches_file.is_some()) {
+        is_over_area |= run.events()?.columns.has(Column::FIRST_ACROSS);
     }
-    let is_over_area = tables.iter().flatten().any(|table| table.columns.has(Column::FIRST_ACROSS));
     let mut matches = Matches::create(files, settings.matches_file.as_deref(), is_over_area)?;
     let mut runs = Vec::new();
-    for ((old, new), tables) in pairs.iter().zip(tables) {
-        runs.push(compare_runs(
-            [old, new],
-            tables.each_ref().map(|table| &**table),
-            settings,
-            &mut draft,
-            &mut matches,
-        )?);
+    for (old, new) in &pairs {
+        let tables = [old.events()?, new.events()?];
+        let tables = tables.each_ref().map(|table| &**table);
+        runs.push(compare_runs([old, new], tables, settings, &mut draft, &mut matches)?);
     }
     matches.finish()?;
     let counts: Counts = runs.iter().map(|run| &run.events.counts).sum();

@@ -41,6 +41,8 @@ pub(crate) struct Table {
     /// Headings; those of numbers begin with `#`.
     pub(crate) headings: Vec<String>,
     pub(crate) rows: Vec<Row>,
+    /// Whether a page can sort it; that of the runs.
+    pub(crate) is_of_runs: bool,
     /// How many rows a terminal shows.
     pub(crate) on_screen: usize,
     /// How many more there are, beyond its rows.
@@ -52,7 +54,7 @@ pub(crate) struct Table {
 /// A row of a table.
 pub(crate) struct Row {
     pub(crate) cells: Vec<Cell>,
-    /// On a terminal it is this line, if not its cells.
+    /// On a terminal it is this line, with its indent, if not its cells.
     pub(crate) line: Option<String>,
     /// The place of the finding among those listed, for the timeline.
     pub(crate) finding: Option<usize>,

@@ -31,8 +31,7 @@ fn rows(table: &Table, lines: &mut Vec<String>) {
         return;
     }
     if shown[0].line.is_some() {
-        let indent = if table.caption.is_empty() && table.more.is_some() { "" } else { "  " };
-        lines.extend(shown.iter().flat_map(|row| &row.line).map(|line| format!("{indent}{line}")));
+        lines.extend(shown.iter().flat_map(|row| row.line.clone()));
     } else {
         let cells = shown.iter().map(|row| row.cells.iter().map(plain).collect());
         lines.extend(aligned(&table.headings, cells.collect()));

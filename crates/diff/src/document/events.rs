@@ -51,14 +51,20 @@ pub(super) fn runs(report: &Report) -> Vec<Block> {
         cells.push(optional(Some(diff.largest_shift_s).filter(|&shift| shift > 0.0).map(short)));
         cells.push(optional(diff.horizon.as_ref().map(|horizon| number(horizon.at_s))));
         Row {
-            line: Some(format!("{}: {}", run.name(), by_class(&diff.counts, "no events"))),
+            line: Some(format!("  {}: {}", run.name(), by_class(&diff.counts, "no events"))),
             cells,
             finding: None,
         }
     });
     let differing = report.runs.iter().filter(|run| run.events.counts.differing() > 0).count();
     let on_screen = if is_one(report) { 0 } else { differing.min(RUNS) };
-    blocks.extend(table(Table { headings: heads, rows: rows.collect(), on_screen, ..Table::default() }));
+    blocks.extend(table(Table {
+        headings: heads,
+        rows: rows.collect(),
+        is_of_runs: true,
+        on_screen,
+        ..Table::default()
+    }));
     match (differing.saturating_sub(RUNS), report.runs.len() - differing) {
         (0, same) if same == report.runs.len() || same == 0 => {}
         (0, same) => blocks.push(Block::OnScreen(format!("  in {same} more nothing differs"))),
@@ -248,7 +254,7 @@ pub(super) fn beyond(report: &Report) -> Vec<Block> {
             let median = |side: &Option<String>| side.clone().unwrap_or("-".to_owned());
             let (test, medians) = (reading::test(sample), format!("{} and {}", median(&old), median(&new)));
             Row {
-                line: Some(format!("{quantity}: {test}, medians {medians}")),
+                line: Some(format!("  {quantity}: {test}, medians {medians}")),
                 ..Row::of([
                     text(quantity),
                     optional(old),
@@ -316,7 +322,7 @@ pub(super) fn downstream(report: &Report) -> Vec<Block> {
         let word = |verdict: &Option<String>| verdict.clone().unwrap_or("not made".to_owned());
         let [old, new] = [&claim.old_verdict, &claim.new_verdict].map(word);
         Row {
-            line: Some(format!("{} ({}, {}): {old} -> {new}", claim.about, claim.run, claim.measure)),
+            line: Some(format!("  {} ({}, {}): {old} -> {new}", claim.about, claim.run, claim.measure)),
             ..Row::of([
                 text(&claim.about),
                 text(&claim.run),
@@ -344,7 +350,7 @@ pub(super) fn others(report: &Report) -> Vec<Block> {
     let alone = report.unpaired.iter().map(|unpaired| {
         let words = format!("only {}: {}: {}", unpaired.side, unpaired.run.name, unpaired.why);
         Row {
-            line: Some(words.clone()),
+            line: Some(words),
             ..Row::of([
                 text(format!("only {}", unpaired.side)),
                 text(&unpaired.run.name),

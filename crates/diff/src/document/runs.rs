@@ -198,7 +198,7 @@ pub(super) fn ruptures(report: &Report) -> Vec<Block> {
             let load =
                 load.map(|change| format!("{} → {}", reading::cell(change.old), reading::cell(change.new)));
             Row {
-                line: Some(line_of(report, *place, finding)),
+                line: Some(format!("  {}", line_of(report, *place, finding))),
                 ..Row::of([
                     Cell::Class(finding.class),
                     Cell::Run(*place, report.runs[*place].name()),
@@ -217,7 +217,7 @@ pub(super) fn ruptures(report: &Report) -> Vec<Block> {
         rows,
         on_screen: FINDINGS_BELOW_PHYSICS,
         left_out,
-        more: None,
+        ..Table::default()
     }));
     let mut reasons = report.runs.iter().filter_map(|run| run.no_ruptures.as_ref());
     if let Some(why) = reasons.next() {

@@ -8,8 +8,9 @@ mod area;
 mod area_field;
 mod arrest;
 mod arrival_map;
-mod axes;
-mod compose;
+mod axis;
+mod chart;
+mod colours;
 mod damping;
 mod dispersion;
 mod displacement;
@@ -25,8 +26,8 @@ mod front_speed;
 mod front_speeds;
 mod front_stress;
 mod front_transient;
-mod full_page;
 mod initial_shear;
+mod ink;
 mod junction_forces;
 mod kind;
 mod legend;
@@ -43,12 +44,12 @@ pub mod of_study;
 mod onset;
 mod outlines;
 mod overview;
-mod plot;
 mod print;
 mod pulse;
 mod recurrence;
 mod rupture_selector;
 mod scale;
+mod sheet;
 mod sizes;
 mod slab_field;
 mod slipped;
@@ -76,10 +77,10 @@ use crate::spec::{self, Family, Lengths, PhaseMap};
 use crate::spelling::spelled;
 pub use error::FigureError;
 use kind::{AnyFigure, AnyPart, Figure, Parts};
-use plot::{Keys, Layout, Sheet, Told};
 use print::about::{About, Origins};
 pub use print::files_of;
 use print::page::Page;
+use sheet::Sheet;
 use text::plain;
 
 macro_rules! kinds {
@@ -318,7 +319,7 @@ impl<'a> Gathering<'a> {
             if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts).map_err(failed)?;
                 let Drawn { short, page, about } =
-                    drawn(what, &sheet, Keys::Beside, origins, self.provenance).map_err(failed)?;
+                    drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
                 let shown = Caption { title: short, caption: about.caption.clone() };
                 captions.insert(figure.file().to_owned(), shown);
@@ -343,34 +344,34 @@ struct Drawn {
     about: About,
 }
 
-fn drawn(what: &str, sheet: &Sheet, keys: Keys, origins: Origins, provenance: bool) -> Result<Drawn, String> {
+fn drawn(what: &str, sheet: &Sheet, origins: Origins, provenance: bool) -> Result<Drawn, String> {
     let (short, title, caption) = words(what, sheet);
     let about = About { title, caption, origins, provenance };
-    let foot = about.foot();
-    let page = sheet.page(Layout { foot: foot.as_deref(), keys })?;
+    let page = sheet.page(about.foot().as_deref())?;
     Ok(Drawn { short, page, about })
 }
 
 /// Short name, title and caption of a sheet, given what figures of its kind show.
 fn words(what: &str, sheet: &Sheet) -> (String, String, String) {
     let what = spelled(what).trim_end_matches('.').to_owned();
-    let Told { titles, upwards, across, labels, notes } = sheet.told();
-    let some = |texts: Vec<String>| {
+    let some = |texts: &mut dyn Iterator<Item = String>| {
         let mut all: Vec<String> = Vec::new();
-        for text in texts.iter().map(|text| plain(text)).filter(|text| !text.is_empty()) {
+        for text in texts.map(|text| plain(&text)).filter(|text| !text.is_empty()) {
             if !all.contains(&text) {
                 all.push(text);
             }
         }
         all
     };
-    let titles = some(titles);
-    let (axes, across) = (some(upwards).join("; "), some(across).join("; "));
-    let (labels, notes) = (some(labels), some(notes));
+    let of_panels = || sheet.all_panels().map(|panel| panel.title.clone());
+    let titles = some(&mut sheet.all().iter().map(|sheet| sheet.title.clone()).chain(of_panels()));
+    let axes = some(&mut sheet.all_panels().map(|panel| panel.y.label())).join("; ");
+    let across = some(&mut sheet.all_panels().map(|panel| panel.x.label())).join("; ");
+    let bars = sheet.all().into_iter().filter_map(|sheet| Some(plain(&sheet.bar.as_ref()?.scale.label())));
+    let labels: Vec<String> = sheet.labels().into_iter().chain(bars).collect();
     let mut caption = vec![what.clone(), format!("{axes} against {across}")];
     caption.extend((!titles.is_empty()).then(|| titles.join("; ")));
     caption.extend((!labels.is_empty()).then(|| format!("Shown: {}", labels.join(", "))));
-    caption.extend(notes);
     let caption: Vec<String> = caption.iter().map(|text| sentence(text)).collect();
     let titled = |what: &str| match &titles[..] {
         [title] => format!("{what}: {title}"),
@@ -433,7 +434,7 @@ mod tests {
     use asperity_record::{FieldRecord, WindowRecord};
 
     use super::kind::AnyFigure;
-    use super::plot::{Look, Panel, Sheet};
+    use super::sheet::{Panel, Shape, Sheet};
     use super::{Figures, sentence};
     use asperity_numbers::required_data::RequiredData;
     use asperity_numbers::run_data::RunData;
@@ -506,24 +507,21 @@ mod tests {
     }
 
     fn single(text: &str) -> Panel {
-        match sheet(text).unwrap() {
-            Sheet::Single(panel) => *panel,
-            other => panic!("{other:?}"),
-        }
+        sheet(text).unwrap().panels.remove(0)
     }
 
     #[test]
     fn stress_and_forces_take_the_load_of_the_instant() {
         let panel = single("[[stress]]\nfile = \"f.png\"\nrun = \"a\"\nat_s = [4e-5]");
         // mu_s p_n with 100 N on three blocks.
-        assert!((panel.series[0].points[0].1 - 0.7 * 100.0 / 3.0).abs() < 1e-12);
-        assert_eq!(panel.series[2].points, [(0.0, 1.0), (50.0, 2.0), (100.0, 3.0)]);
+        assert!((panel.layers[0].points()[0].1 - 0.7 * 100.0 / 3.0).abs() < 1e-12);
+        assert_eq!(panel.layers[2].points(), [(0.0, 1.0), (50.0, 2.0), (100.0, 3.0)]);
         assert!(panel.title.contains("F_N = 100.0 N"), "{}", panel.title);
 
         let panel = single("[[forces]]\nfile = \"f.png\"\nrun = \"a\"");
-        let loads: Vec<f64> = panel.series[0].points.iter().map(|(_, load)| *load).collect();
+        let loads: Vec<f64> = panel.layers[0].points().iter().map(|(_, load)| *load).collect();
         assert_eq!(loads, [400.0, 400.0, 400.0, 100.0, 100.0, 100.0, 100.0]);
-        assert!((panel.series[1].points[6].1 - 70.0).abs() < 1e-12);
+        assert!((panel.layers[1].points()[6].1 - 70.0).abs() < 1e-12);
     }
 
     /// It has neither coefficient: figures once showed `f_0` twice, as `mu_s` and as `mu_d`.
@@ -554,56 +552,52 @@ mod tests {
     fn the_load_is_drawn_with_its_theory_where_there_is_one() {
         let text = "[[load]]\nfile = \"f.png\"\nrun = \"a\"\nsliding = false";
         let panel = single(text);
-        let labels: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
+        let labels: Vec<&str> = panel.layers.iter().map(|series| series.label.as_str()).collect();
         assert_eq!(labels, ["μ_s", "μ_d", "F_T/F_N", "theory"]);
-        let end = panel.series[3].points.last().unwrap();
+        let end = panel.layers[3].points().pop().unwrap();
         assert!((end.0 - 2.61).abs() < 1e-9 && (end.1 - 0.45).abs() < 1e-12, "{end:?}");
         // Initial shear is not in that theory.
         let figures: Figures = toml::from_str(text).unwrap();
         let sheared = made_up::run("initial_shear.beta = 0.2", &EVENTS);
-        let Sheet::Single(panel) =
-            drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), sheared)])).unwrap()
-        else {
-            panic!("one panel")
-        };
-        assert_eq!(panel.series.len(), 3);
+        let panel =
+            drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), sheared)])).unwrap().panels.remove(0);
+        assert_eq!(panel.layers.len(), 3);
     }
 
     #[test]
     fn slipped_and_study_show_one_mark_per_event_and_run() {
         let panel = single("[[slipped]]\nfile = \"f.png\"\nseries = [{ run = \"a\", label = \"A\" }]");
-        assert_eq!(panel.series[1].points.len(), 3);
+        assert_eq!(panel.layers[1].points().len(), 3);
         let study = "[[study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
                      measure = \"precursor_event_count\"\nmeasure_label = \"count\"\nlogarithmic = true\n\
                      series = [{ label = \"A\", runs = [\"a\"] }]";
         // Counts are marks alone; of other numbers the marks are joined.
         let counts = single(study);
-        assert_eq!((counts.series.len(), &counts.series[0].points[..]), (1, &[(3f64.log10(), 3.0)][..]));
+        assert_eq!((counts.layers.len(), &counts.layers[0].points()[..]), (1, &[(3.0, 3.0)][..]));
         let joined_text = study.replace("precursor_event_count", "longest_precursor_event_ratio");
         let joined = single(&joined_text);
-        assert!(matches!(joined.series[0].look, Look::Line(..)) && joined.series.len() == 2);
+        assert!(matches!(joined.layers[0].shape, Shape::Line(..)) && joined.layers.len() == 2);
         // Theory is the line, under its own name once, and the measured number has marks alone.
         let beside = joined_text.replace("file", "measure_factor = 10\ntheory = \"coefficient_ratio\"\nfile");
         let by_theory = single(&beside);
-        let [line, marks] = &by_theory.series[..] else { panic!("{by_theory:?}") };
-        assert!(matches!((line.look, marks.look), (Look::Line(..), Look::Marks(..))) && line.label == "A");
-        assert!(marks.points[0].1 == 10.0 && (line.points[0].1 - 7.0 / 0.45).abs() < 1e-12);
+        let [line, marks] = &by_theory.layers[..] else { panic!("{by_theory:?}") };
+        assert!(
+            matches!((&line.shape, &marks.shape), (Shape::Line(..), Shape::Marks(..))) && line.label == "A"
+        );
+        assert!(marks.points()[0].1 == 10.0 && (line.points()[0].1 - 7.0 / 0.45).abs() < 1e-12);
         let named = beside.replace("file", "theory_label = \"theory\"\nfile");
         let named =
             single(&named.replace("runs = [\"a\"] }", "runs = [\"a\"] }, { label = \"B\", runs = [] }"));
-        let labels: Vec<&str> = named.series.iter().map(|series| series.label.as_str()).collect();
+        let labels: Vec<&str> = named.layers.iter().map(|series| series.label.as_str()).collect();
         assert_eq!(labels, ["theory", "A", "", "B"]);
         let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();
         assert_eq!(refused, "normal_load.tilt of run test is 0: no place on a logarithmic axis");
     }
 
     /// The panels of a figure of one run, which is called `a`.
-    fn stacked(text: &str, run: RunData) -> Result<Box<[Panel; 2]>, String> {
+    fn stacked(text: &str, run: RunData) -> Result<Vec<Panel>, String> {
         let figures: Figures = toml::from_str(text).unwrap();
-        match drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)]))? {
-            Sheet::Stacked(panels) => Ok(panels),
-            other => panic!("{other:?}"),
-        }
+        Ok(drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)]))?.panels)
     }
 
     #[test]
@@ -613,27 +607,24 @@ mod tests {
         let speed =
             asperity_numbers::fronts::speed_over_c(&made_up::pulse(12, "prestress.ratio = 0.6")).unwrap();
         let panels = stacked(text, made_up::pulse(12, "prestress.ratio = 0.6")).unwrap();
-        let [line, marks] = &panels[0].series[..] else { panic!("{panels:?}") };
-        assert!(line.points.len() > 40 && line.points.last().unwrap().1 == 3.0, "{:?}", line.points);
-        assert!((marks.points[0].0 - 0.6).abs() < 1e-12 && marks.points[0].1 == speed);
-        assert_eq!((panels[1].y.label.as_str(), panels[1].y.decades), ("1000 |Δv|/v", true));
+        let [line, marks] = &panels[0].layers[..] else { panic!("{panels:?}") };
+        assert!(line.points().len() > 40 && line.points().last().unwrap().1 == 3.0, "{:?}", line.points());
+        assert!((marks.points()[0].0 - 0.6).abs() < 1e-12 && marks.points()[0].1 == speed);
+        assert_eq!(panels[1].y.label(), "1000 |Δv|/v");
         // Without a theory, beside that of rigid contacts.
         let mut driven = made_up::pulse(12, "prestress.ratio = 0.6");
         driven.plan.drive.velocity_m_per_s = 1.0;
         let panels = stacked(text, driven).unwrap();
-        assert_eq!(panels[0].series.len(), 1, "marks alone");
-        assert!((panels[1].series[1].points[0].1 - 0.8 * speed).abs() < 1e-9);
+        assert_eq!(panels[0].layers.len(), 1, "marks alone");
+        assert!((panels[1].layers[1].points()[0].1 - 0.8 * speed).abs() < 1e-9);
 
         let transient =
             text.replace("front-speed", "front-transient").replace("runs = [\"a\"]", "run = \"a\"");
         let figures: Figures = toml::from_str(&transient).unwrap();
         let run = made_up::pulse(12, "prestress.ratio = 0.6");
-        let Sheet::Single(panel) =
-            drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)])).unwrap()
-        else {
-            panic!("one panel")
-        };
-        assert_eq!(panel.series.last().unwrap().points.len(), 11);
+        let panel =
+            drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)])).unwrap().panels.remove(0);
+        assert_eq!(panel.layers.last().unwrap().points().len(), 11);
     }
 
     #[test]
@@ -642,8 +633,8 @@ mod tests {
         let falling = "prestress.ratio = 0.6\nprestress.rise_ratio = -0.11";
         let panels = stacked(arrest, made_up::pulse(7, falling)).unwrap();
         // Block 7 bears 0.54 of its load; the line at the end goes up to gamma / (2 + gamma).
-        let end = panels[0].series.last().unwrap();
-        assert!(end.points[0].0 == 7.0 && (end.points[1].1 - 0.2).abs() < 1e-9, "{:?}", end.points);
+        let end = panels[0].layers.last().unwrap();
+        assert!(end.points()[0].0 == 7.0 && (end.points()[1].1 - 0.2).abs() < 1e-9, "{:?}", end.points());
         let mut free = made_up::pulse(7, falling);
         free.plan.drive.springs.clear();
         assert_eq!(
@@ -673,10 +664,10 @@ mod tests {
             })
             .collect();
         let panels = stacked(pulse, run).unwrap();
-        assert_eq!(panels[0].series[0].points.len(), 3);
-        assert!(panels[0].series[0].points[0].0.abs() < 1e-9, "{:?}", panels[0].series[0].points);
+        assert_eq!(panels[0].layers[0].points().len(), 3);
+        assert!(panels[0].layers[0].points()[0].0.abs() < 1e-9, "{:?}", panels[0].layers[0].points());
         // 2 tau / gamma.
-        assert!((panels[1].series[1].points[0].1 - 2.4).abs() < 1e-9);
+        assert!((panels[1].layers[1].points()[0].1 - 2.4).abs() < 1e-9);
     }
 
     #[test]

@@ -7,10 +7,9 @@ use asperity_numbers::run_data::RunEvents;
 use asperity_record::{Contacts, magnitude};
 use plotters::prelude::RGBColor;
 
-use super::of_study::colours::Colours;
-use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::plot::{Dash, RED};
+use super::colours::Colours;
 use super::scale::Scale;
+use super::sheet::{Cell, INK, Layer, Layout, Panel, RED, Shape, Sheet};
 
 /// Points of the map, mm.
 pub(super) type Points = Vec<(f64, f64)>;
@@ -67,8 +66,8 @@ impl Area {
     }
 
     /// The cell of a contact.
-    pub(super) fn cell(&self, contact: u32, color: RGBColor) -> Item {
-        Item::Cell(self.corner(contact, [-1.0, -1.0]), self.corner(contact, [1.0, 1.0]), color)
+    pub(super) fn cell(&self, contact: u32, color: RGBColor) -> Cell {
+        ([self.corner(contact, [-1.0, -1.0]), self.corner(contact, [1.0, 1.0])], color)
     }
 
     fn length_mm(&self) -> f64 {
@@ -143,7 +142,7 @@ impl Area {
 
     /// Arrows of a vector at contacts that are far enough apart in `panels` panels on a sheet, with the
     /// size of the longest; none of zero alone.
-    pub(super) fn arrows(&self, vectors: &[[f64; 2]], longest: f64, panels: usize) -> Option<Item> {
+    pub(super) fn arrows(&self, vectors: &[[f64; 2]], longest: f64, panels: usize) -> Option<Layer> {
         // Several panels are in two columns.
         let smaller = if panels > 3 { 2.0 } else { 1.0 };
         let apart = (smaller * BETWEEN_ARROWS * self.length_mm() / self.spacing_mm).round().max(1.0) as u32;
@@ -171,39 +170,41 @@ impl Area {
             let y = within(y, half_y, self.contacts.rows());
             [(x - half_x, y - half_y), (x + half_x, y + half_y)]
         };
-        (longest > 0.0).then(|| Item::Arrows(self.all().filter(is_drawn).map(arrow).collect()))
+        (longest > 0.0)
+            .then(|| Layer::new("", Shape::Arrows(self.all().filter(is_drawn).map(arrow).collect()), INK))
     }
 
     /// The mark of the driven edge.
-    fn drive(&self) -> Option<Item> {
+    fn drive(&self) -> Option<Layer> {
         let [first, last] = self.driven_rows?;
         let (x, thick) = (-0.5 * self.spacing_mm, EDGE * self.length_mm());
         let y = [f64::from(first) - 1.5, f64::from(last) - 0.5].map(|row| row * self.spacing_mm);
         let outline = vec![(x - thick, y[0]), (x, y[0]), (x, y[1]), (x - thick, y[1])];
-        Some(Item::Surface(outline, RED, 1.0))
+        Some(Layer::surface("driven edge", outline, 1.0, RED))
     }
 
-    /// Panels over the area with one colour bar, and rows of the key, to which the drive is added.
-    pub(super) fn paper(
+    /// Panels over the area, each with its title and its layers, to which the drive is added, with one colour bar.
+    pub(super) fn sheet(
         &self,
-        mut panels: Vec<Panel>,
+        title: &str,
+        panels: Vec<(String, Vec<Layer>)>,
         bar: Option<Colours>,
-        mut rows: Vec<(Sample, String)>,
-    ) -> Paper {
-        let drive = self.drive();
-        panels.iter_mut().for_each(|panel| panel.items.extend(drive.clone()));
-        match (drive, self.is_driven) {
-            (Some(_), _) => rows.push((Sample::Line(Dash::Solid, RED), "driven edge".to_owned())),
-            (None, true) => rows.push((Sample::Nothing, "driven from the top".to_owned())),
-            (None, false) => {}
-        }
+    ) -> Sheet {
+        let drive = match (self.drive(), self.is_driven) {
+            (None, true) => Some(Layer::remark("driven from the top")),
+            (drive, _) => drive,
+        };
         let half = 0.5 * self.spacing_mm;
         let (length, width) = (self.length_mm(), f64::from(self.contacts.rows() - 1) * self.spacing_mm);
         let (left, right) = (-half - MARGIN * length, length + half);
-        let x = Scale::between("x (mm)", left, right);
-        let y = Scale::between("y (mm)", -half, width + half);
-        let shape = Some((width + 2.0 * half) / (right - left));
-        Paper { shape, bar, is_close: true, ..Paper::new(x, y, panels, rows) }
+        let panel = |(title, mut layers): (String, Vec<Layer>)| {
+            layers.extend(drive.clone());
+            let x = Scale::between("x (mm)", left, right);
+            let y = Scale::between("y (mm)", -half, width + half);
+            Panel::new(x, y, layers).titled(title)
+        };
+        let layout = Layout::Close((width + 2.0 * half) / (right - left));
+        Sheet { layout, bar, ..Sheet::of(title, panels.into_iter().map(panel).collect()) }
     }
 }
 
@@ -252,7 +253,7 @@ fn joined<P: Copy + Ord>(edges: &[[P; 2]]) -> Vec<Vec<P>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Area, Item, Points, joined};
+    use super::{Area, Points, Shape, joined};
     use asperity_testkit::made_up;
 
     /// Four columns of three rows, 100/3 mm apart.
@@ -313,7 +314,9 @@ mod tests {
     fn arrows_are_as_long_as_their_vectors() {
         let area = area();
         let vectors: Vec<[f64; 2]> = area.all().map(|n| [f64::from(n), 0.0]).collect();
-        let Some(Item::Arrows(arrows)) = area.arrows(&vectors, 12.0, 1) else { panic!("arrows") };
+        let Some(Shape::Arrows(arrows)) = area.arrows(&vectors, 12.0, 1).map(|layer| layer.shape) else {
+            panic!("arrows")
+        };
         let lengths: Vec<f64> = arrows.iter().map(|[from, to]| to.0 - from.0).collect();
         assert_eq!(lengths.len(), 12);
         assert!(
@@ -325,7 +328,10 @@ mod tests {
         let last = [area.contacts.columns(), area.contacts.rows()]
             .map(|count| f64::from(count - 1) * area.spacing_mm + half);
         for vector in [[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
-            let Some(Item::Arrows(arrows)) = area.arrows(&[vector; 12], 0.5, 1) else { panic!("arrows") };
+            let Some(Shape::Arrows(arrows)) = area.arrows(&[vector; 12], 0.5, 1).map(|layer| layer.shape)
+            else {
+                panic!("arrows")
+            };
             for (x, y) in arrows.into_iter().flatten() {
                 assert!(
                     (-half..=last[0]).contains(&x) && (-half..=last[1]).contains(&y),

@@ -8,11 +8,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::area::{Area, sizes};
+use super::colours::{Colours, On};
 use super::kind::{Figure, keys, of_one_run};
-use super::of_study::colours::{Colours, On};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::plot::{Dash, INK, Sheet};
 use super::scale::{Scale, number};
+use super::sheet::{Layer, Sheet};
 
 keys! {
     AreaField: file;
@@ -82,12 +81,13 @@ impl Quantity {
     ///
     /// # Errors
     /// In words, if there is no state, or the quantity has no direction for arrows.
-    pub(super) fn paper(
+    pub(super) fn sheet(
         self,
         run: &RunData,
         states: &[(String, &NodeState)],
         has_arrows: bool,
-    ) -> Result<Paper, String> {
+        title: &str,
+    ) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         if has_arrows && self == Quantity::NormalLoad {
             return Err("arrows: true is not accepted with shows = \"normal-load\", which has no direction \
@@ -102,27 +102,23 @@ impl Quantity {
         let smallest = if self == Quantity::NormalLoad { finite().fold(largest, f64::min) } else { 0.0 };
         let colours =
             Colours::of(Scale::of(self.label(), false, 0.0, [smallest, largest].into_iter()), On::Surfaces);
-        let mut rows = Vec::new();
         let panels = states.iter().zip(&all).zip(&values).map(|(((title, state), vectors), values)| {
             let shown = area.all().zip(values).filter(|(_, value)| value.is_finite());
-            let mut items: Vec<Item> = shown
+            let cells = shown
                 .map(|(contact, value)| area.cell(contact, colours.at(colours.scale.nearest_share(*value))))
                 .collect();
+            let mut layers = vec![Layer::cells(cells)];
             let sliding = area.outlines(&|contact| state.slides[contact as usize - 1] != 0.0);
             if !sliding.is_empty() {
-                items.push(Item::Contours(sliding));
-                rows = vec![(Sample::Line(Dash::Solid, INK), "sliding".to_owned())];
+                layers.push(Layer::contours("sliding", sliding));
             }
-            if has_arrows {
-                items.extend(area.arrows(vectors, largest, states.len()));
+            if has_arrows && largest > 0.0 {
+                layers.extend(area.arrows(vectors, largest, states.len()));
+                layers.push(Layer::remark(format!("longest arrow: {}", number(largest))));
             }
-            Panel { title: title.clone(), items }
+            (title.clone(), layers)
         });
-        let panels = panels.collect();
-        if has_arrows && largest > 0.0 {
-            rows.push((Sample::Nothing, format!("longest arrow: {}", number(largest))));
-        }
-        Ok(area.paper(panels, Some(colours), rows))
+        Ok(area.sheet(title, panels.collect(), Some(colours)))
     }
 }
 
@@ -152,7 +148,7 @@ impl Figure for AreaField {
             Ok((format!("t = {at} s{}", load.unwrap_or_else(|| ", at rest".to_owned())), state))
         });
         let states = states.collect::<Result<Vec<_>, String>>()?;
-        Ok(self.shows.paper(run, &states, self.arrows)?.sheet(&self.title))
+        self.shows.sheet(run, &states, self.arrows, &self.title)
     }
 }
 

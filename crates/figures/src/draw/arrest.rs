@@ -6,7 +6,8 @@ use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, keys, of_one_row, of_one_run};
-use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Marker, Panel, RED, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, RED, Sheet};
 
 keys! {
     Arrest: file, run, title;
@@ -36,24 +37,21 @@ impl Figure for Arrest {
             .filter_map(|passage| Some((f64::from(passage.block), passage.slip_m? * scale)))
             .collect();
         let last = passages.len() as f64;
-        let end = |low: f64, high: f64| Series::line("", vec![(last, low), (last, high)], Dash::Dotted, GREY);
+        let end = |high: f64| Layer::line("", vec![(last, 0.0), (last, high)], Dash::Dotted, GREY);
         let arrest = theory.arrest_prestress();
-        // Block 1 bears more than the others.
-        let inside = || prestress[1..].iter().map(|(_, tau)| *tau).chain([0.0, arrest]);
-        let (low, high) = (inside().fold(0.0, f64::min), inside().fold(0.0, f64::max) * 1.06);
         let marks = |points: &[(f64, f64)]| {
             points.iter().copied().skip(BETWEEN_MARKS).step_by(BETWEEN_MARKS).collect()
         };
         let level = vec![(0.0, arrest), (blocks as f64, arrest)];
-        let x = Axis::new("", 0.0, blocks as f64);
-        let y = Axis::new("τ; slip × γ/2", low, high);
+        let x = Scale::between("", 0.0, blocks as f64);
+        let y = Scale::free("τ; slip × γ/2");
         let series = vec![
-            Series::line("prestress τ", prestress[1..].to_vec(), Dash::Solid, INK),
-            Series::marks("slip × γ/2, in (μ_s − μ_d)p/k", marks(&slip), Marker::Circle, BLUE),
-            Series::line("γ/(2 + γ): no pulse below", level, Dash::Dashed, RED),
-            end(low, arrest),
+            Layer::line("prestress τ", prestress[1..].to_vec(), Dash::Solid, INK),
+            Layer::marks("slip × γ/2, in (μ_s − μ_d)p/k", marks(&slip), Marker::Circle, BLUE),
+            Layer::line("γ/(2 + γ): no pulse below", level, Dash::Dashed, RED),
+            end(arrest),
         ];
-        let upper = Panel::new(x, y, Corner::TopRight, series).titled(&self.title);
+        let upper = Panel::new(x, y, series);
         let speeds = fronts::local_speeds(run);
         let fastest = speeds.iter().skip(BETWEEN_MARKS).map(|(_, speed)| *speed).fold(1.0, f64::max) * 1.15;
         let curve = theory.curve(fastest);
@@ -65,14 +63,14 @@ impl Figure for Arrest {
                 Some((*block, v0 + (v1 - v0) * (tau - t0) / (t1 - t0)))
             })
             .collect();
-        let x = Axis::new("block n", 0.0, blocks as f64);
-        let y = Axis::new("v/c", 0.0, fastest);
+        let x = Scale::between("block n", 0.0, blocks as f64);
+        let y = Scale::between("v/c", 0.0, fastest);
         let series = vec![
-            Series::line("steady, in theory", steady, Dash::Solid, INK),
-            Series::marks("simulated", marks(&speeds), Marker::Circle, BLUE),
-            end(0.0, speeds.last().map_or(0.0, |(_, speed)| *speed)),
+            Layer::line("steady, in theory", steady, Dash::Solid, INK),
+            Layer::marks("simulated", marks(&speeds), Marker::Circle, BLUE),
+            end(speeds.last().map_or(0.0, |(_, speed)| *speed)),
         ];
-        let lower = Panel::new(x, y, Corner::TopRight, series);
-        Ok(Sheet::stacked(upper, lower))
+        let lower = Panel::new(x, y, series);
+        Ok(Sheet::stacked(&self.title, upper, lower))
     }
 }

@@ -7,12 +7,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::area::{Area, sizes};
+use super::colours::{Colours, On};
 use super::kind::{Figure, keys, of_one_run};
-use super::of_study::colours::{Colours, On};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::plot::{Dash, INK, Marker, Sheet};
 use super::rupture_selector::{Clock, Film, RuptureSelector, sorted};
 use super::scale::{Scale, number};
+use super::sheet::{INK, Layer, Marker, Sheet};
 
 keys! {
     ArrivalMap: file;
@@ -53,20 +52,18 @@ impl Figure for ArrivalMap {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let (paper, title) = self.paper(run)?;
-        Ok(paper.sheet(&title))
+        self.sheet_of(run)
     }
 }
 
 /// Radius of the discs that mark the nucleation, in pixels.
-const DISC: i32 = 10;
+const DISC: f64 = 10.0;
 
 /// About how many isochrones there are.
 const ISOCHRONES: f64 = 16.0;
 
 impl ArrivalMap {
-    /// The map, and its title.
-    fn paper(&self, run: &RunData) -> Result<(Paper, String), String> {
+    fn sheet_of(&self, run: &RunData) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         if let Some(to_s) = self.to_s.filter(|to_s| !(to_s.is_finite() && *to_s > 0.0)) {
             return Err(format!("to_s: {to_s} is not accepted (accepted: a number above 0)"));
@@ -86,23 +83,19 @@ impl ArrivalMap {
                 run.name, rupture.rupture
             ));
         }
-        let (items, colours, rows) = match self.shows {
+        let (mut layers, colours) = match self.shows {
             Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
             Shown::Slip => slips(&area, &arrivals),
         };
-        let mut items = items;
         let first: Vec<(f64, f64)> = arrivals
             .iter()
             .filter(|arrival| arrival.arrival_step == rupture.onset_step)
             .map(|arrival| area.place(arrival.block))
             .collect();
-        items.push(Item::Discs(first.clone(), DISC, plotters::prelude::WHITE));
-        items.push(Item::Marks(first, Marker::Circle, INK));
-        let mut rows = rows;
-        rows.insert(0, (Sample::Marks(Marker::Circle, INK), "nucleation".to_owned()));
+        layers.push(Layer::discs("", first.clone(), DISC, plotters::prelude::WHITE));
+        layers.push(Layer::marks("nucleation", first, Marker::Circle, INK));
         let title = if self.title.is_empty() { title(run, rupture)? } else { self.title.clone() };
-        let panel = Panel { title: String::new(), items };
-        Ok((area.paper(vec![panel], Some(colours), rows), title))
+        Ok(area.sheet(&title, vec![(String::new(), layers)], Some(colours)))
     }
 
     fn arrivals(
@@ -111,41 +104,37 @@ impl ArrivalMap {
         rupture: &Rupture,
         arrivals: &[&Arrival],
         step_s: f64,
-    ) -> (Vec<Item>, Colours, Vec<(Sample, String)>) {
+    ) -> (Vec<Layer>, Colours) {
         let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
         let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
         let to_s = self.to_s.unwrap_or(last_s);
         let clock = Clock::of(0.0, to_s, 0.0);
-        let label = clock.label.replace("t (", "t − t_0 (");
-        let scale = Scale::of(&label, false, 0.0, [0.0, clock.place(to_s)].into_iter());
+        let scale = Scale::of(&clock.label("t − t_0"), false, 0.0, [0.0, clock.place(to_s)].into_iter());
         let colours = Colours::of(scale, On::Surfaces);
         let mut came = vec![None; area.contacts.count() as usize];
-        let mut items = Vec::new();
+        let mut cells = Vec::new();
         for arrival in arrivals {
             let at = clock.place(since_s(arrival));
             came[arrival.block as usize - 1] = Some(at);
-            items.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(at))));
+            cells.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(at))));
         }
         let levels: Vec<f64> =
             colours.scale.ticks_at_most(ISOCHRONES).into_iter().map(|tick| tick.at).collect();
         // Half a step aside, so that no contact is on a line.
         let aside = clock.place(step_s / 2.0);
         let contours: Vec<_> = levels.iter().flat_map(|level| area.contours(&came, *level - aside)).collect();
-        let mut rows = Vec::new();
-        if let ([a, b, ..], false) = (&levels[..], contours.is_empty()) {
-            let unit = clock.label.rsplit('(').next().unwrap_or_default().trim_end_matches(')');
-            rows.push((
-                Sample::Line(Dash::Solid, INK),
-                format!("isochrones, every {} {unit}", number(b - a)),
-            ));
-        }
-        items.push(Item::Contours(contours));
-        (items, colours, rows)
+        let label = match levels[..] {
+            [a, b, ..] if !contours.is_empty() => {
+                format!("isochrones, every {} {}", number(b - a), clock.unit)
+            }
+            _ => String::new(),
+        };
+        (vec![Layer::cells(cells), Layer::contours(label, contours)], colours)
     }
 }
 
 /// The size of the slip of each contact, with arrows.
-fn slips(area: &Area, arrivals: &[&Arrival]) -> (Vec<Item>, Colours, Vec<(Sample, String)>) {
+fn slips(area: &Area, arrivals: &[&Arrival]) -> (Vec<Layer>, Colours) {
     let mut vectors = vec![[0.0; 2]; area.contacts.count() as usize];
     for arrival in arrivals {
         let slip = arrival.slip_m.zip(arrival.slip_across_m);
@@ -156,16 +145,18 @@ fn slips(area: &Area, arrivals: &[&Arrival]) -> (Vec<Item>, Colours, Vec<(Sample
     let longest = sizes.iter().copied().filter(|size| size.is_finite()).fold(0.0, f64::max);
     let scale = Scale::of("slip (µm)", false, 0.0, [0.0, longest].into_iter());
     let colours = Colours::of(scale, On::Surfaces);
-    let mut items = Vec::new();
+    let mut cells = Vec::new();
     for arrival in arrivals {
         let size = sizes[arrival.block as usize - 1];
         if size.is_finite() {
-            items.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(size))));
+            cells.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(size))));
         }
     }
     vectors.iter_mut().filter(|vector| vector[0].is_nan()).for_each(|vector| *vector = [0.0; 2]);
-    items.extend(area.arrows(&vectors, longest, 1));
-    (items, colours, vec![(Sample::Nothing, format!("longest arrow: {} µm", number(longest)))])
+    let mut layers = vec![Layer::cells(cells)];
+    layers.extend(area.arrows(&vectors, longest, 1));
+    layers.push(Layer::remark(format!("longest arrow: {} µm", number(longest))));
+    (layers, colours)
 }
 
 /// What a rupture was, and when.
@@ -186,8 +177,9 @@ pub(super) fn title(run: &RunData, rupture: &Rupture) -> Result<String, String> 
 
 #[cfg(test)]
 mod tests {
-    use super::{ArrivalMap, Item, Marker};
+    use super::{ArrivalMap, Marker};
     use crate::draw::kind::Figure;
+    use crate::draw::sheet::Shape;
     use asperity_numbers::run_data::RunData;
     use asperity_testkit::made_up;
 
@@ -211,22 +203,24 @@ mod tests {
     #[test]
     fn each_contact_has_the_colour_of_its_arrival() {
         let run = run();
-        let (paper, title) = figure("").paper(&run).unwrap();
-        let items = &paper.panels[0].items;
-        let cells: Vec<_> = items.iter().filter(|item| matches!(item, Item::Cell(..))).collect();
-        let bar = paper.bar.as_ref().unwrap();
+        let sheet = figure("").part(&run).unwrap();
+        let Shape::Cells(cells) = &sheet.panels[0].layers[0].shape else { panic!("{sheet:?}") };
+        let bar = sheet.bar.as_ref().unwrap();
         assert_eq!(cells.len(), 4);
         // Steps of 0.1 µs: the last one after 10 µs has the end of the scale.
         assert!(bar.scale.label().contains("(µs)") && bar.scale.share(10.0).unwrap() > 1.0 - 1e-9);
-        let Item::Cell(.., last) = cells[3] else { panic!() };
-        assert_eq!(*last, bar.at(1.0));
-        let marks = items.iter().find_map(|item| match item {
-            Item::Marks(points, Marker::Circle, _) => Some(points.clone()),
+        assert_eq!(cells[3].1, bar.at(1.0));
+        let marks = sheet.layers().find_map(|layer| match &layer.shape {
+            Shape::Marks(points, Marker::Circle) => Some(points.clone()),
             _ => None,
         });
         let marks = marks.unwrap();
         assert!(marks.len() == 2 && marks[0] == (0.0, 0.0) && (marks[1].1 - 200.0 / 3.0).abs() < 1e-9);
-        assert!(title.starts_with("rupture 0, precursor: 4 of 12 contacts, t_0 = 0.00001 s"), "{title}");
+        assert!(
+            sheet.title.starts_with("rupture 0, precursor: 4 of 12 contacts, t_0 = 0.00001 s"),
+            "{}",
+            sheet.title
+        );
     }
 
     #[test]

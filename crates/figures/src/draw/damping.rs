@@ -6,7 +6,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_one_row, of_runs_in, with_pens};
-use super::plot::{Axis, Corner, Panel, Sheet};
+use super::scale::Scale;
+use super::sheet::Sheet;
 
 keys! {
     Damping: file;
@@ -40,9 +41,9 @@ impl Figure for Damping {
             series.push(pen.line(points.iter().map(|&(phase, _, theory)| (phase, theory)).collect()));
             series.push(pen.marks(marked.map(|&(phase, ours, _)| (phase, ours)).collect()));
         }
-        let x = Axis::new("t √(k/m)", 0.0, longest);
-        let y = Axis::new("v_1(t)/v_1(0)", -1.1, 1.1);
+        let x = Scale::between("t √(k/m)", 0.0, longest);
+        let y = Scale::between("v_1(t)/v_1(0)", -1.1, 1.1);
         let note = "marks: simulated, lines: eq. (5.28)";
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series).noted(note)))
+        Ok(Sheet::single("", x, y, series).noted(note))
     }
 }

@@ -6,9 +6,8 @@ use asperity_numbers::plane_waves::Waves;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, keys, of_one_run};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::plot::{BLUE, Dash, GREY, INK, Marker, Sheet};
 use super::scale::Scale;
+use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, Sheet};
 
 keys! {
     Dispersion: file;
@@ -62,30 +61,21 @@ impl Figure for Dispersion {
             let sound = |square: f64| {
                 let slope = square.sqrt() * length * PI;
                 let end = (HIGHEST / slope).min(1.0);
-                Item::Line(vec![(0.0, 0.0), (end, slope * end)], Dash::Dotted, GREY)
+                Layer::line("no dispersion", vec![(0.0, 0.0), (end, slope * end)], Dash::Dotted, GREY)
             };
-            Panel {
-                title: title.to_owned(),
-                items: vec![
-                    sound(1.5),
-                    sound(0.5),
-                    Item::Line(long_line, Dash::Solid, INK),
-                    Item::Line(shear_line, Dash::Dashed, BLUE),
-                    Item::Marks(long_marks, Marker::Circle, INK),
-                    Item::Marks(shear_marks, Marker::Triangle, BLUE),
-                ],
-            }
+            let layers = vec![
+                Layer::remark("marks: pull of the bonds, lines: theory"),
+                sound(1.5),
+                sound(0.5),
+                Layer::line("longitudinal", long_line, Dash::Solid, INK),
+                Layer::line("shear", shear_line, Dash::Dashed, BLUE),
+                Layer::marks("longitudinal", long_marks, Marker::Circle, INK),
+                Layer::marks("shear", shear_marks, Marker::Triangle, BLUE),
+            ];
+            let (x, y) = (Scale::between("q_x a/π", 0.0, 1.0), Scale::between("ω √(m/k)", 0.0, HIGHEST));
+            Panel::new(x, y, layers).titled(title)
         };
-        let rows = vec![
-            (Sample::LineAndMarks(Dash::Solid, Marker::Circle, INK), "longitudinal".to_owned()),
-            (Sample::LineAndMarks(Dash::Dashed, Marker::Triangle, BLUE), "shear".to_owned()),
-            (Sample::Line(Dash::Dotted, GREY), "no dispersion".to_owned()),
-            (Sample::Nothing, "marks: pull of the bonds".to_owned()),
-            (Sample::Nothing, "lines: theory".to_owned()),
-        ];
-        let x = Scale::between("q_x a/π", 0.0, 1.0);
-        let y = Scale::between("ω √(m/k)", 0.0, HIGHEST);
-        Ok(Paper::new(x, y, directions.into_iter().map(panel).collect(), rows).sheet(&self.title))
+        Ok(Sheet::of(&self.title, directions.into_iter().map(panel).collect()))
     }
 }
 

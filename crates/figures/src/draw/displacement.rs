@@ -4,7 +4,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, keys, of_one_run};
-use super::plot::{Axis, Corner, Panel, Series, Sheet, nth};
+use super::scale::Scale;
+use super::sheet::{Layer, Sheet, nth};
 
 keys! {
     Displacement: file, run, title;
@@ -31,7 +32,7 @@ impl Figure for Displacement {
             }
             let (_, dash, color) = nth(index);
             let course = run.states()?.displacement_of(block);
-            series.push(Series::line(
+            series.push(Layer::line(
                 match run.of_one_row() {
                     Some(_) => format!("block {block}"),
                     None => {
@@ -48,14 +49,10 @@ impl Figure for Displacement {
                 color,
             ));
         }
-        let all =
-            || series.iter().flat_map(|series| &series.points).map(|(_, displacement_mm)| *displacement_mm);
-        let (lowest, highest) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
-        if highest <= lowest {
+        if series.iter().flat_map(Layer::points).all(|(_, displacement_mm)| displacement_mm <= 0.0) {
             return Err(format!("no displacement of its blocks is recorded in run {}", run.name));
         }
-        let x = Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps));
-        let y = Axis::new("u_n (mm)", lowest - 0.03 * highest, highest * 1.1);
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopLeft, series).titled(&self.title)))
+        let x = Scale::between("t (s)", 0.0, run.plan.grid.time_s(run.header.steps));
+        Ok(Sheet::single(&self.title, x, Scale::free("u_n (mm)"), series))
     }
 }

@@ -7,8 +7,8 @@ use super::area::Area;
 use super::area_field::Quantity;
 use super::arrival_map;
 use super::kind::{Figure, keys, of_one_run};
-use super::plot::Sheet;
 use super::rupture_selector::{Clock, Film, RuptureSelector};
+use super::sheet::Sheet;
 
 keys! {
     FilmStrip: file;
@@ -87,18 +87,16 @@ impl Figure for FilmStrip {
         }
         let last_s = states.iter().map(|state| state.time_s - rupture.onset_s).fold(0.0, f64::max);
         let clock = Clock::of(0.0, last_s, 0.0);
-        let unit = clock.label.replace("t (", "").replace(')', "");
         // To three digits of the time between panels.
         let between = clock.place(2.0 * last_s) / (2.0 * f64::from(self.panels) - 1.0);
         let decimals = (2.0 - between.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
         let titled = states.into_iter().map(|state| {
             let at = clock.place(state.time_s - rupture.onset_s);
-            (format!("t − t_0 = {at:.decimals$} {unit}"), state)
+            (format!("t − t_0 = {at:.decimals$} {}", clock.unit), state)
         });
-        let paper = self.shows.paper(run, &titled.collect::<Vec<_>>(), self.arrows)?;
         let title =
             if self.title.is_empty() { arrival_map::title(run, rupture)? } else { self.title.clone() };
-        Ok(paper.sheet(&title))
+        self.shows.sheet(run, &titled.collect::<Vec<_>>(), self.arrows, &title)
     }
 }
 
@@ -125,9 +123,9 @@ mod tests {
         assert_eq!(steps, [150.0, 250.0, 350.0, 450.0]);
         assert!(strip.part(&run).unwrap_err().contains("has no nodes"));
         run.nodes = [150, 250, 350, 450].map(|step| made_up::nodes(&run, step, vec![0.0; 24])).to_vec();
-        let told = strip.part(&run).unwrap().told();
+        let sheet = strip.part(&run).unwrap();
         assert_eq!(
-            &told.titles[1..],
+            sheet.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>(),
             ["t − t_0 = 5.0 µs", "t − t_0 = 15.0 µs", "t − t_0 = 25.0 µs", "t − t_0 = 35.0 µs"]
         );
         // No later than asked for.

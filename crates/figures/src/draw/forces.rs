@@ -5,7 +5,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, keys, levels, of_one_run};
-use super::plot::{Axis, Corner, Dash, GREY, INK, Panel, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, GREY, INK, Layer, Sheet};
 
 keys! {
     Forces: file, run, title;
@@ -35,19 +36,14 @@ impl Figure for Forces {
             |factor: f64| shown.iter().map(|record| (record.time_s, factor * record.normal_load_n)).collect();
         let pull: Vec<(f64, f64)> =
             shown.iter().map(|record| (record.time_s, pull_ratio(record) * record.normal_load_n)).collect();
-        let highest =
-            shown.iter().map(|record| record.normal_load_n).chain(pull.iter().map(|(_, pull)| *pull));
-        let highest = highest.fold(0.0, f64::max);
-        let lowest = pull.iter().map(|(_, pull)| *pull).fold(0.0, f64::min);
         let both_ways = run.plan.drive.pulls_both_ways();
-        let x = Axis::new("t (s)", from_s, to_s);
-        let y = Axis::new("force (N)", lowest * 1.1, highest * 1.08);
-        let mut series = vec![Series::line("F_N", load(1.0), Dash::Solid, GREY)];
+        let x = Scale::between("t (s)", from_s, to_s);
+        let mut series = vec![Layer::line("F_N", load(1.0), Dash::Solid, GREY)];
         for (level, dash, color, label) in levels(run) {
-            series.push(Series::line(format!("{label} F_N"), load(level), dash, color));
+            series.push(Layer::line(format!("{label} F_N"), load(level), dash, color));
         }
         let pulls = if both_ways { "F_T, both ends added" } else { "F_T" };
-        series.push(Series::line(pulls, pull, Dash::Solid, INK));
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series).titled(&self.title)))
+        series.push(Layer::line(pulls, pull, Dash::Solid, INK));
+        Ok(Sheet::single(&self.title, x, Scale::free("force (N)"), series))
     }
 }

@@ -8,7 +8,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
-use super::plot::{Axis, Corner, Dash, INK, Panel, Series, Sheet, nth};
+use super::scale::Scale;
+use super::sheet::{Dash, INK, Layer, Sheet, nth};
 
 keys! {
     Friction: file, title;
@@ -81,19 +82,14 @@ impl Figure for Friction {
         };
         if self.against == Against::Velocity {
             let forward = course.iter().filter(|at| at[2] > 0.0);
-            let measured: Vec<(f64, f64)> = forward.map(|at| (at[2].log10(), at[3])).collect();
+            let measured: Vec<(f64, f64)> = forward.map(|at| (at[2], at[3])).collect();
             if measured.is_empty() {
                 return Err(lacks("record in which the block slides forwards"));
             }
-            let steady = |at: &(f64, f64)| {
-                let m_per_s = 10f64.powf(at.0);
-                (at.0, law.coefficient(m_per_s, law.steady_state(b, m_per_s)))
-            };
-            let ends = [f64::min, f64::max].map(|end| {
-                let start = measured.first().copied().unwrap_or_default();
-                measured.iter().fold(start, |kept, at| if end(kept.0, at.0) == at.0 { *at } else { kept })
-            });
-            return Ok([measured, ends.iter().map(steady).collect()]);
+            let steady = |m_per_s: f64| (m_per_s, law.coefficient(m_per_s, law.steady_state(b, m_per_s)));
+            let speeds = || measured.iter().map(|at| at.0);
+            let ends = [speeds().fold(f64::MAX, f64::min), speeds().fold(0.0, f64::max)];
+            return Ok([measured, ends.map(steady).into()]);
         }
         let slips = |m: f64| (m - start_m) / law.critical_slip_m;
         let theory = |n: u32| {
@@ -116,10 +112,10 @@ impl Figure for Friction {
                 Against::Velocity => {
                     series.push(pen.line(measured.clone()));
                     let name = if index == 0 { "steady sliding" } else { "" };
-                    series.push(Series::line(name, theory.clone(), Dash::Dashed, INK));
+                    series.push(Layer::line(name, theory.clone(), Dash::Dashed, INK));
                 }
                 Against::Slip => {
-                    series.push(Series::line("", theory.clone(), Dash::Solid, nth(index).2));
+                    series.push(Layer::line("", theory.clone(), Dash::Solid, nth(index).2));
                     // About evenly: each the first record beyond a place.
                     let mut from = f64::MIN;
                     let every = measured.last().map_or(1.0, |at| at.0) / MARKS;
@@ -133,15 +129,11 @@ impl Figure for Friction {
                 }
             }
         }
-        let all = || series.iter().flat_map(|series| &series.points);
-        let (left, right) =
-            all().fold((f64::MAX, f64::MIN), |(low, high), at| (low.min(at.0), high.max(at.0)));
         let x = match self.against {
-            Against::Velocity => Axis::decades("v (m/s)", left - 0.3, right + 0.3),
-            Against::Slip => Axis::new("slip over D_c", left - 0.02 * (right - left), right),
+            Against::Velocity => Scale::free_powers("v (m/s)"),
+            Against::Slip => Scale::free("slip over D_c"),
         };
-        let y = Axis::about("friction over load F/p", all().map(|at| at.1));
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series).titled(&self.title).noted(note)))
+        Ok(Sheet::single(&self.title, x, Scale::free("friction over load F/p"), series).noted(note))
     }
 }
 
@@ -204,9 +196,9 @@ mod tests {
             near(*theory.last().unwrap(), (1.0, steady + 0.015 * state));
         }
         let [measured, theory] = figure("velocity", 2).part(&step("slip")).unwrap();
-        near(measured[1], (-5.0, 0.6));
-        near(theory[0], (-6.0, 0.6));
-        near(theory[1], (-5.0, steady));
+        near(measured[1], (1e-5, 0.6));
+        near(theory[0], (1e-6, 0.6));
+        near(theory[1], (1e-5, steady));
     }
 
     #[test]

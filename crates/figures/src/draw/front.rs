@@ -6,7 +6,8 @@ use asperity_numbers::run_data::RunData;
 
 use super::area::along;
 use super::kind::{Figure, coefficient_lines, keys, of_one_run, place_name};
-use super::plot::{Axis, Corner, Dash, GREY, INK, Panel, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, GREY, INK, Layer, Sheet};
 
 keys! {
     Front: file, run;
@@ -28,15 +29,13 @@ impl Figure for Front {
         let profile = along(run, &profile);
         let last = f64::from(run.columns());
         let friction = &run.plan.friction;
-        let lowest = profile.iter().fold(0.0f64, |low, ratio| low.min(*ratio)) - 0.05;
-        let highest = friction.static_coefficient * 1.08;
         let tip = f64::from(precursor.last_block) + 0.5;
-        let tip = vec![(tip, lowest), (tip, highest)];
+        let tip = vec![(tip, 0.0), (tip, friction.static_coefficient)];
         let profile = profile.iter().enumerate().map(|(n, ratio)| (n as f64 + 1.0, *ratio)).collect();
         let end_s = precursor.end.end_s.unwrap_or(precursor.end.onset_s);
         let mut series = coefficient_lines(run, last);
         series.extend([
-            Series::line(
+            Layer::line(
                 format!(
                     "front, {} {}",
                     place_name(run).split(' ').next().unwrap_or_default(),
@@ -46,10 +45,9 @@ impl Figure for Front {
                 Dash::Dotted,
                 GREY,
             ),
-            Series::line(format!("simulated, t = {end_s:.3} s"), profile, Dash::Solid, INK),
+            Layer::line(format!("simulated, t = {end_s:.3} s"), profile, Dash::Solid, INK),
         ]);
-        let x = Axis::new(place_name(run), 0.0, last);
-        let y = Axis::new("τ_n/p_n", lowest, highest);
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series)))
+        let x = Scale::between(place_name(run), 0.0, last);
+        Ok(Sheet::single("", x, Scale::free("τ_n/p_n"), series))
     }
 }

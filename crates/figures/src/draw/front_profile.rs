@@ -1,7 +1,5 @@
 //! How fast the front of one rupture ran from block to block, beside the wave speed and the theory.
 
-use std::sync::Arc;
-
 use asperity_model::front::{Front, relative_prestress};
 use asperity_numbers::front_speeds_m_per_s;
 use asperity_numbers::fronts::crossing_s;
@@ -11,10 +9,9 @@ use asperity_numbers::states::States;
 use asperity_record::{Arrival, Rupture};
 
 use super::kind::{Figure, keys, of_one_run, place_name, wave_speed_name};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
 use super::rupture_selector::{RuptureSelector, picked};
 use super::scale::Scale;
+use super::sheet::{BLUE, Dash, GREEN, GREY, INK, Layer, Marker, RED, Sheet};
 
 keys! {
     FrontProfile: file, run, title;
@@ -36,12 +33,6 @@ impl Figure for FrontProfile {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        Ok(Sheet::Other(Arc::new(self.paper(run)?)))
-    }
-}
-
-impl FrontProfile {
-    fn paper(&self, run: &RunData) -> Result<Paper, String> {
         let has_global = run.ruptures.iter().flatten().any(|rupture| rupture.reached_every_block);
         let natural = if has_global { RuptureSelector::FirstGlobalSlip } else { RuptureSelector::Widest };
         let rupture = picked(run, self.rupture, Some(self.which.unwrap_or(natural)))?
@@ -62,48 +53,40 @@ impl FrontProfile {
         let (first, last) = (f64::from(rupture.first_block), f64::from(rupture.last_block));
         let beginning = f64::from(beginning);
         let about = if run.of_one_row().is_some() { "between neighbours" } else { "of each contact" };
-        let mut rows = vec![(Sample::Marks(Marker::Circle, INK), about.to_owned())];
-        let mut items = vec![Item::Line(vec![(first, 1.0), (last, 1.0)], Dash::Dashed, GREY)];
+        let c = wave_speed_name(run);
+        let level = vec![(first, 1.0), (last, 1.0)];
+        let mut layers = vec![Layer::line(format!("{c} = {c_m_per_s:.1} m/s"), level, Dash::Dashed, GREY)];
         let [up, down] = front_speeds_m_per_s(rupture, run.header.contacts(), Some(c_m_per_s));
         let ways = [(up, last), (down, first)];
         let edge = |block: f64| (block, AT_THE_EDGE * to);
         for (speed, end) in ways {
             match speed.map(|speed| speed / c_m_per_s) {
                 Some(speed) if speed <= to => {
-                    items.push(Item::Line(vec![(beginning, speed), (end, speed)], Dash::Solid, RED));
+                    let course = vec![(beginning, speed), (end, speed)];
+                    layers.push(Layer::line("of the whole front", course, Dash::Solid, RED));
                 }
-                Some(_) => items.push(Item::Marks(vec![edge(end)], Marker::Triangle, RED)),
+                Some(_) => layers.push(Layer::marks("", vec![edge(end)], Marker::Triangle, RED)),
                 None => {}
             }
         }
-        if ways.iter().any(|(speed, _)| speed.is_some()) {
-            rows.push((Sample::Line(Dash::Solid, RED), "of the whole front".to_owned()));
-        }
         if !theory.is_empty() {
             let gaps = theory.iter().map(|point| if within(point) { *point } else { (point.0, f64::NAN) });
-            items.push(Item::Line(gaps.collect(), Dash::DotDashed, GREEN));
-            rows.push((Sample::Line(Dash::DotDashed, GREEN), "theory, rigid contacts".to_owned()));
+            layers.push(Layer::line("theory, rigid contacts", gaps.collect(), Dash::DotDashed, GREEN));
         }
-        let c = wave_speed_name(run);
-        rows.push((Sample::Line(Dash::Dashed, GREY), format!("{c} = {c_m_per_s:.1} m/s")));
-        let nucleation = Item::Line(vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE);
-        rows.push((Sample::Line(Dash::Dotted, BLUE), "nucleation".to_owned()));
         let above: Vec<(f64, f64)> =
             local.iter().filter(|(_, speed)| *speed > to).map(|(block, _)| edge(*block)).collect();
         let marks: Vec<(f64, f64)> = local.into_iter().filter(within).collect();
         // Lines are hidden by many marks.
         let color = if marks.len() > MOST_MARKS { GREY } else { INK };
         if marks.len() > MOST_MARKS {
-            items.insert(0, Item::Discs(marks, 6, GREY));
-            rows[0].0 = Sample::Marks(Marker::Circle, GREY);
+            layers.insert(0, Layer::discs(about, marks, 6.0, GREY));
         } else {
-            items.push(Item::Marks(marks, Marker::Circle, INK));
+            layers.push(Layer::marks(about, marks, Marker::Circle, INK));
         }
         if !above.is_empty() {
-            rows.insert(1, (Sample::Marks(Marker::Triangle, color), "above the axis".to_owned()));
-            items.push(Item::Marks(above, Marker::Triangle, color));
+            layers.push(Layer::marks("above the axis", above, Marker::Triangle, color));
         }
-        items.push(nucleation);
+        layers.push(Layer::line("nucleation", vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE));
         let title = if self.title.is_empty() {
             format!("rupture {}, F_T/F_N = {:.3} at its onset", rupture.rupture, rupture.ft_fn_onset)
         } else {
@@ -111,7 +94,7 @@ impl FrontProfile {
         };
         let x = Scale::between(place_name(run), first - 0.5, last + 0.5);
         let y = Scale::between(&format!("v/{c}"), 0.0, to);
-        Ok(Paper { title, ..Paper::single(x, y, items, rows) })
+        Ok(Sheet::single(&title, x, y, layers))
     }
 }
 
@@ -188,9 +171,8 @@ fn nearly_largest(mut values: Vec<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{FrontProfile, Item, Paper, relative_prestress};
-    use crate::draw::of_study::paper::Sample;
-    use crate::draw::plot::{INK, Marker};
+    use super::{Figure, FrontProfile, relative_prestress};
+    use crate::draw::sheet::{INK, Marker, Shape, Sheet};
     use asperity_record::FieldRecord;
     use asperity_testkit::made_up;
 
@@ -203,10 +185,9 @@ mod tests {
         to_speed: None,
     };
 
-    fn marks(paper: &Paper) -> Vec<(f64, f64)> {
-        let items = &paper.panels[0].items;
-        let marks = items.iter().find_map(|item| match item {
-            Item::Marks(points, Marker::Circle, _) => Some(points.clone()),
+    fn marks(sheet: &Sheet) -> Vec<(f64, f64)> {
+        let marks = sheet.layers().find_map(|layer| match &layer.shape {
+            Shape::Marks(points, Marker::Circle) => Some(points.clone()),
             _ => None,
         });
         marks.expect("there are marks")
@@ -223,18 +204,15 @@ mod tests {
         );
         // By the way from the neighbour.
         run.arrivals[2].front_speed_m_per_s = Some(run.plan.spacing_m / 3e-7);
-        let paper = FIGURE.paper(&run).unwrap();
-        let found = marks(&paper);
+        let sheet = FIGURE.part(&run).unwrap();
+        let found = marks(&sheet);
         assert_eq!(found.iter().map(|(block, _)| *block).collect::<Vec<f64>>(), [2.5, 3.5]);
         assert!((found[0].1 - crossing_s / 1e-7).abs() < 1e-9, "{found:?}");
         assert!((found[1].1 - crossing_s / 3e-7).abs() < 1e-9, "{found:?}");
-        let theory = paper.rows.iter().any(|(_, words)| words == "theory, rigid contacts");
-        assert!(theory, "{:?}", paper.rows);
-        assert!(paper.rows.contains(&(
-            Sample::Line(crate::draw::plot::Dash::Dashed, crate::draw::plot::GREY),
-            format!("c = {:.1} m/s", run.plan.spacing_m / crossing_s)
-        )));
-        let refused = FrontProfile { rupture: Some(7), ..FIGURE }.paper(&run).unwrap_err();
+        let labels = sheet.labels();
+        assert!(labels.contains(&"theory, rigid contacts".to_owned()), "{labels:?}");
+        assert!(labels.contains(&format!("c = {:.1} m/s", run.plan.spacing_m / crossing_s)), "{labels:?}");
+        let refused = FrontProfile { rupture: Some(7), ..FIGURE }.part(&run).unwrap_err();
         assert_eq!(refused, "run test has no rupture 7 (accepted: 0 to 0)");
     }
 
@@ -244,18 +222,18 @@ mod tests {
         let mut run = made_up::pulse(12, "prestress.ratio = 0.6");
         let arrivals = [(3, 1000, None), (2, 1100, None), (4, 1300, None)];
         made_up::with_ruptures(&mut run, &[&arrivals]);
-        let all = marks(&FIGURE.paper(&run).unwrap());
+        let all = marks(&FIGURE.part(&run).unwrap());
         let to = (all[0].1 * all[1].1).sqrt();
-        let paper = FrontProfile { to_speed: Some(to), ..FIGURE }.paper(&run).unwrap();
+        let sheet = FrontProfile { to_speed: Some(to), ..FIGURE }.part(&run).unwrap();
         let (lower, higher) = if all[0].1 < all[1].1 { (all[0], all[1]) } else { (all[1], all[0]) };
-        assert_eq!(marks(&paper), [lower]);
-        let triangles = paper.panels[0].items.iter().find_map(|item| match item {
-            Item::Marks(points, Marker::Triangle, INK) => Some(points.clone()),
+        assert_eq!(marks(&sheet), [lower]);
+        let triangles = sheet.layers().find_map(|layer| match &layer.shape {
+            Shape::Marks(points, Marker::Triangle) if layer.colour == INK => Some(points.clone()),
             _ => None,
         });
         assert_eq!(triangles, Some(vec![(higher.0, super::AT_THE_EDGE * to)]));
-        let said = |paper: &Paper| paper.rows.iter().any(|(_, words)| words == "above the axis");
-        assert!(said(&paper) && !said(&FIGURE.paper(&run).unwrap()));
+        let says = |sheet: &Sheet| sheet.labels().contains(&"above the axis".to_owned());
+        assert!(says(&sheet) && !says(&FIGURE.part(&run).unwrap()));
     }
 
     /// Under a held top drive with rigid contacts the theory of the whole front holds for each block.

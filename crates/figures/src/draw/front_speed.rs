@@ -7,7 +7,8 @@ use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
-use super::plot::{Axis, Corner, Panel, Pen, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Panel, Pen, Sheet};
 
 keys! {
     FrontSpeed: file, title;
@@ -59,7 +60,7 @@ impl Figure for FrontSpeed {
                 let Some(speed) = speed else { continue };
                 points.push((prestress, speed));
                 ratio.push((prestress, speed * (1.0 - prestress * prestress).sqrt()));
-                errors.extend(error.map(|error| (prestress, (1e3 * error.abs()).log10())));
+                errors.extend(error.map(|error| (prestress, 1e3 * error.abs())));
             }
             if let Some(theory) = theory {
                 speeds.push(pen.line(theory.curve(self.to_speed)));
@@ -69,31 +70,17 @@ impl Figure for FrontSpeed {
             ratios.extend([pen.line(ratio.clone()), pen.marks(ratio)]);
             deviations.push((theory.is_some(), pen.marks(errors)));
         }
-        let all = |series: &[Series]| -> Vec<f64> {
-            series.iter().flat_map(|series| &series.points).map(|(_, y)| *y).collect()
-        };
         let lower = if deviations.iter().all(|(has_law, _)| *has_law) {
-            let deviations: Vec<Series> = deviations.into_iter().map(|(_, series)| series).collect();
-            let (low, high) = range(&all(&deviations)).ok_or("no run has a front so far")?;
-            let x = Axis::new("τ", 0.0, 1.0);
-            let y = Axis::decades("1000 |Δv|/v", low.floor(), high.ceil());
-            Panel::new(x, y, Corner::TopRight, deviations)
+            let layers = deviations.into_iter().map(|(_, layer)| layer).collect();
+            Panel::new(Scale::between("τ", 0.0, 1.0), Scale::free_powers("1000 |Δv|/v"), layers)
         } else {
-            let (low, high) = range(&all(&ratios)).ok_or("no run has a front so far")?;
-            let margin = 0.12 * (high - low).max(1e-3);
-            let x = Axis::new("τ", 0.0, 1.0);
-            let y = Axis::new("√(1 − τ²) v/c", low - margin, high + margin);
-            Panel::new(x, y, Corner::TopRight, ratios)
+            Panel::new(Scale::between("τ", 0.0, 1.0), Scale::free("√(1 − τ²) v/c"), ratios)
         };
-        let x = Axis::new("", 0.0, 1.0);
-        let y = Axis::new("v/c", self.from_speed, self.to_speed);
-        let upper = Panel::new(x, y, Corner::TopLeft, speeds).titled(&self.title).noted(&self.note);
-        Ok(Sheet::stacked(upper, lower))
+        if lower.is_empty() {
+            return Err("no run has a front so far".to_owned());
+        }
+        let y = Scale::between("v/c", self.from_speed, self.to_speed);
+        let upper = Panel::new(Scale::between("", 0.0, 1.0), y, speeds).noted(&self.note);
+        Ok(Sheet::stacked(&self.title, upper, lower))
     }
-}
-
-/// The smallest and the largest of some numbers.
-fn range(values: &[f64]) -> Option<(f64, f64)> {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    Some((finite().reduce(f64::min)?, finite().reduce(f64::max)?))
 }

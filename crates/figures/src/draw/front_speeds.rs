@@ -8,10 +8,9 @@ use asperity_numbers::run_data::RunData;
 
 use super::front_stress::{five, four, over};
 use super::kind::{Figure, Group, Parts, find, keys, of_runs_in, wave_speed_name};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Dash, GREY, Sheet, nth};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
+use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
     FrontSpeeds: file, title;
@@ -157,12 +156,6 @@ impl Figure for FrontSpeeds {
     }
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        Ok(self.paper(&parts)?.sheet(&self.title))
-    }
-}
-
-impl FrontSpeeds {
-    fn paper(&self, parts: &Parts<Part>) -> Result<Paper, String> {
         let all: Vec<f64> = parts.values().flat_map(|part| &part.speeds).copied().collect();
         if all.is_empty() {
             return Err(format!(
@@ -171,47 +164,47 @@ impl FrontSpeeds {
             ));
         }
         let bins = self.bins(&all);
-        let (mut surfaces, mut lines, mut whiskers, mut rows) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut surfaces, mut lines, mut whiskers) = (Vec::new(), Vec::new(), Vec::new());
         for (index, group) in self.series.iter().enumerate() {
             let (_, dash, color) = nth(index);
-            let runs = group.runs().map(|run| Ok(&find(parts, run)?.speeds[..]));
+            let runs = group.runs().map(|run| Ok(&find(&parts, run)?.speeds[..]));
             let runs = runs.collect::<Result<Vec<&[f64]>, String>>()?;
             let together = runs.concat();
-            rows.push((Sample::Line(dash, color), words(&group.label, &together)));
+            let label = words(&group.label, &together);
+            lines.push(Layer::line(&label, Vec::new(), dash, color));
             for outline in self.outlines(&self.shares(&together, &bins), &bins) {
-                surfaces.push(Item::Surface(outline.clone(), color, 0.13));
-                lines.push((outline, dash, color));
+                surfaces.push(Layer::surface("", outline.clone(), 0.13, color));
+                lines.push(Layer::line(&label, outline, dash, color));
             }
             // Those of groups are side by side in a bin.
             let within = (index as f64 + 1.0) / (self.series.len() as f64 + 1.0);
             let of_group = self.whiskers(&runs, &bins, within);
-            whiskers.extend(of_group.into_iter().map(|line| (line, Dash::Solid, color)));
+            whiskers.extend(of_group.into_iter().map(|line| Layer::line("", line, Dash::Solid, color)));
         }
-        rows.extend(
-            (!whiskers.is_empty()).then(|| (Sample::Nothing, "whiskers: range over runs".to_owned())),
-        );
+        if !whiskers.is_empty() {
+            whiskers.push(Layer::remark("whiskers: range over runs"));
+        }
         lines.append(&mut whiskers);
-        let shares = lines.iter().flat_map(|(points, ..)| points).map(|(_, share)| *share);
+        let shares = lines.iter().flat_map(Layer::points).map(|(_, share)| share);
         // Where all speeds are beyond the axis, it has no share.
         let top = 1.08 * Some(shares.fold(0.0, f64::max)).filter(|top| *top > 0.0).unwrap_or(1.0);
         let first = parts.values().next().map_or("c", |part| part.c);
         let c = if parts.values().all(|part| part.c == first) { first } else { "c" };
         let (from, to) = (self.edge(bins.start as f64), self.edge(bins.end as f64));
         if (from..to).contains(&SLOW) {
-            lines.insert(0, (vec![(SLOW, 0.0), (SLOW, top)], Dash::Dashed, GREY));
-            rows.push((Sample::Line(Dash::Dashed, GREY), format!("slow: v < {SLOW} {c}")));
+            let label = format!("slow: v < {SLOW} {c}");
+            surfaces.push(Layer::line(label, vec![(SLOW, 0.0), (SLOW, top)], Dash::Dashed, GREY));
         }
         let mut over: Vec<&str> = parts.values().map(|part| part.over.as_str()).collect();
         over.sort_unstable();
         over.dedup();
-        rows.extend(over.into_iter().map(|over| (Sample::Nothing, over.to_owned())));
+        lines.extend(over.into_iter().map(Layer::remark));
         let beyond = all.iter().filter(|speed| !bins.contains(&(self.place(**speed).floor() as i64))).count();
-        rows.extend((beyond > 0).then(|| (Sample::Nothing, format!("beyond the axis: {beyond}"))));
-        surfaces.extend(lines.into_iter().map(|(points, dash, color)| Item::Line(points, dash, color)));
+        lines.extend((beyond > 0).then(|| Layer::remark(format!("beyond the axis: {beyond}"))));
+        surfaces.extend(lines);
         let x = Scale::of(&format!("local front speed v/{c}"), true, 0.0, [from, to].into_iter());
         let y = Scale::between("share of local front speeds", 0.0, top);
-        Ok(Paper::single(x, y, surfaces, rows))
+        Ok(Sheet::single(&self.title, x, y, surfaces))
     }
 }
 
@@ -223,7 +216,8 @@ const CAP: f64 = 0.08;
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, FrontSpeeds, Item, Part, Parts};
+    use super::{Figure, FrontSpeeds, Part, Parts};
+    use crate::draw::sheet::Shape;
     use asperity_testkit::made_up;
 
     fn figure(keys: &str) -> FrontSpeeds {
@@ -239,18 +233,17 @@ mod tests {
     }
 
     fn words(figure: &FrontSpeeds) -> Vec<String> {
-        figure.paper(&parts()).unwrap().rows.into_iter().map(|(_, words)| words).collect()
+        figure.sheet(parts()).unwrap().labels()
     }
 
     /// Five bins in a power of ten: 0.05 and 0.06 share that from 0.0398 to 0.0631, and 0.1 begins one.
     #[test]
     fn shares_are_those_of_all_runs_of_a_group_and_whiskers_those_of_each() {
-        let paper = figure("").paper(&parts()).unwrap();
-        let lines: Vec<&Vec<(f64, f64)>> = paper.panels[0]
-            .items
-            .iter()
-            .filter_map(|item| if let Item::Line(points, ..) = item { Some(points) } else { None })
-            .collect();
+        let sheet = figure("").sheet(parts()).unwrap();
+        let line =
+            |shape: &Shape| if let Shape::Line(points, _) = shape { Some(points.clone()) } else { None };
+        let is_shown = |points: &Vec<(f64, f64)>| !points.is_empty();
+        let lines: Vec<_> = sheet.layers().filter_map(|layer| line(&layer.shape)).filter(is_shown).collect();
         let shares: Vec<f64> = lines[1..4].iter().map(|outline| outline[1].1).collect();
         assert_eq!(shares, [0.5, 1.0 / 3.0, 1.0 / 6.0], "three of six, two and one");
         let is = |place: f64, expected: f64| (place / 10f64.powf(expected) - 1.0).abs() < 1e-12;
@@ -262,16 +255,16 @@ mod tests {
         assert_eq!(ranges, [(0.25, 1.0), (0.0, 0.5), (0.0, 0.25)]);
         assert_eq!(
             words(&figure("")),
-            ["A: 6, 50 % slow", "B: 0", "whiskers: range over runs", "slow: v < 0.1 c_S", "over 4 spacings"]
+            ["slow: v < 0.1 c_S", "A: 6, 50 % slow", "B: 0", "whiskers: range over runs", "over 4 spacings"]
         );
     }
 
     #[test]
     fn speeds_beyond_a_stated_end_count_and_bad_ends_are_refused() {
         let narrow = words(&figure("from_speed = 0.09\nto_speed = 1"));
-        assert_eq!((narrow[0].as_str(), narrow[5].as_str()), ("A: 6, 50 % slow", "beyond the axis: 4"));
-        let none = figure("from_speed = 7\nto_speed = 8").paper(&parts()).unwrap();
-        assert!(none.rows.iter().any(|(_, words)| words == "beyond the axis: 6"), "{:?}", none.rows);
+        assert_eq!((narrow[1].as_str(), narrow[5].as_str()), ("A: 6, 50 % slow", "beyond the axis: 4"));
+        let none = words(&figure("from_speed = 7\nto_speed = 8"));
+        assert!(none.contains(&"beyond the axis: 6".to_owned()), "{none:?}");
         let check = |keys: &str| figure(keys).check().unwrap_err();
         assert_eq!(
             check("from_speed = 0"),

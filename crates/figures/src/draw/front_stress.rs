@@ -5,9 +5,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Level, Parts, keys, levels, of_runs_in, with_parts};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Dash, GREY, Sheet, nth};
 use super::scale::Scale;
+use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
     FrontStress: file, title;
@@ -85,48 +84,32 @@ impl Figure for FrontStress {
         let friction = || first.levels.iter().map(|(level, ..)| *level);
         let x = Scale::of("τ_n/p_n before the rupture", false, 0.05, stresses().chain(friction()));
         let (from, to) = x.about(0.0);
-        let upright =
-            |&(at, dash, color, _): &Level| Item::Line(vec![(at, 0.0), (at, self.to_speed)], dash, color);
-        let level = |at: f64, dash| Item::Line(vec![(from, at), (to, at)], dash, GREY);
-        let mut items: Vec<Item> = first.levels.iter().map(upright).collect();
-        items.push(level(1.0, Dash::Dashed));
-        let mut rows = Vec::new();
-        let mut own = Vec::new();
+        let name = if first.longitudinal.is_some() { "c_S" } else { "c" };
+        let level = |label: String, at: f64, dash| Layer::line(label, vec![(from, at), (to, at)], dash, GREY);
+        let mut layers = vec![level(format!("{name} = {:.0} m/s", first.wave_m_per_s), 1.0, Dash::Dashed)];
+        if let Some(ratio) = first.longitudinal.filter(|ratio| *ratio <= self.to_speed) {
+            layers.push(level(format!("c_L = {:.0} m/s", ratio * first.wave_m_per_s), ratio, Dash::Dotted));
+        }
+        layers.extend(first.levels.iter().map(|&(at, dash, color, label)| {
+            Layer::line(label, vec![(at, 0.0), (at, self.to_speed)], dash, color)
+        }));
         for (index, (label, part)) in all.iter().enumerate() {
             let (marker, _, color) = nth(index);
-            for (points, filled) in part.marks.iter().zip([false, true]) {
-                let points: Vec<(f64, f64)> = points.iter().filter(shown).copied().collect();
-                if points.is_empty() {
-                    continue;
-                }
-                // Marks of a global slip are filled, to be distinguishable in grey.
-                if filled {
-                    own.push(Item::Discs(points, DISC, color));
-                } else {
-                    own.push(Item::Marks(points, marker, color));
-                }
-            }
-            rows.push((Sample::Marks(marker, color), (*label).to_owned()));
+            let [precursors, global_slip] =
+                part.marks.each_ref().map(|points| points.iter().filter(shown).copied().collect());
+            layers.push(Layer::marks(*label, precursors, marker, color));
+            // Marks of a global slip are filled, to be distinguishable in grey.
+            layers.push(Layer::discs("", global_slip, DISC, color));
         }
-        items.append(&mut own);
         // The legend distinguishes them where there are both.
         let has = |global: usize| all.iter().any(|(_, part)| part.marks[global].iter().any(|p| shown(&p)));
-        rows.extend(has(0).then(|| (Sample::Nothing, "open: precursors".to_owned())));
-        rows.extend(has(1).then(|| (Sample::Nothing, "discs: first global slip".to_owned())));
-        rows.push((Sample::Nothing, first.over.clone()));
-        let row = |&(_, dash, color, label): &Level| (Sample::Line(dash, color), label.to_owned());
-        rows.extend(first.levels.iter().map(row));
-        let name = if first.longitudinal.is_some() { "c_S" } else { "c" };
-        rows.push((Sample::Line(Dash::Dashed, GREY), format!("{name} = {:.0} m/s", first.wave_m_per_s)));
-        if let Some(ratio) = first.longitudinal.filter(|ratio| *ratio <= self.to_speed) {
-            items.insert(0, level(ratio, Dash::Dotted));
-            let speed = ratio * first.wave_m_per_s;
-            rows.push((Sample::Line(Dash::Dotted, GREY), format!("c_L = {speed:.0} m/s")));
-        }
+        layers.extend(has(0).then(|| Layer::remark("open: precursors")));
+        layers.extend(has(1).then(|| Layer::remark("discs: first global slip")));
+        layers.push(Layer::remark(&first.over));
         let y = Scale::between(&format!("v/{name}"), 0.0, self.to_speed);
-        Ok(Paper::single(x, y, items, rows).sheet(&self.title))
+        Ok(Sheet::single(&self.title, x, y, layers))
     }
 }
 
 /// Radius of a disc, in pixels.
-const DISC: i32 = 8;
+const DISC: f64 = 8.0;

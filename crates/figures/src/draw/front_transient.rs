@@ -5,7 +5,8 @@ use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_one_row, of_runs_in, with_pens};
-use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, GREY, Layer, Sheet};
 
 keys! {
     FrontTransient: file, title;
@@ -24,7 +25,7 @@ keys! {
 /// What is shown of a run.
 pub(crate) struct Part {
     blocks: f64,
-    /// The logarithm of the block, and the speed there.
+    /// The block, and the speed there.
     local: Vec<(f64, f64)>,
     steady: Option<f64>,
 }
@@ -35,7 +36,7 @@ impl Figure for FrontTransient {
     fn part(&self, run: &RunData) -> Result<Part, String> {
         of_one_row(run)?;
         let local: Vec<(f64, f64)> =
-            fronts::local_speeds(run).iter().map(|(block, speed)| (block.log10(), *speed)).collect();
+            fronts::local_speeds(run).iter().map(|(block, speed)| (*block, *speed)).collect();
         if local.is_empty() {
             return Err(format!("run {} has no front from block 1", run.name));
         }
@@ -45,16 +46,17 @@ impl Figure for FrontTransient {
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
-        let longest = parts.values().map(|part| part.blocks).fold(1.0, f64::max).log10();
+        let longest = parts.values().map(|part| part.blocks).fold(1.0, f64::max);
+        let end = 10f64.powf(longest.log10().ceil());
         for (pen, part) in with_pens(&self.series, &parts)? {
             if let Some(steady) = part.steady {
-                let beyond = vec![(longest, steady), (longest.ceil(), steady)];
-                series.push(Series::line("", beyond, Dash::Solid, GREY));
+                let beyond = vec![(longest, steady), (end, steady)];
+                series.push(Layer::line("", beyond, Dash::Solid, GREY));
             }
             series.push(pen.line(part.local.clone()));
         }
-        let x = Axis::decades("block n", 0.0, longest.ceil());
-        let y = Axis::new("v/c between n − 1 and n", self.from_speed, self.to_speed);
-        Ok(Sheet::single(Panel::new(x, y, Corner::BottomRight, series).titled(&self.title).noted(&self.note)))
+        let x = Scale::powers_between("block n", 1.0, end);
+        let y = Scale::between("v/c between n − 1 and n", self.from_speed, self.to_speed);
+        Ok(Sheet::single(&self.title, x, y, series).noted(&self.note))
     }
 }

@@ -5,7 +5,8 @@ use asperity_numbers::run_data::RunData;
 
 use super::area::along;
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
-use super::plot::{Axis, Corner, Panel, Sheet};
+use super::scale::Scale;
+use super::sheet::Sheet;
 
 keys! {
     InitialShear: file;
@@ -65,9 +66,9 @@ impl Figure for InitialShear {
             (true, false) => "slabs at rest",
             (true, true) => "slabs at rest; chains as set up, lines: eq. (5.50)",
         };
-        let x = Axis::new("x/L", 0.0, 1.0);
-        let y = Axis::new("τ_0/p", -1.15 * largest, 1.15 * largest);
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopLeft, series).noted(note)))
+        let x = Scale::between("x/L", 0.0, 1.0);
+        let y = Scale::between("τ_0/p", -1.15 * largest, 1.15 * largest);
+        Ok(Sheet::single("", x, y, series).noted(note))
     }
 }
 
@@ -75,7 +76,7 @@ impl Figure for InitialShear {
 mod tests {
     use std::collections::BTreeMap;
 
-    use super::{Figure, InitialShear, Sheet};
+    use super::{Figure, InitialShear};
     use asperity_testkit::made_up;
 
     #[test]
@@ -86,8 +87,9 @@ mod tests {
         // As the run begins: each contact bears its part of the load.
         run.plan.normal_load_n = vec![100.0, 200.0, 100.0];
         let parts = BTreeMap::from([("a".to_owned(), figure.part(&run).unwrap())]);
-        let Sheet::Single(panel) = figure.sheet(parts).unwrap() else { panic!("one panel") };
-        assert_eq!(panel.series[0].points, [(0.0, -0.2), (0.5, 0.0), (1.0, 0.2)]);
-        assert_eq!((panel.note.as_str(), panel.y.to), ("slabs at rest", 1.15 * 0.2));
+        let panel = figure.sheet(parts).unwrap().panels.remove(0);
+        assert_eq!(panel.layers[0].points(), [(0.0, -0.2), (0.5, 0.0), (1.0, 0.2)]);
+        assert_eq!(panel.layers.last().unwrap().label, "slabs at rest");
+        assert_eq!(panel.y.ends().1, 1.15 * 0.2);
     }
 }

@@ -8,7 +8,8 @@ use asperity_numbers::run_data::RunData;
 use asperity_record::FieldRecord;
 
 use super::kind::{DYNAMIC, Figure, keys, of_one_run};
-use super::plot::{Axis, Corner, Dash, GREY, Panel, Pen, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, GREY, Layer, Panel, Pen, Sheet};
 
 keys! {
     JunctionForces: file, run, title;
@@ -46,7 +47,7 @@ impl Figure for JunctionForces {
         let (mut means, mut widths) = (Vec::new(), Vec::new());
         let to_mm = run.plan.length_m * 1e3;
         let across = |label: &str, level: f64, dash| {
-            Series::line(label, vec![(0.0, level), (to_mm, level)], dash, GREY)
+            Layer::line(label, vec![(0.0, level), (to_mm, level)], dash, GREY)
         };
         means.push(across("μ_s", friction.static_coefficient, Dash::Dashed));
         means.push(across(DYNAMIC, friction.dynamic_coefficient, Dash::DotDashed));
@@ -63,12 +64,11 @@ impl Figure for JunctionForces {
             means.push(pen.line(along(&state.pinned_mean_ratio)));
             widths.push(pen.unlabelled().line(along(&state.pinned_width_ratio)));
         }
-        let panel = |x: &str, y: &str, series: Vec<Series>| {
-            let y = Axis::about(y, series.iter().flat_map(|series| &series.points).map(|point| point.1));
-            Panel::new(Axis::new(x, 0.0, to_mm), y, Corner::TopRight, series)
+        let panel = |x: &str, y: &str, series: Vec<Layer>| {
+            Panel::new(Scale::between(x, 0.0, to_mm), Scale::free(y), series)
         };
-        let upper = panel("", "mean force/(p_n/N_s)", means).titled(&self.title);
-        Ok(Sheet::stacked(upper, panel("x (mm)", "width", widths)))
+        let upper = panel("", "mean force/(p_n/N_s)", means);
+        Ok(Sheet::stacked(&self.title, upper, panel("x (mm)", "width", widths)))
     }
 }
 
@@ -98,18 +98,15 @@ impl JunctionForces {
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, JunctionForces, Sheet};
+    use super::{Figure, JunctionForces};
     use asperity_numbers::run_data::RunData;
     use asperity_record::FieldRecord;
     use asperity_testkit::made_up::{self, EVENTS};
 
     const LAW: &str = "friction.law = \"junctions\"\nfriction.dynamic_coefficient = 0.2";
 
-    fn panels(figure: &JunctionForces, run: &RunData) -> Result<Box<[super::Panel; 2]>, String> {
-        match figure.part(&RunData { kept: figure.required_data(), ..run.clone() })? {
-            Sheet::Stacked(panels) => Ok(panels),
-            other => panic!("{other:?}"),
-        }
+    fn panels(figure: &JunctionForces, run: &RunData) -> Result<Vec<super::Panel>, String> {
+        Ok(figure.part(&RunData { kept: figure.required_data(), ..run.clone() })?.panels)
     }
 
     #[test]
@@ -129,12 +126,13 @@ mod tests {
         run.kept = figure.required_data();
         made_up::with_states(&mut run, &states);
         // The first global slip ends in step 510; no precursor has five blocks. Two instants share the last state.
-        let [upper, lower] = *panels(&figure, &run).unwrap();
-        let labels: Vec<&str> = upper.series.iter().map(|series| series.label.as_str()).collect();
+        let panels = panels(&figure, &run).unwrap();
+        let [upper, lower] = &panels[..] else { panic!("two panels") };
+        let labels: Vec<&str> = upper.layers.iter().map(|series| series.label.as_str()).collect();
         assert_eq!(labels, ["μ_s", "μ_d", "t = 0.0000 s", "t = 0.0001 s", "t = 0.0001 s"]);
-        assert_eq!(upper.series[2].points, [(0.0, 0.1), (50.0, 0.2), (100.0, 0.3)]);
-        assert!(upper.series[3].points[1].1.is_nan() && upper.series[3].points[2].1 == 0.3);
-        assert_eq!((lower.series[0].points[0].1, lower.series[3].points[2].1), (0.05, 700.0));
+        assert_eq!(upper.layers[2].points(), [(0.0, 0.1), (50.0, 0.2), (100.0, 0.3)]);
+        assert!(upper.layers[3].points()[1].1.is_nan() && upper.layers[3].points()[2].1 == 0.3);
+        assert_eq!((lower.layers[0].points()[0].1, lower.layers[3].points()[2].1), (0.05, 700.0));
     }
 
     #[test]

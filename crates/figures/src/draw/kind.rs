@@ -9,7 +9,7 @@ use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::plot::{BLUE, Dash, Pen, RED, Series, Sheet};
+use super::sheet::{BLUE, Dash, Layer, Pen, RED, Sheet};
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
@@ -121,7 +121,7 @@ macro_rules! keys {
 /// In a [`Figure`] with the keys `file` and `run`: the part of its one run is all of it.
 macro_rules! of_one_run {
     () => {
-        type Part = $crate::draw::plot::Sheet;
+        type Part = $crate::draw::sheet::Sheet;
 
         fn file(&self) -> &str {
             &self.file
@@ -134,7 +134,7 @@ macro_rules! of_one_run {
         fn sheet(
             &self,
             parts: $crate::draw::kind::Parts<Self::Part>,
-        ) -> Result<$crate::draw::plot::Sheet, String> {
+        ) -> Result<$crate::draw::sheet::Sheet, String> {
             $crate::draw::kind::find(&parts, &self.run).cloned()
         }
     };
@@ -240,8 +240,8 @@ pub(super) fn levels(run: &RunData) -> Vec<Level> {
 }
 
 /// They as lines across a figure.
-pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> Vec<Series> {
-    let line = |(mu, dash, color, label)| Series::line(label, vec![(0.0, mu), (to_x, mu)], dash, color);
+pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> Vec<Layer> {
+    let line = |(mu, dash, color, label)| Layer::line(label, vec![(0.0, mu), (to_x, mu)], dash, color);
     levels(run).into_iter().map(line).collect()
 }
 

@@ -1,10 +1,13 @@
 //! Legends: in a corner of their panel where they hide nothing, else below all panels, once for all.
 
+use plotters::prelude::RGBColor;
+
+use super::chart::Frame;
+use super::ink::LINE_WIDTH;
 use super::lines::within;
-use super::plot::{Area, Corner, Dash, Frame, INK, LINE_WIDTH, Look, Panel, TICK_TEXT, line, mark_at};
-use super::print::canvas;
-use super::print::page::{Colour, Item, Paint, Point, Role, circle};
-use super::text::{self, Align, Label};
+use super::print::page::{Page, Paint, Point, Role, Segment, around, bounds, circle};
+use super::sheet::{Dash, INK, Layer, Marker, Panel, Shape};
+use super::text::{self, Align, Label, TICK_TEXT};
 
 const ROW: f64 = 60.0;
 const SAMPLE: f64 = 110.0;
@@ -14,189 +17,210 @@ const GAP: f64 = 56.0;
 /// What is left free between a legend and data.
 const CLEAR: f64 = 14.0;
 
-/// A row: words, and all the looks that they stand for. A note has no looks.
+/// What a row shows of a layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Sample {
+    Line(Dash, f64),
+    Mark(Marker),
+    Disc,
+    Surface(f64),
+    Cell,
+}
+
+impl Sample {
+    fn of(layer: &Layer) -> Option<(Sample, RGBColor)> {
+        let sample = match layer.shape {
+            Shape::Line(_, dash) => Sample::Line(dash, LINE_WIDTH),
+            Shape::Contours(_) | Shape::Arrows(_) => Sample::Line(Dash::Solid, LINE_WIDTH),
+            Shape::Stems(_) => Sample::Line(Dash::Solid, LINE_WIDTH / 2.0),
+            Shape::Marks(_, marker) => Sample::Mark(marker),
+            Shape::Discs(..) => Sample::Disc,
+            Shape::Surface(_, strength) => Sample::Surface(strength),
+            Shape::Cells(_) => Sample::Cell,
+            Shape::Words(..) | Shape::Remark => return None,
+        };
+        Some((sample, layer.colour))
+    }
+}
+
+/// A row: words, and samples of all the layers that they stand for. A remark has none.
 #[derive(Debug, Clone, PartialEq)]
 struct Row {
     label: String,
-    looks: Vec<Look>,
+    samples: Vec<(Sample, RGBColor)>,
 }
 
 impl Row {
-    fn width(&self) -> f64 {
-        let sample = if self.looks.is_empty() { 0.0 } else { SAMPLE + PAD };
-        sample + text::label_width(&self.label, TICK_TEXT)
+    /// What its samples take, and the room behind them.
+    fn indent(&self) -> f64 {
+        match &self.samples[..] {
+            [] => 0.0,
+            samples if samples.iter().any(|(sample, _)| matches!(sample, Sample::Line(..))) => SAMPLE + PAD,
+            _ => SAMPLE / 2.0 + PAD,
+        }
     }
 
-    fn draw(&self, root: &Area<'_>, (left, y): Point) -> Result<(), String> {
-        for look in &self.looks {
-            let across = vec![(left, y), (left + SAMPLE, y)];
-            let middle = (left + SAMPLE / 2.0, y);
-            match *look {
-                Look::Line(dash, color) => {
-                    line(root, Role::Sample, across, dash, color, f64::from(LINE_WIDTH))?;
-                }
-                Look::Marks(marker, color) => mark_at(root, Role::Sample, middle, marker, color)?,
-                Look::Impulses(color) => line(root, Role::Sample, across, Dash::Solid, color, 2.0)?,
-                Look::Dots(color, _) => {
-                    let plotters::prelude::RGBColor(r, g, b) = color;
-                    let paint = Paint::Fill(Colour { rgb: (r, g, b), strength: 1.0 });
-                    let path = circle(middle, 5.0);
-                    canvas::draw(root, Item { role: Role::Sample, text: String::new(), path, paint })?;
+    fn width(&self) -> f64 {
+        self.indent() + text::label_width(&self.label, TICK_TEXT)
+    }
+
+    fn draw(&self, page: &mut Page, (left, y): Point) {
+        let to = left + self.indent() - PAD;
+        let middle = ((left + to) / 2.0, y);
+        let square = || {
+            let (low, high) = ((middle.0 - SAMPLE / 4.0, y - 22.0), (middle.0 + SAMPLE / 4.0, y + 22.0));
+            [low, (high.0, low.1), high, (low.0, high.1)]
+        };
+        for (sample, colour) in &self.samples {
+            let role = Role::Sample;
+            match sample {
+                Sample::Line(dash, width) => page.line(role, &[(left, y), (to, y)], *dash, *colour, *width),
+                Sample::Mark(marker) => page.mark(role, middle, *marker, *colour),
+                Sample::Disc => page.fill(role, circle(middle, 8.0), *colour, 1.0),
+                Sample::Surface(strength) => page.fill(role, around(&square()), *colour, *strength),
+                Sample::Cell => {
+                    page.fill(role, around(&square()), *colour, 1.0);
+                    let [a, b, c, d] = square();
+                    page.line(role, &[a, b, c, d, a], Dash::Solid, INK, 1.0);
                 }
             }
         }
-        let beside = if self.looks.is_empty() { left } else { left + SAMPLE + PAD };
-        let label = Label {
-            text: &self.label,
-            size: TICK_TEXT,
-            align: Align::Left,
-            upward: false,
-            colour: INK,
-            role: Role::Legend,
-        };
-        text::put(root, label, (beside, y))
+        let label =
+            Label { size: TICK_TEXT, align: Align::Left, role: Role::Legend, ..Label::of(&self.label) };
+        text::put(page, label, (left + self.indent(), y));
     }
 }
 
-/// The rows of a panel: its note, and its labels. Series of one label share a row, marks on their line.
+/// The rows of a panel. Layers of one label share a row, marks on their line.
 fn rows(panel: &Panel) -> Vec<Row> {
-    let note = Row { label: panel.note.clone(), looks: Vec::new() };
-    let mut rows: Vec<Row> = if panel.note.is_empty() { Vec::new() } else { vec![note] };
-    let mut series: Vec<_> = panel.series.iter().filter(|series| !series.label.is_empty()).collect();
-    // Lines lie below their marks, in the legend as well.
-    series.sort_by_key(|series| matches!(series.look, Look::Marks(..)));
-    for label in panel.series.iter().map(|series| &series.label).filter(|label| !label.is_empty()) {
-        if rows.iter().any(|row| row.label == *label && !row.looks.is_empty()) {
-            continue;
+    let mut rows: Vec<Row> = Vec::new();
+    for layer in panel.layers.iter().filter(|layer| !layer.label.is_empty()) {
+        let known = rows.iter().position(|row| row.label == layer.label);
+        let at = known.unwrap_or(rows.len());
+        if known.is_none() {
+            rows.push(Row { label: layer.label.clone(), samples: Vec::new() });
         }
-        let mut looks: Vec<Look> = Vec::new();
-        for series in series.iter().filter(|series| series.label == *label) {
-            if !looks.contains(&series.look) {
-                looks.push(series.look);
-            }
-        }
-        rows.push(Row { label: label.clone(), looks });
+        let samples = &mut rows[at].samples;
+        samples.extend(Sample::of(layer).filter(|sample| !samples.contains(sample)));
+        samples.sort_by_key(|(sample, _)| !matches!(sample, Sample::Line(..)));
     }
     rows
 }
 
-/// Where a legend of this size stands in a corner: left, top.
-fn stand(corner: Corner, frame: &Frame, (width, height): Point) -> Point {
-    let left = match corner {
-        Corner::TopLeft => frame.left + PAD,
-        Corner::TopRight | Corner::BottomRight => frame.right - PAD - width,
-    };
-    let top = match corner {
-        Corner::TopLeft | Corner::TopRight => frame.top + PAD / 2.0,
-        Corner::BottomRight => frame.bottom - PAD / 2.0 - height,
-    };
-    (left, top)
+/// The legends of the panels of a sheet.
+pub(super) struct Legend {
+    rows: Vec<Vec<Row>>,
+    /// Whether all stand below.
+    is_below: bool,
 }
 
-fn size(rows: &[Row]) -> Point {
-    (rows.iter().map(Row::width).fold(0.0, f64::max), ROW * rows.len() as f64)
+impl Legend {
+    /// Of these panels: below them, if `is_below`, if there are more than two, or if several have the same.
+    pub(super) fn of(panels: &[Panel], is_below: bool) -> Legend {
+        let rows: Vec<Vec<Row>> = panels.iter().map(rows).collect();
+        let is_shared =
+            |of: &Vec<Row>| !of.is_empty() && rows.iter().filter(|other| *other == of).count() > 1;
+        let is_below = is_below || panels.len() > 2 || rows.iter().any(is_shared);
+        Legend { rows, is_below }
+    }
+
+    /// Those that stand below in any case.
+    pub(super) fn below(&self, width: f64) -> Below {
+        let mut below = Below { width, rows: Vec::new() };
+        (0..if self.is_below { self.rows.len() } else { 0 }).for_each(|n| below.add(n, self));
+        below
+    }
+
+    /// Draws that of a panel into a corner in which it hides nothing of what the page has from an item on; whether
+    /// there is one, or none is needed.
+    pub(super) fn put(&self, page: &mut Page, n: usize, from: usize, frame: &Frame) -> bool {
+        let rows = &self.rows[n];
+        if self.is_below || rows.is_empty() {
+            return true;
+        }
+        let (width, height) = (rows.iter().map(Row::width).fold(0.0, f64::max), ROW * rows.len() as f64);
+        if width + 2.0 * PAD > frame.right - frame.left || height + PAD > frame.bottom - frame.top {
+            return false;
+        }
+        let (left, right) = (frame.left + PAD, frame.right - PAD - width);
+        let (top, bottom) = (frame.top + PAD / 2.0, frame.bottom - PAD / 2.0 - height);
+        let corners = [(right, top), (left, top), (right, bottom), (left, bottom)];
+        let is_free = |(left, top): &Point| {
+            let low = (left - CLEAR, top - CLEAR / 2.0);
+            let high = (left + width + CLEAR, top + height + CLEAR / 2.0);
+            !is_hidden(page, from, low, high)
+        };
+        let Some((left, top)) = corners.into_iter().find(is_free) else { return false };
+        for (n, row) in rows.iter().enumerate() {
+            row.draw(page, (left, top + ROW * (n as f64 + 0.5)));
+        }
+        true
+    }
 }
 
-/// Whether something in a panel is between two places.
-fn is_hidden(panel: &Panel, frame: &Frame, low: Point, high: Point) -> bool {
-    let inside = |&(x, y): &Point| (low.0..=high.0).contains(&x) && (low.1..=high.1).contains(&y);
-    panel.series.iter().any(|series| match series.look {
-        Look::Line(..) => {
-            let paths = panel.paths(frame, &series.points);
-            paths.iter().any(|path| path.windows(2).any(|ends| within(ends[0], ends[1], low, high).is_some()))
-        }
-        Look::Impulses(_) => series.points.iter().any(|&(x, y)| {
-            let stem = [(x, panel.y.from.max(0.0)), (x, y)].map(|point| frame.place(panel, point));
-            within(stem[0], stem[1], low, high).is_some()
-        }),
-        Look::Marks(..) | Look::Dots(..) => {
-            series.points.iter().any(|point| inside(&frame.place(panel, *point)))
-        }
+/// Whether data among the items of a page from one on are between two places.
+fn is_hidden(page: &Page, from: usize, low: Point, high: Point) -> bool {
+    page.items[from..].iter().filter(|item| item.role == Role::Data).any(|item| {
+        // Each outline begins with a move.
+        let outlines = item.path.chunk_by(|_, next| !matches!(next, Segment::Move(_)));
+        outlines.into_iter().any(|outline| match &item.paint {
+            Paint::Stroke { .. } => outline.windows(2).any(|pair| match (end(pair[0]), end(pair[1])) {
+                (Some(a), Some(b)) => within(a, b, low, high).is_some(),
+                _ => false,
+            }),
+            Paint::Fill(_) | Paint::Raster(_) => {
+                bounds(outline).is_some_and(|((left, top), (right, bottom))| {
+                    left <= high.0 && low.0 <= right && top <= high.1 && low.1 <= bottom
+                })
+            }
+        })
     })
 }
 
-/// In which corner of each panel its legend stands; in none where it would hide something, and in none
-/// of a sheet on which several panels have the same legend.
-pub(super) fn corners(panels: &[Panel], frames: &[Frame]) -> Vec<Option<Corner>> {
-    let all: Vec<Vec<Row>> = panels.iter().map(rows).collect();
-    let is_shared = |n: usize| !all[n].is_empty() && all.iter().filter(|rows| **rows == all[n]).count() > 1;
-    let is_one_for_all = panels.len() > 2 || (0..panels.len()).any(is_shared);
-    let corner = |n: usize| {
-        if is_one_for_all || all[n].is_empty() {
-            return None;
-        }
-        let size = size(&all[n]);
-        let corners = [panels[n].legend, Corner::TopRight, Corner::TopLeft, Corner::BottomRight];
-        corners.into_iter().find(|corner| {
-            let (left, top) = stand(*corner, &frames[n], size);
-            let low = (left - CLEAR, top - CLEAR / 2.0);
-            let high = (left + size.0 + CLEAR, top + size.1 + CLEAR / 2.0);
-            let fits = left > frames[n].left && top > frames[n].top && top + size.1 < frames[n].bottom;
-            fits && !is_hidden(&panels[n], &frames[n], low, high)
-        })
-    };
-    (0..panels.len()).map(corner).collect()
+fn end(segment: Segment) -> Option<Point> {
+    match segment {
+        Segment::Move(to) | Segment::Line(to) | Segment::Curve(.., to) => Some(to),
+        Segment::Close => None,
+    }
 }
 
-/// Draws the legend of a panel into a corner.
-pub(super) fn inside(root: &Area<'_>, panel: &Panel, frame: &Frame, corner: Corner) -> Result<(), String> {
-    let rows = rows(panel);
-    let (left, top) = stand(corner, frame, size(&rows));
-    let mut y = top + ROW / 2.0;
-    for row in rows {
-        row.draw(root, (left, y))?;
-        y += ROW;
-    }
-    Ok(())
+/// The legend below all panels: lines of rows side by side, no wider than this.
+pub(super) struct Below {
+    pub(super) width: f64,
+    rows: Vec<Row>,
 }
 
-/// The legend below all panels: lines of entries side by side.
-pub(super) struct Outside {
-    lines: Vec<Vec<Row>>,
-}
-
-impl Outside {
-    /// Of the panels that have none in a corner, no wider than this.
-    pub(super) fn of(panels: &[Panel], corners: &[Option<Corner>], width: f64) -> Outside {
-        let mut all: Vec<Row> = Vec::new();
-        for (panel, _) in panels.iter().zip(corners).filter(|(_, corner)| corner.is_none()) {
-            for row in rows(panel) {
-                if !all.contains(&row) {
-                    all.push(row);
-                }
+impl Below {
+    /// Adds the rows of a panel, each once.
+    pub(super) fn add(&mut self, n: usize, legend: &Legend) {
+        for row in &legend.rows[n] {
+            if !self.rows.contains(row) {
+                self.rows.push(row.clone());
             }
         }
-        let mut lines: Vec<Vec<Row>> = Vec::new();
-        let mut free = 0.0;
-        for row in all {
-            let taken = row.width() + GAP;
-            match lines.last_mut() {
-                Some(line) if taken - GAP <= free => line.push(row),
-                _ => {
-                    free = width;
-                    lines.push(vec![row]);
-                }
-            }
-            free -= taken;
-        }
-        Outside { lines }
     }
 
-    pub(super) fn height(&self) -> u32 {
-        let rows = self.lines.len() as f64 * ROW;
-        if self.lines.is_empty() { 0 } else { (rows + PAD) as u32 }
+    /// Each row with its line and its place across.
+    fn places(&self) -> Vec<(usize, f64, &Row)> {
+        let (mut line, mut x) = (0, 0.0);
+        let mut places = Vec::new();
+        for row in &self.rows {
+            if x > 0.0 && x + row.width() > self.width {
+                (line, x) = (line + 1, 0.0);
+            }
+            places.push((line, x, row));
+            x += row.width() + GAP;
+        }
+        places
     }
 
-    pub(super) fn draw(&self, root: &Area<'_>, left: f64, top: f64) -> Result<(), String> {
-        let mut y = top + ROW / 2.0;
-        for line in &self.lines {
-            let mut x = left;
-            for row in line {
-                row.draw(root, (x, y))?;
-                x += row.width() + GAP;
-            }
-            y += ROW;
+    pub(super) fn height(&self) -> f64 {
+        self.places().last().map_or(0.0, |(line, ..)| ROW * (*line as f64 + 1.0) + PAD)
+    }
+
+    pub(super) fn draw(&self, page: &mut Page, left: f64, top: f64) {
+        for (line, x, row) in self.places() {
+            row.draw(page, (left + x, top + ROW * (line as f64 + 0.5)));
         }
-        Ok(())
     }
 }

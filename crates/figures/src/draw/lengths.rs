@@ -11,7 +11,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
 
 use super::kind::{Figure, Labelled, Parts, of_runs_in, with_pens};
-use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{BLUE, Dash, INK, Layer, Marker, Shape, Sheet};
 use crate::spec::Lengths;
 
 impl Lengths {
@@ -28,7 +29,7 @@ pub(crate) struct Part {
     /// `A_p / A` over an area; else empty.
     areas: Vec<(f64, f64)>,
     /// Both in their place, where the drive is held.
-    beside_hold: Option<[Series; 4]>,
+    beside_hold: Option<[Layer; 4]>,
 }
 
 impl Figure for Lengths {
@@ -68,7 +69,7 @@ impl Figure for Lengths {
         for (pen, Part { law, points, areas, beside_hold }) in with_pens(&self.series, &parts)? {
             if !areas.is_empty() {
                 is_over_area = true;
-                series.push(pen.unlabelled().dots(areas.clone()));
+                series.push(pen.unlabelled().discs(areas.clone()));
             }
             any_line |= !law.is_empty();
             longest = law.iter().chain(points).fold(longest, |longest, (load, _)| longest.max(*load));
@@ -80,7 +81,7 @@ impl Figure for Lengths {
                     }
                 }
                 Some(of_both_sides) => {
-                    series.extend(of_both_sides.iter().filter(|series| !series.points.is_empty()).cloned());
+                    series.extend(of_both_sides.iter().filter(|layer| !layer.points().is_empty()).cloned());
                 }
             }
         }
@@ -100,10 +101,10 @@ impl Figure for Lengths {
         }
         // Curves first, so that marks lie on top of them.
         let mut drawn = series.clone();
-        drawn.sort_by_key(|series| matches!(series.look, Look::Marks(..)));
-        let x = Axis::new("F_T/F_N", 0.0, longest * 1.06);
-        let y = Axis::new(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
-        Ok(Sheet::single(Panel::new(x, y, Corner::BottomRight, drawn).titled(&self.title).noted(note)))
+        drawn.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
+        let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
+        let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
+        Ok(Sheet::single(&self.title, x, y, drawn).noted(&note))
     }
 }
 
@@ -114,7 +115,7 @@ fn beside_hold(
     hold_step: u64,
     points: &[(f64, f64)],
     law: &[(f64, f64)],
-) -> Result<[Series; 4], NotKept> {
+) -> Result<[Layer; 4], NotKept> {
     let loads = run.loads()?;
     let found = precursors::one_by_one(run);
     let (before, after): (Vec<_>, Vec<_>) =
@@ -127,10 +128,10 @@ fn beside_hold(
     let hold_s = run.plan.grid.time_s(hold_step);
     let (while_driven, once_held) = (format!("driven, t < {hold_s} s"), format!("held, t ≥ {hold_s} s"));
     Ok([
-        Series::marks(while_driven.clone(), marks(before), Marker::Circle, INK),
-        Series::marks(once_held.clone(), marks(after), Marker::Triangle, BLUE),
-        Series::line(while_driven, valid, Dash::Solid, INK),
-        Series::line(once_held, beyond, Dash::Dashed, BLUE),
+        Layer::marks(while_driven.clone(), marks(before), Marker::Circle, INK),
+        Layer::marks(once_held.clone(), marks(after), Marker::Triangle, BLUE),
+        Layer::line(while_driven, valid, Dash::Solid, INK),
+        Layer::line(once_held, beyond, Dash::Dashed, BLUE),
     ])
 }
 
@@ -138,7 +139,7 @@ fn beside_hold(
 mod tests {
     use std::collections::BTreeMap;
 
-    use super::{Figure, Lengths, Look, Sheet};
+    use super::{Figure, Lengths, Shape};
     use asperity_testkit::made_up::{self, EVENTS};
 
     /// The labels of the lines.
@@ -151,9 +152,10 @@ mod tests {
         ];
         let parts: BTreeMap<String, _> =
             runs.iter().map(|(name, run)| ((*name).to_owned(), figure.part(run).unwrap())).collect();
-        let Sheet::Single(panel) = figure.sheet(parts)? else { panic!("one panel") };
-        assert_eq!(panel.note.is_empty(), !toml.contains("law"), "{:?}", panel.note);
-        let lines = panel.series.into_iter().filter(|series| matches!(series.look, Look::Line(..)));
+        let panel = figure.sheet(parts)?.panels.remove(0);
+        let note = panel.layers.last().unwrap();
+        assert_eq!(matches!(note.shape, Shape::Remark), toml.contains("law"), "{note:?}");
+        let lines = panel.layers.into_iter().filter(|series| matches!(series.shape, Shape::Line(..)));
         Ok(lines.map(|series| series.label).collect())
     }
 
@@ -167,14 +169,15 @@ mod tests {
         let figure: Lengths =
             toml::from_str("file = 'f.png'\nseries = [{ run = 'a', label = 'A' }]").unwrap();
         let parts = BTreeMap::from([("a".to_owned(), figure.part(&run).unwrap())]);
-        let Sheet::Single(panel) = figure.sheet(parts).unwrap() else { panic!("one panel") };
-        let of = |is: fn(&Look) -> bool| -> Vec<f64> {
-            let series = panel.series.iter().find(|series| is(&series.look)).unwrap();
-            series.points.iter().map(|(_, share)| *share).collect()
+        let panel = figure.sheet(parts).unwrap().panels.remove(0);
+        let of = |is: fn(&Shape) -> bool| -> Vec<f64> {
+            let series = panel.layers.iter().find(|series| is(&series.shape)).unwrap();
+            series.points().iter().map(|(_, share)| *share).collect()
         };
-        assert_eq!(of(|look| matches!(look, Look::Marks(..))), [0.25, 0.5]);
-        assert_eq!(of(|look| matches!(look, Look::Dots(..))), [1.0 / 12.0, 4.0 / 12.0]);
-        assert_eq!((panel.y.label.as_str(), panel.note.as_str()), ("L_p/L, A_p/A", "discs: A_p/A"));
+        assert_eq!(of(|look| matches!(look, Shape::Marks(..))), [0.25, 0.5]);
+        assert_eq!(of(|look| matches!(look, Shape::Discs(..))), [1.0 / 12.0, 4.0 / 12.0]);
+        assert_eq!(panel.y.label(), "L_p/L, A_p/A");
+        assert_eq!(panel.layers.last().unwrap().label, "discs: A_p/A");
     }
 
     /// The laws are those of chains by whose friction blocks stick.

@@ -9,7 +9,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
 
 use super::kind::{Figure, coefficient_lines, keys, of_one_run};
-use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, GREEN, INK, Layer, Panel, Shape, Sheet};
 
 keys! {
     Load: file, run, title;
@@ -41,24 +42,21 @@ impl Figure for Load {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let duration_s = run.plan.grid.time_s(run.header.steps);
-        let mu_s = run.plan.friction.static_coefficient;
         let load: Vec<(f64, f64)> =
             run.loads()?.iter().map(|record| (record.time_s, record.load_ratio())).collect();
-        let lowest = load.iter().fold(0.0f64, |low, (_, ratio)| low.min(*ratio));
-        let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
-        let simulated = Series::line("F_T/F_N", load, Dash::Solid, INK);
+        let simulated = Layer::line("F_T/F_N", load, Dash::Solid, INK);
         // Upon the simulated curve, which it follows closely; unless it ends before it can be seen.
         let theory = LoadCurve::of(&run.scenario).map(|curve| curve.points());
         let is_seen = |points: &Vec<(f64, f64)>| points.last().is_some_and(|(t, _)| *t > 0.02 * duration_s);
-        let theory = theory.filter(is_seen).map(|points| Series::line("theory", points, Dash::Dashed, GREEN));
-        let x = Axis::new(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s);
-        let y = Axis::new("F_T/F_N", lowest * 1.1, highest * 1.08);
-        let series =
+        let theory = theory.filter(is_seen).map(|points| Layer::line("theory", points, Dash::Dashed, GREEN));
+        let x = Scale::between(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s);
+        let y = Scale::free("F_T/F_N");
+        let series: Vec<Layer> =
             coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect();
-        let upper = Panel::new(x, y, Corner::BottomRight, series).titled(&self.title);
         if !self.sliding {
-            return Ok(Sheet::single(upper));
+            return Ok(Sheet::single(&self.title, x, y, series));
         }
+        let upper = Panel::new(x, y, series);
         // A line for each event. After the first slip of the whole slider there may be too many for
         // separate lines.
         let peaks = peaks(run.loads()?);
@@ -69,14 +67,14 @@ impl Figure for Load {
         let (before, after): (Vec<_>, Vec<_>) =
             peaks.into_iter().partition(|(step, _)| *step <= global || later.len() <= MOST_LINES);
         let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
-        let x = Axis::new("t (s)", 0.0, duration_s);
-        let y = Axis::counts("blocks sliding", f64::from(run.header.blocks));
+        let x = Scale::between("t (s)", 0.0, duration_s);
+        let y = Scale::counts("blocks sliding", f64::from(run.header.blocks));
         let series = vec![
-            Series { label: String::new(), points: points(before), look: Look::Impulses(INK) },
-            Series { label: String::new(), points: points(after), look: Look::Dots(INK, DOT_RADIUS) },
+            Layer::new("", Shape::Stems(points(before)), INK),
+            Layer::discs("", points(after), DOT_RADIUS, INK),
         ];
-        let lower = Panel::new(x, y, Corner::TopLeft, series);
-        Ok(Sheet::stacked(upper, lower))
+        let lower = Panel::new(x, y, series);
+        Ok(Sheet::stacked(&self.title, upper, lower))
     }
 }
 

@@ -4,10 +4,9 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, keys, levels, of_one_run};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Dash, INK, Marker, Sheet};
 use super::rupture_selector::{Clock, Sort, color_of, sorted};
 use super::scale::Scale;
+use super::sheet::{Dash, INK, Layer, Marker, Shape, Sheet};
 
 keys! {
     LoadRuptures: file, run, title;
@@ -26,20 +25,18 @@ impl Figure for LoadRuptures {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let paper = curve(run, self.from_s, self.to_s)?;
-        Ok(paper.sheet(&self.title))
+        Ok(Sheet { title: self.title.clone(), ..curve(run, self.from_s, self.to_s)? })
     }
 }
 
-/// Points of the curve, and numbers side by side, that fit across the panel.
-const POINTS: usize = 1500;
+/// Numbers side by side that fit across the panel.
 const NUMBERS: f64 = 36.0;
 
 /// A number stands no farther from its mark than so much of its width; others are left out.
 const FARTHEST: f64 = 0.5;
 
 /// The load curve of a run, or of a part of it.
-pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Result<Paper, String> {
+pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Result<Sheet, String> {
     let is_part = from_s.is_some() || to_s.is_some();
     let from_s = from_s.unwrap_or(0.0);
     let to_s = to_s.unwrap_or_else(|| run.plan.grid.time_s(run.header.steps));
@@ -65,8 +62,7 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
         (low, high) = (low.min(*ratio), high.max(*ratio));
     }
     let height = (high - low).max(1e-9 * high.abs());
-    let mut rows = vec![(Sample::Line(Dash::Solid, INK), "F_T/F_N".to_owned())];
-    let mut items = Vec::new();
+    let mut layers = Vec::new();
     let (bottom, top) = (
         if low == 0.0 { 0.0 } else { low - 0.05 * height },
         high + if is_part { 0.2 } else { 0.08 } * height,
@@ -74,11 +70,10 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
     for (level, dash, color, label) in
         levels(run).into_iter().filter(|(level, ..)| (bottom..=top).contains(level))
     {
-        items.push(Item::Line(vec![(from, level), (to, level)], dash, color));
-        rows.push((Sample::Line(dash, color), label.to_owned()));
+        layers.push(Layer::line(label, vec![(from, level), (to, level)], dash, color));
     }
-    let points = thinned(&load, from_s, to_s).into_iter().map(|(time_s, ratio)| (place(time_s), ratio));
-    items.push(Item::Line(points.collect(), Dash::Solid, INK));
+    let points = load.iter().map(|(time_s, ratio)| (place(*time_s), *ratio)).collect();
+    layers.push(Layer::line("F_T/F_N", points, Dash::Solid, INK));
     for sort in Sort::ALL.into_iter().rev() {
         let marks: Vec<(f64, f64)> = ruptures
             .iter()
@@ -94,8 +89,7 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
             // Too many for marks.
             Sort::Other => continue,
         };
-        rows.insert(1, (Sample::Marks(marker, color_of(sort)), label.to_owned()));
-        items.push(Item::Marks(marks, marker, color_of(sort)));
+        layers.push(Layer::marks(label, marks, marker, color_of(sort)));
     }
     // Where they are crowded they move to the left, since the load rises to the right.
     let width = (to - from) / NUMBERS;
@@ -108,46 +102,19 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
         let beside = at.min(free_to);
         if at - beside <= FARTHEST * width && beside > from {
             let above = rupture.ft_fn_onset + 0.045 * (top - bottom);
-            items.push(Item::Words((beside, above), rupture.rupture.to_string(), true));
+            layers.push(Layer::new("", Shape::Words((beside, above), rupture.rupture.to_string()), INK));
             free_to = beside - width;
         }
     }
-    let x = Scale::between(&clock.label, from, to);
+    let x = Scale::between(&clock.label("t"), from, to);
     let y = Scale::between("F_T/F_N", bottom, top);
-    Ok(Paper::single(x, y, items, rows))
-}
-
-/// Of the points in each of many equal spans of time the first, the lowest, the highest and the last,
-/// so that the curve looks the same with fewer of them.
-fn thinned(points: &[(f64, f64)], from_s: f64, to_s: f64) -> Vec<(f64, f64)> {
-    let span = |(time_s, _): &(f64, f64)| ((time_s - from_s) / (to_s - from_s) * POINTS as f64) as usize;
-    let mut kept = Vec::new();
-    for alike in points.chunk_by(|a, b| span(a) == span(b)) {
-        let by_ratio = |a: &usize, b: &usize| alike[*a].1.total_cmp(&alike[*b].1);
-        let lowest = (0..alike.len()).min_by(by_ratio).unwrap_or(0);
-        let highest = (0..alike.len()).max_by(by_ratio).unwrap_or(0);
-        let mut of_span = vec![0, lowest, highest, alike.len() - 1];
-        of_span.sort_unstable();
-        of_span.dedup();
-        kept.extend(of_span.into_iter().map(|n| alike[n]));
-    }
-    kept
+    Ok(Sheet::single("", x, y, layers))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Item, curve, thinned};
+    use super::{Shape, curve};
     use asperity_testkit::made_up::{self, EVENTS};
-
-    #[test]
-    fn a_thinned_curve_keeps_its_extremes() {
-        let points: Vec<(f64, f64)> = (0..30_000)
-            .map(|n| (f64::from(n) * 1e-4, if n == 777 { 9.0 } else { f64::from(n % 7) }))
-            .collect();
-        let kept = thinned(&points, 0.0, 3.0);
-        assert!(kept.len() <= 4 * 1501 && kept.is_sorted_by(|a, b| a.0 < b.0), "{}", kept.len());
-        assert!(kept.contains(&points[777]) && kept[0] == points[0] && kept.last() == points.last());
-    }
 
     #[test]
     fn precursors_and_global_slips_have_their_numbers() {
@@ -163,14 +130,13 @@ mod tests {
             ],
         );
         let shown = |from_s, to_s| {
-            let paper = curve(&run, from_s, to_s).unwrap();
-            let items = &paper.panels[0].items;
-            let marks = items.iter().filter_map(|item| match item {
-                Item::Marks(points, ..) => Some(points.len()),
+            let sheet = curve(&run, from_s, to_s).unwrap();
+            let marks = sheet.layers().filter_map(|layer| match &layer.shape {
+                Shape::Marks(points, _) => Some(points.len()),
                 _ => None,
             });
-            let words = items.iter().filter_map(|item| match item {
-                Item::Words(_, words, _) => Some(words.clone()),
+            let words = sheet.layers().filter_map(|layer| match &layer.shape {
+                Shape::Words(_, words) => Some(words.clone()),
                 _ => None,
             });
             (marks.collect::<Vec<usize>>(), words.collect::<Vec<String>>())

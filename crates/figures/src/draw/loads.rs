@@ -5,7 +5,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, keys, of_one_run};
-use super::plot::{Axis, BLUE, Corner, Dash, Panel, RED, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{BLUE, Dash, Layer, RED, Sheet};
 
 keys! {
     Loads: file, run, title;
@@ -23,14 +24,11 @@ impl Figure for Loads {
             run.loads()?.iter().map(|record| (record.time_s, record.normal_load_n)).collect();
         let driving: Vec<(f64, f64)> =
             run.loads()?.iter().map(|record| (record.time_s, record.driving_force_n)).collect();
-        let both = || normal.iter().chain(&driving).map(|(_, force_n)| *force_n);
-        let (lowest, highest) = (both().fold(0.0, f64::min), both().fold(0.0, f64::max));
-        let x = Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps));
-        let y = Axis::new("force (N)", lowest * 1.1, highest * 1.08);
+        let x = Scale::between("t (s)", 0.0, run.plan.grid.time_s(run.header.steps));
         let series = vec![
-            Series::line("F_N", normal, Dash::Dashed, BLUE),
-            Series::line("F_T", driving, Dash::Solid, RED),
+            Layer::line("F_N", normal, Dash::Dashed, BLUE),
+            Layer::line("F_T", driving, Dash::Solid, RED),
         ];
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, series).titled(&self.title)))
+        Ok(Sheet::single(&self.title, x, Scale::free("force (N)"), series))
     }
 }

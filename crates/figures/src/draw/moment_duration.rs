@@ -4,10 +4,9 @@
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Dash, GREY, Sheet, nth};
 use super::rupture_selector::{Clock, no_ruptures};
 use super::scale::Scale;
+use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
     MomentDuration: file, title;
@@ -47,27 +46,19 @@ impl Figure for MomentDuration {
         let all = || series.iter().flat_map(|(_, points)| points.iter().copied());
         let longest_s = all().map(|point| point.0).fold(0.0, f64::max);
         let clock = Clock::of(0.0, longest_s, 0.0);
-        let (mut items, mut rows) = (guides(&all().collect::<Vec<_>>(), &clock), Vec::new());
+        let mut layers = guides(&all().collect::<Vec<_>>(), &clock);
         for (index, (label, points)) in series.iter().enumerate() {
             let (marker, _, color) = nth(index);
             let placed = points.iter().map(|(duration_s, moment)| (clock.place(*duration_s), *moment));
-            items.push(Item::Marks(placed.collect(), marker, color));
-            rows.push((Sample::Marks(marker, color), format!("{label}: {}", points.len())));
+            layers.push(Layer::marks(format!("{label}: {}", points.len()), placed.collect(), marker, color));
         }
-        rows.push((Sample::Line(Dash::Dotted, GREY), "M_0 ∝ T, T², T³".to_owned()));
-        let x = Scale::of(
-            &clock.label.replacen('t', "duration T", 1),
-            true,
-            0.04,
-            all().map(|p| clock.place(p.0)),
-        );
-        let y = Scale::of("moment M_0 (N m)", true, 0.04, all().map(|point| point.1));
-        Ok(Paper::single(x, y, items, rows).sheet(&self.title))
+        let x = Scale::free_powers(&clock.label("duration T"));
+        Ok(Sheet::single(&self.title, x, Scale::free_powers("moment M_0 (N m)"), layers))
     }
 }
 
 /// Straight lines of each slope through the middle of the points, as far as the points reach.
-fn guides(points: &[(f64, f64)], clock: &Clock) -> Vec<Item> {
+fn guides(points: &[(f64, f64)], clock: &Clock) -> Vec<Layer> {
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let values = points.iter().map(of);
         values.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)])
@@ -84,20 +75,20 @@ fn guides(points: &[(f64, f64)], clock: &Clock) -> Vec<Item> {
         let at = |moment: f64| t + (moment.ln() - m) / slope;
         let (from, to) = (at(m_low).max(t_low.ln()), at(m_high).min(t_high.ln()));
         let point = |ln_t: f64| (clock.place(ln_t.exp()), (m + slope * (ln_t - t)).exp());
-        Item::Line(vec![point(from), point(to)], Dash::Dotted, GREY)
+        Layer::line("M_0 ∝ T, T², T³", vec![point(from), point(to)], Dash::Dotted, GREY)
     };
     SLOPES.map(line).into()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, Item, guides};
+    use super::{Clock, guides};
 
     #[test]
     fn guides_have_their_slopes_and_end_with_the_points() {
         let points = [(1e-3, 1.0), (1e-2, 10.0), (1e-1, 100.0)];
-        for (item, slope) in guides(&points, &Clock::of(0.0, 1.0, 0.0)).iter().zip([1.0, 2.0, 3.0]) {
-            let Item::Line(ends, ..) = item else { panic!("{item:?}") };
+        for (layer, slope) in guides(&points, &Clock::of(0.0, 1.0, 0.0)).iter().zip([1.0, 2.0, 3.0]) {
+            let ends = layer.points();
             let (a, b) = (ends[0], ends[1]);
             assert!(((b.1 / a.1).ln() / (b.0 / a.0).ln() - slope).abs() < 1e-9, "{ends:?}");
             let on_middle = a.1 * (1e-2 / a.0).powf(slope);

@@ -12,10 +12,9 @@ use asperity_numbers::run_data::RunData;
 use asperity_record::Rupture;
 
 use super::kind::{Figure, keys, of_one_run};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Sheet, nth};
 use super::rupture_selector::{Clock, no_ruptures};
 use super::scale::{Scale, number};
+use super::sheet::{Layer, Sheet, nth};
 
 keys! {
     MomentRates: file, run, title;
@@ -59,21 +58,19 @@ impl Figure for MomentRates {
         let clock = Clock::of(0.0, longest_s.fold(0.0, f64::max), 0.0);
         let highest =
             courses.iter().flat_map(|course| &course.points).map(|point| point.1).fold(0.0, f64::max);
-        let (mut items, mut rows) = (Vec::new(), Vec::new());
+        let mut layers = Vec::new();
         for (index, Course { rupture, points }) in courses.iter().enumerate() {
             let (_, dash, color) = nth(index);
             let is_shown = |rate: f64| !self.logarithmic || rate >= LOWEST * highest;
             let shown = points.iter().filter(|(_, rate)| is_shown(*rate));
-            items.push(Item::Line(shown.map(|(t, rate)| (clock.place(*t), *rate)).collect(), dash, color));
             let moment = rupture.moment_n_m.unwrap_or(0.0);
-            let text = format!("rupture {}: M_0 = {} N m", rupture.rupture, number(moment));
-            rows.push((Sample::Line(dash, color), text));
+            let label = format!("rupture {}: M_0 = {} N m", rupture.rupture, number(moment));
+            let course = shown.map(|(t, rate)| (clock.place(*t), *rate)).collect();
+            layers.push(Layer::line(label, course, dash, color));
         }
-        let times = courses.iter().flat_map(|course| &course.points).map(|point| clock.place(point.0));
-        let x = Scale::of(&clock.label.replacen('t', "t − onset", 1), false, 0.0, times);
-        let rates = [if self.logarithmic { LOWEST * highest } else { 0.0 }, 1.05 * highest];
-        let y = Scale::of("moment rate (N m/s)", self.logarithmic, 0.0, rates.into_iter());
-        Ok(Paper::single(x, y, items, rows).sheet(&self.title))
+        let label = "moment rate (N m/s)";
+        let y = if self.logarithmic { Scale::free_powers(label) } else { Scale::free(label) };
+        Ok(Sheet::single(&self.title, Scale::free(&clock.label("t − onset")), y, layers))
     }
 }
 

@@ -3,10 +3,9 @@
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Dash, GREY, Marker, Sheet, nth};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
+use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
     Moments: file, title;
@@ -56,30 +55,29 @@ impl Figure for Moments {
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
         let series = with_parts(&self.series, &parts)?;
-        let (mut items, mut rows, mut all) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut layers, mut all) = (Vec::new(), Vec::new());
         for (index, (label, part)) in series.iter().enumerate() {
             let (marker, _, color) = nth(index);
             let (shorter, longer) = (rates(&part.all), rates(&part.longer));
             all.extend(shorter.iter().chain(&longer).copied());
-            rows.push((Sample::Marks(marker, color), format!("{label}: {}", part.all.len())));
-            if let Some(blocks) = self.longer_than_blocks {
-                let filled = format!("filled, > {blocks} blocks: {}", part.longer.len());
-                rows.push((Sample::Nothing, filled));
-            }
-            items.push(Item::Discs(longer, 9, color));
-            items.push(Item::Marks(shorter, if index == 0 { Marker::Circle } else { marker }, color));
+            let filled = |blocks: u32| format!("{label}, > {blocks} blocks: {}", part.longer.len());
+            layers.push(Layer::discs(
+                self.longer_than_blocks.map_or_else(String::new, filled),
+                longer,
+                9.0,
+                color,
+            ));
+            layers.push(Layer::marks(format!("{label}: {}", part.all.len()), shorter, marker, color));
         }
         let first = series.first().and_then(|(_, part)| behind_peak(&rates(&part.all)));
         if let (Some(b), Some(from)) = (self.b, first) {
             let lowest = all.iter().map(|point| point.1).fold(from.1, f64::min);
             // It ends where it is as low as the lowest mark.
             let end = from.0 * (from.1 / lowest).powf(1.0 / b);
-            items.insert(0, Item::Line(vec![from, (end, lowest)], Dash::Dashed, GREY));
-            rows.push((Sample::Line(Dash::Dashed, GREY), format!("slope −{b}")));
+            layers.push(Layer::line(format!("slope −{b}"), vec![from, (end, lowest)], Dash::Dashed, GREY));
         }
-        let x = Scale::of("moment M_0 (N m)", true, 0.03, all.iter().map(|point| point.0));
-        let y = Scale::of("ruptures per unit of ln M_0", true, 0.04, all.iter().map(|point| point.1));
-        Ok(Paper::single(x, y, items, rows).sheet(&self.title))
+        let (x, y) = ("moment M_0 (N m)", "ruptures per unit of ln M_0");
+        Ok(Sheet::single(&self.title, Scale::free_powers(x), Scale::free_powers(y), layers))
     }
 }
 

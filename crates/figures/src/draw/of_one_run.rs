@@ -14,8 +14,8 @@ use schemars::schema_for;
 use serde_json::{Map, Value, json};
 
 use super::kind::Parts;
-use super::plot::{Keys, Panel, Sheet};
 use super::print;
+use super::sheet::{Panel, Sheet};
 use super::{Drawn, FigureError, Figures, Origins, drawn};
 use crate::spelling::spelled;
 
@@ -266,9 +266,9 @@ impl OneFigure {
     }
 
     fn drawn(&self, run: &RunData, provenance: bool) -> Result<Drawn, FigureError> {
-        let drawn = self.sheet(run).and_then(|(what, sheet)| {
-            drawn(what, &sheet, Keys::Below, Origins::of_run(&run.header), provenance)
-        });
+        let drawn = self
+            .sheet(run)
+            .and_then(|(what, sheet)| drawn(what, &sheet, Origins::of_run(&run.header), provenance));
         drawn.map_err(|problem| self.failed(problem))
     }
 
@@ -281,20 +281,14 @@ impl OneFigure {
         let (what, figure) = self.figures.all()[0];
         let parts: Parts<_> = Parts::from([(run.name.clone(), figure.part(run)?)]);
         let mut sheet = figure.sheet(parts)?;
-        let panels: &mut [Panel] = match &mut sheet {
-            Sheet::Single(panel) => std::slice::from_mut(panel),
-            Sheet::Stacked(panels) => &mut panels[..],
-            Sheet::Grid(panels) => panels,
-            Sheet::Other(_) => &mut [],
-        };
-        let has_no_point = |panel: &Panel| panel.series.iter().all(|series| series.points.is_empty());
-        if !panels.is_empty() && panels.iter().all(has_no_point) {
+        if sheet.all_panels().all(Panel::is_empty) {
             return Err(format!("run {} has nothing that figures of this kind show", run.name));
         }
-        for panel in panels {
-            in_words(&mut panel.note);
-            panel.series.iter_mut().for_each(|series| in_words(&mut series.label));
-        }
+        sheet
+            .panels
+            .iter_mut()
+            .flat_map(|panel| &mut panel.layers)
+            .for_each(|layer| in_words(&mut layer.label));
         Ok((what, sheet))
     }
 }

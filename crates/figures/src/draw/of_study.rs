@@ -4,26 +4,23 @@
 //! lengths than paper resolves. Memory therefore grows by some tens of bytes per run, whatever the
 //! number of its events.
 
-pub(super) mod colours;
 mod curves;
 mod gather;
 mod map;
-pub(super) mod paper;
 
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 
-use super::plot::{Keys, Layout, Picture};
 pub use super::print::about::Origins;
 use super::print::{self, about::About, files_of};
+use super::sheet::Sheet;
 use super::text::plain;
 use crate::draw::error::FigureError;
 use crate::{Figure, Kind};
 use gather::Gathered;
 pub use gather::ScenarioOf;
-use paper::Paper;
 
 /// The tables whose rows are asked for.
 const TABLES: [&str; 2] = ["runs", "ruptures"];
@@ -82,17 +79,15 @@ impl Drawer {
         for gathered in &self.figures {
             let file = &gathered.figure.file;
             let failed = |problem: String| FigureError::Figure { file: file.clone(), problem };
-            let paper = match gathered.figure.kind {
-                Kind::PhaseMap { statistic, scattered } => map::paper(gathered, statistic, scattered),
+            let sheet = match gathered.figure.kind {
+                Kind::PhaseMap { statistic, scattered } => map::sheet(gathered, statistic, scattered),
                 Kind::Family { joined, theory } => curves::family(gathered, joined, theory, scenario_of),
                 Kind::Lengths { law } => curves::lengths(gathered, law, scenario_of),
             };
             let path = folder.join(file);
-            let paper = paper.map_err(failed)?;
-            let about = about(gathered, &paper, origins, provenance);
-            let foot = about.foot();
-            let layout = Layout { foot: foot.as_deref(), keys: Keys::Beside };
-            let page = paper.page(layout).map_err(failed)?;
+            let sheet = sheet.map_err(failed)?;
+            let about = about(gathered, &sheet, origins, provenance);
+            let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
             print::write(&page, &about, files, &print::files_of(&path))?;
             paths.extend(files_of(&path));
         }
@@ -101,9 +96,9 @@ impl Drawer {
 }
 
 /// The metadata of a figure.
-fn about(gathered: &Gathered, paper: &Paper, origins: &Origins, provenance: bool) -> About {
+fn about(gathered: &Gathered, sheet: &Sheet, origins: &Origins, provenance: bool) -> About {
     let figure = &gathered.figure;
-    let (x, y) = (plain(&paper.x.label()), plain(&paper.y.label()));
+    let (x, y) = (plain(&figure.x.label), plain(&figure.y.label));
     let what = match figure.kind {
         Kind::PhaseMap { .. } => format!("A number as colour over {x} and {y}"),
         Kind::Family { .. } => format!("{y} against {x}"),
@@ -111,15 +106,15 @@ fn about(gathered: &Gathered, paper: &Paper, origins: &Origins, provenance: bool
     };
     let title = if figure.title.is_empty() { what.clone() } else { plain(&figure.title) };
     let mut caption = vec![what];
-    caption.extend(paper.bar.as_ref().map(|bar| format!("colour: {}", plain(&bar.scale.label()))));
+    caption.extend(sheet.bar.as_ref().map(|bar| format!("colour: {}", plain(&bar.scale.label()))));
     if let Kind::PhaseMap { statistic, .. } = figure.kind {
         caption.extend(map::shared(gathered, statistic));
     }
     let panels: Vec<String> =
-        paper.panels.iter().map(|panel| plain(&panel.title)).filter(|title| !title.is_empty()).collect();
+        sheet.panels.iter().map(|panel| plain(&panel.title)).filter(|title| !title.is_empty()).collect();
     caption.extend((!panels.is_empty()).then(|| format!("panels: {}", panels.join("; "))));
-    let rows: Vec<String> = paper.rows.iter().map(|(_, label)| plain(label)).collect();
-    caption.extend((!rows.is_empty()).then(|| format!("shown: {}", rows.join(", "))));
+    let labels = sheet.labels();
+    caption.extend((!labels.is_empty()).then(|| format!("shown: {}", labels.join(", "))));
     About { title, caption: caption.join("; ") + ".", origins: origins.clone(), provenance }
 }
 
@@ -130,9 +125,9 @@ mod tests {
     use asperity_testkit::scenario;
 
     use super::gather::Gathered;
-    use super::paper::{Item, Paper};
     use super::{Drawer, Origins, about, curves, map};
     use crate::draw::scale::Scale;
+    use crate::draw::sheet::{Marker, Shape, Sheet};
 
     /// What is gathered for one figure of a sweep of tilts and stiffnesses.
     fn gathered(figure: &str) -> Gathered {
@@ -189,8 +184,12 @@ mod tests {
         ]);
     }
 
-    fn items(paper: &Paper) -> Vec<&Item> {
-        paper.panels.iter().flat_map(|panel| &panel.items).collect()
+    fn lines(sheet: &Sheet) -> Vec<Vec<(f64, f64)>> {
+        let of = |shape: &Shape| match shape {
+            Shape::Line(points, _) if !points.is_empty() => Some(points.clone()),
+            _ => None,
+        };
+        sheet.layers().filter_map(|layer| of(&layer.shape)).collect()
     }
 
     const MAP: &str = "[[phase-map]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'drive.stiffness_n_per_m'\n\
@@ -208,32 +207,27 @@ mod tests {
             };
             run(&mut gathered, n, place, status, slip_s);
         }
-        let paper = map::paper(&gathered, Statistic::Median, false).unwrap();
-        let items = items(&paper);
-        let cells = items.iter().filter(|item| matches!(item, Item::Cell(..))).count();
-        let crossed: Vec<_> = items
-            .iter()
-            .filter_map(|item| if let Item::Crossed(at) = item { Some(*at) } else { None })
-            .collect();
-        assert_eq!((cells, crossed), (4, vec![(0.0, 2.0)]));
-        let rows: Vec<&str> = paper.rows.iter().map(|(_, label)| label.as_str()).collect();
-        assert_eq!(rows, ["none", "no run"]);
+        let sheet = map::sheet(&gathered, Statistic::Median, false).unwrap();
+        let [cells, none, crossed] = &sheet.panels[0].layers[..] else { panic!("{sheet:?}") };
+        let Shape::Cells(cells) = &cells.shape else { panic!("{cells:?}") };
+        assert_eq!(cells.len(), 4);
+        assert_eq!(crossed.shape, Shape::Marks(vec![(0.0, 2.0)], Marker::Cross));
+        assert_eq!([none.label.as_str(), crossed.label.as_str()], ["none", "no run"]);
         // What is labelled was run.
         let labels =
             |scale: &Scale| -> Vec<String> { scale.ticks().into_iter().map(|tick| tick.label).collect() };
         assert_eq!(
-            (labels(&paper.x).join(" "), labels(&paper.y).join(" ")),
+            (labels(&sheet.panels[0].x).join(" "), labels(&sheet.panels[0].y).join(" ")),
             ("0.0 0.5".to_owned(), "1 2 4".to_owned())
         );
         // The colours are those of the numbers there are: 1 to 6 and not from 0.
-        let bar = paper.bar.as_ref().unwrap();
+        let bar = sheet.bar.as_ref().unwrap();
         assert_eq!(
             (bar.scale.share(1.0), bar.scale.share(6.0), bar.scale.share(0.0)),
             (Some(0.0), Some(1.0), None)
         );
         // Cells meet half way, and the outer ones are as wide on both sides.
-        let Item::Cell(low, high, _) = items[0] else { panic!("{items:?}") };
-        assert_eq!((*low, *high), ((-0.25, 0.5), (0.25, 1.5)));
+        assert_eq!(cells[0].0, [(-0.25, 0.5), (0.25, 1.5)]);
     }
 
     #[test]
@@ -249,13 +243,13 @@ mod tests {
             }
             run(&mut gathered, 9, (0.0, 2.0), "done", Some(0.0));
             let Kind::PhaseMap { statistic, .. } = gathered.figure.kind else { panic!("a map") };
-            let paper = map::paper(&gathered, statistic, false).unwrap();
-            let caption = about(&gathered, &paper, &Origins::default(), false).caption;
+            let sheet = map::sheet(&gathered, statistic, false).unwrap();
+            let caption = about(&gathered, &sheet, &Origins::default(), false).caption;
             assert!(
                 caption.contains(&format!("; {} of 1 to 3 runs per cell.", statistic.word())),
                 "{caption}"
             );
-            let bar = map::paper(&gathered, statistic, false).unwrap().bar.unwrap();
+            let bar = sheet.bar.unwrap();
             [2.0, 3.0, 1.0, 6.0].map(|value| bar.scale.share(value) == Some(1.0))
         };
         assert_eq!(of("median"), [true, false, false, false]);
@@ -277,17 +271,17 @@ mod tests {
             run(&mut gathered, 3, (tilt, 4.0), "done", Some(3.0 + extra));
         }
         let none = |_| Err("no scenario is asked for".to_owned());
-        let paper = curves::family(&gathered, true, None, &none).unwrap();
-        let items = items(&paper);
-        let line =
-            items.iter().find_map(|item| if let Item::Line(points, ..) = item { Some(points) } else { None });
-        let line = line.unwrap();
+        let sheet = curves::family(&gathered, true, None, &none).unwrap();
+        let line = &lines(&sheet)[0];
         assert!(line[0] == (1.0, 1.5) && line[1].1.is_nan() && line[2] == (4.0, 3.5), "{line:?}");
-        assert!(!items.iter().any(|item| matches!(item, Item::Surface(..))), "no band across the gap");
-        let marks = items
-            .iter()
-            .find_map(|item| if let Item::Marks(points, ..) = item { Some(points.len()) } else { None });
-        assert_eq!(marks, Some(2));
+        let of = |shape: &Shape| match shape {
+            Shape::Surface(points, _) => Some((true, points.len())),
+            Shape::Marks(points, _) => Some((false, points.len())),
+            _ => None,
+        };
+        let shown: Vec<(bool, usize)> = sheet.layers().filter_map(|layer| of(&layer.shape)).collect();
+        // No band across the gap, but its rows in the legend.
+        assert_eq!(shown, [(false, 2), (true, 0), (true, 0)]);
     }
 
     /// A rupture from one block to another.
@@ -340,11 +334,7 @@ mod tests {
             let tilt = tilts.iter().find(|(of, _)| *of == run).map(|(_, tilt)| *tilt).ok_or("not shown")?;
             Ok(scenario("default", &[format!("normal_load.tilt={tilt}")]).0)
         };
-        let paper = curves::lengths(&gathered, None, &scenario_of).unwrap();
-        let lines: Vec<_> = items(&paper)
-            .into_iter()
-            .filter_map(|item| if let Item::Line(points, ..) = item { Some(points) } else { None })
-            .collect();
+        let lines = lines(&curves::lengths(&gathered, None, &scenario_of).unwrap());
         assert_eq!(lines.len(), 2);
         // (5.22) for the tilted load, (5.57) for the even one: 0.45 at the end, and half of it half way.
         assert!(lines.iter().all(|line| (line[200].0 - 0.45).abs() < 1e-12), "{lines:?}");

@@ -8,7 +8,8 @@ use asperity_numbers::run_data::RunData;
 
 use super::area::along;
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, place_name, with_parts};
-use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Marker, Panel, RED, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, RED, Sheet};
 
 keys! {
     Onset: file;
@@ -27,8 +28,8 @@ const SEEN: f64 = 0.005;
 /// How many blocks are shown on it, over those that bear such a force.
 const ZEROS: f64 = 1.6;
 
-/// Where the logarithmic axis ends, as a power of ten of the force on block 1.
-const FLOOR: f64 = -4.0;
+/// Where the logarithmic axis ends, over the force on block 1.
+const FLOOR: f64 = 1e-4;
 
 impl Figure for Onset {
     of_runs_in!(panel, Panel);
@@ -50,7 +51,7 @@ impl Figure for Onset {
         let is_seen = |force: &f64| force.abs() > SEEN * first.abs();
         let seen = tau.iter().rposition(is_seen).map_or(1, |n| n + 1) as f64;
         let last = if self.logarithmic { last } else { last.min((seen * ZEROS).ceil()) };
-        let show = |force: f64| if self.logarithmic { (force / first).max(0.0).log10() } else { force };
+        let show = |force: f64| if self.logarithmic { force / first } else { force };
         let blocks = |at: &dyn Fn(f64) -> f64, step: f64| -> Vec<(f64, f64)> {
             let count = ((last - 1.0) / step).round() as usize;
             (0..=count).map(|i| 1.0 + i as f64 * step).map(|n| (n, show(at(n)))).collect()
@@ -62,7 +63,7 @@ impl Figure for Onset {
         let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
         let discrete = |n: f64| first * decay.powf(n - 1.0);
         let simulated = tau.iter().take(last as usize).enumerate();
-        let mut series = vec![Series::marks(
+        let mut series = vec![Layer::marks(
             "simulated",
             simulated.map(|(n, &force)| (n as f64 + 1.0, show(force))).collect(),
             Marker::Circle,
@@ -71,31 +72,31 @@ impl Figure for Onset {
         // Slabs screen a force otherwise than chains do, and so do chains whose contacts have springs of their own.
         if run.plan.has_decay() {
             let theory = [
-                Series::line("eq. (5.45)", blocks(&continuous, 0.1), Dash::Dashed, BLUE),
-                Series::line("discrete chain", blocks(&discrete, 0.1), Dash::Solid, RED),
+                Layer::line("eq. (5.45)", blocks(&continuous, 0.1), Dash::Dashed, BLUE),
+                Layer::line("discrete chain", blocks(&discrete, 0.1), Dash::Solid, RED),
             ];
             series.splice(0..0, theory);
         }
         if self.logarithmic {
-            series.push(Series::line(
+            series.push(Layer::line(
                 format!("{} %", AFFECTED_THRESHOLD * 100.0),
-                vec![(0.0, AFFECTED_THRESHOLD.log10()), (last + 1.0, AFFECTED_THRESHOLD.log10())],
+                vec![(0.0, AFFECTED_THRESHOLD), (last + 1.0, AFFECTED_THRESHOLD)],
                 Dash::Dotted,
                 GREY,
             ));
         }
-        let x = Axis::new(place_name(run), 0.0, last + 1.0);
+        let x = Scale::between(place_name(run), 0.0, last + 1.0);
         let y = if self.logarithmic {
-            Axis::decades("τ_n/τ_1", FLOOR, 0.3)
+            Scale::powers_between("τ_n/τ_1", FLOOR, 2.0)
         } else {
-            Axis::new("τ_n (N)", -0.05 * first, 1.1 * first)
+            Scale::between("τ_n (N)", -0.05 * first, 1.1 * first)
         };
-        Ok(Panel::new(x, y, Corner::TopRight, series))
+        Ok(Panel::new(x, y, series))
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let panels = with_parts(&self.panel, &parts)?.into_iter();
-        Ok(Sheet::of(panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
+        Ok(Sheet::of("", panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
     }
 }
 
@@ -113,7 +114,7 @@ mod tests {
             FieldRecord { step: 100, tangential_force_n: vec![100.0, 38.0, 14.0], ..FieldRecord::default() };
         made_up::with_states(&mut run, &[state]);
         let figure = Onset { file: String::new(), blocks: 3, logarithmic: false, panel: Vec::new() };
-        figure.part(&run).unwrap().series.into_iter().map(|series| series.label).collect()
+        figure.part(&run).unwrap().layers.into_iter().map(|layer| layer.label).collect()
     }
 
     #[test]

@@ -5,12 +5,11 @@ use asperity_numbers::run_data::RunData;
 use asperity_record::{Extent, counted};
 
 use super::area::Area;
+use super::colours::{Colours, On};
 use super::kind::{Figure, keys, of_one_run};
-use super::of_study::colours::{Colours, On};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::plot::{Dash, INK, Sheet};
 use super::rupture_selector::{Sort, sorted};
 use super::scale::Scale;
+use super::sheet::{Layer, Sheet};
 
 keys! {
     Outlines: file, run, title;
@@ -32,12 +31,6 @@ impl Figure for Outlines {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        Ok(self.paper(run)?.sheet(&self.title))
-    }
-}
-
-impl Outlines {
-    fn paper(&self, run: &RunData) -> Result<Paper, String> {
         let area = Area::of(run)?;
         let arrivals = run.arrivals()?;
         let precursors = sorted(run)?
@@ -59,7 +52,7 @@ impl Outlines {
         let scale = Scale::of("F_T/F_N", false, 0.0, extents.iter().map(|(load, _)| *load));
         let colours = Colours::of(scale, On::Surfaces);
         // A contact has the colour of the first precursor that it slid in.
-        let mut items: Vec<Item> = area
+        let cells = area
             .all()
             .filter_map(|contact| {
                 let (load, _) = extents.iter().find(|(_, extent)| extent.contains(contact))?;
@@ -68,18 +61,17 @@ impl Outlines {
             .collect();
         let outlines =
             extents.iter().flat_map(|(_, extent)| area.outlines(&|contact| extent.contains(contact)));
-        items.push(Item::Contours(outlines.collect()));
-        let rows = vec![(
-            Sample::Line(Dash::Solid, INK),
-            format!("{}, outlined, by F_T/F_N at the onset", counted(extents.len() as u64, "precursor")),
-        )];
-        Ok(area.paper(vec![Panel { title: String::new(), items }], Some(colours), rows))
+        let label =
+            format!("{}, outlined, by F_T/F_N at the onset", counted(extents.len() as u64, "precursor"));
+        let layers = vec![Layer::cells(cells), Layer::contours(label, outlines.collect())];
+        Ok(area.sheet(&self.title, vec![(String::new(), layers)], Some(colours)))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Item, Outlines};
+    use super::{Figure, Outlines};
+    use crate::draw::sheet::Shape;
     use asperity_testkit::made_up;
 
     #[test]
@@ -97,17 +89,16 @@ mod tests {
             toml::from_str(&format!("file = 'f.png'\nrun = 'test'\n{toml}")).unwrap()
         };
         let shown = |toml: &str| {
-            let paper = figure(toml).paper(&run).unwrap();
-            let items = &paper.panels[0].items;
-            let color = |item: &Item| match item {
-                Item::Cell(.., color) => Some(*color),
-                _ => None,
-            };
-            let lines = items.iter().find_map(|item| match item {
-                Item::Contours(lines) => Some(lines.len()),
-                _ => None,
-            });
-            (items.iter().filter_map(color).collect::<Vec<_>>(), lines.unwrap())
+            let sheet = figure(toml).part(&run).unwrap();
+            match &sheet.panels[0].layers[..] {
+                [cells, lines, ..] => match (&cells.shape, &lines.shape) {
+                    (Shape::Cells(cells), Shape::Contours(lines)) => {
+                        (cells.iter().map(|(_, color)| *color).collect::<Vec<_>>(), lines.len())
+                    }
+                    other => panic!("{other:?}"),
+                },
+                other => panic!("{other:?}"),
+            }
         };
         // Contacts 1 and 5 of the first, 2 and 6 of the other; that of contact 12 is none.
         let (colors, lines) = shown("");
@@ -116,7 +107,7 @@ mod tests {
             colors.len() == 4 && colors[0] == colors[2] && colors[1] == colors[3] && colors[0] != colors[1]
         );
         assert_eq!(shown("from_contacts = 3").1, 1);
-        let refused = figure("from_contacts = 4").paper(&run).unwrap_err();
+        let refused = figure("from_contacts = 4").part(&run).unwrap_err();
         assert_eq!(refused, "run test has no precursor of 4 contacts or more with arrivals");
     }
 }

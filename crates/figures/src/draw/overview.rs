@@ -1,7 +1,5 @@
 //! A run on one page.
 
-use std::sync::Arc;
-
 use asperity_numbers::distributions::{SizeLaw, TimeLaw};
 use asperity_numbers::front_speeds_m_per_s;
 use asperity_numbers::fronts::crossing_s;
@@ -9,11 +7,10 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::counted;
 
-use super::full_page::FullPage;
 use super::kind::{Figure, keys, of_one_run};
-use super::plot::Sheet;
 use super::rupture_selector::{Sort, sorted};
 use super::scale::number;
+use super::sheet::{Layout, Sheet};
 use super::{load_ruptures, recurrence, sizes, space_time};
 
 keys! {
@@ -54,12 +51,9 @@ impl Figure for Overview {
         let recurrence = recurrence::distribution(&[("global slips", &of_times)], TimeLaw::Weibull);
         let load = load_ruptures::curve(run, None, None)?;
         let map = space_time::map(run, None, [None, None], [None, None])?;
-        Ok(Sheet::Other(Arc::new(FullPage {
-            title,
-            wide: vec![load, map],
-            beside: vec![sizes, recurrence],
-            numbers: numbers(run)?,
-        })))
+        let layout =
+            Layout::Page { wide: vec![load, map], beside: vec![sizes, recurrence], numbers: numbers(run)? };
+        Ok(Sheet { layout, ..Sheet::of(&title, Vec::new()) })
     }
 }
 

@@ -8,7 +8,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_one_row, of_runs_in, with_pens};
-use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, GREY, Layer, Panel, Sheet};
 
 keys! {
     Pulse: file, title;
@@ -75,20 +76,16 @@ impl Figure for Pulse {
             if let Some(slip) = *slip_in_theory {
                 is_held = true;
                 let points = vec![(from, slip), (to, slip)];
-                slips.push(Series::line("", points, Dash::Dotted, GREY));
+                slips.push(Layer::line("", points, Dash::Dotted, GREY));
             }
         }
-        let top = |series: &[Series]| {
-            series.iter().flat_map(|series| &series.points).map(|(_, y)| *y).fold(0.0, f64::max)
-        };
-        let (fastest, farthest) = (top(&velocities), top(&slips));
-        let x = Axis::new("", from, to);
-        let y = Axis::new("velocity × √(km)/[(μ_s − μ_d)p]", -0.05 * fastest, 1.1 * fastest);
-        let upper = Panel::new(x, y, Corner::TopRight, velocities).titled(&self.title);
-        let x = Axis::new("time since the pulse came, over a/c", from, to);
-        let y = Axis::new("slip × k/[(μ_s − μ_d)p]", -0.05 * farthest, 1.1 * farthest);
-        let lower =
-            Panel::new(x, y, Corner::TopLeft, slips).noted(if is_held { "dotted: 2τ/γ" } else { "" });
-        Ok(Sheet::stacked(upper, lower))
+        let upper = Panel::new(
+            Scale::between("", from, to),
+            Scale::free("velocity × √(km)/[(μ_s − μ_d)p]"),
+            velocities,
+        );
+        let x = Scale::between("time since the pulse came, over a/c", from, to);
+        let lower = Panel::new(x, Scale::free("slip × k/[(μ_s − μ_d)p]"), slips);
+        Ok(Sheet::stacked(&self.title, upper, lower.noted(if is_held { "dotted: 2τ/γ" } else { "" })))
     }
 }

@@ -6,10 +6,9 @@ use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Dash, Sheet, nth};
 use super::rupture_selector::{Clock, before_first_global_slip, sorted};
 use super::scale::Scale;
+use super::sheet::{Dash, Layer, Sheet, nth};
 use super::sizes::{band, fit_words, steps, with_error};
 
 keys! {
@@ -43,8 +42,8 @@ impl Figure for Recurrence {
     }
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let paper = distribution(&with_parts(&self.series, &parts)?, self.fit);
-        Ok(paper.sheet(&self.title))
+        let sheet = distribution(&with_parts(&self.series, &parts)?, self.fit);
+        Ok(Sheet { title: self.title.clone(), ..sheet })
     }
 }
 
@@ -64,9 +63,9 @@ pub(super) fn part(run: &RunData, from_blocks: Option<u32>) -> Result<Part, Stri
     Ok(Part { times_s, any_global_slip: first_global.is_some() })
 }
 
-pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
+pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Sheet {
     const POINTS: u32 = 200;
-    let (mut behind, mut items, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut behind, mut layers) = (Vec::new(), Vec::new());
     let longest_s = series.iter().flat_map(|(_, part)| &part.times_s).copied().fold(0.0, f64::max);
     let times = || series.iter().flat_map(|(_, part)| &part.times_s).copied();
     let shortest_s = times().fold(longest_s, f64::min);
@@ -75,11 +74,10 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
         if shortest_s > 0.5 * longest_s { (1.6 * shortest_s - 0.6 * longest_s).max(0.0) } else { 0.0 };
     let to_s = if longest_s > 0.0 { longest_s + 0.15 * (longest_s - from_s) } else { 1.0 };
     let clock = Clock::of(0.0, to_s, 0.0);
-    let unit = clock.label.trim_start_matches("t (").trim_end_matches(')').to_owned();
     for (index, (label, part)) in series.iter().enumerate() {
         let (_, dash, color) = nth(index);
         let count = part.times_s.len();
-        rows.push((Sample::Line(Dash::Solid, color), format!("{label}: {count}")));
+        let label = format!("{label}: {count}");
         if count > 0 {
             let mut shares = survival(&part.times_s);
             // Before the shortest time all are longer, and none beyond the longest.
@@ -89,41 +87,40 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
             let placed = |course: &[(f64, f64)]| -> Vec<(f64, f64)> {
                 course.iter().map(|(time_s, share)| (clock.place(*time_s), *share)).collect()
             };
-            behind.push(Item::Surface(band(&placed(&course), half_band(count), 0.0), color, 0.13));
-            items.push(Item::Line(placed(&course), Dash::Solid, color));
+            let outline = band(&placed(&course), half_band(count), 0.0);
+            behind.push(Layer::surface(if index == 0 { "95 %" } else { "" }, outline, 0.13, color));
+            layers.push(Layer::line(label, placed(&course), Dash::Solid, color));
+        } else {
+            layers.push(Layer::line(label, Vec::new(), Dash::Solid, color));
         }
         match TimeFit::of(&part.times_s, law) {
             _ if law == TimeLaw::None => {}
             _ if !part.any_global_slip && count > 0 => {
-                rows.push((Sample::Nothing, "no fit before a global slip".to_owned()));
+                layers.push(Layer::remark("no fit before a global slip"));
             }
             Some(fit) => {
                 let times = (0..=POINTS).map(|n| from_s + (to_s - from_s) * f64::from(n) / f64::from(POINTS));
                 let course = times.map(|time_s| (clock.place(time_s), fit.survival(time_s))).collect();
                 let dash = if dash == Dash::Solid { Dash::Dashed } else { dash };
-                items.push(Item::Line(course, dash, color));
                 let test = Test::of_times(&fit, &part.times_s, law);
-                let (first, rest) = words(fit, &clock, &unit, test);
-                rows.push((Sample::Line(dash, color), first));
-                rows.extend(rest.into_iter().flatten().map(|words| (Sample::Nothing, words)));
+                let (first, rest) = words(fit, &clock, test);
+                layers.push(Layer::line(first, course, dash, color));
+                layers.extend(rest.into_iter().flatten().map(Layer::remark));
             }
-            None => rows.push((Sample::Nothing, "too few for a fit".to_owned())),
+            None => layers.push(Layer::remark("too few for a fit")),
         }
     }
-    if !behind.is_empty() {
-        rows.push((Sample::Surface(nth(0).2, 0.13), "95 %".to_owned()));
-    }
-    behind.extend(items);
-    let x = Scale::between(&format!("T between onsets ({unit})"), clock.place(from_s), clock.place(to_s));
+    behind.extend(layers);
+    let x = Scale::between(&clock.label("T between onsets"), clock.place(from_s), clock.place(to_s));
     let y = Scale::between("share of longer times", 0.0, 1.04);
-    Paper::single(x, y, behind, rows)
+    Sheet::single("", x, y, behind)
 }
 
 /// The law that was fitted; its second parameter, and the test.
-fn words(fit: TimeFit, clock: &Clock, unit: &str, test: Test) -> (String, [Option<String>; 2]) {
+fn words(fit: TimeFit, clock: &Clock, test: Test) -> (String, [Option<String>; 2]) {
     let time = |Estimate { value, error }: Estimate| {
         let placed = Estimate { value: clock.place(value), error: clock.place(error) };
-        format!("({}) {unit}", with_error(placed))
+        format!("({}) {}", with_error(placed), clock.unit)
     };
     let (law, first, second) = match fit {
         TimeFit::Weibull { shape, scale_s } => {
@@ -162,24 +159,24 @@ mod tests {
         assert_eq!(steps(Some(1)), [100, 50, 70, 80, 101, 99]);
         let words = |law, from_blocks| -> Vec<String> {
             let paper = distribution(&[("A", &part(&run, from_blocks).unwrap())], law);
-            paper.rows.into_iter().map(|(_, words)| words).collect()
+            paper.layers().map(|layer| layer.label.clone()).filter(|label| !label.is_empty()).collect()
         };
         // Times this even do not come at random: half of exp(-t/T) is shorter than 0.69 T, and the
         // shortest of these is 0.8 T.
         let rejected = words(TimeLaw::Exponential, None);
-        assert_eq!([&rejected[0], &rejected[2]], ["A: 5", "95 %"]);
-        assert!(rejected[1].starts_with("exponential rejected: KS 0.551 > 0."), "{rejected:?}");
-        assert_eq!(words(TimeLaw::None, None), ["A: 5", "95 %"]);
+        assert_eq!([&rejected[0], &rejected[1]], ["95 %", "A: 5"]);
+        assert!(rejected[2].starts_with("exponential rejected: KS 0.551 > 0."), "{rejected:?}");
+        assert_eq!(words(TimeLaw::None, None), ["95 %", "A: 5"]);
         let accepted = words(TimeLaw::Weibull, None);
         assert!(
-            accepted[1].starts_with("Weibull, κ = ") && accepted[2].starts_with("T_0 = ("),
+            accepted[2].starts_with("Weibull, κ = ") && accepted[3].starts_with("T_0 = ("),
             "{accepted:?}"
         );
-        assert!(accepted[3].contains(" ≤ "), "{accepted:?}");
+        assert!(accepted[4].contains(" ≤ "), "{accepted:?}");
         assert_eq!(words(TimeLaw::Weibull, Some(9)), ["A: 0", "too few for a fit"]);
         run.ruptures = None;
         made_up::with_ruptures(&mut run, &[early, one, one]);
         let paper = distribution(&[("A", &part(&run, Some(1)).unwrap())], TimeLaw::Weibull);
-        assert_eq!(paper.rows[1].1, "no fit before a global slip");
+        assert!(paper.labels().contains(&"no fit before a global slip".to_owned()));
     }
 }

@@ -2,7 +2,7 @@
 
 use plotters::prelude::RGBColor;
 
-use super::plot::{BLUE, GREY, RED};
+use super::sheet::{BLUE, GREY, RED};
 pub(super) use asperity_numbers::rupture_selector::{
     Film, RuptureSelector, Sort, before_first_global_slip, end_s, no_ruptures, picked, sorted,
 };
@@ -21,7 +21,9 @@ pub(super) fn color_of(sort: Sort) -> RGBColor {
 pub(super) struct Clock {
     origin_s: f64,
     unit_s: f64,
-    pub(super) label: String,
+    pub(super) unit: &'static str,
+    /// The time that it counts from, as it is called behind the quantity; empty for the start of the run.
+    since: String,
 }
 
 impl Clock {
@@ -34,13 +36,18 @@ impl Clock {
             _ => (1.0, "s"),
         };
         if from_s.abs() < 2.0 * span_s || unit_s == 1.0 {
-            return Clock { origin_s: 0.0, unit_s, label: format!("t ({unit})") };
+            return Clock { origin_s: 0.0, unit_s, unit, since: String::new() };
         }
         // As many digits as the span needs; what is printed is what is subtracted.
         let decimals = (2.0 - span_s.log10()).ceil().clamp(0.0, 12.0) as usize;
         let printed = format!("{origin_s:.decimals$}");
         let origin_s = printed.parse().unwrap_or(origin_s);
-        Clock { origin_s, unit_s, label: format!("t − {printed} s ({unit})") }
+        Clock { origin_s, unit_s, unit, since: format!(" − {printed} s") }
+    }
+
+    /// What an axis of a quantity is called.
+    pub(super) fn label(&self, quantity: &str) -> String {
+        format!("{quantity}{} ({})", self.since, self.unit)
     }
 
     /// Where a time stands on the axis.
@@ -55,12 +62,12 @@ mod tests {
 
     #[test]
     fn a_short_time_long_after_the_start_is_counted_from_its_beginning() {
-        assert_eq!(Clock::of(0.0, 5.0, 0.0).label, "t (s)");
-        assert_eq!(Clock::of(3.0, 4.0, 3.0).label, "t (s)");
-        assert_eq!(Clock::of(0.0, 0.02, 0.0).label, "t (ms)");
+        assert_eq!(Clock::of(0.0, 5.0, 0.0).label("t"), "t (s)");
+        assert_eq!(Clock::of(3.0, 4.0, 3.0).label("t"), "t (s)");
+        assert_eq!(Clock::of(0.0, 0.02, 0.0).label("t"), "t (ms)");
         let clock = Clock::of(2.648, 2.652, 2.648_131_7);
-        assert_eq!(clock.label, "t − 2.64813 s (ms)");
+        assert_eq!(clock.label("t"), "t − 2.64813 s (ms)");
         assert!((clock.place(2.649_13) - 1.0).abs() < 1e-9);
-        assert_eq!(Clock::of(1.0, 1.000_001, 1.0).label, "t − 1.000000000 s (µs)");
+        assert_eq!(Clock::of(1.0, 1.000_001, 1.0).label("t"), "t − 1.000000000 s (µs)");
     }
 }

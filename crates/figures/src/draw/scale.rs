@@ -54,6 +54,9 @@ fn ascending(from: f64, to: f64) -> Option<(f64, f64)> {
     Some((ends().reduce(f64::min)?, ends().reduce(f64::max)?))
 }
 
+/// What a free axis leaves empty beyond its values, over their range.
+const ROOM: f64 = 0.06;
+
 /// An axis, or a colour bar.
 #[derive(Debug, Clone)]
 pub(crate) struct Scale {
@@ -67,6 +70,8 @@ pub(crate) struct Scale {
     whole: bool,
     /// The values that are labelled, where these are chosen; else they are round.
     marked: Vec<f64>,
+    /// Whether its ends follow from what is drawn.
+    is_free: bool,
 }
 
 /// A mark on an axis; those between bear no label.
@@ -97,12 +102,48 @@ impl Scale {
         scale.in_whole_numbers(whole)
     }
 
+    /// A scale whose ends follow from what is drawn, with a little room on both sides; from zero where that leaves no
+    /// more than half of it empty.
+    pub(crate) fn free(label: &str) -> Scale {
+        Scale { is_free: true, ..Scale::between(label, 0.0, 1.0) }
+    }
+
+    /// The same, logarithmic.
+    pub(crate) fn free_powers(label: &str) -> Scale {
+        Scale { log: true, ..Scale::free(label) }
+    }
+
+    /// It with ends that hold these values, if it is free.
+    pub(crate) fn fitted(&self, values: impl Iterator<Item = f64> + Clone) -> Scale {
+        if !self.is_free {
+            return self.clone();
+        }
+        let whole = self.whole || values.clone().all(|value| value.fract() == 0.0);
+        let places = values.map(|value| self.place(value)).filter(|place| place.is_finite());
+        let (low, high) =
+            places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+        if low > high {
+            return self.clone();
+        }
+        let least = if self.log { 0.5 } else { (0.1 * low.abs()).max(1e-9) };
+        let room = if high > low { ROOM * (high - low) } else { (1.0 + 2.0 * ROOM) * least };
+        let from_zero = !self.log && low >= 0.0 && low <= 0.5 * high;
+        let ends = (if from_zero { 0.0 } else { low - room }, high + room);
+        let (from, to) = if self.log { powers(ends.0, ends.1) } else { self::ends(ends.0, ends.1) };
+        Scale { from, to, whole, is_free: false, ..self.clone() }
+    }
+
     /// Extends the axis to zero, unless more than half of it would be empty.
     pub(crate) fn down_to_zero(mut self, lowest: f64) -> Scale {
         if !self.log && lowest >= 0.0 && lowest <= 0.5 * self.to {
             self.from = 0.0;
         }
         self
+    }
+
+    /// Where a value stands, in the unit of the ends; no number where it has no place.
+    fn place(&self, value: f64) -> f64 {
+        if self.log { value.log10() } else { value }
     }
 
     /// A scale of words, one after the other.
@@ -115,7 +156,7 @@ impl Scale {
     pub(crate) fn between(label: &str, from: f64, to: f64) -> Scale {
         let (from, to) = ends(from, to);
         let (words, marked) = (Vec::new(), Vec::new());
-        Scale { label: label.to_owned(), from, to, log: false, words, whole: false, marked }
+        Scale { label: label.to_owned(), from, to, log: false, words, whole: false, marked, is_free: false }
     }
 
     /// Labels only whole numbers, if `whole`.
@@ -126,6 +167,16 @@ impl Scale {
     /// Labels these values in ascending order, or as many of them as there is room for, and no others.
     pub(crate) fn marked_at(self, values: &[f64]) -> Scale {
         Scale { marked: values.to_vec(), ..self }
+    }
+
+    /// A logarithmic scale with these values as its ends.
+    pub(crate) fn powers_between(label: &str, from: f64, to: f64) -> Scale {
+        Scale::logarithms(label, from.log10(), to.log10())
+    }
+
+    /// A scale for counts up to the largest.
+    pub(crate) fn counts(label: &str, largest: f64) -> Scale {
+        Scale::between(label, 0.0, largest.max(1.0) * 1.08).in_whole_numbers(true)
     }
 
     /// A logarithmic scale with these powers of ten as its ends.
@@ -148,17 +199,24 @@ impl Scale {
         is_signed.then(|| self.clone().reaching(-low.max(high), low.max(high)))
     }
 
+    /// How far along it a value stands, from 0 to 1; less or more beyond its ends, and no number where it has no place.
+    pub(crate) fn way(&self, value: f64) -> f64 {
+        (self.place(value) - self.from) / (self.to - self.from)
+    }
+
     /// How far along it a value stands, or the end that is next to it.
     pub(crate) fn nearest_share(&self, value: f64) -> f64 {
-        let place = if self.log { value.log10() } else { value };
-        ((place - self.from) / (self.to - self.from)).clamp(0.0, 1.0)
+        self.way(value).clamp(0.0, 1.0)
     }
 
     /// How far along it a value stands, from 0 to 1; none if it is not on it.
     pub(crate) fn share(&self, value: f64) -> Option<f64> {
-        let place = if self.log { value.log10() } else { value };
-        let share = (place - self.from) / (self.to - self.from);
-        (-1e-9..=1.0 + 1e-9).contains(&share).then_some(share)
+        Some(self.way(value)).filter(|share| (-1e-9..=1.0 + 1e-9).contains(share))
+    }
+
+    /// Its ends, as values.
+    pub(crate) fn ends(&self) -> (f64, f64) {
+        if self.log { (10f64.powf(self.from), 10f64.powf(self.to)) } else { (self.from, self.to) }
     }
 
     /// The middle between two values.
@@ -173,13 +231,7 @@ impl Scale {
 
     /// The ends of a cell about a value that stands alone.
     pub(crate) fn about(&self, value: f64) -> (f64, f64) {
-        if !self.words.is_empty() {
-            (value - 0.5, value + 0.5)
-        } else if self.log {
-            (10f64.powf(self.from), 10f64.powf(self.to))
-        } else {
-            (self.from, self.to)
-        }
+        if !self.words.is_empty() { (value - 0.5, value + 0.5) } else { self.ends() }
     }
 
     /// Its label, with the power of ten that is taken out of its numbers.
@@ -332,7 +384,6 @@ fn minus(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::{Scale, ends, number};
-    use crate::draw::plot::Axis;
 
     fn labels(scale: &Scale) -> Vec<String> {
         scale.ticks().into_iter().map(|tick| tick.label).collect()
@@ -403,10 +454,10 @@ mod tests {
                 Scale::of("x", true, 0.0, [1.0].into_iter()).reaching(from, to),
                 Scale::of("x", false, 0.06, [from, to].into_iter()).down_to_zero(from),
                 Scale::of("x", true, 0.06, [from, to].into_iter()),
-                Axis::new("x", from, to).scale(),
-                Axis::about("x", [from, to].into_iter()).scale(),
-                Axis::decades("x", from, to).scale(),
-                Axis::counts("x", to).scale(),
+                Scale::free("x").fitted([from, to].into_iter()),
+                Scale::free_powers("x").fitted([from, to].into_iter()),
+                Scale::powers_between("x", from, to),
+                Scale::counts("x", to),
             ];
             for scale in &scales {
                 let ticks = scale.ticks();

@@ -6,10 +6,9 @@ use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Sheet, nth};
 use super::rupture_selector::{Sort, before_first_global_slip, sorted};
 use super::scale::Scale;
+use super::sheet::{Layer, Sheet, nth};
 
 keys! {
     Sizes: file;
@@ -56,8 +55,8 @@ impl Figure for Sizes {
     }
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let paper = distribution(&with_parts(&self.series, &parts)?, self.from_blocks, self.fit)?;
-        Ok(paper.sheet(&self.title))
+        let sheet = distribution(&with_parts(&self.series, &parts)?, self.from_blocks, self.fit)?;
+        Ok(Sheet { title: self.title.clone(), ..sheet })
     }
 }
 
@@ -108,8 +107,8 @@ pub(super) fn distribution(
     series: &[(&str, &Part)],
     from_blocks: u32,
     law: SizeLaw,
-) -> Result<Paper, String> {
-    let (mut behind, mut items, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+) -> Result<Sheet, String> {
+    let (mut behind, mut layers) = (Vec::new(), Vec::new());
     let most = series.iter().map(|(_, part)| part.sizes.len()).max().unwrap_or(0);
     // Half of the smallest share, so that all are in the frame.
     let lowest = 0.5 / most.max(5) as f64;
@@ -121,47 +120,39 @@ pub(super) fn distribution(
         let shares = survival(&sizes);
         largest = sizes.iter().copied().fold(largest, f64::max);
         if count > 0 {
-            behind.push(Item::Surface(band(&shares, half_band(count), lowest), color, 0.13));
+            let outline = band(&shares, half_band(count), lowest);
+            behind.push(Layer::surface(if index == 0 { "95 %" } else { "" }, outline, 0.13, color));
         }
-        items.push(Item::Marks(shares, marker, color));
-        rows.push((Sample::Marks(marker, color), format!("{label}: {count}")));
+        layers.push(Layer::marks(format!("{label}: {count}"), shares, marker, color));
         if let Some(before) = part.before {
-            rows.push((Sample::Nothing, format!("global slips: {}, before: {before}", part.global_slips)));
+            layers.push(Layer::remark(format!("global slips: {}, before: {before}", part.global_slips)));
         }
         if let Some(b) = &part.b {
             let lines = b.replace(" above ", "\nabove ").replace(": ", ":\n").replace('-', "−");
-            rows.extend(lines.lines().map(|line| (Sample::Nothing, line.to_owned())));
+            layers.extend(lines.lines().map(Layer::remark));
         }
         match SizeFit::of(&part.sizes, law, from_blocks, part.blocks - 1) {
             _ if law == SizeLaw::None => {}
             _ if part.before.is_none() => {
-                rows.push((Sample::Nothing, "no fit before a global slip".to_owned()));
+                layers.push(Layer::remark("no fit before a global slip"));
             }
             Some(fit) => {
-                let course = fit.survival();
-                items.push(Item::Line(
-                    course.into_iter().filter(|(_, p)| *p >= lowest).collect(),
-                    dash,
-                    color,
-                ));
+                let course = fit.survival().into_iter().filter(|(_, p)| *p >= lowest).collect();
                 let test = Test::of_sizes(&fit, &part.sizes, law);
                 let (first, second) = words(law, fit.theta, test);
-                rows.push((Sample::Line(dash, color), first));
-                rows.extend(second.map(|second| (Sample::Nothing, second)));
+                layers.push(Layer::line(first, course, dash, color));
+                layers.extend(second.map(Layer::remark));
             }
-            None => rows.push((Sample::Nothing, "too few for a fit".to_owned())),
+            None => layers.push(Layer::remark("too few for a fit")),
         }
     }
-    if !behind.is_empty() {
-        rows.push((Sample::Surface(nth(0).2, 0.13), "95 %".to_owned()));
-    }
-    behind.extend(items);
+    behind.extend(layers);
     let frame = [f64::from(from_blocks), largest];
     let unit = series.first().map_or("blocks", |(_, part)| part.unit);
     let unit = if series.iter().all(|(_, part)| part.unit == unit) { unit } else { "blocks" };
     let x = Scale::of(&format!("size s ({unit})"), true, 0.04, frame.into_iter());
     let y = Scale::of("share of at least s", true, 0.0, [lowest, 1.25].into_iter());
-    Ok(Paper::single(x, y, behind, rows))
+    Ok(Sheet::single("", x, y, behind))
 }
 
 /// The law that was fitted, and the test.
@@ -190,7 +181,7 @@ pub(super) fn fit_words(law: &str, parameter: &str, test: Test) -> (String, Opti
 
 #[cfg(test)]
 mod tests {
-    use super::{Estimate, Item, SizeLaw, band, distribution, part, steps, with_error};
+    use super::{Estimate, SizeLaw, band, distribution, part, steps, with_error};
     use asperity_testkit::made_up;
 
     #[test]
@@ -226,26 +217,22 @@ mod tests {
     }
 
     fn words_of(part: &super::Part, law: SizeLaw) -> Vec<String> {
-        let paper = distribution(&[("A", part)], 1, law).unwrap();
-        paper.rows.into_iter().map(|(_, words)| words).collect()
+        let sheet = distribution(&[("A", part)], 1, law).unwrap();
+        sheet.layers().map(|layer| layer.label.clone()).filter(|label| !label.is_empty()).collect()
     }
 
     #[test]
     fn sizes_are_those_after_the_first_global_slip() {
         let of_run = slipped(&[1, 2, 1, 3, 1, 2, 1]);
         assert_eq!((of_run.sizes.clone(), of_run.before), (vec![1, 2, 1, 1, 2, 1], Some(3)));
-        let paper = distribution(&[("A", &of_run)], 1, SizeLaw::PowerLaw).unwrap();
-        let marks = paper.panels[0].items.iter().find_map(|item| match item {
-            Item::Marks(points, ..) => Some(points.clone()),
-            _ => None,
-        });
-        let marks = marks.unwrap();
+        let sheet = distribution(&[("A", &of_run)], 1, SizeLaw::PowerLaw).unwrap();
+        let marks = sheet.panels[0].layers[1].points();
         assert!(marks[0] == (1.0, 1.0) && (marks[1].1 - 1.0 / 3.0).abs() < 1e-12, "{marks:?}");
         // Four of one block and two of two: 2^-alpha = 1/2, and 1 / sqrt(6 (2/3) (1/3)) / ln 2. A law
         // of two sizes fits every sample.
         assert_eq!(
             words_of(&of_run, SizeLaw::PowerLaw),
-            ["A: 6", "global slips: 2, before: 3", "s^{−α}, α = 1.0 ± 1.2", "KS 0.000 ≤ 0.000", "95 %"]
+            ["95 %", "A: 6", "global slips: 2, before: 3", "s^{−α}, α = 1.0 ± 1.2", "KS 0.000 ≤ 0.000"]
         );
         assert!(words_of(&slipped(&[2]), SizeLaw::PowerLaw).contains(&"too few for a fit".to_owned()));
     }
@@ -254,8 +241,8 @@ mod tests {
     fn without_a_global_slip_all_are_shown_and_nothing_is_fitted() {
         let of_run = slipped(&[]);
         assert_eq!((of_run.sizes.len(), of_run.before), (3, None));
-        assert_eq!(words_of(&of_run, SizeLaw::PowerLaw), ["A: 3", "no fit before a global slip", "95 %"]);
-        assert_eq!(words_of(&of_run, SizeLaw::None), ["A: 3", "95 %"]);
+        assert_eq!(words_of(&of_run, SizeLaw::PowerLaw), ["95 %", "A: 3", "no fit before a global slip"]);
+        assert_eq!(words_of(&of_run, SizeLaw::None), ["95 %", "A: 3"]);
     }
 
     #[test]
@@ -263,7 +250,7 @@ mod tests {
         let b = Some("b = 0.800 ± 0.100 above -6.000; n = 60 (KS 0.050 ≤ 0.110)".to_owned());
         let of_run = super::Part { b, ..slipped(&[]) };
         let words = words_of(&of_run, SizeLaw::None);
-        let key = ["A: 3", "b = 0.800 ± 0.100", "above −6.000; n = 60 (KS 0.050 ≤ 0.110)", "95 %"];
+        let key = ["95 %", "A: 3", "b = 0.800 ± 0.100", "above −6.000; n = 60 (KS 0.050 ≤ 0.110)"];
         assert_eq!(words, key);
     }
 
@@ -275,8 +262,8 @@ mod tests {
             super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100, unit: "blocks", b: None };
         for (law, name) in [(SizeLaw::PowerLaw, "s^{−α}"), (SizeLaw::Exponential, "exp(−s/ξ)")] {
             let words = words_of(&of_run, law);
-            assert!(words[2].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");
-            assert!(words[2].contains(" > 0."), "{words:?}");
+            assert!(words[3].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");
+            assert!(words[3].contains(" > 0."), "{words:?}");
             assert!(!words.iter().any(|words| words.contains('±')), "{words:?}");
         }
     }

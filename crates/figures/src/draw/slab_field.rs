@@ -14,11 +14,10 @@ use asperity_numbers::run_data::{RunData, load_at};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::colours::{Colours, On};
 use super::kind::{Figure, keys, of_one_run};
-use super::of_study::colours::{Colours, On};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::plot::Sheet;
 use super::scale::{Scale, number};
+use super::sheet::{Layer, Layout, Panel, Sheet};
 
 keys! {
     SlabField: file;
@@ -127,15 +126,16 @@ impl Figure for SlabField {
         let rank = |share: f64| all[(share * last as f64).round() as usize];
         let scale = Scale::of(self.shows.label(), false, 0.0, [rank(out), rank(1.0 - out)].into_iter());
         let colours = Colours::of(scale, On::Surfaces);
-        let panels = maps.into_iter().map(|(title, values)| {
+        let cells = maps.into_iter().map(|(title, values)| {
             let cells = values.iter().enumerate().map(|(n, value)| {
                 let columns = lattice.columns - 1;
                 let (left, below) = ((n % columns) as f64 * spacing_mm, (n / columns) as f64 * spacing_mm);
                 let colour = colours.at(colours.scale.nearest_share(*value));
-                Item::Cell((left, below), (left + spacing_mm, below + spacing_mm), colour)
+                ([(left, below), (left + spacing_mm, below + spacing_mm)], colour)
             });
-            Panel { title, items: cells.collect() }
+            (title, Layer::cells(cells.collect()))
         });
+        let cells: Vec<(String, Layer)> = cells.collect();
         let (columns, rows) = ((lattice.columns - 1) as f64, (lattice.rows - 1) as f64);
         let x = Scale::between("x (mm)", 0.0, columns * spacing_mm);
         let at_mm = |place: usize| number(place as f64 * spacing_mm);
@@ -148,9 +148,14 @@ impl Figure for SlabField {
         };
         let y = Scale::between(axis, 0.0, rows * spacing_mm);
         let ends = (out > 0.0).then(|| format!("ends: {} % beyond", 100.0 * out));
-        let words = plane.into_iter().chain(ends).map(|words| (Sample::Nothing, words));
-        let paper = Paper::new(x, y, panels.collect(), words.collect());
-        Ok(Paper { shape: Some(rows / columns), bar: Some(colours), ..paper }.sheet(&self.title))
+        let remarks: Vec<Layer> = plane.into_iter().chain(ends).map(Layer::remark).collect();
+        let panel = |(title, cells): (String, Layer)| {
+            let layers = std::iter::once(cells).chain(remarks.iter().cloned()).collect();
+            Panel::new(x.clone(), y.clone(), layers).titled(title)
+        };
+        let panels = cells.into_iter().map(panel).collect();
+        let layout = Layout::Close(rows / columns);
+        Ok(Sheet { layout, bar: Some(colours), ..Sheet::of(&self.title, panels) })
     }
 }
 

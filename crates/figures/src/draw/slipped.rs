@@ -8,7 +8,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
-use super::plot::{Axis, Corner, Dash, GREY, Panel, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, GREY, Layer, Sheet};
 
 keys! {
     Slipped: file, title;
@@ -47,20 +48,12 @@ impl Figure for Slipped {
         let first = self.series.iter().find_map(|labelled| parts.get(&labelled.run)?.dynamic_coefficient);
         if let Some(mu_d) = first {
             let line =
-                Series::line("F_T/F_N = μ_d × share", vec![(0.0, 0.0), (mu_d, 1.0)], Dash::Dashed, GREY);
+                Layer::line("F_T/F_N = μ_d × share", vec![(0.0, 0.0), (mu_d, 1.0)], Dash::Dashed, GREY);
             highest = highest.max(mu_d);
             series.insert(0, line);
         }
-        // In whichever corner hides fewer marks.
-        let marks = |corner: &dyn Fn(f64, f64) -> bool| {
-            let points = series.iter().skip(usize::from(first.is_some())).flat_map(|series| &series.points);
-            points.filter(|(load, share)| corner(load / highest, *share)).count()
-        };
-        let upper = marks(&|load, share| load < 0.5 && share > 0.6);
-        let lower = marks(&|load, share| load > 0.5 && share < 0.5);
-        let legend = if upper < lower { Corner::TopLeft } else { Corner::BottomRight };
-        let x = Axis::new("F_T/F_N", 0.0, highest * 1.06);
-        let y = Axis::new("share of blocks that slid", 0.0, 1.08);
-        Ok(Sheet::single(Panel::new(x, y, legend, series).titled(&self.title)))
+        let x = Scale::between("F_T/F_N", 0.0, highest * 1.06);
+        let y = Scale::between("share of blocks that slid", 0.0, 1.08);
+        Ok(Sheet::single(&self.title, x, y, series))
     }
 }

@@ -13,12 +13,11 @@ use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_record::{Arrival, Rupture, WindowRecord, magnitude};
 use plotters::prelude::RGBColor;
 
+use super::colours::{Colours, On};
 use super::kind::{Figure, keys, of_one_run, place_name};
-use super::of_study::colours::{Colours, On};
-use super::of_study::paper::{Item, Paper, Sample};
-use super::plot::{Dash, GREEN, INK, Sheet};
 use super::rupture_selector::{Clock, RuptureSelector, Sort, color_of, end_s, picked, sorted};
 use super::scale::Scale;
+use super::sheet::{Cell, Dash, GREEN, INK, Layer, Shape, Sheet};
 
 keys! {
     SpaceTime: file, run, title;
@@ -46,12 +45,12 @@ impl Figure for SpaceTime {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let zoom = picked(run, self.rupture, self.which)?;
-        let paper = map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?;
+        let sheet = map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?;
         let title = match zoom {
             Some(rupture) if self.title.is_empty() => format!("rupture {}", rupture.rupture),
             _ => self.title.clone(),
         };
-        Ok(paper.sheet(&title))
+        Ok(Sheet { title, ..sheet })
     }
 }
 
@@ -128,9 +127,9 @@ impl View {
     }
 
     /// Blocks between two times, both in view.
-    fn cell(&self, from_s: f64, to_s: f64, blocks: (u32, u32), color: RGBColor) -> Item {
+    fn cell(&self, from_s: f64, to_s: f64, blocks: (u32, u32), color: RGBColor) -> Cell {
         let low = (self.place(from_s), f64::from(blocks.0) - 0.5);
-        Item::Cell(low, (self.place(to_s), f64::from(blocks.1) + 0.5), color)
+        ([low, (self.place(to_s), f64::from(blocks.1) + 0.5)], color)
     }
 }
 
@@ -140,15 +139,14 @@ pub(super) fn map(
     zoom: Option<&Rupture>,
     times_s: [Option<f64>; 2],
     blocks: [Option<u32>; 2],
-) -> Result<Paper, String> {
+) -> Result<Sheet, String> {
     let view = View::of(run, zoom, times_s, blocks)?;
     let sorts: BTreeMap<u64, (&Rupture, Sort)> =
         sorted(run)?.into_iter().map(|(rupture, sort)| (rupture.rupture, (rupture, sort))).collect();
     let (velocities, bar) = velocities(run, &view)?;
     // Beneath velocities patches are pale, and show where blocks slide too slowly for a colour.
     let strength = if bar.is_some() { PALE } else { 1.0 };
-    let mut rows = Vec::new();
-    let mut layers: BTreeMap<Sort, Vec<Item>> = BTreeMap::new();
+    let mut patched: BTreeMap<Sort, Vec<Cell>> = BTreeMap::new();
     let mut fronts = Vec::new();
     let grain_s = (view.to_s - view.from_s) / ACROSS;
     let end_of_run_s = run.plan.grid.time_s(run.header.steps);
@@ -158,7 +156,7 @@ pub(super) fn map(
         let mut passed: Vec<&Arrival> =
             arrivals.iter().filter(|arrival| view.has_block(arrival.block)).collect();
         passed.sort_by_key(|arrival| arrival.block);
-        layers.entry(*sort).or_default().extend(patches(
+        patched.entry(*sort).or_default().extend(patches(
             &view,
             &passed,
             paler(color_of(*sort), strength),
@@ -171,32 +169,31 @@ pub(super) fn map(
             for stretch in passed.iter().map(came).collect::<Vec<_>>().split(|point| !in_view(point)) {
                 let front: Vec<(f64, f64)> = stretch.iter().map(|(t, n)| (view.place(*t), *n)).collect();
                 if front.len() > 1 {
-                    fronts.push(Item::Line(front, Dash::Solid, INK));
+                    fronts.push(Layer::line("arrivals", front, Dash::Solid, INK));
                 }
             }
         }
-    }
-    for sort in Sort::ALL.into_iter().filter(|sort| layers.get(sort).is_some_and(|items| !items.is_empty())) {
-        rows.push((Sample::Surface(color_of(sort), strength), sort.label().to_owned()));
-    }
-    if !fronts.is_empty() {
-        rows.push((Sample::Line(Dash::Solid, INK), "arrivals".to_owned()));
     }
     // About a rupture only what was before it, since from then on its own arrivals tell.
     let (creep, label) = match zoom {
         Some(rupture) => (before(rupture, &view), "farthest before"),
         None => (creep_front(run, all_arrivals, &view), "farthest so far"),
     };
+    let mut layers: Vec<Layer> = patched
+        .into_iter()
+        .filter(|(_, cells)| !cells.is_empty())
+        .map(|(sort, cells)| Layer::new(sort.label(), Shape::Cells(cells), paler(color_of(sort), strength)))
+        .collect();
+    layers.push(Layer::cells(velocities));
+    layers.extend(fronts);
     if creep.len() > 1 {
-        rows.push((Sample::Line(Dash::Dashed, GREEN), label.to_owned()));
+        layers.push(Layer::line(label, creep, Dash::Dashed, GREEN));
     }
-    let creep = Item::Line(creep, Dash::Dashed, GREEN);
-    let items = layers.into_values().flatten().chain(velocities).chain(fronts).chain([creep]).collect();
     let (from, to) = (view.clock.place(view.from_s), view.clock.place(view.to_s));
-    let x = Scale::between(&view.clock.label, from, to);
+    let x = Scale::between(&view.clock.label("t"), from, to);
     let y = Scale::between(place_name(run), f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5)
         .in_whole_numbers(true);
-    Ok(Paper { bar, ..Paper::single(x, y, items, rows) })
+    Ok(Sheet { bar, ..Sheet::single("", x, y, layers) })
 }
 
 /// Arrivals block by block; over an area column by column, from the first arrival to the last stop of its
@@ -234,7 +231,7 @@ fn speeds(run: &RunData, record: &WindowRecord) -> Vec<(u32, f64)> {
 }
 
 /// Patches of the blocks that a rupture passed, by block: neighbours that look alike are one.
-fn patches(view: &View, passed: &[&Arrival], color: RGBColor, grain_s: f64, end_of_run_s: f64) -> Vec<Item> {
+fn patches(view: &View, passed: &[&Arrival], color: RGBColor, grain_s: f64, end_of_run_s: f64) -> Vec<Cell> {
     let grains = |arrival: &Arrival| -> Option<(i64, i64)> {
         let stop_s = arrival.stop_s.unwrap_or(end_of_run_s);
         if arrival.arrival_s > view.to_s || stop_s < view.from_s {
@@ -300,7 +297,7 @@ fn creep_front(run: &RunData, arrivals: &[Arrival], view: &View) -> Vec<(f64, f6
 
 /// Velocities of the dense records in view, and their colours; those below a thousandth of the
 /// largest have none.
-fn velocities(run: &RunData, view: &View) -> Result<(Vec<Item>, Option<Colours>), NotKept> {
+fn velocities(run: &RunData, view: &View) -> Result<(Vec<Cell>, Option<Colours>), NotKept> {
     let mut windows: BTreeMap<u32, Vec<&WindowRecord>> = BTreeMap::new();
     let in_view = |record: &&WindowRecord| (view.from_s..=view.to_s).contains(&record.time_s);
     for record in run.windows()?.iter().chain(run.rupture_fields()?).filter(in_view) {
@@ -346,10 +343,9 @@ fn velocities(run: &RunData, view: &View) -> Result<(Vec<Item>, Option<Colours>)
 mod tests {
     use asperity_record::WindowRecord;
 
-    use super::{Item, Paper, map};
-    use crate::draw::of_study::paper::Sample;
-    use crate::draw::plot::{BLUE, GREY, INK, RED};
+    use super::{Shape, Sheet, map};
     use crate::draw::rupture_selector::{RuptureSelector, picked};
+    use crate::draw::sheet::{BLUE, GREY, RED};
     use asperity_numbers::run_data::RunData;
     use asperity_testkit::made_up;
 
@@ -368,12 +364,10 @@ mod tests {
         run
     }
 
-    fn cells(paper: &Paper) -> Vec<(f64, f64, f64, f64, plotters::prelude::RGBColor)> {
-        let cell = |item: &Item| match item {
-            Item::Cell(low, high, color) => Some((low.0, high.0, low.1, high.1, *color)),
-            _ => None,
-        };
-        paper.panels[0].items.iter().filter_map(cell).collect()
+    fn cells(sheet: &Sheet) -> Vec<(f64, f64, f64, f64, plotters::prelude::RGBColor)> {
+        let of = |shape: &Shape| if let Shape::Cells(cells) = shape { cells.clone() } else { Vec::new() };
+        let cells = sheet.layers().flat_map(|layer| of(&layer.shape));
+        cells.map(|([low, high], color)| (low.0, high.0, low.1, high.1, color)).collect()
     }
 
     #[test]
@@ -396,15 +390,14 @@ mod tests {
             assert!(near(found.0, expected.0) && near(found.1, expected.1), "{found:?} {expected:?}");
             assert_eq!((found.2, found.3, found.4), (expected.2, expected.3, expected.4));
         }
-        let words: Vec<&str> = paper.rows.iter().map(|(_, words)| words.as_str()).collect();
-        assert_eq!(words, ["precursor", "global slip", "other rupture", "arrivals", "farthest so far"]);
+        assert_eq!(
+            paper.labels(),
+            ["other rupture", "precursor", "global slip", "arrivals", "farthest so far"]
+        );
         // How far slip had come, block by block.
-        let Some(Item::Line(creep, ..)) = paper.panels[0].items.last() else { panic!("no creep front") };
+        let creep = paper.panels[0].layers.last().unwrap().points();
         let creep: Vec<(i32, f64)> = creep.iter().map(|(t, n)| ((t * 1e3).round() as i32, *n)).collect();
         assert_eq!(creep, [(100, 1.0), (110, 1.0), (110, 2.0), (350, 2.0), (350, 3.0)]);
-        assert!(
-            paper.rows.contains(&(Sample::Line(crate::draw::plot::Dash::Solid, INK), "arrivals".to_owned()))
-        );
     }
 
     #[test]
@@ -456,10 +449,7 @@ mod tests {
         let paper = map(&run, zoom, [None, None], [None, None]).unwrap();
         assert_eq!(cells(&paper).len(), 2);
         assert!(
-            paper.panels[0]
-                .items
-                .iter()
-                .any(|item| matches!(item, Item::Line(points, ..) if points.len() == 2))
+            paper.layers().any(|layer| matches!(&layer.shape, Shape::Line(points, _) if points.len() == 2))
         );
         assert_eq!(picked(&run, Some(3), None).unwrap_err(), "run test has no rupture 3 (accepted: 0 to 2)");
         let mut old = run.clone();

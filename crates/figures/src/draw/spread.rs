@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
-use super::plot::{Axis, Corner, Dash, Panel, Pen, RED, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, Layer, Panel, Pen, RED, Sheet};
 
 keys! {
     Spread: file;
@@ -47,7 +48,7 @@ impl Figure for Spread {
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
         let slip = run.first_global_slip();
         let slip = slip.ok_or_else(|| format!("run {} has no slip of the whole slider", run.name))?;
-        Ok((run.header.time_step_s.log10(), slip.onset_s))
+        Ok((run.header.time_step_s, slip.onset_s))
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
@@ -56,29 +57,20 @@ impl Figure for Spread {
         if all.is_empty() {
             return Err("panel: there are no runs to show".to_owned());
         }
-        let stated = || self.panel.iter().map(|case| case.stated_s);
-        let low = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
-        let high = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::NEG_INFINITY, f64::max);
         // All cases share their axes.
-        let x = Axis::decades(
-            "Δt (s)",
-            low(&mut all.iter().map(|(step, _)| *step)) - 0.3,
-            high(&mut all.iter().map(|(step, _)| *step)) + 0.3,
-        );
-        let (lowest, highest) = (
-            low(&mut all.iter().map(|(_, time)| *time).chain(stated())),
-            high(&mut all.iter().map(|(_, time)| *time).chain(stated())),
-        );
-        let span = (highest - lowest).max(0.1 * highest);
-        let y = Axis::new("t of first global slip (s)", lowest - 0.1 * span, highest + 0.1 * span);
+        let stated = self.panel.iter().map(|case| case.stated_s);
+        let times = all.iter().map(|(_, time_s)| *time_s).chain(stated);
+        let x = Scale::free_powers("Δt (s)").fitted(all.iter().map(|(step_s, _)| *step_s));
+        let y = Scale::free("t of first global slip (s)").fitted(times);
+        let ends = x.ends();
         let mut drawn = all.iter();
         let panels = self
             .panel
             .iter()
             .map(|case| {
-                let mut series = vec![Series::line(
+                let mut series = vec![Layer::line(
                     "thesis",
-                    vec![(x.from, case.stated_s), (x.to, case.stated_s)],
+                    vec![(ends.0, case.stated_s), (ends.1, case.stated_s)],
                     Dash::Dashed,
                     RED,
                 )];
@@ -86,9 +78,9 @@ impl Figure for Spread {
                     let points = drawn.by_ref().take(steps.runs.len()).copied().collect();
                     series.push(Pen::nth(index, &steps.label).marks(points));
                 }
-                Panel::new(x.clone(), y.clone(), Corner::TopRight, series).titled(&case.label)
+                Panel::new(x.clone(), y.clone(), series).titled(&case.label)
             })
             .collect();
-        Ok(Sheet::Grid(panels))
+        Ok(Sheet::of("", panels))
     }
 }

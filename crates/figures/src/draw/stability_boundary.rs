@@ -7,7 +7,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
-use super::plot::{Axis, Corner, Dash, Panel, Pen, Series, Sheet, nth};
+use super::scale::Scale;
+use super::sheet::{Dash, Layer, Pen, Sheet, nth};
 
 keys! {
     StabilityBoundary: file, title;
@@ -55,7 +56,7 @@ impl Figure for StabilityBoundary {
         let theory = (-POINTS..=POINTS).filter_map(|n| {
             plan.drive.velocity_m_per_s = velocity_m_per_s * ABOUT.powf(f64::from(n) / f64::from(POINTS));
             let critical_n_per_m = Stability::of(&plan)?.critical_stiffness_n_per_m;
-            Some((plan.drive.velocity_m_per_s.log10(), critical_n_per_m / unit_n_per_m))
+            Some((plan.drive.velocity_m_per_s, critical_n_per_m / unit_n_per_m))
         });
         Ok(Part {
             velocity_m_per_s,
@@ -80,28 +81,23 @@ impl Figure for StabilityBoundary {
             let measured = crossings.map(|pair| {
                 let share = pair[0].growth / (pair[0].growth - pair[1].growth);
                 let stiffness = pair[0].stiffness + share * (pair[1].stiffness - pair[0].stiffness);
-                (pair[0].velocity_m_per_s.log10(), stiffness)
+                (pair[0].velocity_m_per_s, stiffness)
             });
             let marks: Vec<(f64, f64)> = measured.collect();
             let mut theory: Vec<(f64, f64)> = of_group.iter().flat_map(|part| part.theory.clone()).collect();
             theory.sort_by(|a, b| a.0.total_cmp(&b.0));
-            drawn.push(Series::line("", theory, Dash::Solid, nth(index).2));
+            drawn.push(Layer::line("", theory, Dash::Solid, nth(index).2));
             drawn.push(Pen::nth(index, &group.label).marks(marks));
         }
-        let marks = || drawn.iter().skip(1).step_by(2).flat_map(|series| &series.points);
-        let (left, right) =
-            marks().fold((f64::MAX, f64::MIN), |(low, high), at| (low.min(at.0), high.max(at.0)));
-        if left > right {
+        let marks = || drawn.iter().skip(1).step_by(2).flat_map(Layer::points);
+        if marks().next().is_none() {
             return Err("at no velocity do oscillations both grow and decay".to_owned());
         }
-        let x = Axis::decades("velocity (m/s)", left - 0.3, right + 0.3);
+        let x = Scale::free_powers("velocity (m/s)").fitted(marks().flat_map(|at| [at.0 / 2.0, 2.0 * at.0]));
         // Inertia lifts the theory beyond all bounds.
-        let top = 1.15 * marks().fold(0.0, |most: f64, at| most.max(at.1));
-        let in_view = |at: &&(f64, f64)| x.holds(at.0) && (0.0..=top).contains(&at.1);
-        let shown = drawn.iter().flat_map(|series| &series.points).filter(in_view);
-        let y = Axis::about("k_c D_c / (b − a) p", shown.map(|at| at.1));
+        let y = Scale::free("k_c D_c / (b − a) p").fitted(marks().flat_map(|at| [0.85 * at.1, 1.15 * at.1]));
         let note = "marks: oscillations neither grow nor decay, lines: closed form";
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, drawn).titled(&self.title).noted(note)))
+        Ok(Sheet::single(&self.title, x, y, drawn).noted(note))
     }
 }
 
@@ -110,10 +106,9 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::{Figure, Part, StabilityBoundary};
-    use crate::draw::plot::Sheet;
 
     fn part(velocity_m_per_s: f64, stiffness: f64, growth: f64) -> Part {
-        let theory = vec![(velocity_m_per_s.log10(), 1.0)];
+        let theory = vec![(velocity_m_per_s, 1.0)];
         Part { velocity_m_per_s, stiffness, growth, theory }
     }
 
@@ -128,9 +123,9 @@ mod tests {
         let of = [part(1e-3, 1.2, -0.01), part(1e-3, 0.8, 0.03), part(1e-2, 0.5, 0.1), part(1e-2, 0.6, 0.05)];
         let parts: BTreeMap<String, Part> =
             ["a", "b", "c", "d"].map(str::to_owned).into_iter().zip(of).collect();
-        let Sheet::Single(panel) = figure().sheet(parts).unwrap() else { panic!("one panel") };
-        let [(x, y)] = panel.series[1].points[..] else { panic!("{:?}", panel.series[1].points) };
-        assert!((x + 3.0).abs() < 1e-12 && (y - 1.1).abs() < 1e-12, "{x} {y}");
+        let panel = figure().sheet(parts).unwrap().panels.remove(0);
+        let [(x, y)] = panel.layers[1].points()[..] else { panic!("{:?}", panel.layers[1].points()) };
+        assert!((x - 1e-3).abs() < 1e-12 && (y - 1.1).abs() < 1e-12, "{x} {y}");
         let grow = ["a", "b", "c", "d"].map(|name| (name.to_owned(), part(1e-3, 0.8, 0.03)));
         assert_eq!(
             figure().sheet(grow.into_iter().collect()).err().as_deref(),

@@ -9,7 +9,8 @@ use asperity_record::FieldRecord;
 
 use super::area::along;
 use super::kind::{Figure, Level, keys, levels, of_one_run};
-use super::plot::{Axis, Corner, Dash, INK, Look, Panel, Series, Sheet};
+use super::scale::Scale;
+use super::sheet::{Dash, INK, Layer, Panel, Sheet};
 
 keys! {
     Stress: file, run;
@@ -41,7 +42,7 @@ impl Figure for Stress {
         let any_mirrored = states.iter().any(|(fields, load)| is_mirrored(run, fields, load));
         let panels: Vec<Panel> =
             states.iter().map(|(fields, load)| panel(run, fields, load, any_mirrored)).collect();
-        Ok(Sheet::of(panels))
+        Ok(Sheet::of("", panels))
     }
 }
 
@@ -90,27 +91,20 @@ fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool)
         thresholds.into_iter().map(|(level, force_n)| (level, along(&force_n))).collect();
     let tau = along(&fields.tangential_force_n);
     let mirrored = is_mirrored(run, fields, record);
-    let curves = || thresholds.iter().map(|(_, points)| points).chain([&tau]);
-    let values = || curves().flatten().map(|(_, force)| *force);
-    let (lowest, highest) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
-    let lowest = if mirrored { lowest.min(-highest) } else { lowest };
     let below = |points: &[(f64, f64)]| points.iter().map(|(x, force)| (*x, -force)).collect();
     let mut series = Vec::new();
     for ((_, dash, color, name), points) in thresholds {
-        let (label, look) = (format!("{name} p_n"), Look::Line(dash, color));
         if mirrored {
-            series.push(Series { label: String::new(), points: below(&points), look });
+            series.push(Layer::line("", below(&points), dash, color));
         }
-        series.push(Series { label: if any_mirrored { format!("±{label}") } else { label }, points, look });
+        let sign = if any_mirrored { "±" } else { "" };
+        series.push(Layer::line(format!("{sign}{name} p_n"), points, dash, color));
     }
-    series.push(Series::line("τ_n", tau, Dash::Solid, INK));
-    let x = Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3);
-    let y = Axis::new(
-        if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" },
-        lowest - 0.08 * (highest - lowest),
-        highest + 0.08 * (highest - lowest),
-    );
-    Panel::new(x, y, Corner::TopRight, series).titled(format!(
+    series.push(Layer::line("τ_n", tau, Dash::Solid, INK));
+    let x = Scale::between("x (mm)", 0.0, run.plan.length_m * 1e3);
+    let of_one_row = run.of_one_row().is_some();
+    let y = Scale::free(if of_one_row { "force per block (N)" } else { "mean force per contact (N)" });
+    Panel::new(x, y, series).titled(format!(
         "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
         fields.time_s,
         record.normal_load_n,
@@ -121,7 +115,7 @@ fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool)
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, Sheet, Stress};
+    use super::{Figure, Stress};
     use asperity_numbers::required_data::RequiredData;
     use asperity_testkit::made_up;
 
@@ -133,13 +127,13 @@ mod tests {
         let state = run.states.first().unwrap().clone();
         run.kept = RequiredData { states_near_s: vec![0.0], ..RequiredData::LOADS };
         made_up::with_states(&mut run, &[state]);
-        let Sheet::Single(panel) = figure.part(&run).unwrap() else { panic!("one panel") };
-        let heights = |n: usize| panel.series[n].points.iter().map(|point| point.1).collect::<Vec<f64>>();
+        let panel = figure.part(&run).unwrap().panels.remove(0);
+        let heights = |n: usize| panel.layers[n].points().iter().map(|point| point.1).collect::<Vec<f64>>();
         assert_eq!((heights(0), heights(1)), (vec![70.0, 140.0, 70.0], vec![45.0, 90.0, 45.0]));
         run.run.scenario.friction.stuck_blocks = vec![2.0];
         run.run.plan.friction.static_coefficients[1] = 1e6;
-        let Sheet::Single(panel) = figure.part(&run).unwrap() else { panic!("one panel") };
-        let heights = |n: usize| panel.series[n].points.iter().map(|point| point.1).collect::<Vec<f64>>();
+        let panel = figure.part(&run).unwrap().panels.remove(0);
+        let heights = |n: usize| panel.layers[n].points().iter().map(|point| point.1).collect::<Vec<f64>>();
         assert_eq!((heights(0), heights(1)), (vec![70.0, 70.0], vec![45.0, 90.0, 45.0]));
     }
 }

@@ -11,11 +11,10 @@ use asperity_numbers::run_data::RunData;
 use asperity_record::FieldRecord;
 
 use super::area::along;
-use super::kind::{Figure, Level, keys, levels, of_one_run, place_name};
-use super::of_study::colours::{Colours, On};
-use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::plot::{Dash, Sheet};
+use super::colours::{Colours, On};
+use super::kind::{Figure, keys, levels, of_one_run, place_name};
 use super::scale::Scale;
+use super::sheet::{Dash, Layer, Panel, Sheet};
 
 keys! {
     StressSequence: file, run, title;
@@ -40,12 +39,6 @@ impl Figure for StressSequence {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        Ok(self.paper(run)?.sheet(&self.title))
-    }
-}
-
-impl StressSequence {
-    fn paper(&self, run: &RunData) -> Result<Paper, String> {
         let precursors = one_by_one(run);
         let shown = precursors.iter().filter(|precursor| {
             let is_global = precursor.blocks_slipped == run.header.blocks;
@@ -69,30 +62,21 @@ impl StressSequence {
         }
         let scale = Scale::of("F_T/F_N at the onset", false, 0.0, pairs.iter().map(|(load, _)| *load));
         let colours = Colours::of(scale, On::Lines);
-        let ratios = pairs.iter().flat_map(|(_, both)| both.iter().flatten()).map(|(_, ratio)| *ratio);
-        let (mut low, mut high) = (0.0f64, run.plan.friction.static_coefficient);
-        for ratio in ratios {
-            (low, high) = (low.min(ratio), high.max(ratio));
-        }
-        let margin = 0.05 * (high - low);
         let last = f64::from(run.columns());
         let lines = levels(run);
         let panel = |title: &str, which: usize| {
             let profiles = pairs.iter().map(|(load, both)| {
                 let color = colours.at(colours.scale.nearest_share(*load));
-                Item::Line(both[which].clone(), Dash::Solid, color)
+                Layer::line("", both[which].clone(), Dash::Solid, color)
             });
-            let levels = lines.iter().map(|&(level, dash, color, _)| {
-                Item::Line(vec![(0.5, level), (last + 0.5, level)], dash, color)
+            let levels = lines.iter().map(|&(level, dash, color, label)| {
+                Layer::line(label, vec![(0.5, level), (last + 0.5, level)], dash, color)
             });
-            Panel { title: title.to_owned(), items: profiles.chain(levels).collect() }
+            let x = Scale::between(place_name(run), 0.5, last + 0.5);
+            Panel::new(x, Scale::free("τ_n/p_n"), profiles.chain(levels).collect()).titled(title)
         };
         let panels = vec![panel("before each precursor", 0), panel("after each precursor", 1)];
-        let row = |&(_, dash, color, label): &Level| (Sample::Line(dash, color), label.to_owned());
-        let rows = lines.iter().map(row).collect();
-        let x = Scale::between(place_name(run), 0.5, last + 0.5);
-        let y = Scale::between("τ_n/p_n", if low < 0.0 { low - margin } else { 0.0 }, high + margin);
-        Ok(Paper { bar: Some(colours), ..Paper::new(x, y, panels, rows) })
+        Ok(Sheet { bar: Some(colours), ..Sheet::of(&self.title, panels) })
     }
 }
 
@@ -111,7 +95,8 @@ fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String
 mod tests {
     use asperity_record::FieldRecord;
 
-    use super::{Item, StressSequence};
+    use super::{Figure, StressSequence};
+    use crate::draw::sheet::Shape;
     use asperity_numbers::required_data::RequiredData;
     use asperity_testkit::made_up::{self, EVENTS};
 
@@ -139,16 +124,16 @@ mod tests {
         made_up::with_states(&mut run, &states);
         // 400 N on three blocks; the precursors are events 0, 1 and 4, and event 5 is of all blocks.
         let levels = |toml: &str, panel: usize| -> Vec<f64> {
-            let paper = figure(toml).paper(&run).unwrap();
-            let first = |item: &Item| match item {
-                Item::Line(points, ..) if points.len() == 3 => Some((points[0].1 * 400.0 / 3.0).round()),
+            let sheet = figure(toml).part(&run).unwrap();
+            let first = |shape: &Shape| match shape {
+                Shape::Line(points, _) if points.len() == 3 => Some((points[0].1 * 400.0 / 3.0).round()),
                 _ => None,
             };
-            paper.panels[panel].items.iter().filter_map(first).collect()
+            sheet.panels[panel].layers.iter().filter_map(|layer| first(&layer.shape)).collect()
         };
         assert_eq!((levels("", 0), levels("", 1)), (vec![100.0, 200.0, 412.0], vec![101.0, 210.0, 420.0]));
         assert_eq!(levels("from_blocks = 2\nglobal_slip = true", 0), [200.0, 412.0, 500.0]);
-        let refused = figure("from_blocks = 3").paper(&run).unwrap_err();
+        let refused = figure("from_blocks = 3").part(&run).unwrap_err();
         assert!(refused.contains("no precursor of 3 blocks or more") && refused.contains("event_fields"));
     }
 }

@@ -5,7 +5,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
-use super::plot::{Axis, Corner, Panel, Pen, Sheet};
+use super::scale::Scale;
+use super::sheet::{Panel, Pen, Sheet};
 
 keys! {
     StudyFigure: file;
@@ -42,6 +43,10 @@ fn one() -> f64 {
     1.0
 }
 
+fn scale(is_logarithmic: bool, label: &str) -> Scale {
+    if is_logarithmic { Scale::free_powers(label) } else { Scale::free(label) }
+}
+
 impl Figure for StudyFigure {
     of_runs_in!(series, (f64, [Option<f64>; 2]));
 
@@ -67,8 +72,7 @@ impl Figure for StudyFigure {
         }
         let of = |number: Number| {
             let value = number.of(run, None)? * self.measure_factor;
-            let place = if self.logarithmic_measure { value.log10() } else { value };
-            Some(place).filter(|place| place.is_finite())
+            Some(value).filter(|value| value.is_finite() && (!self.logarithmic_measure || *value > 0.0))
         };
         Ok((at, [of(self.measure), self.theory.and_then(of)]))
     }
@@ -80,7 +84,6 @@ impl Figure for StudyFigure {
             let (mut points, mut theory) = (Vec::new(), Vec::new());
             for name in &series.runs {
                 let (at, [measured, by_theory]) = *find(&parts, name)?;
-                let at = if self.logarithmic { at.log10() } else { at };
                 // A run without such a number leaves a gap.
                 points.extend(measured.map(|value| (at, value)));
                 theory.extend(by_theory.map(|value| (at, value)));
@@ -96,32 +99,14 @@ impl Figure for StudyFigure {
             }
             drawn.push(pen.marks(points));
         }
-        let all = || drawn.iter().flat_map(|series| series.points.iter().copied());
-        if all().next().is_none() {
+        let panel = Panel::new(
+            scale(self.logarithmic, &self.parameter_label),
+            scale(self.logarithmic_measure, &self.measure_label).in_whole_numbers(self.measure.is_count()),
+            drawn,
+        );
+        if panel.is_empty() {
             return Err(format!("no run has a {}", self.measure.name()));
         }
-        let range = |values: &dyn Fn((f64, f64)) -> f64| {
-            all()
-                .map(values)
-                .fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)))
-        };
-        let (left, right) = range(&|point| point.0);
-        // About one value alone, half as much again to both sides.
-        let margin = if right > left { 0.06 * (right - left) } else { (0.5 * right.abs()).max(0.5) };
-        let x = if self.logarithmic {
-            Axis::decades(&self.parameter_label, left - margin, right + margin)
-        } else {
-            Axis::new(&self.parameter_label, left - margin, right + margin)
-        };
-        let y = if self.logarithmic_measure {
-            let (low, high) = range(&|point| point.1);
-            Axis::decades(&self.measure_label, low - 0.06 * (high - low), high + 0.06 * (high - low))
-        } else {
-            Axis {
-                whole: self.measure.is_count(),
-                ..Axis::about(&self.measure_label, all().map(|point| point.1))
-            }
-        };
-        Ok(Sheet::single(Panel::new(x, y, Corner::TopRight, drawn)))
+        Ok(Sheet::of("", vec![panel]))
     }
 }

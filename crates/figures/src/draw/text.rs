@@ -9,8 +9,7 @@ use std::sync::LazyLock;
 use plotters::prelude::{BLACK, RGBColor};
 use ttf_parser::{Face, OutlineBuilder};
 
-use super::print::canvas::{self, Area};
-use super::print::page::{Colour, Item, Paint, Point, Role, Segment, bounds};
+use super::print::page::{Colour, Item, Page, Paint, Point, Role, Segment, bounds, mapped};
 
 static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
     Face::parse(include_bytes!("../../fonts/DejaVuSans.ttf"), 0).expect("the embedded font is a font")
@@ -34,7 +33,14 @@ const SCRIPT_SIZE: f64 = 0.7;
 const SCRIPT_SPACE: f64 = 0.06;
 
 /// How high digits and capitals are, over the size of the text.
-const CAPITAL: f64 = 0.729;
+pub(super) const CAPITAL: f64 = 0.729;
+
+/// How far letters hang below the line, over the size of the text.
+pub(super) const DESCENT: f64 = 0.24;
+
+/// Sizes of numbers and of what axes are called, in pixels.
+pub(super) const TICK_TEXT: f64 = 36.0;
+pub(super) const LABEL_TEXT: f64 = 42.0;
 
 /// Where a piece of a label stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,24 +77,24 @@ pub(super) struct Label<'a> {
     pub(super) role: Role,
 }
 
-/// Draws a label in black; `upward` turns it to read from bottom to top. Digits and capitals are halved
-/// by its position.
-pub(super) fn draw(
-    area: &Area<'_>,
-    text: &str,
-    (x, y): (i32, i32),
-    size: f64,
-    align: Align,
-    upward: bool,
-) -> Result<(), String> {
-    let label = Label { text, size, align, upward, colour: BLACK, role: Role::Label };
-    put(area, label, (f64::from(x), f64::from(y)))
+impl<'a> Label<'a> {
+    /// Words in black from left to right, about their position.
+    pub(super) fn of(text: &'a str) -> Label<'a> {
+        let (size, align) = (LABEL_TEXT, Align::Center);
+        Label { text, size, align, upward: false, colour: BLACK, role: Role::Label }
+    }
+
+    /// Smaller, if it would be longer than this.
+    pub(super) fn at_most(self, longest: f64) -> Label<'a> {
+        let share = (longest / label_width(self.text, self.size).max(1.0)).min(1.0);
+        Label { size: self.size * share, ..self }
+    }
 }
 
 /// Draws a label. Of a number beside an axis, the ink is in the middle, so that it is where its mark is.
-pub(super) fn put(area: &Area<'_>, label: Label<'_>, (x, y): Point) -> Result<(), String> {
+pub(super) fn put(page: &mut Page, label: Label<'_>, (x, y): Point) {
     let (path, width) = outlines(label.text, label.size);
-    let Some(((left, top), (right, bottom))) = bounds(&path) else { return Ok(()) };
+    let Some(((left, top), (right, bottom))) = bounds(&path) else { return };
     let along = match (label.align, label.role) {
         (Align::Left, _) => 0.0,
         (Align::Center, Role::NumberAcross) => -(left + right) / 2.0,
@@ -103,18 +109,10 @@ pub(super) fn put(area: &Area<'_>, label: Label<'_>, (x, y): Point) -> Result<()
         let (px, py) = (px + along, py + down);
         if label.upward { (x + py, y - px) } else { (x + px, y + py) }
     };
-    let path = path
-        .into_iter()
-        .map(|segment| match segment {
-            Segment::Move(to) => Segment::Move(place(to)),
-            Segment::Line(to) => Segment::Line(place(to)),
-            Segment::Curve(a, b, to) => Segment::Curve(place(a), place(b), place(to)),
-            Segment::Close => Segment::Close,
-        })
-        .collect();
+    let path = mapped(path, place);
     let RGBColor(r, g, b) = label.colour;
     let paint = Paint::Fill(Colour { rgb: (r, g, b), strength: 1.0 });
-    canvas::draw(area, Item { role: label.role, text: plain(label.text), path, paint })
+    page.add(Item { role: label.role, text: plain(label.text), path, paint });
 }
 
 /// The width of a label in pixels.

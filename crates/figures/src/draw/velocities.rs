@@ -6,7 +6,8 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, keys, of_one_run};
-use super::plot::{Axis, Corner, Dash, GREY, INK, Panel, Series, Sheet, nth};
+use super::scale::Scale;
+use super::sheet::{Dash, GREY, INK, Layer, Panel, Sheet, nth};
 
 keys! {
     Velocities: file, run, title;
@@ -46,11 +47,11 @@ impl Figure for Velocities {
         // The axes end with what is shown.
         let to = records.last().map_or(to, |last| since(last.time_s));
         let from = since(first.time_s);
-        let mut series: Vec<Series> = (0..first.velocity_m_per_s.len())
+        let mut series: Vec<Layer> = (0..first.velocity_m_per_s.len())
             .map(|index| {
                 let (_, dash, color) = nth(index);
                 let speed = |velocity_m_per_s: &[f64]| velocity_m_per_s[index] * 1e3;
-                Series::line(
+                Layer::line(
                     format!("block {}", first.first_block as usize + index),
                     records
                         .iter()
@@ -61,22 +62,17 @@ impl Figure for Velocities {
                 )
             })
             .collect();
-        let all = || series.iter().flat_map(|series| &series.points).map(|(_, speed)| *speed);
-        let (lowest, highest) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
-        series.insert(0, Series::line("", vec![(from, 0.0), (to, 0.0)], Dash::Dotted, GREY));
+        series.insert(0, Layer::line("", vec![(from, 0.0), (to, 0.0)], Dash::Dotted, GREY));
         let sliding: Vec<(f64, f64)> =
             records.iter().map(|record| (since(record.time_s), f64::from(record.sliding))).collect();
         let most = sliding.iter().fold(1.0f64, |most, (_, count)| most.max(*count));
-        let x = Axis::new("", from, to);
-        let y =
-            Axis::new("v_n (mm/s)", lowest - 0.05 * (highest - lowest), highest + 0.08 * (highest - lowest));
-        let upper = Panel::new(x, y, Corner::TopRight, series)
-            .titled(&self.title)
-            .noted(format!("t_0 = {:.5} s", event.onset_s));
-        let x = Axis::new(&format!("t − t_0 ({unit})"), from, to);
-        let y = Axis::counts("blocks sliding", most);
-        let series = vec![Series::line("", sliding, Dash::Solid, INK)];
-        let lower = Panel::new(x, y, Corner::TopRight, series);
-        Ok(Sheet::stacked(upper, lower))
+        let x = Scale::between("", from, to);
+        let upper =
+            Panel::new(x, Scale::free("v_n (mm/s)"), series).noted(&format!("t_0 = {:.5} s", event.onset_s));
+        let x = Scale::between(&format!("t − t_0 ({unit})"), from, to);
+        let y = Scale::counts("blocks sliding", most);
+        let series = vec![Layer::line("", sliding, Dash::Solid, INK)];
+        let lower = Panel::new(x, y, series);
+        Ok(Sheet::stacked(&self.title, upper, lower))
     }
 }

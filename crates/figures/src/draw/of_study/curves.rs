@@ -6,12 +6,11 @@ use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_numbers::quantile;
 use plotters::prelude::RGBColor;
 
-use super::colours::{Colours, On, WORDS};
 use super::gather::{Gathered, LEVELS, Loads, ScenarioOf};
 use super::map::in_order;
-use super::paper::{Item, Paper, Sample};
-use crate::draw::plot::{Dash, GREY, INK, Marker};
+use crate::draw::colours::{Colours, On, WORDS};
 use crate::draw::scale::Scale;
+use crate::draw::sheet::{Dash, GREY, INK, Layer, Marker, Shape, Sheet};
 use crate::{Place, Theory};
 
 /// Strengths of the bands between extremes and between quartiles.
@@ -22,7 +21,7 @@ const QUARTILES: f64 = 0.28;
 const MOST_MARKS: usize = 60;
 
 /// The radius of a dot where marks would hide each other.
-const DOT: i32 = 5;
+const DOT: f64 = 5.0;
 
 /// Laws that may differ from run to run of one colour; more would be a tangle.
 const MOST_LAWS: usize = 12;
@@ -31,8 +30,8 @@ const MOST_LAWS: usize = 12;
 struct Looks {
     all: Vec<(Marker, RGBColor)>,
     bar: Option<Colours>,
-    heading: String,
-    rows: Vec<(Sample, String)>,
+    /// What the legend calls each, below what all of them are.
+    legend: Vec<Layer>,
 }
 
 /// Marks of words, which tell them apart in grey as well.
@@ -43,10 +42,9 @@ impl Looks {
     /// Of the colours of a figure: numbers on a scale, words one by one.
     fn of(gathered: &Gathered, has_lines: bool, has_marks: bool) -> Looks {
         let places = &gathered.colours.places;
-        let (mut bar, mut heading, mut rows) = (None, String::new(), Vec::new());
         let Some(colour) = &gathered.figure.colour else {
             let all = vec![(Marker::Circle, INK); places.len().max(1)];
-            return Looks { all, bar, heading, rows };
+            return Looks { all, bar: None, legend: Vec::new() };
         };
         let numbers =
             || places.iter().filter_map(|place| if let Place::Number(n) = place { Some(*n) } else { None });
@@ -54,34 +52,28 @@ impl Looks {
             let scale = Scale::of(&colour.label, colour.log, 0.0, numbers().collect::<Vec<_>>().into_iter());
             let colours = Colours::of(scale, On::Lines);
             let look = |value| (Marker::Circle, colours.at(colours.scale.nearest_share(value)));
-            let all = numbers().map(look).collect();
-            bar = Some(colours);
-            return Looks { all, bar, heading, rows };
+            return Looks { all: numbers().map(look).collect(), bar: Some(colours), legend: Vec::new() };
         }
-        heading.clone_from(&colour.label);
         let looks = MARKERS.into_iter().cycle().zip(WORDS.into_iter().cycle());
         let all: Vec<(Marker, RGBColor)> = looks.take(places.len()).collect();
+        let mut legend = vec![Layer::remark(&colour.label)];
         for ((marker, color), word) in all.iter().zip(gathered.colours.words()) {
-            let sample = match (has_lines, has_marks) {
-                (true, true) => Sample::LineAndMarks(Dash::Solid, *marker, *color),
-                (true, false) => Sample::Line(Dash::Solid, *color),
-                (false, _) => Sample::Marks(*marker, *color),
-            };
-            rows.push((sample, word));
+            legend.extend(has_lines.then(|| Layer::line(&word, Vec::new(), Dash::Solid, *color)));
+            legend.extend(has_marks.then(|| Layer::marks(&word, Vec::new(), *marker, *color)));
         }
-        Looks { all, bar, heading, rows }
+        Looks { all, bar: None, legend }
     }
 }
 
-/// The rows of the key that explain lines and bands.
-fn explain(rows: &mut Vec<(Sample, String)>, bands: bool, theory: Option<(Dash, &str)>) {
+/// The rows of the legend that explain lines and bands.
+fn explain(legend: &mut Vec<Layer>, bands: bool, theory: Option<(Dash, &str)>) {
     if bands {
-        rows.push((Sample::Line(Dash::Solid, GREY), "median".to_owned()));
-        rows.push((Sample::Surface(INK, QUARTILES + EXTREMES), "quartiles".to_owned()));
-        rows.push((Sample::Surface(INK, EXTREMES), "extremes".to_owned()));
+        legend.push(Layer::line("median", Vec::new(), Dash::Solid, GREY));
+        legend.push(Layer::surface("quartiles", Vec::new(), QUARTILES + EXTREMES, INK));
+        legend.push(Layer::surface("extremes", Vec::new(), EXTREMES, INK));
     }
     if let Some((dash, label)) = theory {
-        rows.push((Sample::Line(dash, GREY), label.to_owned()));
+        legend.push(Layer::line(label, Vec::new(), dash, GREY));
     }
 }
 
@@ -92,7 +84,7 @@ type Column = (f64, Vec<f64>);
 type Shown = (f64, f64, Option<u64>);
 
 /// A surface between two courses, one for each stretch without gaps.
-fn surfaces(columns: &[Column], low: f64, high: f64, color: RGBColor, strength: f64) -> Vec<Item> {
+fn surfaces(columns: &[Column], low: f64, high: f64, color: RGBColor, strength: f64) -> Vec<Layer> {
     let stretches = columns.split(|(_, values)| values.is_empty()).filter(|stretch| stretch.len() > 1);
     let course = |stretch: &[Column], share: f64| -> Vec<(f64, f64)> {
         stretch.iter().filter_map(|(x, values)| Some((*x, quantile(values, share)?))).collect()
@@ -100,17 +92,18 @@ fn surfaces(columns: &[Column], low: f64, high: f64, color: RGBColor, strength: 
     let surface = |stretch: &[Column]| {
         let mut outline = course(stretch, low);
         outline.extend(course(stretch, high).into_iter().rev());
-        Item::Surface(outline, color, strength)
+        Layer::surface("", outline, strength, color)
     };
     stretches.map(surface).collect()
 }
 
 /// Adds what theory says of a colour; one grey line where it says the same of several.
-fn add_law(lines: &mut Vec<Item>, course: Vec<(f64, f64)>, dash: Dash, color: RGBColor) {
-    let same = |other: &Item| matches!(other, Item::Line(known, ..) if same_course(known, &course));
-    match lines.iter_mut().find(|other| same(other)) {
-        Some(Item::Line(.., shared)) => *shared = GREY,
-        _ => lines.push(Item::Line(course, dash, color)),
+fn add_law(lines: &mut Vec<Layer>, course: Vec<(f64, f64)>, dash: Dash, color: RGBColor) {
+    let same =
+        |other: &&mut Layer| matches!(&other.shape, Shape::Line(known, _) if same_course(known, &course));
+    match lines.iter_mut().find(same) {
+        Some(shared) => shared.colour = GREY,
+        None => lines.push(Layer::line("", course, dash, color)),
     }
 }
 
@@ -132,7 +125,7 @@ pub(super) fn family(
     joined: bool,
     theory: Option<Theory>,
     scenario_of: ScenarioOf<'_>,
-) -> Result<Paper, String> {
+) -> Result<Sheet, String> {
     let figure = &gathered.figure;
     let mut series: BTreeMap<(usize, usize), Vec<Shown>> = BTreeMap::new();
     for sample in gathered.samples.iter().filter(|sample| sample.x.is_finite()) {
@@ -140,8 +133,8 @@ pub(super) fn family(
         let run = sample.done.then_some(sample.run);
         of.push((sample.x, sample.y, run));
     }
-    let Looks { all: looks, bar, heading, mut rows } = Looks::of(gathered, joined, true);
-    let mut panels: BTreeMap<usize, [Vec<Item>; 4]> = BTreeMap::new();
+    let Looks { all: looks, bar, mut legend } = Looks::of(gathered, joined, true);
+    let mut panels: BTreeMap<usize, [Vec<Layer>; 4]> = BTreeMap::new();
     let (mut ys, mut bands, mut has_theory) = (Vec::new(), false, false);
     for ((panel, colour), mut points) in series {
         let (marker, color) = looks[colour];
@@ -152,9 +145,9 @@ pub(super) fn family(
                 points.iter().filter(|(_, y, _)| y.is_finite()).map(|(x, y, _)| (*x, *y)).collect();
             ys.extend(shown.iter().map(|(_, y)| *y));
             marks.push(if shown.len() > MOST_MARKS {
-                Item::Discs(shown, DOT, color)
+                Layer::discs("", shown, DOT, color)
             } else {
-                Item::Marks(shown, marker, color)
+                Layer::marks("", shown, marker, color)
             });
         }
         let columns: Vec<Column> = points
@@ -176,14 +169,14 @@ pub(super) fn family(
             // A place without the number is a gap.
             let course: Vec<(f64, f64)> =
                 columns.iter().map(|(x, values)| (*x, quantile(values, 0.5).unwrap_or(f64::NAN))).collect();
-            lines.push(Item::Line(course.clone(), Dash::Solid, color));
+            lines.push(Layer::line("", course.clone(), Dash::Solid, color));
             let alone = |n: &usize| {
                 let is_gap = |n: usize| course.get(n).is_none_or(|(_, y)| y.is_nan());
                 is_gap(n.wrapping_sub(1)) && is_gap(n + 1)
             };
             let is_marked = course.len() <= MOST_MARKS;
             let marked = (0..course.len()).filter(|n| is_marked || alone(n)).map(|n| course[n]);
-            marks.push(Item::Marks(marked.filter(|(_, y)| y.is_finite()).collect(), marker, color));
+            marks.push(Layer::marks("", marked.filter(|(_, y)| y.is_finite()).collect(), marker, color));
         }
         if let Some(theory) = theory {
             let mut course = Vec::new();
@@ -201,32 +194,22 @@ pub(super) fn family(
             add_law(theories, course, Dash::Dashed, color);
         }
     }
-    explain(&mut rows, bands, has_theory.then_some((Dash::Dashed, "theory")));
+    explain(&mut legend, bands, has_theory.then_some((Dash::Dashed, "theory")));
     let xs: Vec<f64> = gathered.samples.iter().map(|sample| sample.x).collect();
     let lowest = ys.iter().copied().fold(f64::INFINITY, f64::min);
-    let panels = panels.into_iter().map(|(panel, layers)| (panel, layers.concat())).collect();
-    Ok(Paper {
-        shape: None,
-        is_close: false,
-        title: figure.title.clone(),
-        x: Scale::of(&figure.x.label, figure.x.log, 0.04, xs.into_iter().filter(|x| x.is_finite())),
-        y: Scale::of(&figure.y.label, figure.y.log, 0.06, ys.into_iter()).down_to_zero(lowest),
-        panels: in_order(gathered, panels),
-        bar,
-        heading,
-        rows,
-    })
+    let x = Scale::of(&figure.x.label, figure.x.log, 0.04, xs.into_iter().filter(|x| x.is_finite()));
+    let y = Scale::of(&figure.y.label, figure.y.log, 0.06, ys.into_iter()).down_to_zero(lowest);
+    Ok(sheet(gathered, panels, legend, bar, [x, y]))
 }
 
 pub(super) fn lengths(
     gathered: &Gathered,
     law: Option<LengthLaw>,
     scenario_of: ScenarioOf<'_>,
-) -> Result<Paper, String> {
+) -> Result<Sheet, String> {
     let figure = &gathered.figure;
-    let Looks { all: looks, bar, heading, mut rows } =
-        Looks::of(gathered, figure.is_spread, !figure.is_spread);
-    let mut panels: BTreeMap<usize, [Vec<Item>; 3]> = BTreeMap::new();
+    let Looks { all: looks, bar, mut legend } = Looks::of(gathered, figure.is_spread, !figure.is_spread);
+    let mut panels: BTreeMap<usize, [Vec<Layer>; 3]> = BTreeMap::new();
     let mut largest: f64 = 0.0;
     let mut labels: Vec<String> = Vec::new();
     let mut is_tangled = false;
@@ -295,9 +278,9 @@ pub(super) fn lengths(
             let high = course(high).into_iter().take(outline.len());
             let right: Vec<(f64, f64)> = high.map(|(load, length)| (load.min(to), length)).collect();
             outline.extend(right.into_iter().rev());
-            behind.push(Item::Surface(outline, color, strength));
+            behind.push(Layer::surface("", outline, strength, color));
         }
-        lines.push(Item::Line(course(0.5), Dash::Solid, color));
+        lines.push(Layer::line("", course(0.5), Dash::Solid, color));
     }
     let mut marks: BTreeMap<(usize, usize), Vec<(f64, f64)>> = BTreeMap::new();
     for (panel, colour, load, length) in &gathered.marks {
@@ -309,9 +292,9 @@ pub(super) fn lengths(
         let [.., on_top] = panels.entry(panel).or_default();
         let is_many = points.len() > 4 * MOST_MARKS;
         on_top.push(if is_many {
-            Item::Discs(points, DOT, color)
+            Layer::discs("", points, DOT, color)
         } else {
-            Item::Marks(points, marker, color)
+            Layer::marks("", points, marker, color)
         });
     }
     let label = match &labels[..] {
@@ -321,22 +304,26 @@ pub(super) fn lengths(
     };
     let dash = if figure.is_spread { Dash::Dashed } else { Dash::Solid };
     if !figure.is_spread {
-        rows.push((Sample::Marks(Marker::Circle, GREY), "simulated".to_owned()));
+        legend.push(Layer::marks("simulated", Vec::new(), Marker::Circle, GREY));
     }
-    explain(&mut rows, figure.is_spread, label.map(|label| (dash, label)));
+    explain(&mut legend, figure.is_spread, label.map(|label| (dash, label)));
     if is_tangled {
-        rows.push((Sample::Nothing, "laws differ".to_owned()));
+        legend.push(Layer::remark("laws differ"));
     }
-    let panels = panels.into_iter().map(|(panel, layers)| (panel, layers.concat())).collect();
-    Ok(Paper {
-        shape: None,
-        is_close: false,
-        title: figure.title.clone(),
-        x: Scale::between(&figure.x.label, 0.0, to),
-        y: Scale::between(&figure.y.label, 0.0, 1.05),
-        panels: in_order(gathered, panels),
-        bar,
-        heading,
-        rows,
-    })
+    let axes = [Scale::between(&figure.x.label, 0.0, to), Scale::between(&figure.y.label, 0.0, 1.05)];
+    Ok(sheet(gathered, panels, legend, bar, axes))
+}
+
+/// The panels in the order of their values, with the legend of all.
+fn sheet<const N: usize>(
+    gathered: &Gathered,
+    panels: BTreeMap<usize, [Vec<Layer>; N]>,
+    legend: Vec<Layer>,
+    bar: Option<Colours>,
+    [x, y]: [Scale; 2],
+) -> Sheet {
+    let with_legend =
+        |(panel, layers): (usize, [Vec<Layer>; N])| (panel, [layers.concat(), legend.clone()].concat());
+    let panels = panels.into_iter().map(with_legend).collect();
+    Sheet { bar, ..Sheet::of(&gathered.figure.title, in_order(gathered, panels, &x, &y)) }
 }

@@ -2,15 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::colours::{Colours, On};
 use super::gather::{Gathered, Values};
-use super::paper::{Item, Panel, Paper, Sample};
-use crate::draw::plot::{GREY, Marker};
+use crate::draw::colours::{Colours, On};
 use crate::draw::scale::{Scale, number};
+use crate::draw::sheet::{Cell, GREY, Layer, Marker, Panel, Point, Shape, Sheet};
 use crate::{Place, Statistic};
 
 /// The radius of a place where places are scattered.
-const DISC: i32 = 22;
+const DISC: f64 = 22.0;
 
 /// What is in a place: the numbers of its runs, and whether any of them is done.
 #[derive(Debug, Default)]
@@ -35,7 +34,7 @@ pub(super) fn shared(gathered: &Gathered, statistic: Statistic) -> Option<String
     statistic.of_runs_per_cell(spots(gathered).values().map(|spot| spot.numbers.len()))
 }
 
-pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) -> Result<Paper, String> {
+pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) -> Result<Sheet, String> {
     let figure = &gathered.figure;
     let mut spots = spots(gathered);
     for spot in spots.values_mut() {
@@ -66,54 +65,52 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     let (edges_x, edges_y) = (edges(&x, &xs), edges(&y, &ys));
     let index = |all: &[f64], value: f64| all.partition_point(|other| *other < value);
 
-    let (mut is_empty, mut is_crossed) = (false, false);
-    let mut panels: BTreeMap<usize, Vec<Item>> = BTreeMap::new();
+    let mut panels: BTreeMap<usize, Vec<Layer>> = BTreeMap::new();
+    let mut cells: BTreeMap<usize, Vec<Cell>> = BTreeMap::new();
+    let mut without: [BTreeMap<usize, Vec<Point>>; 2] = [BTreeMap::new(), BTreeMap::new()];
     for ((panel, at_x, at_y), spot) in &spots {
-        let items = panels.entry(*panel).or_default();
         let (at_x, at_y) = (f64::from_bits(*at_x), f64::from_bits(*at_y));
         match value(spot).and_then(|value| colours.of_number(value)) {
-            Some(color) if scattered => items.push(Item::Discs(vec![(at_x, at_y)], DISC, color)),
+            Some(color) if scattered => {
+                let disc = Layer::discs("", vec![(at_x, at_y)], DISC, color);
+                panels.entry(*panel).or_default().push(disc);
+            }
             Some(color) => {
                 let (nx, ny) = (index(&xs, at_x), index(&ys, at_y));
-                items.push(Item::Cell((edges_x[nx], edges_y[ny]), (edges_x[nx + 1], edges_y[ny + 1]), color));
+                let corners = [(edges_x[nx], edges_y[ny]), (edges_x[nx + 1], edges_y[ny + 1])];
+                cells.entry(*panel).or_default().push((corners, color));
             }
-            None if spot.done => {
-                is_empty = true;
-                if scattered {
-                    items.push(Item::Marks(vec![(at_x, at_y)], Marker::Circle, GREY));
-                }
-            }
-            None => {
-                is_crossed = true;
-                items.push(Item::Crossed((at_x, at_y)));
-            }
+            None => without[usize::from(!spot.done)].entry(*panel).or_default().push((at_x, at_y)),
         }
     }
-    let mut rows = Vec::new();
-    if is_empty {
-        let sample = if scattered { Sample::Marks(Marker::Circle, GREY) } else { Sample::Empty };
-        rows.push((sample, "none".to_owned()));
+    for (panel, cells) in cells {
+        panels.entry(panel).or_default().push(Layer::cells(cells));
     }
-    if is_crossed {
-        rows.push((Sample::Crossed, "no run".to_owned()));
+    let [none, no_run] = without;
+    for (panel, points) in none {
+        let layer = match scattered {
+            true => Layer::marks("none", points, Marker::Circle, GREY),
+            false => Layer::new("none", Shape::Cells(Vec::new()), plotters::prelude::WHITE),
+        };
+        panels.entry(panel).or_default().push(layer);
     }
-    Ok(Paper {
-        shape: None,
-        is_close: false,
-        title: figure.title.clone(),
-        x,
-        y,
-        panels: in_order(gathered, panels),
-        bar: Some(colours),
-        heading: String::new(),
-        rows,
-    })
+    for (panel, points) in no_run {
+        panels.entry(panel).or_default().push(Layer::marks("no run", points, Marker::Cross, GREY));
+    }
+    let panels = in_order(gathered, panels, &x, &y);
+    Ok(Sheet { bar: Some(colours), ..Sheet::of(&figure.title, panels) })
 }
 
 /// The panels in the order of their values, each with its title.
-pub(super) fn in_order(gathered: &Gathered, mut items: BTreeMap<usize, Vec<Item>>) -> Vec<Panel> {
+pub(super) fn in_order(
+    gathered: &Gathered,
+    mut layers: BTreeMap<usize, Vec<Layer>>,
+    x: &Scale,
+    y: &Scale,
+) -> Vec<Panel> {
+    let mut panel = |n: usize| Panel::new(x.clone(), y.clone(), layers.remove(&n).unwrap_or_default());
     let Some(facet) = &gathered.figure.facet else {
-        return vec![Panel { title: String::new(), items: items.remove(&0).unwrap_or_default() }];
+        return vec![panel(0)];
     };
     let title = |place: &Place| {
         let (label, unit) = match facet.label.rfind(" (") {
@@ -127,11 +124,7 @@ pub(super) fn in_order(gathered: &Gathered, mut items: BTreeMap<usize, Vec<Item>
         format!("{label} = {value}{}", unit.replace(['(', ')'], ""))
     };
     let order = gathered.panels.in_order().into_iter();
-    let panel = |n: usize| Panel {
-        title: title(&gathered.panels.places[n]),
-        items: items.remove(&n).unwrap_or_default(),
-    };
-    order.map(panel).collect()
+    order.map(|n| panel(n).titled(title(&gathered.panels.places[n]))).collect()
 }
 
 /// A key for ordered maps; positive and negative zero are one.

@@ -1,47 +1,44 @@
 //! Pages as what plotters draws on.
 
 use std::convert::Infallible;
+use std::iter::Copied;
+use std::slice::Iter;
 
-use plotters::coord::Shift;
-use plotters::element::{Drawable, PointCollection};
-use plotters::prelude::DrawingArea;
-use plotters_backend::{BackendColor, BackendCoord, BackendStyle, DrawingBackend, DrawingErrorKind};
+use plotters::coord::CoordTranslate;
+use plotters::drawing::Rect;
+use plotters::element::{CoordMapper, Drawable, PointCollection};
+use plotters_backend::text_anchor::{HPos, VPos};
+use plotters_backend::{
+    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind,
+    FontTransform,
+};
 
-use super::page::{Colour, Item, Page, Paint, Point, Role, around, circle, through};
+use super::page::{Colour, Item, Page, Paint, Point, Role, through};
+use crate::draw::text::{self, Align, CAPITAL, Label};
+
+/// Whole numbers of plotters to a unit of the page.
+pub(crate) const UNIT: f64 = 16.0;
 
 /// A page that is being drawn on.
 pub(crate) struct Canvas<'a>(pub(crate) &'a mut Page);
 
-/// A part of a page, in pixels from its upper left corner.
-pub(crate) type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
-
-fn colour(color: BackendColor) -> Colour {
-    Colour { rgb: color.rgb, strength: color.alpha }
+/// A length in whole numbers of plotters.
+pub(crate) fn units(length: f64) -> i32 {
+    (length * UNIT).round() as i32
 }
 
 fn place((x, y): BackendCoord) -> Point {
-    (f64::from(x), f64::from(y))
-}
-
-impl Canvas<'_> {
-    fn put(&mut self, path: Vec<super::page::Segment>, style: &impl BackendStyle, fill: bool) {
-        let colour = colour(style.color());
-        let paint = if fill {
-            Paint::Fill(colour)
-        } else {
-            Paint::Stroke { colour, width: f64::from(style.stroke_width()), dashes: Vec::new() }
-        };
-        self.0.add(Item { role: Role::Data, text: String::new(), path, paint });
-    }
+    (f64::from(x) / UNIT, f64::from(y) / UNIT)
 }
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
+/// What charts draw: axes, marks and words. All data are [`Element`]s.
 impl DrawingBackend for Canvas<'_> {
     type ErrorType = Infallible;
 
     fn get_size(&self) -> (u32, u32) {
-        (self.0.width, self.0.height)
+        [self.0.width, self.0.height].map(|length| length * UNIT as u32).into()
     }
 
     fn ensure_prepared(&mut self) -> Drawn {
@@ -53,26 +50,7 @@ impl DrawingBackend for Canvas<'_> {
     }
 
     fn draw_pixel(&mut self, at: BackendCoord, color: BackendColor) -> Drawn {
-        let (x, y) = place(at);
-        self.put(around(&[(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)]), &color, true);
-        Ok(())
-    }
-
-    fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> Drawn {
-        self.put(through(&[place(from), place(to)]), style, false);
-        Ok(())
-    }
-
-    fn draw_rect<S: BackendStyle>(
-        &mut self,
-        low: BackendCoord,
-        high: BackendCoord,
-        style: &S,
-        fill: bool,
-    ) -> Drawn {
-        let ((x0, y0), (x1, y1)) = (place(low), place(high));
-        self.put(around(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1)]), style, fill);
-        Ok(())
+        self.draw_path([at, (at.0 + 1, at.1)], &color)
     }
 
     fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
@@ -80,51 +58,79 @@ impl DrawingBackend for Canvas<'_> {
         path: I,
         style: &S,
     ) -> Drawn {
-        self.put(through(&path.into_iter().map(place).collect::<Vec<_>>()), style, false);
+        let BackendColor { rgb, alpha: strength } = style.color();
+        let width = f64::from(style.stroke_width()) / UNIT;
+        let paint = Paint::Stroke { colour: Colour { rgb, strength }, width, dashes: Vec::new() };
+        let path = through(&path.into_iter().map(place).collect::<Vec<_>>());
+        let item = Item { role: Role::Tick, text: String::new(), path, paint };
+        // Axes are drawn with each of the two kinds of their marks.
+        if !self.0.items.contains(&item) {
+            self.0.add(item);
+        }
         Ok(())
     }
 
-    fn draw_circle<S: BackendStyle>(
-        &mut self,
-        center: BackendCoord,
-        radius: u32,
-        style: &S,
-        fill: bool,
-    ) -> Drawn {
-        self.put(circle(place(center), f64::from(radius)), style, fill);
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Drawn {
+        let (size, anchor) = (style.size() / UNIT, style.anchor());
+        let (x, y) = place(at);
+        // From the middle of capitals to their upper or lower end, of which letters leave room for their own.
+        let away = match anchor.v_pos {
+            VPos::Top => size * CAPITAL / 2.0,
+            VPos::Center => 0.0,
+            VPos::Bottom => -size * (CAPITAL / 2.0 + text::DESCENT),
+        };
+        let (upward, at) = match style.transform() {
+            FontTransform::None | FontTransform::Rotate180 => (false, (x, y + away)),
+            FontTransform::Rotate270 => (true, (x + away, y)),
+            // Words at the right read upwards as well.
+            FontTransform::Rotate90 => (true, (x - size * (CAPITAL / 2.0 + text::DESCENT), y)),
+        };
+        let align = match anchor.h_pos {
+            HPos::Left => Align::Left,
+            HPos::Center => Align::Center,
+            HPos::Right => Align::Right,
+        };
+        let role = Role::named(style.family().as_str());
+        text::put(self.0, Label { size, align, upward, role, ..Label::of(text) }, at);
         Ok(())
     }
 
-    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
-        &mut self,
-        corners: I,
-        style: &S,
-    ) -> Drawn {
-        self.put(around(&corners.into_iter().map(place).collect::<Vec<_>>()), style, true);
-        Ok(())
+    /// All as wide, so that numbers at the right of a frame begin at one place.
+    fn estimate_text_size<S: BackendTextStyle>(
+        &self,
+        _: &str,
+        _: &S,
+    ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
+        Ok((1, 1))
     }
 }
 
-/// A path as an element of plotters, between pixels where it must be.
-struct Element(Item);
+/// Maps points onto a page without moving those beyond a frame onto it, as plotters does.
+pub(crate) struct Free;
 
-impl<'a> PointCollection<'a, BackendCoord> for &'a Element {
-    type Point = BackendCoord;
-    type IntoIter = std::iter::Empty<BackendCoord>;
+impl CoordMapper for Free {
+    type Output = Point;
+
+    fn map<C: CoordTranslate>(coordinates: &C, from: &C::From, _: &Rect) -> Point {
+        place(coordinates.translate(from))
+    }
+}
+
+/// Points in values of the axes, and what draws them, given their places on the page.
+pub(crate) struct Element<'p, F>(pub(crate) &'p [(f64, f64)], pub(crate) F);
+
+impl<'p, F> PointCollection<'p, (f64, f64), Free> for &'p Element<'p, F> {
+    type Point = (f64, f64);
+    type IntoIter = Copied<Iter<'p, (f64, f64)>>;
 
     fn point_iter(self) -> Self::IntoIter {
-        std::iter::empty()
+        self.0.iter().copied()
     }
 }
 
-impl Drawable<Canvas<'_>> for Element {
-    fn draw<I: Iterator<Item = BackendCoord>>(&self, _: I, canvas: &mut Canvas<'_>, _: (u32, u32)) -> Drawn {
-        canvas.0.add(self.0.clone());
+impl<F: Fn(&[Point], &mut Page)> Drawable<Canvas<'_>, Free> for Element<'_, F> {
+    fn draw<I: Iterator<Item = Point>>(&self, places: I, canvas: &mut Canvas<'_>, _: (u32, u32)) -> Drawn {
+        (self.1)(&places.collect::<Vec<_>>(), canvas.0);
         Ok(())
     }
-}
-
-/// Draws a path; places are those of the whole page.
-pub(crate) fn draw(area: &Area<'_>, item: Item) -> Result<(), String> {
-    area.draw(&Element(item)).map_err(|error| error.to_string())
 }

@@ -71,6 +71,12 @@ pub(crate) enum Role {
 }
 
 impl Role {
+    /// Its inverse for words beside axes.
+    pub(crate) fn named(word: &str) -> Role {
+        let beside_axes = [Role::NumberAcross, Role::NumberUpwards];
+        beside_axes.into_iter().find(|role| role.word() == word).unwrap_or(Role::Label)
+    }
+
     /// Its name in the SVG.
     pub(crate) fn word(self) -> &'static str {
         match self {
@@ -126,21 +132,42 @@ impl Page {
         }
     }
 
+    /// Makes it higher.
+    pub(crate) fn grow(&mut self, by: f64) {
+        self.height = (self.height + by.ceil() as u32).next_multiple_of(WHOLE);
+    }
+
+    /// Puts what is on another page upon it, with that page's corner at a place.
+    pub(crate) fn paste(&mut self, other: Page, (left, top): Point) {
+        let moved = |(x, y): Point| (x + left, y + top);
+        for mut item in other.items {
+            item.path = mapped(item.path, moved);
+            if let Paint::Raster(raster) = &mut item.paint {
+                raster.shift((left, top));
+            }
+            self.add(item);
+        }
+    }
+
     /// Puts a path in front of all others; one of nothing is left out.
     pub(crate) fn add(&mut self, mut item: Item) {
         if item.path.len() < 2 {
             return;
         }
-        for segment in &mut item.path {
-            *segment = match *segment {
-                Segment::Move(to) => Segment::Move(rounded(to)),
-                Segment::Line(to) => Segment::Line(rounded(to)),
-                Segment::Curve(a, b, to) => Segment::Curve(rounded(a), rounded(b), rounded(to)),
-                Segment::Close => Segment::Close,
-            };
-        }
+        item.path = mapped(item.path, rounded);
         self.items.push(item);
     }
+}
+
+/// A path with its points elsewhere.
+pub(crate) fn mapped(path: Vec<Segment>, place: impl Fn(Point) -> Point) -> Vec<Segment> {
+    let moved = |segment| match segment {
+        Segment::Move(to) => Segment::Move(place(to)),
+        Segment::Line(to) => Segment::Line(place(to)),
+        Segment::Curve(a, b, to) => Segment::Curve(place(a), place(b), place(to)),
+        Segment::Close => Segment::Close,
+    };
+    path.into_iter().map(moved).collect()
 }
 
 /// A hundredth of a unit is what all formats are given.

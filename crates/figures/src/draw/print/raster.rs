@@ -53,6 +53,11 @@ impl Raster {
         Some(Raster { corner: (left, top), width, rgb, rgba, mask })
     }
 
+    /// Moves it.
+    pub(super) fn shift(&mut self, (x, y): (f64, f64)) {
+        self.corner = (self.corner.0 + x as i32, self.corner.1 + y as i32);
+    }
+
     /// Its upper left corner.
     pub(super) fn corner(&self) -> (f64, f64) {
         (f64::from(self.corner.0), f64::from(self.corner.1))

@@ -95,7 +95,10 @@ impl Figure for StabilityBoundary {
         }
         let x = Scale::free_powers("velocity (m/s)").fitted(marks().flat_map(|at| [at.0 / 2.0, 2.0 * at.0]));
         // Inertia lifts the theory beyond all bounds.
-        let y = Scale::free("k_c D_c / (b − a) p").fitted(marks().flat_map(|at| [0.85 * at.1, 1.15 * at.1]));
+        let top = 1.15 * marks().fold(0.0, |most: f64, at| most.max(at.1));
+        let in_view = |at: &(f64, f64)| x.share(at.0).is_some() && (0.0..=top).contains(&at.1);
+        let y = Scale::free("k_c D_c / (b − a) p")
+            .fitted(drawn.iter().flat_map(Layer::points).filter(in_view).map(|at| at.1));
         let note = "marks: oscillations neither grow nor decay, lines: closed form";
         Ok(Sheet::single(&self.title, x, y, drawn).noted(note))
     }

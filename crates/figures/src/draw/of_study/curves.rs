@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_numbers::quantile;
+use asperity_record::Cell;
 use plotters::prelude::RGBColor;
 
 use super::colours::{Colours, On, WORDS};
 use super::gather::{Gathered, LEVELS, Loads, ScenarioOf};
 use super::map::in_order;
 use super::paper::{Item, Paper, Sample};
+use crate::Theory;
 use crate::draw::plot::{Dash, GREY, INK, Marker};
 use crate::draw::scale::Scale;
-use crate::{Place, Theory};
 
 /// Strengths of the bands between extremes and between quartiles.
 const EXTREMES: f64 = 0.13;
@@ -48,8 +49,7 @@ impl Looks {
             let all = vec![(Marker::Circle, INK); places.len().max(1)];
             return Looks { all, bar, heading, rows };
         };
-        let numbers =
-            || places.iter().filter_map(|place| if let Place::Number(n) = place { Some(*n) } else { None });
+        let numbers = || places.iter().filter_map(Cell::number);
         if !colour.is_word {
             let scale = Scale::of(&colour.label, colour.log, 0.0, numbers().collect::<Vec<_>>().into_iter());
             let colours = Colours::of(scale, On::Lines);

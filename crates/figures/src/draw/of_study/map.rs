@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use asperity_record::Cell;
+
 use super::colours::{Colours, On};
 use super::gather::{Gathered, Values};
 use super::paper::{Item, Panel, Paper, Sample};
+use crate::Statistic;
 use crate::draw::plot::{GREY, Marker};
 use crate::draw::scale::{Scale, number};
-use crate::{Place, Statistic};
 
 /// The radius of a place where places are scattered.
 const DISC: i32 = 22;
@@ -115,15 +117,12 @@ pub(super) fn in_order(gathered: &Gathered, mut items: BTreeMap<usize, Vec<Item>
     let Some(facet) = &gathered.figure.facet else {
         return vec![Panel { title: String::new(), items: items.remove(&0).unwrap_or_default() }];
     };
-    let title = |place: &Place| {
+    let title = |place: &Cell| {
         let (label, unit) = match facet.label.rfind(" (") {
             Some(at) if facet.label.ends_with(')') => facet.label.split_at(at),
             _ => (facet.label.as_str(), ""),
         };
-        let value = match place {
-            Place::Number(value) => number(*value),
-            Place::Word(word) => word.clone(),
-        };
+        let value = place.number().map_or_else(|| place.to_string(), number);
         format!("{label} = {value}{}", unit.replace(['(', ')'], ""))
     };
     let order = gathered.panels.in_order().into_iter();

@@ -207,7 +207,7 @@ fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
             |name: &&str| format!("{{\"name\":\"{name}\",\"scenario\":\"default\",\"scenario_toml\":\"\"}}");
         format!("\"runs\":[{}],\"code_version\"", names.iter().map(run).collect::<Vec<_>>().join(","))
     };
-    let values = "[0,0.5,0.3]";
+    let values = "[0.0,0.5,0.3]";
     for (body, says) in [
         (third("\"run\":3", "\"run\":0"), "line 4: run = 0 (accepted: 3"),
         (
@@ -222,7 +222,7 @@ fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
             "line 4: normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)",
         ),
         (third(values, "[1e999,0.5,0.3]"), "line 4: column "),
-        (third(values, "[null,0.5,0.3]"), "line 4: column "),
+        (third(values, "[null,0.5,0.3]"), "line 4: normal_load.tilt: null is not accepted (accepted: "),
         (third(values, "[0.5,0.3]"), "line 4: values: 2 of them (accepted: 3, of normal_load.tilt, "),
         (third(values, "[]"), "line 4: values: 0 of them (accepted: 3"),
         (third("\"id\":\"", "\"id\":\"x"), "line 4: id = \"x"),

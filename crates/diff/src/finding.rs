@@ -71,10 +71,10 @@ fn conservation(finding: &Finding) -> String {
 /// A cell: both values if they are whole or one is missing, otherwise the old one and the difference, which
 /// may be visible in the last digits only.
 fn cell(change: &CellChange) -> String {
-    let CellChange { column, old, new, difference, .. } = *change;
+    let CellChange { column, old, new, difference, .. } = change;
     match (old, new, difference) {
         (Cell::Number(old), Cell::Number(new), Some(_)) => {
-            format!("{column} {} {:+.2e}", number(old), new - old)
+            format!("{column} {} {:+.2e}", number(*old), new - old)
         }
         _ => format!("{column} {} -> {}", cell_value(old), cell_value(new)),
     }

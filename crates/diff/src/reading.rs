@@ -52,10 +52,10 @@ pub(crate) fn number(value: f64) -> String {
 }
 
 /// A cell of the event table.
-pub(crate) fn cell(value: Cell) -> String {
+pub(crate) fn cell(value: &Cell) -> String {
     match value {
         Cell::Empty => "nothing".to_owned(),
-        Cell::Number(value) => number(value),
+        Cell::Number(value) => number(*value),
         other => other.to_string(),
     }
 }

@@ -511,7 +511,7 @@ impl Finding {
 }
 
 /// A cell that differs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CellChange {
     /// The column.
     pub column: Column,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use asperity_files::ShortLines;
 use asperity_record::{BoundingBox, Cell, EventPayload, MOST_BLOCKS, Parts, Reach, Role};
-use asperity_tables::event_file::{self, Rows};
+use asperity_tables::event_file::Rows;
 
 use crate::column::{COUNT, Column, Columns};
 use crate::error::CompareError;
@@ -15,6 +15,9 @@ const NEEDED: [Column; 4] = [Column::ONSET_S, Column::END_S, Column::FIRST_BLOCK
 
 /// The largest whole number up to which doubles, in which all cells are stored, are exact.
 const MOST_WHOLE: u64 = 1 << 53;
+
+/// Characters of a text that an error quotes.
+const LONGEST_QUOTE: usize = 1000;
 
 /// A table of events. Cells are doubles, NaN where they are empty; columns that it lacks take no memory.
 #[derive(Debug, Clone)]
@@ -203,7 +206,7 @@ impl<P: EventPayload> Collected<P> {
     pub fn push(&mut self, event: &P) {
         let (cells, row) = (event.cells(), self.table.len());
         for &(place, column) in &self.places {
-            match value(&cells.as_ref()[place]) {
+            match cells.as_ref()[place].number().unwrap_or(f64::NAN) {
                 number if column == Column::EVENT => self.table.push_number(row, number),
                 value => self.table.push(column, value),
             }
@@ -212,16 +215,6 @@ impl<P: EventPayload> Collected<P> {
             let blocks = self.table.row(row).reach().count();
             self.table.push(Column::BLOCKS_SLIPPED, blocks.into());
         }
-    }
-}
-
-fn value(cell: &Cell) -> f64 {
-    match *cell {
-        Cell::Count(value) => value.into(),
-        Cell::Step(value) => value as f64,
-        Cell::Number(value) => value,
-        Cell::Flag(value) => f64::from(u8::from(value)),
-        Cell::Empty | Cell::Word(_) => f64::NAN,
     }
 }
 
@@ -240,12 +233,11 @@ pub(crate) fn read(path: &Path) -> Result<Table, CompareError> {
         let mut line = 2;
         while let Some(row) = rows.next_row().map_err(of_file)? {
             reader.row(line, |place, column| match &row[place] {
-                event_file::Cell::Empty => Ok(f64::NAN),
-                event_file::Cell::Number(number) => Ok(*number),
-                event_file::Cell::Whole(whole) => exact(*whole).ok_or_else(|| whole.to_string()),
-                event_file::Cell::Flag(flag) if column == Column::OPEN => Ok(f64::from(u8::from(*flag))),
-                event_file::Cell::Flag(flag) => Err(flag.to_string()),
-                event_file::Cell::Other(text) => Err(text.clone()),
+                Cell::Step(whole) => exact(*whole).ok_or_else(|| whole.to_string()),
+                Cell::Flag(flag) if column != Column::OPEN => Err(flag.to_string()),
+                // So much of it as helps.
+                Cell::Word(text) => Err(text.chars().take(LONGEST_QUOTE).collect()),
+                cell => Ok(cell.number().unwrap_or(f64::NAN)),
             })?;
             line += 1;
         }

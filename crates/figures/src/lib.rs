@@ -7,7 +7,8 @@
 //! A figure of a study, understood once the keys that vary are known:
 //!
 //! ```
-//! use asperity_figures::{Axis, Figures, Key, Place};
+//! use asperity_figures::{Axis, Figures, Key};
+//! use asperity_record::Cell;
 //!
 //! let figures: Figures = toml::from_str("
 //! [[family]]
@@ -15,7 +16,7 @@
 //! x = 'normal_load.tilt'
 //! y = 'precursor_count'
 //! ")?;
-//! let values = vec![Place::Number(-0.5), Place::Number(0.5)];
+//! let values = vec![Cell::Number(-0.5), Cell::Number(0.5)];
 //! let key = Key { path: "normal_load.tilt", is_number: true, log: false, values };
 //! let axes = [Axis { keys: vec![key], joined: true }];
 //! let figure = &figures.understand(&axes, true)?[0];

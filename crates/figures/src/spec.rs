@@ -7,6 +7,6 @@ mod figure;
 mod understand;
 mod written;
 
-pub use axes::{Axis, Key, Place};
+pub use axes::{Axis, Key, place, read_place};
 pub use figure::{Figure, Kind, Quantity, Theory};
 pub use written::{Family, Figures, Labelled, Lengths, PhaseMap, Scale, Statistic};

@@ -3,7 +3,6 @@
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
@@ -21,7 +20,10 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(50);
 #[derive(Default)]
 pub(crate) struct Watch {
     is_stopped: AtomicBool,
-    done: AtomicU64,
+    /// Whether the work has ended.
+    is_over: AtomicBool,
+    /// The amount of work done.
+    pub(crate) done: AtomicU64,
     /// The thread of the work while it runs Python code, by Python's number; 0 otherwise. Only changes under the
     /// interpreter's lock.
     in_python: AtomicUsize,
@@ -33,16 +35,6 @@ impl Watch {
     /// Whether the work is to end.
     pub(crate) fn is_stopped(&self) -> bool {
         self.is_stopped.load(Ordering::Relaxed)
-    }
-
-    /// Sets the amount of work done.
-    pub(crate) fn reached(&self, done: u64) {
-        self.done.store(done, Ordering::Relaxed);
-    }
-
-    /// Adds one unit of work done.
-    pub(crate) fn one_more(&self) {
-        self.done.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Stops the work, since Python code called by it raised an exception; the caller receives the first.
@@ -79,11 +71,31 @@ impl Watch {
 #[derive(Default)]
 pub(crate) struct Callbacks<'py> {
     /// Called with the amounts of work done and in all.
-    pub(crate) progress: Option<Bound<'py, PyAny>>,
+    progress: Option<Bound<'py, PyAny>>,
     /// Stops the work once it returns true.
-    pub(crate) stop: Option<Bound<'py, PyAny>>,
+    stop: Option<Bound<'py, PyAny>>,
     /// The amount of work in all.
-    pub(crate) total: u64,
+    total: u64,
+}
+
+impl<'py> Callbacks<'py> {
+    /// With a bar of the package for `True` as progress, and a function as it is.
+    pub(crate) fn new(
+        py: Python<'py>,
+        name: &str,
+        progress: Option<Bound<'py, PyAny>>,
+        stop: Option<Bound<'py, PyAny>>,
+        total: u64,
+    ) -> PyResult<Callbacks<'py>> {
+        let progress = match progress {
+            Some(progress) if progress.is_callable() => Some(progress),
+            Some(progress) if progress.is_truthy()? => {
+                Some(py.import("asperity.progress")?.getattr("Bar")?.call1((name,))?)
+            }
+            _ => None,
+        };
+        Ok(Callbacks { progress, stop, total })
+    }
 }
 
 /// Does the work. It polls [`Watch::is_stopped`].
@@ -97,21 +109,20 @@ pub(crate) fn attend<T: Send>(
     work: impl FnOnce(&Arc<Watch>) -> T + Send,
 ) -> PyResult<T> {
     let watch = Arc::new(Watch::default());
-    let (send, receive) = sync_channel(1);
-    let receive = Mutex::new(receive);
+    let caller = thread::current();
     let result = thread::scope(|scope| {
         let work = || {
             let result = work(&watch);
-            send.send(()).ok();
+            watch.is_over.store(true, Ordering::Relaxed);
+            caller.unpark();
             result
         };
         let worker = thread::Builder::new()
             .spawn_scoped(scope, work)
             .map_err(|error| failed(format!("failed to start a thread: {error}")))?;
         let wait = || {
-            let receive = receive.lock().unwrap_or_else(PoisonError::into_inner);
-            !matches!(receive.recv_timeout(LOOK_INTERVAL), Err(RecvTimeoutError::Timeout))
-                || worker.is_finished()
+            thread::park_timeout(LOOK_INTERVAL);
+            watch.is_over.load(Ordering::Relaxed) || worker.is_finished()
         };
         while !py.detach(wait) {
             let looked = if watch.is_stopped() { py.check_signals() } else { look(py, callbacks, &watch) };

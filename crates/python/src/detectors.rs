@@ -13,24 +13,23 @@ use toml::Value;
 
 use crate::attend::Watch;
 use crate::errors::refused;
-use crate::tables::Table;
+use crate::tables::{Table, described};
 use crate::values::scalar;
 
 /// The detectors of one run.
 pub(crate) struct Detectors {
-    detectors: Vec<Detector>,
-    watch: Arc<Watch>,
+    pub(crate) detectors: Vec<Detector>,
+    pub(crate) watch: Arc<Watch>,
 }
-
-/// What a detector returned: its columns, and their values where they have one.
-type Row = Vec<(String, Option<Value>)>;
 
 /// What was made of one object, to be carried to the thread of a run.
 pub(crate) struct Detector {
     name: String,
     observe: Py<PyAny>,
     finish: Option<Py<PyAny>>,
-    rows: Vec<Row>,
+    /// Its columns in the order in which they first occur, each up to the last row with a value.
+    columns: Vec<(String, Vec<Option<Value>>)>,
+    rows: usize,
 }
 
 /// The detectors that a caller gives: none, one, or several.
@@ -51,21 +50,12 @@ pub(crate) fn given(detectors: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Detect
         if given.iter().any(|other| other.name == name) {
             return Err(refused(format!("two detectors are called {name} (accepted: a name for each)")));
         }
-        given.push(Detector { name, observe: observe.unbind(), finish, rows: Vec::new() });
+        given.push(Detector { name, observe: observe.unbind(), finish, columns: Vec::new(), rows: 0 });
     }
     Ok(given)
 }
 
 impl Detectors {
-    pub(crate) fn begin(detectors: Vec<Detector>, watch: &Arc<Watch>) -> Detectors {
-        Detectors { detectors, watch: Arc::clone(watch) }
-    }
-
-    /// They again, for another run.
-    pub(crate) fn unused(self) -> Vec<Detector> {
-        self.detectors
-    }
-
     /// Ends the run for them, and returns the table of each.
     pub(crate) fn finish(self, py: Python<'_>) -> PyResult<BTreeMap<String, Table>> {
         let finish = |mut detector: Detector| {
@@ -73,9 +63,8 @@ impl Detectors {
                 let found = finish.bind(py).call0()?;
                 detector.add(&found)?;
             }
-            let Detector { name, rows, .. } = detector;
-            let table = py.detach(|| table(&name, &rows))?;
-            Ok((name, table))
+            let table = py.detach(|| detector.table())?;
+            Ok((detector.name, table))
         };
         self.detectors.into_iter().map(finish).collect()
     }
@@ -123,7 +112,6 @@ impl Detector {
     }
 
     fn add_row(&mut self, row: &Bound<'_, PyMapping>) -> PyResult<()> {
-        let mut cells = Vec::new();
         for pair in row.items()?.try_iter()? {
             let (column, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
             // A number of NumPy is one of Python.
@@ -135,45 +123,39 @@ impl Detector {
                     self.name
                 )));
             }
-            cells.push((column, cell));
+            let place = self.columns.iter().position(|(known, _)| *known == column).unwrap_or_else(|| {
+                self.columns.push((column, Vec::new()));
+                self.columns.len() - 1
+            });
+            let cells = &mut self.columns[place].1;
+            cells.resize(self.rows, None);
+            cells.push(cell);
         }
-        self.rows.push(cells);
+        self.rows += 1;
         Ok(())
     }
-}
 
-/// The rows of a detector as a table: columns in the order in which they first occur; whole numbers stay what
-/// they are if the whole column is.
-fn table(detector: &str, rows: &[Row]) -> PyResult<Table> {
-    let mut columns: Vec<(&str, Vec<Option<&Value>>)> = Vec::new();
-    for (index, row) in rows.iter().enumerate() {
-        for (name, cell) in row {
-            let place = columns.iter().position(|(column, _)| column == name).unwrap_or_else(|| {
-                columns.push((name, Vec::new()));
-                columns.len() - 1
-            });
-            columns[place].1.resize(index, None);
-            columns[place].1.push(cell.as_ref());
-        }
+    /// The rows as a table; whole numbers stay what they are if the whole column is.
+    fn table(&mut self) -> PyResult<Table> {
+        let detector = &self.name;
+        let column = |(name, cells): &mut (String, Vec<Option<Value>>)| {
+            cells.resize(self.rows, None);
+            let values = column_of(cells).ok_or_else(|| {
+                PyTypeError::new_err(format!(
+                    "{detector}: the column {name} has values of several kinds (accepted: numbers, texts or truth \
+                     values)"
+                ))
+            })?;
+            Ok((name.clone(), described(asperity_record::unit_of(name), ""), values))
+        };
+        Ok(Table::new(detector, self.columns.iter_mut().map(column).collect::<PyResult<_>>()?))
     }
-    let column = |(name, mut cells): (&str, Vec<Option<&Value>>)| {
-        cells.resize(rows.len(), None);
-        let values = column_of(&cells).ok_or_else(|| {
-            PyTypeError::new_err(format!(
-                "{detector}: the column {name} has values of several kinds (accepted: numbers, texts or truth \
-                 values)"
-            ))
-        })?;
-        Ok((name.to_owned(), asperity_record::unit_of(name), String::new(), values))
-    };
-    let columns = columns.into_iter().map(column).collect::<PyResult<_>>()?;
-    Ok(Table::new(detector, columns))
 }
 
 /// The cells as one kind of values, if they are.
-fn column_of(cells: &[Option<&Value>]) -> Option<ArrayRef> {
-    fn all<'a, T>(cells: &[Option<&'a Value>], of: fn(&'a Value) -> Option<T>) -> Option<Vec<Option<T>>> {
-        cells.iter().map(|cell| cell.map_or(Some(None), |cell| of(cell).map(Some))).collect()
+fn column_of(cells: &[Option<Value>]) -> Option<ArrayRef> {
+    fn all<'a, T>(cells: &'a [Option<Value>], of: fn(&'a Value) -> Option<T>) -> Option<Vec<Option<T>>> {
+        cells.iter().map(|cell| cell.as_ref().map_or(Some(None), |cell| of(cell).map(Some))).collect()
     }
     if let Some(values) = all(cells, Value::as_bool) {
         return Some(Arc::new(BooleanArray::from(values)));
@@ -181,15 +163,12 @@ fn column_of(cells: &[Option<&Value>]) -> Option<ArrayRef> {
     if let Some(values) = all(cells, Value::as_integer) {
         return Some(Arc::new(Int64Array::from(values)));
     }
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|value| value as f64));
     if let Some(values) = all(cells, number) {
         return Some(Arc::new(Float64Array::from(values)));
     }
     // Offsets of 64 bits: the texts of a column may take more than 2 GiB.
     all(cells, Value::as_str).map(|values| -> ArrayRef { Arc::new(LargeStringArray::from(values)) })
-}
-
-fn number(value: &Value) -> Option<f64> {
-    value.as_float().or_else(|| value.as_integer().map(|value| value as f64))
 }
 
 /// What is known of a slider at a step: at every step with a switch, first and last steps of slip, samples.

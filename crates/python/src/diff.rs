@@ -4,20 +4,20 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use asperity_diff::report::{Report, Verdict};
+use asperity_diff::report::{self, Report};
 use asperity_diff::run_log::{RunLog, Summarized};
 use asperity_diff::sides::{self, PairBy};
 use asperity_diff::{Settings, compare, page, policy::Policy, summary};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::text;
 use asperity_numbers::{Slider, Summarizer};
-use asperity_run::{Checked, OpenLog, Reading, at_once, read_once};
+use asperity_run::{OpenLog, Reading, Verdict, at_once};
 use pyo3::prelude::*;
 
 use crate::attend::{Callbacks, Watch, attend};
-use crate::errors::{failed, of_log, of_unread, refused};
+use crate::errors::{failed, refused};
 use crate::run::Run;
-use crate::source::Stoppable;
+use crate::source::read_within;
 use crate::values::to_python;
 
 /// Compares the events, ruptures and numbers of two runs, logs, or folders of logs (docs/diff.md).
@@ -82,17 +82,10 @@ fn read_log(path: &Path, watch: &Watch) -> PyResult<RunLog> {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let slider = log.scenario().map(|scenario| scenario.map_or_else(Slider::default, Slider::of));
         let summarizer = slider.map(|slider| Summarizer::new(&name, log.header(), slider));
-        let observer = Summarized::begin(log.header(), log.scenario_toml(), summarizer);
-        Ok(Stoppable { observer, watch })
+        Ok(Summarized::begin(log.header(), log.scenario_toml(), summarizer))
     };
-    let accept = |checked: &Checked| match checked.verdict.holds_all() {
-        true => Ok(()),
-        false => Err(of_log(path, checked)),
-    };
-    let read = read_once(path, begin, accept).map_err(|unread| of_unread(path, unread));
-    read.map(|Reading { checked, observer, has_ruptures }| {
-        observer.observer.finish(path, has_ruptures, checked.seen.end.as_ref())
-    })
+    let Reading { checked, observer, has_ruptures } = read_within(watch, path, begin, Verdict::holds_all)?;
+    Ok(observer.finish(path, has_ruptures, checked.seen.end.as_ref()))
 }
 
 /// The differences of two sides; true if they are not within the policy.
@@ -104,7 +97,7 @@ impl Diff {
     /// Whether all differences are within the policy; without one, whether there are none.
     #[getter]
     fn is_within_policy(&self) -> bool {
-        self.0.verdict == Verdict::WithinPolicy
+        self.0.verdict == report::Verdict::WithinPolicy
     }
 
     /// What `asperity diff --format json` prints.

@@ -1,25 +1,26 @@
 //! Raises the exceptions of the package, which `asperity/errors.py` defines.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
 
+use asperity_model::source::ScenarioError;
 use asperity_model::{ResolveError, ScenarioErrors};
 use asperity_run::{Checked, RunError, StatesError, Unread, Verdict};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::IntoPyDict;
 
 /// An exception of the package, by the name of its class.
 pub(crate) fn error(class: &str, message: impl Display) -> PyErr {
-    with(class, message, |_| Ok(()))
+    with(class, message, [("", ""); 0])
 }
 
-/// An exception whose attributes `fill` sets.
-fn with(class: &str, message: impl Display, fill: impl FnOnce(&Bound<'_, PyDict>) -> PyResult<()>) -> PyErr {
+/// An exception with these attributes.
+fn with(class: &str, message: impl Display, attributes: impl for<'py> IntoPyDict<'py>) -> PyErr {
     Python::attach(|py| {
         let make = || {
-            let attributes = PyDict::new(py);
-            fill(&attributes)?;
+            let attributes = attributes.into_py_dict(py)?;
             let class = py.import("asperity.errors")?.getattr(class)?;
             let error = class.call((message.to_string(),), Some(&attributes))?;
             Ok(PyErr::from_value(error))
@@ -49,7 +50,7 @@ pub(crate) fn of_log(log: &Path, checked: &Checked) -> PyErr {
 }
 
 pub(crate) fn of_verdict(verdict: Option<Verdict>, message: String) -> PyErr {
-    with("LogError", message, |set| set.set_item("verdict", verdict.map_or("none", Verdict::word)))
+    with("LogError", message, [("verdict", verdict.map_or("none", Verdict::word))])
 }
 
 /// For a log that is not read.
@@ -65,35 +66,26 @@ pub(crate) fn of_unread(log: &Path, unread: Unread<PyErr>) -> PyErr {
 }
 
 /// For an invalid scenario, with every fault in it.
-pub(crate) fn of_scenario(error: ResolveError) -> PyErr {
-    match error {
+pub(crate) fn of_scenario(refused: ResolveError) -> PyErr {
+    match refused {
         ResolveError::Scenario(errors) => of_faults(&errors),
-        other => with("ScenarioError", other, |_| Ok(())),
+        other => error("ScenarioError", other),
     }
 }
 
 pub(crate) fn of_faults(errors: &ScenarioErrors) -> PyErr {
-    with("ScenarioError", errors, |set| {
-        let fault = |py, error: &asperity_model::source::ScenarioError| -> PyResult<Py<PyDict>> {
-            let fault = PyDict::new(py);
-            fault.set_item("place", &error.place)?;
-            fault.set_item("key", &error.key)?;
-            fault.set_item("problem", &error.problem)?;
-            fault.set_item("accepted", &error.accepted)?;
-            Ok(fault.unbind())
-        };
-        let faults: Vec<_> = errors.0.iter().map(|error| fault(set.py(), error)).collect::<PyResult<_>>()?;
-        set.set_item("faults", faults)
-    })
+    let fault = |ScenarioError { place, key, problem, accepted }: &ScenarioError| {
+        let problem = Some(problem.clone());
+        let values = [place.clone(), key.clone(), problem, accepted.clone()];
+        BTreeMap::from_iter(["place", "key", "problem", "accepted"].into_iter().zip(values))
+    };
+    with("ScenarioError", errors, [("faults", errors.0.iter().map(fault).collect::<Vec<_>>())])
 }
 
 /// For a run that did not finish.
 pub(crate) fn of_run(error: RunError) -> PyErr {
     match &error {
-        RunError::Stopped { log } => {
-            let log = log.clone();
-            with("Interrupted", error, |set| set.set_item("log", log))
-        }
+        RunError::Stopped { log } => with("Interrupted", &error, [("log", log.clone())]),
         RunError::LogTarget(_) | RunError::Solver { .. } | RunError::Left(_) | RunError::Topic(_) => {
             refused(error)
         }

@@ -12,6 +12,7 @@ use asperity_tables::run_tables::{ChoiceError, Chosen, RunTables};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
+use crate::detectors::Detectors;
 use crate::errors::refused;
 use crate::tables::Table;
 
@@ -69,7 +70,8 @@ fn precursors(ruptures: &Batch, columns: &[Column]) -> Batch {
 
 impl Events {
     /// Of a run that has been observed.
-    pub(crate) fn of(py: Python<'_>, mut run: RunTables, found: BTreeMap<String, Table>) -> Events {
+    pub(crate) fn of(py: Python<'_>, mut run: RunTables, detectors: Detectors) -> PyResult<Events> {
+        let found = detectors.finish(py)?;
         let mut tables = BTreeMap::new();
         py.detach(|| {
             for table in run.tables() {
@@ -81,7 +83,7 @@ impl Events {
                 tables.insert(table.layout.topic.to_string(), Table::of_run(table));
             }
         });
-        Events { tables, found }
+        Ok(Events { tables, found })
     }
 }
 

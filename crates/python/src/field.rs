@@ -6,8 +6,7 @@ use asperity_run::{Field as States, NodeState, Quantity, Span};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::attend::{Callbacks, attend};
-use crate::errors::{of_states, refused};
+use crate::errors::refused;
 use crate::memory::Memory;
 use crate::source::Source;
 use crate::tables::Table;
@@ -28,32 +27,19 @@ const QUANTITIES: [(&str, &str, Quantity); 6] = [
 ];
 
 /// Computes a field.
-pub(crate) fn field(
-    py: Python<'_>,
-    source: &Source,
-    header: &RunHeader,
-    quantity: &str,
-    span: Span,
-) -> PyResult<Field> {
+pub(crate) fn field(py: Python<'_>, source: &Source, quantity: &str, span: Span) -> PyResult<Field> {
     let (quantity, unit, of) = known(quantity)?;
-    let bytes = span.count().saturating_mul(u64::from(header.blocks)).saturating_mul(8);
+    let blocks = source.header.blocks;
+    let bytes = span.count().saturating_mul(u64::from(blocks)).saturating_mul(8);
     if bytes > MOST_BYTES {
         return Err(refused(format!(
-            "{} states of {} blocks take {:.1} GB (accepted: at most {} GB; a longer `every`, or a shorter `t`)",
+            "{} states of {blocks} blocks take {:.1} GB (accepted: at most {} GB; a longer `every`, or a shorter `t`)",
             span.count(),
-            header.blocks,
             bytes as f64 / 1e9,
             MOST_BYTES >> 30
         )));
     }
-    let states = attend(py, &Callbacks::default(), |watch| {
-        let stop = || watch.is_stopped();
-        match source {
-            Source::Log { path, last_step } => States::of_log(path, *last_step, of, span, &stop),
-            Source::Scenario { scenario, solver } => States::of_scenario(scenario, *solver, of, span, &stop),
-        }
-    })?;
-    let States { steps, time_s, position_m, position_across_m, values } = states.map_err(of_states)?;
+    let States { steps, time_s, position_m, position_across_m, values } = source.field(py, of, span)?;
     let shape = [steps.len(), position_m.len()];
     let array = |values: Vec<f64>, shape: &[usize]| doubles(py, values, shape);
     Ok(Field {
@@ -196,11 +182,7 @@ impl Field {
 
 /// Computes all nodes of a slab, a sheet or a body at a time.
 pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> {
-    let state = attend(py, &Callbacks::default(), |watch| {
-        let stop = || watch.is_stopped();
-        source.nodes(&[t])?.next_state_unless(&stop)
-    })?;
-    let state = state.map_err(of_states)?.ok_or_else(|| refused("no time"))?;
+    let state = source.nodes(py, &[t])?.pop().ok_or_else(|| refused("no time"))?;
     let NodeState { step, time_s, lattice, displacement_m, velocity_m_per_s, .. } = state;
     let mut shape = vec![lattice.axes(), lattice.rows, lattice.lanes, lattice.columns];
     if lattice.lanes == 1 {

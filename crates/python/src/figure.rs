@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target};
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_model::{Scenario, among};
+use asperity_model::among;
 use asperity_numbers::run_data::{Collector, RunData};
-use asperity_record::RunHeader;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::attend::{Callbacks, attend};
-use crate::errors::{failed, of_states, refused};
+use crate::errors::{failed, refused};
 use crate::source::Source;
 use crate::values::{assigned, to_json};
 
@@ -35,11 +34,10 @@ impl Figure {
         py: Python<'_>,
         kind: &str,
         keys: Option<&Bound<'_, PyDict>>,
-        name: &str,
         source: &Source,
-        header: &RunHeader,
-        scenario: &Scenario,
     ) -> PyResult<Figure> {
+        let Source { name, header, .. } = source;
+        let scenario = source.scenario()?;
         let kind = Kind::find(kind).ok_or_else(|| {
             let known: Vec<&str> = Kind::all().map(|kind| kind.name).collect();
             refused(format!("{kind} is no kind of figure{}", among(kind, &known, "`asperity.figures()`")))
@@ -52,24 +50,12 @@ impl Figure {
         let figure = py.detach(|| kind.of_run(name, header, scenario, &set)).map_err(refused)?;
         let required = figure.required_data();
         let collector = Collector::new(name, header.clone(), scenario.clone(), required);
-        let seen = source.observe(py, header, |_| collector)?;
-        let mut collector = seen.observer;
+        let (mut collector, has_ruptures, end) = source.observe(py, |_| collector)?;
         let at_s = collector.nodes_at_s();
         if !at_s.is_empty() {
-            let found = attend(py, &Callbacks::default(), |watch| {
-                let stop = || watch.is_stopped();
-                let mut nodes = source.nodes(&at_s)?;
-                let mut found = Vec::new();
-                while let Some(state) = nodes.next_state_unless(&stop)? {
-                    found.push(state);
-                }
-                Ok(found)
-            })?;
-            for state in found.map_err(of_states)? {
-                collector.nodes(state);
-            }
+            source.nodes(py, &at_s)?.into_iter().for_each(|state| collector.nodes(state));
         }
-        let data = py.detach(|| collector.finish(seen.has_ruptures, seen.end.as_ref()));
+        let data = py.detach(|| collector.finish(has_ruptures, end.as_ref()));
         // A notebook says itself where its figures are from; only files bear a line about it.
         let svg = attend(py, &Callbacks::default(), |_| figure.svg(&data, false))?.map_err(failed)?;
         let svg = String::from_utf8(svg).map_err(failed)?;

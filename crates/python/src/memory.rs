@@ -6,7 +6,6 @@ use arrow_buffer::Buffer;
 use pyo3::exceptions::PyBufferError;
 use pyo3::ffi;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
 
 /// Memory of the package, which NumPy reads without a copy.
 #[pyclass(frozen, module = "asperity._native")]
@@ -28,16 +27,6 @@ impl Memory {
         let memory = Bound::new(py, Memory(bytes))?;
         numpy.call_method1("frombuffer", (memory, dtype))?.call_method1("reshape", (shape.to_vec(),))
     }
-}
-
-/// A copy of memory for pickle.
-pub(crate) fn pickled<'py>(py: Python<'py>, memory: &Buffer) -> Bound<'py, PyBytes> {
-    PyBytes::new(py, memory)
-}
-
-/// The memory of which pickle has a copy.
-pub(crate) fn restored(bytes: &Bound<'_, PyBytes>) -> Buffer {
-    Buffer::from_slice_ref(bytes.as_bytes())
 }
 
 #[pymethods]

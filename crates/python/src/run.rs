@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use asperity_files::{better_name, is_taken};
 use asperity_model::{Scenario as Resolved, ScenarioSource};
 use asperity_numbers::{Slider, Summarizer, Summary, text};
-use asperity_record::{Notice, Observer, Record, RunHeader};
+use asperity_record::{Notice, Observer, Record, RunEnd, counted};
 use asperity_report::html::markup;
 use asperity_run::detectors::Settings;
-use asperity_run::{Begin, Detectors as Trackers, LogTo, OpenLog, SolverKind, Task, Verdict};
+use asperity_run::{Begin, Detectors as Trackers, LogTo, OpenLog, Reading, SolverKind, Task, Verdict};
 use asperity_runlog::{Unfinished, partial_path};
 use asperity_tables::run_tables::{Chosen, RunTable, RunTables};
 use pyo3::exceptions::PyFileNotFoundError;
@@ -24,9 +25,10 @@ use crate::errors::{failed, not_pickled, of_run, of_verdict, refused};
 use crate::events::{self, Events};
 use crate::field::{self, Field, Nodes};
 use crate::figure::Figure;
-use crate::scenario::{Scenario, numbers_of};
-use crate::source::{Seen, Source, Stoppable, read};
+use crate::scenario::{Scenario, summary_of};
+use crate::source::{Source, Stoppable, read};
 use crate::tables::Table;
+use crate::values;
 
 /// Most rows of a table of records: up to two GB while they become columns.
 const MOST_ROWS: usize = 10_000_000;
@@ -36,12 +38,6 @@ const MOST_ROWS: usize = 10_000_000;
 /// A run with a log reads it again for what is asked for; one without a log takes the same steps again.
 #[pyclass(frozen, extends = Events, module = "asperity")]
 pub(crate) struct Run {
-    /// The name of its scenario, or of its log.
-    #[pyo3(get)]
-    name: String,
-    header: RunHeader,
-    /// None for a log that has lost it.
-    scenario: Option<Resolved>,
     source: Source,
     summary: Summary,
     /// Warnings about the scenario, and what is worth knowing about the run or its log.
@@ -82,13 +78,8 @@ pub(crate) fn run(
     detectors: Option<&Bound<'_, PyAny>>,
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Py<Run>> {
-    let scenario = Scenario::given(py, scenario, overrides)?;
-    let named = |name| {
-        let accepted = "None, \"fast\", \"plain\", \"adaptive\"";
-        SolverKind::named(name).ok_or_else(|| refused(format!("solver = {name:?} (accepted: {accepted})")))
-    };
-    let solver = solver.map(named).transpose()?;
-    let solver = Task::new(&scenario).solved_by(solver).solver;
+    let scenario = Scenario::new(py, scenario, overrides, None)?.resolved;
+    let solver = Task::new(&scenario).solved_by(values::solver(solver)?).solver;
     let log = log.map(absolute).transpose()?;
     let mut begin = Begin::Anew;
     if let Some(log) = &log {
@@ -146,7 +137,10 @@ pub(crate) fn resume(
             true => Ok(run),
             false => Err(of_verdict(
                 verdict,
-                format!("{}: it has no end, and only a log with the ending .partial resumes", run.get().name),
+                format!(
+                    "{}: it has no end, and only a log with the ending .partial resumes",
+                    run.get().name()
+                ),
             )),
         };
     };
@@ -190,37 +184,39 @@ fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult
     }
     let name = log.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let begun = OnceLock::new();
-    let seen = read(py, &log, |watch, log| {
+    let read = read(py, &log, |watch, log| {
         let (header, scenario) = (log.header(), log.scenario()?);
         let slider = scenario.map_or_else(Slider::default, Slider::of);
-        let numbers =
-            (Summarizer::new(&name, header, slider), events::begin(&log.event_schemas(), header.parts()));
-        let observer = (numbers, Detectors::begin(detectors, watch));
+        let numbers = Summarizer::new(&name, header, slider);
+        let tables = events::begin(&log.event_schemas(), header.parts());
         begun.get_or_init(|| (header.clone(), scenario.cloned()));
-        Ok(observer)
+        Ok((numbers, (tables, Detectors { detectors, watch: Arc::clone(watch) })))
     })?;
     let (header, scenario) = begun.into_inner().expect("what is observed has begun");
-    let Seen { observer: ((summarizer, tables), detectors), has_ruptures, end, checked } = seen;
-    let mut events = Events::of(py, tables, detectors.finish(py)?);
-    let checked = checked.ok_or_else(|| failed("a log has no verdict"))?;
+    let Reading { observer: (summarizer, (tables, detectors)), has_ruptures, checked } = read;
+    let mut events = Events::of(py, tables, detectors)?;
     // Events that the program of the log did not look for are not none.
     let is_there = |topic: &String| checked.seen.topics.contains(topic);
     events.tables.retain(|topic, _| is_there(topic) || has_ruptures && !topic.starts_with('/'));
-    let (verdict, last_step) = (checked.verdict, checked.seen.last_step);
-    let run = Run {
-        name,
-        header,
-        scenario,
-        source: Source::Log { path: log, last_step },
-        summary: summarizer.finish(has_ruptures, end.as_ref()),
-        notes: match verdict == Verdict::Whole && !checked.has_note() {
-            true => Vec::new(),
-            false => vec![checked.to_string()],
-        },
-        verdict: Some(verdict),
-        digest: end.map(|end| end.digest),
-        records: Mutex::default(),
-    };
+    let is_noted = checked.verdict != Verdict::Whole || checked.has_note();
+    let notes = is_noted.then(|| checked.to_string()).into_iter().collect();
+    let summary = summarizer.finish(has_ruptures, checked.seen.end.as_ref());
+    let source = Source { name, header, scenario, log: Some((log, checked.seen.last_step)) };
+    observed(py, source, events, summary, checked.seen.end, notes, Some(checked.verdict))
+}
+
+/// The run that has been observed.
+fn observed(
+    py: Python<'_>,
+    source: Source,
+    events: Events,
+    summary: Summary,
+    end: Option<RunEnd>,
+    notes: Vec<String>,
+    verdict: Option<Verdict>,
+) -> PyResult<Py<Run>> {
+    let digest = end.filter(|_| source.log.is_some()).map(|end| end.digest);
+    let run = Run { source, summary, notes, verdict, digest, records: Mutex::default() };
     Py::new(py, PyClassInitializer::from(events).add_subclass(run))
 }
 
@@ -237,61 +233,28 @@ fn make(
 ) -> PyResult<Py<Run>> {
     let header = py.detach(|| Task { solver, ..Task::new(&scenario) }.header());
     let name = scenario.name.clone();
-    let callbacks = Callbacks { progress: bar(py, progress, &name)?, stop, total: header.steps };
+    let callbacks = Callbacks::new(py, &name, progress, stop, header.steps)?;
     let made = attend(py, &callbacks, |watch| {
-        let task = Task { solver, ..Task::new(&scenario) };
-        let task = Task { log: log.as_deref().map(LogTo::new), ..task };
-        let numbers = (
-            Summarizer::new(&name, &header, Slider::of(&scenario)),
-            events::begin(&BTreeMap::new(), header.parts()),
-        );
-        let mut observers = (
-            numbers,
-            (Detectors::begin(detectors, watch), Notes { watch: Arc::clone(watch), notes: Vec::new() }),
-        );
+        let task = Task { solver, log: log.as_deref().map(LogTo::new), ..Task::new(&scenario) };
+        let numbers = Summarizer::new(&name, &header, Slider::of(&scenario));
+        let tables = events::begin(&BTreeMap::new(), header.parts());
+        let detectors = Detectors { detectors, watch: Arc::clone(watch) };
+        let notes = Notes { watch: Arc::clone(watch), notes: Vec::new() };
+        let mut observers = ((numbers, notes), (tables, detectors));
         let outcome = asperity_run::run(task, begin, &|| watch.is_stopped(), &mut observers);
         outcome.map(|outcome| (outcome, observers))
     })?;
-    let (outcome, ((summarizer, tables), (detectors, Notes { notes, .. }))) = made.map_err(of_run)?;
+    let (outcome, ((summarizer, Notes { notes, .. }), (tables, detectors))) = made.map_err(of_run)?;
     if let (Some(log), false) = (&log, outcome.has_run) {
         // It only lacked its name, and nobody has observed it.
-        return open_with(py, log.clone(), detectors.unused());
+        return open_with(py, log.clone(), detectors.detectors);
     }
-    let found = detectors.finish(py)?;
+    let events = Events::of(py, tables, detectors)?;
     let end = outcome.into_end(header.steps);
     let verdict = log.is_some().then_some(Verdict::Whole);
-    let digest = log.is_some().then(|| end.digest.clone());
-    let source = match log {
-        Some(path) => Source::Log { path, last_step: end.last_step },
-        None => Source::Scenario { scenario: Box::new(scenario.clone()), solver },
-    };
-    let run = Run {
-        name,
-        header,
-        source,
-        summary: summarizer.finish(true, Some(&end)),
-        notes,
-        verdict,
-        digest,
-        scenario: Some(scenario),
-        records: Mutex::default(),
-    };
-    Py::new(py, PyClassInitializer::from(Events::of(py, tables, found)).add_subclass(run))
-}
-
-/// The callback for progress: a bar of the package for `True`, a function as it is.
-pub(crate) fn bar<'py>(
-    py: Python<'py>,
-    progress: Option<Bound<'py, PyAny>>,
-    name: &str,
-) -> PyResult<Option<Bound<'py, PyAny>>> {
-    match progress {
-        Some(progress) if progress.is_callable() => Ok(Some(progress)),
-        Some(progress) if progress.is_truthy()? => {
-            py.import("asperity.progress")?.getattr("Bar")?.call1((name,)).map(Some)
-        }
-        _ => Ok(None),
-    }
+    let log = log.map(|path| (path, end.last_step));
+    let source = Source { name, header, scenario: Some(scenario), log };
+    observed(py, source, events, summarizer.finish(true, Some(&end)), Some(end), notes, verdict)
 }
 
 /// Reports the steps of a run, and keeps what is worth knowing about it.
@@ -302,7 +265,7 @@ struct Notes {
 
 impl Observer for Notes {
     fn reached(&mut self, step: u64) {
-        self.watch.reached(step);
+        self.watch.done.store(step, Ordering::Relaxed);
     }
 
     fn notice(&mut self, notice: Notice<'_>) {
@@ -343,10 +306,6 @@ impl Observer for Anew {
 }
 
 impl Run {
-    fn scenario(&self) -> PyResult<&Resolved> {
-        self.scenario.as_ref().ok_or_else(|| failed(format!("{} has lost its scenario", self.name)))
-    }
-
     /// The table of a topic of records.
     fn records(&self, py: Python<'_>, topic: &str) -> PyResult<Table> {
         let known = || self.records.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -354,10 +313,11 @@ impl Run {
             return Ok(table.clone());
         }
         let chosen = Chosen { topics: vec![topic.to_owned()], ..Chosen::default() };
-        let tables = RunTables::new(self.header.parts(), &BTreeMap::new(), &[], chosen).map_err(refused)?;
+        let parts = self.source.header.parts();
+        let tables = RunTables::new(parts, &BTreeMap::new(), &[], chosen).map_err(refused)?;
         let bounded = |watch: &Arc<Watch>| Bounded { tables, watch: Arc::clone(watch) };
-        let mut seen = self.source.observe(py, &self.header, bounded)?;
-        let table = py.detach(|| seen.observer.tables.tables().first().map(Table::of_run));
+        let (mut bounded, ..) = self.source.observe(py, bounded)?;
+        let table = py.detach(|| bounded.tables.tables().first().map(Table::of_run));
         let table = table.ok_or_else(|| failed(format!("no table of {topic}")))?;
         known().insert(topic.to_owned(), table.clone());
         Ok(table)
@@ -365,53 +325,49 @@ impl Run {
 
     /// Its numbers, under headings.
     fn text(&self) -> String {
-        let as_coded = self.scenario.as_ref().and_then(Resolved::as_coded_in_words);
+        let as_coded = self.source.scenario.as_ref().and_then(Resolved::as_coded_in_words);
         text::of_one(&self.summary, as_coded.as_deref())
     }
 
     /// The path of its log, if that is still there and of this run.
     pub(crate) fn unchanged_log(&self, py: Python<'_>) -> PyResult<&Path> {
-        let log = self.log()?;
-        self.source.must_be_of(py, &self.header)?;
-        Ok(log)
-    }
-
-    /// The path of its log.
-    fn log(&self) -> PyResult<&Path> {
-        match &self.source {
-            Source::Log { path, .. } => Ok(path),
-            Source::Scenario { .. } => Err(refused(format!(
-                "{} has no log (accepted: asperity.run(..., log=\"run.mcap\"))",
-                self.name
-            ))),
-        }
+        self.source.must_be_unchanged(py)?;
+        self.log().ok_or_else(|| {
+            refused(format!("{} has no log (accepted: asperity.run(..., log=\"run.mcap\"))", self.name()))
+        })
     }
 }
 
 #[pymethods]
 impl Run {
+    /// The name of its scenario, or of its log.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.source.name
+    }
+
     /// Its scenario. Raises `Error` if the log has lost it.
-    #[getter(scenario)]
-    fn scenario_of_run(&self) -> PyResult<Scenario> {
-        Ok(Scenario::resolved(self.scenario()?.clone()))
+    #[getter]
+    fn scenario(&self) -> PyResult<Scenario> {
+        self.source.scenario().cloned().map(Scenario::resolved)
     }
 
     /// The path of its log, None without one.
-    #[getter(log)]
-    fn log_path(&self) -> Option<PathBuf> {
-        self.log().ok().map(Path::to_owned)
+    #[getter]
+    fn log(&self) -> Option<&Path> {
+        self.source.log.as_ref().map(|(path, _)| path.as_path())
     }
 
     /// The hash of scenario, solver and code that distinguishes it.
     #[getter]
     fn run_id(&self) -> &str {
-        &self.header.run_id
+        &self.source.header.run_id
     }
 
     /// The version of the code that made it.
     #[getter]
     fn code_version(&self) -> &str {
-        &self.header.code_version
+        &self.source.header.code_version
     }
 
     /// The verdict on its log, None without one.
@@ -423,9 +379,7 @@ impl Run {
     /// The numbers of the run, as `asperity summary` prints them (docs/outputs.md).
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.summary.values();
-        let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
-        numbers_of(py, names.zip(&values), &self.text())
+        summary_of(py, &self.summary, &self.text())
     }
 
     /// Step records: F_T, F_N, sliding blocks, energies.
@@ -472,16 +426,17 @@ impl Run {
         let given = given.into_iter().filter_map(|(key, value)| Some(format!("{key} = {}\n", value?)));
         let given: String = given.collect();
         let settings = Settings::parse(&given).map_err(|(_, problem)| refused(problem))?;
-        self.source.must_be_of(py, &self.header)?;
+        let Source { header, scenario, .. } = &self.source;
+        self.source.must_be_unchanged(py)?;
         let detectors = detectors::given(detectors)?;
-        let seen = self.source.observe(py, &self.header, |watch| {
-            let trackers = settings.start(&self.header, self.scenario.as_ref());
-            let tables = events::begin(&BTreeMap::new(), self.header.parts());
-            (Anew { trackers, tables }, Detectors::begin(detectors, watch))
+        let (observers, ..) = self.source.observe(py, |watch| {
+            let trackers = settings.start(header, scenario.as_ref());
+            let tables = events::begin(&BTreeMap::new(), header.parts());
+            (Anew { trackers, tables }, Detectors { detectors, watch: Arc::clone(watch) })
         })?;
-        let (Anew { mut trackers, mut tables }, detectors) = seen.observer;
+        let (Anew { mut trackers, mut tables }, detectors) = observers;
         trackers.finish(&mut |event| tables.event(&event));
-        Ok(Events::of(py, tables, detectors.finish(py)?))
+        Events::of(py, tables, detectors)
     }
 
     /// Checks its log; with `again` repeats the run as well, and compares all records.
@@ -512,44 +467,35 @@ impl Run {
         t: Option<Vec<f64>>,
         every: Option<f64>,
     ) -> PyResult<Field> {
-        let Run { source, header, .. } = slf.get();
-        source.must_be_of(slf.py(), header)?;
+        let source = &slf.get().source;
+        source.must_be_unchanged(slf.py())?;
         let ruptures = rupture.map(|_| slf.as_super().get().ruptures()).transpose()?;
-        let span = field::span(header, rupture.zip(ruptures), t.as_deref(), every)?;
-        field::field(slf.py(), source, header, quantity, span)
+        let span = field::span(&source.header, rupture.zip(ruptures), t.as_deref(), every)?;
+        field::field(slf.py(), source, quantity, span)
     }
 
     /// All nodes of a slab, a sheet or a body at a time, s.
     fn nodes(&self, py: Python<'_>, t: f64) -> PyResult<Nodes> {
-        self.source.must_be_of(py, &self.header)?;
+        self.source.must_be_unchanged(py)?;
         field::nodes(py, &self.source, t)
     }
 
     /// Draws a figure of it; `asperity.figures()` lists the kinds, docs/figures.md their keys.
     #[pyo3(signature = (kind = "overview", /, **keys))]
     fn draw(&self, py: Python<'_>, kind: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Figure> {
-        Figure::draw(py, kind, keys, &self.name, &self.source, &self.header, self.scenario()?)
+        Figure::draw(py, kind, keys, &self.source)
     }
 
     fn __repr__(&self) -> String {
-        let from = match &self.source {
-            Source::Log { path, .. } => format!(", log {}", path.display()),
-            Source::Scenario { .. } => String::new(),
-        };
-        let precursors = self.summary.precursor_count.unwrap_or_default();
-        let events = self.summary.event_count;
-        let counted = asperity_record::counted;
-        format!(
-            "Run({:?}: {}, {}{from})",
-            self.name,
-            counted(events, "slip event"),
-            counted(precursors, "precursor")
-        )
+        let log = self.log().map_or_else(String::new, |path| format!(", log {}", path.display()));
+        let events = counted(self.summary.event_count, "slip event");
+        let precursors = counted(self.summary.precursor_count.unwrap_or_default(), "precursor");
+        format!("Run({:?}: {events}, {precursors}{log})", self.name())
     }
 
     fn _repr_html_(&self) -> String {
         let words: Vec<String> = self.text().lines().map(markup::text).collect();
-        let name = markup::text(&self.name);
+        let name = markup::text(self.name());
         format!("<details open><summary>{name}</summary><pre>{}</pre></details>", words.join("\n"))
     }
 

@@ -64,15 +64,6 @@ impl Scenario {
         Scenario { resolved, source, given: None }
     }
 
-    /// A scenario, or the name of one, with other values.
-    pub(crate) fn given(
-        py: Python<'_>,
-        given: Option<&Bound<'_, PyAny>>,
-        overrides: Option<&Bound<'_, PyMapping>>,
-    ) -> PyResult<Resolved> {
-        Scenario::new(py, given, overrides, None).map(|scenario| scenario.resolved)
-    }
-
     /// Every key, by section.
     fn values(&self, py: Python<'_>) -> Value {
         py.detach(|| toml::from_str(&self.resolved.to_commented_toml())).expect("this program has written it")
@@ -81,9 +72,10 @@ impl Scenario {
 
 #[pymethods]
 impl Scenario {
+    /// A scenario, or the name of one, with other values.
     #[new]
     #[pyo3(signature = (name = None, overrides = None, /, **groups))]
-    fn new(
+    pub(crate) fn new(
         py: Python<'_>,
         name: Option<&Bound<'_, PyAny>>,
         overrides: Option<&Bound<'_, PyMapping>>,
@@ -234,8 +226,14 @@ fn with(source: ScenarioSource, values: &[(String, Value)]) -> ScenarioSource {
     })
 }
 
+/// The numbers of a run, and what they are printed as.
+pub(crate) fn summary_of<'py>(py: Python<'py>, summary: &Summary, text: &str) -> PyResult<Bound<'py, PyAny>> {
+    let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
+    numbers_of(py, names.zip(&summary.values()), text)
+}
+
 /// Numbers by name, as the package's dictionary of numbers with units.
-pub(crate) fn numbers_of<'py, 'a>(
+fn numbers_of<'py, 'a>(
     py: Python<'py>,
     numbers: impl Iterator<Item = (&'a str, &'a Value)>,
     text: &str,

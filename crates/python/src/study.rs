@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use asperity_numbers::{Summary, text};
 use asperity_record::{Cell, Column};
-use asperity_run::SolverKind;
 use asperity_study::plan::FILE;
 use asperity_study::work::{Made, Making};
 use asperity_study::{Outputs, Plan, Reproduction, Results, RowSink, Study, StudyError, Watcher, collect};
@@ -17,10 +17,9 @@ use serde_json::{Value, json};
 
 use crate::attend::{Callbacks, Watch, attend};
 use crate::errors::{error as error_of, failed, not_pickled, refused};
-use crate::run::bar;
-use crate::scenario::{Scenario, numbers_of};
+use crate::scenario::{Scenario, summary_of};
 use crate::tables::Table;
-use crate::values::{assigned, assignments, to_json};
+use crate::values::{self, assigned, assignments, to_json};
 
 /// Makes the runs of a study that are missing, on all cores, and returns its tables.
 ///
@@ -77,12 +76,12 @@ pub(crate) fn sweep(
         }
     })?;
     let plan = plan.map_err(|error| of_study(error, &folder))?;
-    let callbacks = Callbacks { progress: bar(py, progress, "sweep")?, stop, total: plan.rows.len() as u64 };
+    let callbacks = Callbacks::new(py, "sweep", progress, stop, plan.rows.len() as u64)?;
     let made = attend(py, &callbacks, |watch| {
         plan.check_code(&folder)?;
         let results = Results::read(&folder, &plan)?;
         let missing: Vec<u64> = results.missing().collect();
-        watch.reached((plan.rows.len() - missing.len()) as u64);
+        watch.done.store((plan.rows.len() - missing.len()) as u64, Ordering::Relaxed);
         let results = Making { jobs, ..Making::new(&folder, &**watch) }.make(&plan, results, &missing)?;
         let mut tables = Tables(Vec::new());
         collect(&plan, &results, &mut tables)?;
@@ -112,26 +111,19 @@ pub(crate) fn reproduce<'py>(
     progress: Option<Bound<'py, PyAny>>,
     stop: Option<Bound<'py, PyAny>>,
 ) -> PyResult<BTreeMap<String, Bound<'py, PyAny>>> {
-    let named = |name| {
-        let accepted = "None, \"fast\", \"plain\", \"adaptive\"";
-        SolverKind::named(name).ok_or_else(|| refused(format!("solver = {name:?} (accepted: {accepted})")))
-    };
-    let (jobs, solver) = (at_once(jobs)?, solver.map(named).transpose()?);
+    let (jobs, solver) = (at_once(jobs)?, values::solver(solver)?);
     let written = pipeline.to_str().filter(|text| text.contains('\n')).map(str::to_owned);
     let file = if written.is_some() { PathBuf::from("pipeline") } else { pipeline };
     let mut study = parsed(&file, written.as_deref()).map_err(|error| of_study(error, &out))?;
     study.set(&assignments(set, None)?.iter().map(|(key, value)| assigned(key, value)).collect::<Vec<_>>());
     let total = study.count() + study.runs.len() as u64;
-    let callbacks = Callbacks { progress: bar(py, progress, "reproduce")?, stop, total };
+    let callbacks = Callbacks::new(py, "reproduce", progress, stop, total)?;
     let made = attend(py, &callbacks, |watch| {
         Reproduction { solver, fresh, jobs, provenance: true, watcher: &**watch }.of(&study, &file, &out)
     })?;
     let summaries = made.map_err(|error| of_study(error, &out))?;
-    let numbers = |summary: &Summary| {
-        let (values, text) = (summary.values(), text::of_one(summary, None));
-        let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
-        Ok((summary.run.clone(), numbers_of(py, names.zip(&values), &text)?))
-    };
+    let numbers =
+        |summary: &Summary| Ok((summary.run.clone(), summary_of(py, summary, &text::of_one(summary, None))?));
     summaries.iter().map(numbers).collect()
 }
 
@@ -169,7 +161,7 @@ impl Watcher for Watch {
     }
 
     fn over(&self, _: &Made) {
-        self.one_more();
+        self.done.fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -181,13 +173,10 @@ fn of_axes(
     set: Option<&Bound<'_, PyMapping>>,
     keep: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
-    let keep = match keep {
-        None => vec!["events".to_owned(), "ruptures".to_owned()],
-        Some(keep) => keep.extract::<String>().map(|keep| vec![keep]).or_else(|_| keep.extract())?,
+    let several = |keep: &Bound<'_, PyAny>| -> PyResult<Vec<String>> {
+        keep.extract().map(|keep| vec![keep]).or_else(|_| keep.extract())
     };
-    if let Some(unknown) = keep.iter().find(|keep| !KEPT.contains(&keep.as_str())) {
-        return Err(refused(format!("keep = {unknown:?} (accepted: {})", KEPT.join(", "))));
-    }
+    let keep = keep.map_or_else(|| Ok(vec!["events".to_owned(), "ruptures".to_owned()]), several)?;
     let set = values.iter().cloned().chain(assignments(set, None)?);
     let set: Vec<String> = set.map(|(key, value)| assigned(&key, &value)).collect();
     let mut axis = Vec::new();
@@ -201,9 +190,6 @@ fn of_axes(
                 )));
             }
         };
-        if let Some(value) = values.iter().find(|value| !(value.is_number() || value.is_string())) {
-            return Err(refused(format!("axes: {key} has {value} (accepted: numbers or texts)")));
-        }
         axis.push(json!({ "key": key, "values": values }));
     }
     let scenario = scenario.to_str().ok_or_else(|| {
@@ -214,9 +200,6 @@ fn of_axes(
     let study = json!({ "title": title, "scenario": scenario, "keep": keep, "set": set, "axis": axis });
     toml::to_string(&study).map_err(failed)
 }
-
-/// What may be kept of runs.
-const KEPT: [&str; 5] = ["events", "ruptures", "summary", "log", "log-of-failed"];
 
 /// Keeps the tables of a study in memory.
 struct Tables(Vec<(&'static str, Vec<Column>, Batch)>);

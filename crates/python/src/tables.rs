@@ -1,5 +1,6 @@
 //! Tables of a run as Arrow record batches.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -12,17 +13,17 @@ use arrow_array::{
 };
 use arrow_buffer::Buffer;
 use arrow_schema::{DataType, Field, Schema};
-use asperity_record::Column;
+use asperity_record::{Cell, Column};
 use asperity_report::html::markup::text;
 use asperity_tables::batch::{Batch, Values};
 use asperity_tables::run_tables::RunTable;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyCapsule, PyDict, PyTuple};
-use toml::Value;
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::{PyCapsule, PyDict, PyTuple};
 
 use crate::errors::failed;
-use crate::memory::{Memory, pickled, restored};
+use crate::memory::Memory;
 
 /// Rows that a notebook shows.
 const SHOWN_ROWS: usize = 10;
@@ -39,22 +40,13 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// A table of columns: name, unit, meaning, values.
-    pub(crate) fn new(
-        name: &str,
-        columns: Vec<(String, Option<impl AsRef<str>>, String, ArrayRef)>,
-    ) -> Table {
+    /// A table of columns: name, unit and meaning, values.
+    pub(crate) fn new(name: &str, columns: Vec<(String, Described, ArrayRef)>) -> Table {
         let rows = columns.first().map_or(0, |(.., values)| values.len());
-        let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns
-            .into_iter()
-            .map(|(name, unit, about, values)| {
-                let unit = unit.map(|unit| ("unit".to_owned(), unit.as_ref().to_owned()));
-                let about = Some(("about".to_owned(), about)).filter(|(_, about)| !about.is_empty());
-                let metadata: HashMap<String, String> = unit.into_iter().chain(about).collect();
-                let field = Field::new(name, values.data_type().clone(), true).with_metadata(metadata);
-                (field, values)
-            })
-            .unzip();
+        let field = |(name, described, values): (String, Described, ArrayRef)| {
+            (Field::new(name, values.data_type().clone(), true).with_metadata(described), values)
+        };
+        let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns.into_iter().map(field).unzip();
         let options = RecordBatchOptions::new().with_row_count(Some(rows));
         let batch = RecordBatch::try_new_with_options(Arc::new(Schema::new(fields)), arrays, &options);
         Table { name: name.to_owned(), batch: batch.expect("columns are as long as the table") }
@@ -64,7 +56,7 @@ impl Table {
     pub(crate) fn of(name: &str, columns: &[Column], batch: &Batch) -> Table {
         let columns = columns.iter().zip(batch.columns());
         let column = |(column, values): (&Column, &Values)| {
-            (column.name.to_string(), column.unit, column.about.trim().to_owned(), array(values))
+            (column.name.to_string(), described(column.unit, column.about.trim()), array(values))
         };
         Table::new(name, columns.map(column).collect())
     }
@@ -113,26 +105,6 @@ impl Table {
         }
         Ok(dict)
     }
-
-    fn html(&self) -> String {
-        let head = |field: &Arc<Field>| {
-            let metadata = field.metadata();
-            let unit = metadata.get("unit").map(|unit| format!("<br><small>{}</small>", text(unit)));
-            let about = metadata.get("about").map_or_else(String::new, text);
-            format!("<th title=\"{about}\">{}{}</th>", text(field.name()), unit.unwrap_or_default())
-        };
-        let heads: String = self.batch.schema_ref().fields().iter().map(head).collect();
-        let cell = |values: &ArrayRef, row: usize| {
-            format!("<td>{}</td>", value(values, row).map(shown).map_or_else(String::new, text))
-        };
-        let row = |row: usize| -> String {
-            let cells: String = self.batch.columns().iter().map(|values| cell(values, row)).collect();
-            format!("<tr>{cells}</tr>")
-        };
-        let rows: String = (0..self.batch.num_rows().min(SHOWN_ROWS)).map(row).collect();
-        let foot = self.__repr__();
-        format!("<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table><p>{}</p>", text(foot))
-    }
 }
 
 fn array(values: &Values) -> ArrayRef {
@@ -141,39 +113,36 @@ fn array(values: &Values) -> ArrayRef {
         Values::Steps(values) => Arc::new(UInt64Array::from(values.clone())),
         Values::Numbers(values) => Arc::new(Float64Array::from(values.clone())),
         Values::Flags(values) => Arc::new(BooleanArray::from(values.clone())),
-        Values::Words(values) => Arc::new(LargeStringArray::from(values.clone())),
+        Values::Words(values) => Arc::new(values.iter().map(Option::as_deref).collect::<LargeStringArray>()),
     }
 }
 
-/// A column for pickle: name, unit, meaning, kind of values, number of them, which are not missing, and their memory.
-type Pickled<'py> =
-    (String, Option<String>, String, String, usize, Option<Bound<'py, PyBytes>>, Vec<Bound<'py, PyBytes>>);
+/// The unit and the meaning of a column, as far as it has them.
+pub(crate) type Described = HashMap<String, String>;
 
-/// The value in a row; none where it is missing.
-fn value(values: &ArrayRef, row: usize) -> Option<Value> {
-    (!values.is_null(row)).then(|| match values.data_type() {
-        DataType::UInt32 => Value::Integer(values.as_primitive::<UInt32Type>().value(row).into()),
-        DataType::UInt64 => Value::Integer(values.as_primitive::<UInt64Type>().value(row) as i64),
-        DataType::Int64 => Value::Integer(values.as_primitive::<Int64Type>().value(row)),
-        DataType::Boolean => Value::Boolean(values.as_boolean().value(row)),
-        DataType::LargeUtf8 => Value::String(values.as_string::<i64>().value(row).to_owned()),
-        _ => Value::Float(values.as_primitive::<Float64Type>().value(row)),
-    })
+/// That of a column with these, of which either may be missing.
+pub(crate) fn described(unit: Option<&str>, about: &str) -> Described {
+    let texts = [("unit", unit), ("about", Some(about).filter(|about| !about.is_empty()))];
+    texts.into_iter().filter_map(|(key, text)| Some((key.to_owned(), text?.to_owned()))).collect()
 }
 
-/// A value as a notebook shows it.
-fn shown(value: Value) -> String {
-    match value {
-        Value::Float(value) => asperity_record::short(value),
-        Value::String(value) => value,
-        value => value.to_string(),
+/// A column for pickle: name, unit and meaning, kind of values, number of them, which are not missing, and their memory.
+type Pickled<Bytes> = (String, Described, String, usize, Option<Bytes>, Vec<Bytes>);
+
+/// The cell in a row.
+fn cell(values: &ArrayRef, row: usize) -> Cell {
+    match values.data_type() {
+        _ if values.is_null(row) => Cell::Empty,
+        DataType::UInt32 => Cell::Count(values.as_primitive::<UInt32Type>().value(row)),
+        DataType::UInt64 => Cell::Step(values.as_primitive::<UInt64Type>().value(row)),
+        DataType::Int64 => {
+            let value = values.as_primitive::<Int64Type>().value(row);
+            value.try_into().map_or(Cell::Number(value as f64), Cell::Step)
+        }
+        DataType::Boolean => Cell::Flag(values.as_boolean().value(row)),
+        DataType::LargeUtf8 => Cell::word(values.as_string::<i64>().value(row)),
+        _ => Cell::Number(values.as_primitive::<Float64Type>().value(row)),
     }
-}
-
-/// A value as NumPy has it in a column with gaps.
-fn number(value: &Value) -> f64 {
-    let of_flag = || value.as_bool().map_or(f64::NAN, f64::from);
-    value.as_float().or_else(|| value.as_integer().map(|value| value as f64)).unwrap_or_else(of_flag)
 }
 
 /// The array of a column: over its own memory where every value is a number.
@@ -186,7 +155,7 @@ fn numpy<'py>(py: Python<'py>, values: &ArrayRef) -> PyResult<Bound<'py, PyAny>>
         }
         // NumPy has no missing whole numbers: NaN stands for what is missing.
         _ if values.null_count() > 0 => {
-            let number = |row| value(values, row).map_or(f64::NAN, |value| number(&value));
+            let number = |row| cell(values, row).number().unwrap_or(f64::NAN);
             ("float64", Buffer::from_vec((0..rows).map(number).collect::<Vec<f64>>()))
         }
         // NumPy has a byte for each.
@@ -288,38 +257,55 @@ impl Table {
     }
 
     #[staticmethod]
-    fn _restored(name: &str, columns: Vec<Pickled<'_>>) -> PyResult<Table> {
-        let array = |(field, unit, about, kind, rows, gaps, memory): Pickled<'_>| {
-            let empty = new_empty_array(&kind.parse().map_err(failed)?);
-            let data =
-                empty.to_data().into_builder().len(rows).buffers(memory.iter().map(restored).collect());
-            let data = data.null_bit_buffer(gaps.as_ref().map(restored)).build().map_err(failed)?;
-            Ok((field, unit, about, make_array(data)))
+    fn _restored(name: &str, columns: Vec<Pickled<PyBackedBytes>>) -> PyResult<Table> {
+        let array = |(field, described, kind, rows, gaps, memory): Pickled<PyBackedBytes>| {
+            let buffer = |bytes: PyBackedBytes| Buffer::from_slice_ref(&bytes);
+            let empty = new_empty_array(&kind.parse().map_err(failed)?).to_data().into_builder();
+            let data = empty.len(rows).buffers(memory.into_iter().map(buffer).collect());
+            let data = data.null_bit_buffer(gaps.map(buffer)).build().map_err(failed)?;
+            Ok((field, described, make_array(data)))
         };
         let columns = columns.into_iter().map(array).collect::<PyResult<Vec<_>>>()?;
         Ok(Table::new(name, columns))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
-        let (py, batch) = (slf.py(), &slf.get().batch);
-        let column = |(field, values): (&Arc<Field>, &ArrayRef)| {
-            let (data, text) = (values.to_data(), |key| field.metadata().get(key).cloned());
-            let gaps = data.nulls().map(|gaps| pickled(py, gaps.buffer()));
-            let memory = data.buffers().iter().map(|memory| pickled(py, memory)).collect();
-            let (kind, rows) = (data.data_type().to_string(), data.len());
-            (field.name().clone(), text("unit"), text("about").unwrap_or_default(), kind, rows, gaps, memory)
+        let Table { name, batch } = slf.get();
+        let column = |(field, values): (&Arc<Field>, &ArrayRef)| -> Pickled<Cow<'_, [u8]>> {
+            let (data, bytes) = (values.to_data(), |memory: &Buffer| Cow::Owned(memory.to_vec()));
+            let (gaps, memory) = (data.nulls().map(|gaps| bytes(gaps.buffer())), data.buffers());
+            let (kind, memory) = (data.data_type().to_string(), memory.iter().map(bytes).collect());
+            (field.name().clone(), field.metadata().clone().into(), kind, data.len(), gaps, memory)
         };
-        let columns: Vec<Pickled<'_>> =
-            batch.schema_ref().fields().iter().zip(batch.columns()).map(column).collect();
-        (slf.get_type().getattr("_restored")?, (&slf.get().name, columns)).into_pyobject(py)
+        let columns: Vec<_> = batch.schema_ref().fields().iter().zip(batch.columns()).map(column).collect();
+        (slf.get_type().getattr("_restored")?, (name, columns)).into_pyobject(slf.py())
     }
 
     fn __repr__(&self) -> String {
-        let rows = asperity_record::counted(self.batch.num_rows() as u64, "row");
-        format!("Table {}: {rows}, {}", self.name, self.columns().join(", "))
+        format!("Table {}, {}", self.summary(), self.columns().join(", "))
     }
 
     fn _repr_html_(&self) -> String {
-        self.html()
+        let head = |field: &Arc<Field>| {
+            let metadata = field.metadata();
+            let unit = metadata.get("unit").map(|unit| format!("<br><small>{}</small>", text(unit)));
+            let about = metadata.get("about").map_or_else(String::new, text);
+            format!("<th title=\"{about}\">{}{}</th>", text(field.name()), unit.unwrap_or_default())
+        };
+        let heads: String = self.batch.schema_ref().fields().iter().map(head).collect();
+        let cell = |values: &ArrayRef, row: usize| {
+            let shown = match cell(values, row) {
+                Cell::Number(number) => asperity_record::short(number),
+                cell => cell.to_string(),
+            };
+            format!("<td>{}</td>", text(shown))
+        };
+        let row = |row: usize| -> String {
+            let cells: String = self.batch.columns().iter().map(|values| cell(values, row)).collect();
+            format!("<tr>{cells}</tr>")
+        };
+        let rows: String = (0..self.batch.num_rows().min(SHOWN_ROWS)).map(row).collect();
+        let foot = self.__repr__();
+        format!("<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table><p>{}</p>", text(foot))
     }
 }

@@ -1,5 +1,6 @@
 //! Values from and to Python.
 
+use asperity_run::SolverKind;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PyString};
@@ -53,6 +54,15 @@ fn to_json_within(value: &Bound<'_, PyAny>, of: &str, depth: usize) -> PyResult<
     let depth =
         depth.checked_sub(1).ok_or_else(|| PyTypeError::new_err(format!("{of} (accepted: {accepted})")))?;
     values.map(|value| to_json_within(&value?, of, depth)).collect::<PyResult<Vec<_>>>().map(Value::Array)
+}
+
+/// A solver by its name.
+pub(crate) fn solver(name: Option<&str>) -> PyResult<Option<SolverKind>> {
+    let named = |name| {
+        let accepted = "None, \"fast\", \"plain\", \"adaptive\"";
+        SolverKind::named(name).ok_or_else(|| refused(format!("solver = {name:?} (accepted: {accepted})")))
+    };
+    name.map(named).transpose()
 }
 
 /// A key and its value as `--set` takes them.

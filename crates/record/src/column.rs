@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::{Part, Parts};
 
@@ -235,21 +235,52 @@ const fn ends_with(text: &[u8], end: &[u8]) -> bool {
     true
 }
 
-/// One cell.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// One cell of a table, or a value of a key of a scenario: as JSON the value itself, null where it is empty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum Cell {
     /// Empty: the run ended before the value was known.
     Empty,
+    /// Of a [`ColumnKind::Step`]; every whole number from 0 that is read without its kind.
+    Step(u64),
     /// Of a [`ColumnKind::Count`].
     Count(u32),
-    /// Of a [`ColumnKind::Step`].
-    Step(u64),
     /// Of a [`ColumnKind::Number`].
     Number(f64),
     /// Of a [`ColumnKind::Flag`].
     Flag(bool),
     /// Of a [`ColumnKind::Word`].
-    Word(&'static str),
+    Word(Cow<'static, str>),
+}
+
+impl Cell {
+    /// The cell of a column of this kind with a JSON value, if the value fits it.
+    pub fn of_json(kind: ColumnKind, value: &serde_json::Value) -> Option<Cell> {
+        match kind {
+            _ if value.is_null() => Some(Cell::Empty),
+            ColumnKind::Count => value.as_u64().and_then(|value| value.try_into().ok()).map(Cell::Count),
+            ColumnKind::Step => value.as_u64().map(Cell::Step),
+            ColumnKind::Number => value.as_f64().map(Cell::Number),
+            ColumnKind::Flag => value.as_bool().map(Cell::Flag),
+            ColumnKind::Word => value.as_str().map(Cell::word),
+        }
+    }
+
+    /// A word of its own.
+    pub fn word(word: &str) -> Cell {
+        Cell::Word(word.to_owned().into())
+    }
+
+    /// The cell as a number, 0 or 1 for a flag.
+    pub fn number(&self) -> Option<f64> {
+        match *self {
+            Cell::Count(value) => Some(value.into()),
+            Cell::Step(value) => Some(value as f64),
+            Cell::Number(value) => Some(value),
+            Cell::Flag(value) => Some(f64::from(u8::from(value))),
+            Cell::Empty | Cell::Word(_) => None,
+        }
+    }
 }
 
 /// Numbers with the fewest digits that give the same double back; an empty string for empty cells.
@@ -262,20 +293,6 @@ impl fmt::Display for Cell {
             Cell::Number(value) => write!(f, "{value}"),
             Cell::Flag(value) => write!(f, "{value}"),
             Cell::Word(value) => f.write_str(value),
-        }
-    }
-}
-
-/// The value itself; null for empty cells.
-impl Serialize for Cell {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Cell::Empty => serializer.serialize_none(),
-            Cell::Count(value) => serializer.serialize_u32(*value),
-            Cell::Step(value) => serializer.serialize_u64(*value),
-            Cell::Number(value) => serializer.serialize_f64(*value),
-            Cell::Flag(value) => serializer.serialize_bool(*value),
-            Cell::Word(value) => serializer.serialize_str(value),
         }
     }
 }

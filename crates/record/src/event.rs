@@ -263,10 +263,10 @@ impl PartialEq for Event {
 }
 
 fn same_cells(one: &[Cell], other: &[Cell]) -> bool {
-    let logged = |cell: &Cell| match *cell {
+    let logged = |cell: &Cell| match cell {
         Cell::Number(number) if number.is_finite() => Some(Err(number.to_bits())),
         Cell::Number(_) | Cell::Empty => None,
-        other => Some(Ok(other)),
+        other => Some(Ok(other.clone())),
     };
     one.len() == other.len() && one.iter().map(logged).eq(other.iter().map(logged))
 }

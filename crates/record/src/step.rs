@@ -119,8 +119,8 @@ impl CellValue for Direction {
 
     fn cell(self) -> Cell {
         Cell::Word(match self {
-            Direction::Detach => "detach",
-            Direction::Attach => "attach",
+            Direction::Detach => "detach".into(),
+            Direction::Attach => "attach".into(),
         })
     }
 }

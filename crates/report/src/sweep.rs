@@ -189,7 +189,7 @@ impl Sweep {
         let rows = self.rows.iter().map(|cells| {
             let mut shown: Vec<Cell> = cells.iter().map(cell).collect();
             if let (Some(first), Some(Stored::Step(run))) = (shown.first_mut(), cells.first()) {
-                *first = self.run(*run, cells.contains(&Stored::Word("done")));
+                *first = self.run(*run, cells.contains(&Stored::Word("done".into())));
             }
             Row::from(shown)
         });

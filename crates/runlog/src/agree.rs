@@ -295,9 +295,9 @@ fn ranges(columns: &[Column], cells: &[Cell], header: &RunHeader) -> Result<(), 
                 false => format!("it has {name}, in a run without {part:?}"),
             });
         }
-        let value = match (column.role, *cell) {
-            (Some(Role::Place), Cell::Count(place)) => u64::from(place),
-            (Some(Role::Step | Role::Total), Cell::Step(step)) => step,
+        let value = match (column.role, cell) {
+            (Some(Role::Place), Cell::Count(place)) => u64::from(*place),
+            (Some(Role::Step | Role::Total), Cell::Step(step)) => *step,
             _ => continue,
         };
         if column.role == Some(Role::Place) {

@@ -2,64 +2,36 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
-use std::fmt;
 use std::path::Path;
 
-use asperity_figures::{self as study_figures, Place};
+use asperity_figures::{self as study_figures, place, read_place};
 use asperity_model::keys::{KEYS, Key, Kind};
 use asperity_model::rows::{Row, Rows};
 use asperity_model::typed::whole;
 use asperity_model::{key_suggestion, mixed, suggestion, text};
 use asperity_record::bounds::MOST_RUNS;
-use asperity_record::{Column, ColumnKind, counted, rounded};
-use serde::{Deserialize, Serialize};
+use asperity_record::{Cell, Column, ColumnKind, counted, rounded};
+use serde::Deserialize;
 
-/// The value of a key in one run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Value {
-    /// A flag.
-    Flag(bool),
-    /// A whole number.
-    Whole(i64),
-    /// Any other finite number.
-    Number(f64),
-    /// A word or text.
-    Text(String),
-}
-
-/// Formats the value as in a scenario.
-impl fmt::Display for Value {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Value::Flag(flag) => write!(f, "{flag}"),
-            Value::Whole(number) => write!(f, "{number}"),
-            Value::Number(number) => {
-                // Both are valid TOML.
-                let (plain, short) = (toml::Value::Float(*number).to_string(), format!("{number:e}"));
-                f.write_str(if short.len() < plain.len() { &short } else { &plain })
-            }
-            Value::Text(text) => write!(f, "{}", toml::Value::String(text.clone())),
+/// The value of a key as in a scenario, where a number may be plain or have a power of ten.
+pub(crate) fn spelled(value: &Cell) -> String {
+    match value {
+        Cell::Number(number) => {
+            let (plain, short) = (number.to_string(), format!("{number:e}"));
+            if short.len() < plain.len() { short } else { plain }
         }
+        Cell::Empty => "null".to_owned(),
+        Cell::Word(word) => toml::Value::from(&**word).to_string(),
+        value => value.to_string(),
     }
 }
 
-impl Value {
-    /// Reads `100.0` as 100 for keys that are whole numbers.
-    fn settle(&mut self, key: &Key) {
-        if let (Kind::Count(..), Value::Number(number)) = (key.kind, &*self)
-            && let Some(Ok(count)) = whole(*number).map(i64::try_from)
-        {
-            *self = Value::Whole(count);
-        }
-    }
-
-    /// Whether the values are equal, however they are written.
-    pub(crate) fn same(&self, other: &Value) -> bool {
-        match (self, other) {
-            (Value::Whole(a), Value::Number(b)) | (Value::Number(b), Value::Whole(a)) => *a as f64 == *b,
-            _ => self == other,
-        }
+/// The value as the column of its key has it: 100.0 is 100 for a key of whole numbers, and 1 is 1.0 for one of others.
+pub(crate) fn settled(key: &Key, value: &Cell) -> Cell {
+    match (key.kind, value) {
+        (Kind::Count(..), Cell::Number(number)) => whole(*number).map_or_else(|| value.clone(), Cell::Step),
+        (Kind::Number(..), Cell::Step(number)) => Cell::Number(*number as f64),
+        _ => value.clone(),
     }
 }
 
@@ -69,12 +41,12 @@ impl Value {
 #[serde(deny_unknown_fields)]
 pub struct Written {
     key: Option<String>,
-    values: Option<Vec<Value>>,
+    values: Option<Vec<Cell>>,
     from: Option<f64>,
     to: Option<f64>,
     spacing: Option<Spacing>,
     keys: Option<Vec<String>>,
-    rows: Option<Vec<Vec<Value>>>,
+    rows: Option<Vec<Vec<Cell>>>,
     csv: Option<String>,
     sample: Option<Method>,
     ranges: Option<Vec<Range>>,
@@ -120,7 +92,7 @@ pub struct Axis {
     /// The scenario keys that it sets.
     pub keys: Vec<&'static Key>,
     /// The values of the keys, point by point.
-    pub rows: Vec<Vec<Value>>,
+    pub rows: Vec<Vec<Cell>>,
     /// The keys with equal ratios.
     pub log: Vec<bool>,
     /// Whether its points form a sequence, as those of a list or a range.
@@ -209,7 +181,7 @@ impl Axis {
     /// Reads `100.0` as 100 for keys that are whole numbers.
     fn settle(&mut self) {
         for row in &mut self.rows {
-            self.keys.iter().zip(row).for_each(|(key, value)| value.settle(key));
+            self.keys.iter().zip(row).for_each(|(key, value)| *value = settled(key, value));
         }
     }
 
@@ -232,9 +204,8 @@ impl Axis {
         }
         let mut sorted: Vec<usize> = (0..self.rows.len()).collect();
         sorted.sort_by_cached_key(|row| self.rows[*row].iter().map(sortable).collect::<Vec<_>>());
-        let same = |a: usize, b: usize| self.rows[a].iter().zip(&self.rows[b]).all(|(a, b)| a.same(b));
-        if let Some(pair) = sorted.windows(2).find(|pair| same(pair[0], pair[1])) {
-            let values: Vec<String> = self.rows[pair[0]].iter().map(Value::to_string).collect();
+        if let Some(pair) = sorted.windows(2).find(|pair| self.rows[pair[0]] == self.rows[pair[1]]) {
+            let values: Vec<String> = self.rows[pair[0]].iter().map(spelled).collect();
             return Err(format!("{names}: {} appears twice (accepted: each once)", values.join(", ")));
         }
         Ok(())
@@ -249,7 +220,7 @@ impl Axis {
                 path: self.keys[n].path,
                 is_number: matches!(column(self.keys[n]).kind, ColumnKind::Number | ColumnKind::Step),
                 log: self.log[n],
-                values: values.map(place).collect(),
+                values: values.filter_map(place).collect(),
             }
         };
         study_figures::Axis { keys: (0..self.keys.len()).map(key).collect(), joined: self.joined }
@@ -281,24 +252,11 @@ pub(crate) fn column(key: &Key) -> Column {
     }
 }
 
-/// The position of a value in a figure.
-fn place(value: &Value) -> Place {
+/// A sort key of the values of a key under which equal ones are adjacent: -0 and 0 are equal.
+fn sortable(value: &Cell) -> (u64, String) {
     match value {
-        Value::Flag(flag) => Place::Word(flag.to_string()),
-        Value::Whole(number) => Place::Number(*number as f64),
-        Value::Number(number) => Place::Number(*number),
-        Value::Text(text) => Place::Word(text.clone()),
-    }
-}
-
-/// A sort key under which equal values are adjacent.
-fn sortable(value: &Value) -> (u8, u64, String) {
-    match value {
-        Value::Flag(flag) => (0, u64::from(*flag), String::new()),
-        // -0 and 0 are equal and get one key.
-        Value::Whole(number) => (1, (*number as f64 + 0.0).to_bits(), String::new()),
-        Value::Number(number) => (1, (number + 0.0).to_bits(), String::new()),
-        Value::Text(text) => (2, 0, text.clone()),
+        Cell::Number(number) => ((number + 0.0).to_bits(), String::new()),
+        value => (0, value.to_string()),
     }
 }
 
@@ -310,7 +268,7 @@ fn sortable(value: &Value) -> (u8, u64, String) {
 pub(crate) fn runs_at<'a, S: AsRef<str>>(
     at: &[S],
     keys: &[String],
-    runs: impl Iterator<Item = (u64, Cow<'a, [Value]>)>,
+    runs: impl Iterator<Item = (u64, Cow<'a, [Cell]>)>,
 ) -> Result<Vec<u64>, String> {
     let mut wanted = Vec::new();
     for text in at.iter().map(AsRef::as_ref) {
@@ -321,9 +279,10 @@ pub(crate) fn runs_at<'a, S: AsRef<str>>(
             let meant = suggestion(name.trim(), keys.iter().map(String::as_str));
             format!("at: {} does not vary{meant} (accepted: {})", name.trim(), keys.join(", "))
         })?;
-        wanted.push((place, Place::read(value)));
+        wanted.push((place, read_place(value)));
     }
-    let has_all = |values: &[Value]| wanted.iter().all(|(key, wanted)| place(&values[*key]) == *wanted);
+    let has_all =
+        |values: &[Cell]| wanted.iter().all(|(key, wanted)| place(&values[*key]).as_ref() == Some(wanted));
     let found: Vec<u64> = runs.filter(|(_, values)| has_all(values)).map(|(run, _)| run).collect();
     if found.is_empty() {
         let all: Vec<&str> = at.iter().map(AsRef::as_ref).collect();
@@ -355,18 +314,16 @@ pub(crate) fn key_of(path: &str) -> Result<&'static Key, String> {
     }
 }
 
-pub(crate) fn check_value(key: &Key, value: &Value) -> Result<(), String> {
+pub(crate) fn check_value(key: &Key, value: &Cell) -> Result<(), String> {
     let fits = match (key.kind, value) {
-        (Kind::Number(..), Value::Number(number)) => key.kind.accepts_number(*number),
-        (Kind::Number(..), Value::Whole(number)) => key.kind.accepts_number(*number as f64),
-        (Kind::Count(low, high), Value::Whole(number)) => {
-            u64::try_from(*number).is_ok_and(|number| (low..=high).contains(&number))
-        }
-        (Kind::Flag, Value::Flag(_)) | (Kind::Text(_), Value::Text(_)) => true,
-        (Kind::Word(words), Value::Text(word)) => words.contains(&word.as_str()),
+        (Kind::Number(..), Cell::Number(number)) => key.kind.accepts_number(*number),
+        (Kind::Count(low, high), Cell::Step(number)) => (low..=high).contains(number),
+        (Kind::Flag, Cell::Flag(_)) | (Kind::Text(_), Cell::Word(_)) => true,
+        (Kind::Word(words), Cell::Word(word)) => words.contains(&&**word),
         _ => false,
     };
-    if fits { Ok(()) } else { Err(format!("{}: {value} is not accepted (accepted: {})", key.path, key.kind)) }
+    let (path, value, accepted) = (key.path, spelled(value), key.kind);
+    if fits { Ok(()) } else { Err(format!("{path}: {value} is not accepted (accepted: {accepted})")) }
 }
 
 impl Range {
@@ -387,7 +344,7 @@ impl Range {
 
     /// The value at a share of the range, rounded to twelve digits, so that a sixth of the way from
     /// 0 to 0.6 is 0.1; the ends are as written.
-    fn at(&self, key: &Key, share: f64) -> Value {
+    fn at(&self, key: &Key, share: f64) -> Cell {
         let (from, to) = (self.from, self.to);
         let value = match self.spacing {
             _ if share == 0.0 => from,
@@ -395,10 +352,7 @@ impl Range {
             Spacing::Linear => rounded(from + (to - from) * share, 12),
             Spacing::Log => rounded(from * libm::pow(to / from, share), 12),
         };
-        match key.kind {
-            Kind::Count(..) => Value::Whole(value.round() as i64),
-            _ => Value::Number(value),
-        }
+        Cell::Number(if matches!(key.kind, Kind::Count(..)) { value.round() } else { value })
     }
 }
 
@@ -420,8 +374,7 @@ fn table(path: &Path) -> Result<Axis, String> {
             return Err(format!("csv {name}:{line}: {found} for {keys} (accepted: a value for each key)"));
         }
         let row = keys.iter().zip(&cells).map(|(key, cell)| {
-            let mut value = read_cell(key, cell);
-            value.settle(key);
+            let value = settled(key, &read_cell(key, cell));
             check_value(key, &value).map(|()| value).map_err(|error| format!("csv {name}:{line}: {error}"))
         });
         rows.push(row.collect::<Result<Vec<_>, _>>()?);
@@ -429,18 +382,13 @@ fn table(path: &Path) -> Result<Axis, String> {
     Ok(Axis { log: vec![false; keys.len()], keys, rows, joined: false })
 }
 
-fn read_cell(key: &Key, cell: &str) -> Value {
-    let text = || Value::Text(cell.to_owned());
-    match key.kind {
-        Kind::Number(..) => cell.parse().map_or_else(|_| text(), Value::Number),
-        Kind::Count(..) => cell
-            .parse()
-            .map(Value::Whole)
-            .or_else(|_| cell.parse().map(Value::Number))
-            .unwrap_or_else(|_: std::num::ParseFloatError| text()),
-        Kind::Flag => cell.parse().map_or_else(|_| text(), Value::Flag),
-        _ => text(),
-    }
+fn read_cell(key: &Key, cell: &str) -> Cell {
+    let read = match key.kind {
+        Kind::Number(..) | Kind::Count(..) => cell.parse().ok().map(Cell::Number),
+        Kind::Flag => cell.parse().ok().map(Cell::Flag),
+        _ => None,
+    };
+    read.unwrap_or_else(|| Cell::word(cell))
 }
 
 fn drawn(method: Method, ranges: &[Range], count: u64, seed: u64) -> Result<Axis, String> {
@@ -501,7 +449,9 @@ impl Draws {
 mod tests {
     use std::path::Path;
 
-    use super::{Axis, Value, Written};
+    use asperity_record::Cell;
+
+    use super::{Axis, Written};
 
     fn axis(text: &str) -> Result<Axis, String> {
         let written: Written = toml::from_str(text).map_err(|error| error.to_string())?;
@@ -509,12 +459,7 @@ mod tests {
     }
 
     fn numbers(axis: &Axis, key: usize) -> Vec<f64> {
-        let number = |row: &Vec<Value>| match row[key] {
-            Value::Number(number) => number,
-            Value::Whole(number) => number as f64,
-            _ => panic!("no number"),
-        };
-        axis.rows.iter().map(number).collect()
+        axis.rows.iter().map(|row| row[key].number().expect("a number")).collect()
     }
 
     #[test]
@@ -528,9 +473,9 @@ mod tests {
         let tenths = axis("key = 'normal_load.tilt'\nfrom = -0.5\nto = 0.5\ncount = 11").unwrap();
         assert_eq!(numbers(&tenths, 0), [-0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5]);
         let whole = axis("key = 'slider.blocks'\nfrom = 10\nto = 40\ncount = 4").unwrap();
-        assert_eq!(whole.rows[1], [Value::Whole(20)]);
+        assert_eq!(whole.rows[1], [Cell::Step(20)]);
         let whole = axis("key = 'slider.blocks'\nvalues = [10.0, 2e1]").unwrap();
-        assert_eq!(whole.rows, [[Value::Whole(10)], [Value::Whole(20)]]);
+        assert_eq!(whole.rows, [[Cell::Step(10)], [Cell::Step(20)]]);
         let rows = axis(
             "keys = ['friction.static_coefficient', 'friction.dynamic_coefficient']\nrows = [[0.5, 0.3], [0.7, 0.45]]",
         );

@@ -4,9 +4,7 @@
 //! Rows are in the order of the runs, and in files in groups of a fixed number, so the files do not depend on
 //! the order in which results were computed. Memory is bounded by one run, and one group per table.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use asperity_files::FileSet;
 use asperity_model::keys::KEYS;
@@ -16,10 +14,10 @@ use asperity_tables::batch::Batch;
 use asperity_tables::format::{Format, FormatError, TableWriter};
 use asperity_tables::layout::Layout;
 
-use crate::axis::{self, Value};
+use crate::axis;
 use crate::error::StudyError;
 use crate::file::Keep;
-use crate::plan::{Plan, Row};
+use crate::plan::Plan;
 use crate::results::Results;
 
 /// Rows per group.
@@ -77,7 +75,7 @@ pub fn collect(plan: &Plan, results: &Results, sink: &mut dyn RowSink) -> Result
         sink.begin(kind.table, &[&common_columns[..], &kind.columns].concat())?;
     }
     for row in &plan.rows[..plan.numbered() as usize] {
-        let mut cells = common_cells(row, &common_columns);
+        let mut cells = [&[Cell::Step(row.run)], &*row.values].concat();
         let (made, reason) = match results.outcome(plan, row.run)? {
             Some(Ok(made)) => (Some(made), String::new()),
             Some(Err(reason)) => (None, reason),
@@ -98,51 +96,16 @@ pub fn collect(plan: &Plan, results: &Results, sink: &mut dyn RowSink) -> Result
             values = made.summary.values();
             ended = made.summary.status;
         }
-        let word = |text: &str| if text.is_empty() { Cell::Empty } else { interned(text) };
-        cells.push(Cell::Word(results.state(row.run).word()));
+        let word = |text: &str| if text.is_empty() { Cell::Empty } else { Cell::word(text) };
+        cells.push(Cell::Word(results.state(row.run).word().into()));
         cells.extend([&reason, row.id.as_deref().unwrap_or_default(), &ended].map(word));
         cells.extend(summary_columns.iter().map(|n| {
-            let value = values.get(*n).unwrap_or(&serde_json::Value::Null);
-            cell(value, Summary::KEYS[*n].column.kind)
+            let cell = values.get(*n).and_then(|value| Cell::of_json(Summary::KEYS[*n].column.kind, value));
+            cell.unwrap_or(Cell::Empty)
         }));
         sink.row(RUNS, &cells)?;
     }
     Ok(())
-}
-
-fn common_cells(row: &Row, columns: &[Column]) -> Vec<Cell> {
-    let value = |(column, value): (&Column, &Value)| match (column.kind, value) {
-        (ColumnKind::Number, Value::Whole(number)) => Cell::Number(*number as f64),
-        (_, Value::Whole(number)) => Cell::Step(number.unsigned_abs()),
-        (_, Value::Number(number)) => Cell::Number(*number),
-        (_, Value::Flag(flag)) => Cell::Flag(*flag),
-        (_, Value::Text(text)) => interned(text),
-    };
-    std::iter::once(Cell::Step(row.run)).chain(columns[1..].iter().zip(&row.values).map(value)).collect()
-}
-
-fn cell(value: &serde_json::Value, kind: ColumnKind) -> Cell {
-    match kind {
-        ColumnKind::Count => {
-            value.as_u64().and_then(|count| u32::try_from(count).ok()).map_or(Cell::Empty, Cell::Count)
-        }
-        ColumnKind::Step => value.as_u64().map_or(Cell::Empty, Cell::Step),
-        ColumnKind::Number => value.as_f64().map_or(Cell::Empty, Cell::Number),
-        ColumnKind::Flag => value.as_bool().map_or(Cell::Empty, Cell::Flag),
-        ColumnKind::Word => value.as_str().map_or(Cell::Empty, interned),
-    }
-}
-
-/// A word as a cell, kept as long as the program lives, but once, however often tables are made.
-fn interned(text: &str) -> Cell {
-    static WORDS: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
-    let mut words = WORDS.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(known) = words.get(text) {
-        return Cell::Word(known);
-    }
-    let word: &'static str = Box::leak(text.to_owned().into_boxed_str());
-    words.insert(word);
-    Cell::Word(word)
 }
 
 /// Tables in progress, as files of a set in some formats.
@@ -214,21 +177,5 @@ impl TableFiles<'_> {
             }
         }
         Ok(paths)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use asperity_record::Cell;
-
-    use super::interned;
-
-    /// Fuzzing found that every table of a study left its words behind.
-    #[test]
-    fn a_word_is_kept_once() {
-        let [Cell::Word(one), Cell::Word(other)] = [interned("own"), interned("own")] else {
-            panic!("no words")
-        };
-        assert!(std::ptr::eq(one, other));
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
-use asperity_figures::{Figure, Kind, Place, Quantity};
+use asperity_figures::{Figure, Kind, Quantity, place as place_of};
 use asperity_files::{FileError, FileSet, ShortLines};
 use asperity_numbers::claim::{self, Claim};
 use asperity_record::{Cell, Column};
@@ -12,6 +12,7 @@ use asperity_report::{
     Entry, Figure as ShownFigure, Link, ReadFile, Shown, Sweep, UNNAMED, encoded, files_of_picture, picture,
 };
 
+use crate::axis::spelled;
 use crate::collect::{RUNS, RowSink, collect};
 use crate::error::StudyError;
 use crate::file::Keep;
@@ -71,7 +72,7 @@ impl RowSink for StudyPage<'_> {
         if table == RUNS {
             self.count += 1;
             if self.rows.len() < Sweep::ROWS {
-                self.rows.push(self.shown.iter().map(|&n| cells[n]).collect());
+                self.rows.push(self.shown.iter().map(|&n| cells[n].clone()).collect());
             }
         }
         Ok(())
@@ -107,7 +108,7 @@ impl StudyPage<'_> {
             let mut values: Vec<String> = Vec::new();
             let mut known = BTreeSet::new();
             for row in &plan.rows {
-                let value = row.values[n].to_string();
+                let value = spelled(&row.values[n]);
                 if known.insert(value.clone()) {
                     values.push(value);
                 }
@@ -193,9 +194,8 @@ fn runs_per_cell(plan: &Plan, figure: &Figure) -> Vec<usize> {
     let mut counts: BTreeMap<Vec<String>, usize> = BTreeMap::new();
     // Runs that have names have no values.
     for row in plan.rows.iter().filter(|row| !row.values.is_empty()) {
-        let value = |n: usize| row.values[n].to_string();
-        if at.iter().all(|(n, wanted)| Place::read(&value(*n)) == **wanted) {
-            *counts.entry(of_cell.iter().map(|&n| value(n)).collect()).or_default() += 1;
+        if at.iter().all(|(n, wanted)| place_of(&row.values[*n]).as_ref() == Some(*wanted)) {
+            *counts.entry(of_cell.iter().map(|&n| row.values[n].to_string()).collect()).or_default() += 1;
         }
     }
     counts.into_values().collect()

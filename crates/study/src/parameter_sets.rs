@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use asperity_model::ScenarioSource;
 use asperity_model::keys::AS_STATED;
 
-use crate::axis::Value;
 use crate::runs::Named;
 use crate::study::{Grid, Study};
 
@@ -69,11 +68,7 @@ impl Grid {
         for axis in &self.axes {
             if let Some(place) = axis.keys.iter().position(|key| key.path == KEY) {
                 let each = self.count() / axis.rows.len() as u64;
-                let word = |row: &Vec<Value>| match &row[place] {
-                    Value::Text(word) => word.clone(),
-                    other => other.to_string(),
-                };
-                return axis.rows.iter().map(|row| (word(row), By::Axis, each)).collect();
+                return axis.rows.iter().map(|row| (row[place].to_string(), By::Axis, each)).collect();
             }
         }
         let (word, by) = match assigned(&self.set) {

@@ -17,11 +17,11 @@ use asperity_model::files::UnfitState;
 use asperity_model::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
 use asperity_record::bounds::{LONGEST_COMMON_BYTES, LONGEST_ROW_BYTES, MOST_RUNS};
-use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader};
+use asperity_record::{Cell, Parts, RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Opened, Task, at_once};
 use serde::{Deserialize, Serialize};
 
-use crate::axis::{Value, check_value, key_of, names, runs_at};
+use crate::axis::{check_value, key_of, names, runs_at, settled, spelled};
 use crate::error::StudyError;
 use crate::file::Keep;
 use crate::lines::{Lines, problem_of};
@@ -86,7 +86,7 @@ pub struct Row {
     /// Its number, from 1.
     pub run: u64,
     /// The values of the keys that vary; none for a named run.
-    pub values: Vec<Value>,
+    pub values: Vec<Cell>,
     /// Its id in logs: a hash of scenario, record schema and code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
@@ -450,7 +450,7 @@ fn check_version(line: &str) -> Result<(), String> {
 
 impl Row {
     /// A run with the scenario that was resolved for it, or the reason why it is refused.
-    fn of(run: u64, values: Vec<Value>, resolved: Result<Scenario, String>) -> Row {
+    fn of(run: u64, values: Vec<Cell>, resolved: Result<Scenario, String>) -> Row {
         match resolved {
             Ok(scenario) => Row {
                 run,
@@ -470,7 +470,7 @@ impl Row {
         if run > MOST_RUNS {
             return Err(format!("run {run} (accepted: up to {MOST_RUNS} runs)"));
         }
-        let row: Row = serde_json::from_str(line).map_err(|error| {
+        let mut row: Row = serde_json::from_str(line).map_err(|error| {
             format!("{} (accepted: run {run}, as `asperity sweep plan` writes it)", problem_of(&error))
         })?;
         if row.run != run {
@@ -483,6 +483,7 @@ impl Row {
             let (count, names) = (row.values.len(), names(keys));
             return Err(format!("values: {count} of them (accepted: {}, of {names})", keys.len()));
         }
+        keys.iter().zip(&mut row.values).for_each(|(key, value)| *value = settled(key, value));
         keys.iter().zip(&row.values).try_for_each(|(key, value)| check_value(key, value))?;
         let is_id = |id: &String| id.len() == ID_LENGTH && id.bytes().all(|byte| byte.is_ascii_hexdigit());
         match (&row.id, &row.refused) {
@@ -518,15 +519,15 @@ impl Common {
     }
 
     /// The overrides of a run, as `key=value`.
-    pub fn assignments(&self, values: &[Value]) -> Vec<String> {
-        self.keys.iter().zip(values).map(|(key, value)| format!("{key}={value}")).collect()
+    pub fn assignments(&self, values: &[Cell]) -> Vec<String> {
+        self.keys.iter().zip(values).map(|(key, value)| format!("{key}={}", spelled(value))).collect()
     }
 
     /// The scenario with these values, resolved by this program.
     ///
     /// # Errors
     /// If it refuses them.
-    pub fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
+    pub fn resolve(&self, values: &[Cell]) -> Result<Scenario, String> {
         let with = |source: ScenarioSource, assignment: &String| source.with_override(assignment);
         let source = self.source.get_or_init(|| {
             self.set.iter().fold(ScenarioSource::new(&self.scenario, &self.scenario_toml), with)

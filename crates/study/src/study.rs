@@ -6,12 +6,13 @@ use std::path::Path;
 
 use asperity_figures::Figure;
 use asperity_model::text;
+use asperity_record::Cell;
 use asperity_record::bounds::MOST_RUNS;
 use asperity_run::Opened;
 use asperity_run::study::Job;
 
 use crate::axis;
-use crate::axis::{Axis, Value};
+use crate::axis::Axis;
 use crate::error::StudyError;
 pub use crate::file::Keep;
 use crate::pipeline::Pipeline;
@@ -189,7 +190,7 @@ impl Grid {
     }
 
     /// The values of its keys in a run, counted from 0.
-    pub fn values(&self, run: u64) -> Vec<Value> {
+    pub fn values(&self, run: u64) -> Vec<Cell> {
         let mut left = run;
         let mut points = Vec::with_capacity(self.axes.len());
         for axis in self.axes.iter().rev() {
@@ -216,8 +217,9 @@ impl Grid {
 mod tests {
     use std::path::Path;
 
+    use asperity_record::Cell;
+
     use super::{Grid, Keep, Study};
-    use crate::axis::Value;
 
     const TILTS: &str = "[[axis]]\nkey = 'normal_load.tilt'\nvalues = [-0.5, 0.5]\n";
 
@@ -232,8 +234,8 @@ mod tests {
             parse(&format!("{TILTS}[[axis]]\nkey = 'slider.blocks'\nvalues = [10, 20, 30]\n")).unwrap();
         assert_eq!((grid.count(), grid.keys().join(" ").as_str()), (6, "normal_load.tilt slider.blocks"));
         let blocks = |run| grid.values(run)[1].clone();
-        assert_eq!([0, 1, 2, 3].map(blocks), [10, 20, 30, 10].map(Value::Whole));
-        assert_eq!(grid.values(3)[0], Value::Number(0.5));
+        assert_eq!([0, 1, 2, 3].map(blocks), [10, 20, 30, 10].map(Cell::Step));
+        assert_eq!(grid.values(3)[0], Cell::Number(0.5));
         assert_eq!(grid.keep, [Keep::Events, Keep::Ruptures, Keep::Summary]);
     }
 

@@ -1,6 +1,8 @@
 //! A batch of rows of a table, by columns: the part in memory at a time, which becomes a row group of a
 //! Parquet file.
 
+use std::borrow::Cow;
+
 use asperity_record::{Cell, Column, ColumnKind};
 
 /// The cells of one column; cells may be empty.
@@ -15,7 +17,7 @@ pub enum Values {
     /// Of a [`ColumnKind::Flag`].
     Flags(Vec<Option<bool>>),
     /// Of a [`ColumnKind::Word`].
-    Words(Vec<Option<&'static str>>),
+    Words(Vec<Option<Cow<'static, str>>>),
 }
 
 impl Values {
@@ -52,7 +54,7 @@ impl Values {
             Values::Steps(values) => values[row].map_or(Cell::Empty, Cell::Step),
             Values::Numbers(values) => values[row].map_or(Cell::Empty, Cell::Number),
             Values::Flags(values) => values[row].map_or(Cell::Empty, Cell::Flag),
-            Values::Words(values) => values[row].map_or(Cell::Empty, Cell::Word),
+            Values::Words(values) => values[row].clone().map_or(Cell::Empty, Cell::Word),
         }
     }
 
@@ -86,7 +88,7 @@ impl Batch {
     /// If its cells are not those of the layout.
     pub fn push(&mut self, row: &[Cell]) {
         assert_eq!(row.len(), self.columns.len(), "cells of a row against columns of its table");
-        self.columns.iter_mut().zip(row).for_each(|(values, cell)| values.push(*cell));
+        self.columns.iter_mut().zip(row).for_each(|(values, cell)| values.push(cell.clone()));
         self.rows += 1;
     }
 
@@ -117,8 +119,8 @@ mod tests {
     fn rows_come_back_by_columns() {
         let mut batch = Batch::new(GlobalSlip::COLUMNS);
         let row = |global: u64, recurrence: Cell| {
-            let number = Cell::Number(0.1 + 0.2);
-            [Cell::Step(global), Cell::Step(7), number, number, recurrence, number, Cell::Empty]
+            let number = || Cell::Number(0.1 + 0.2);
+            [Cell::Step(global), Cell::Step(7), number(), number(), recurrence, number(), Cell::Empty]
         };
         batch.push(&row(0, Cell::Empty));
         batch.push(&row(1, Cell::Number(2.5)));

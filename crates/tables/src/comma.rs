@@ -167,7 +167,7 @@ mod tests {
         for row in [["=1+1", "-0.5", "-1e-7"], ["@sum", "-a", "a=b"], ["+cmd", "\tx", ""]] {
             rows.push_texts(row).unwrap();
         }
-        rows.push(&[Cell::Word("=1"), Cell::Number(-0.5), Cell::Empty]).unwrap();
+        rows.push(&[Cell::Word("=1".into()), Cell::Number(-0.5), Cell::Empty]).unwrap();
         let written = String::from_utf8(rows.finish().unwrap()).unwrap();
         assert_eq!(written, "a,b,c\n'=1+1,-0.5,-1e-7\n'@sum,'-a,a=b\n'+cmd,'\tx,\n'=1,-0.5,\n");
     }

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
+use asperity_record::Cell;
 use polars::prelude::{AnyValue, Column, DataFrame, NamedFrom, ParquetWriter, Series};
 
 use crate::error::TableFileError;
@@ -11,21 +12,7 @@ use crate::guarded::start_threads;
 use crate::parquet_checksum;
 use crate::parquet_out::{Buffered, ParquetOut};
 use crate::parquet_table::ParquetTable;
-
-/// A cell of a table.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Cell {
-    /// Null.
-    Empty,
-    /// A number.
-    Number(f64),
-    /// A whole number from 0.
-    Whole(u64),
-    /// Yes or no.
-    Flag(bool),
-    /// Anything else, as text.
-    Other(String),
-}
+use crate::table_file::cell;
 
 /// The rows of a Parquet file, one after the other.
 pub struct Rows {
@@ -60,33 +47,17 @@ impl Rows {
                 None => return Ok(None),
             }
         }
-        let cells = self.part.columns().iter().map(|column| Ok(cell(&column.get(self.row)?)));
+        // Of a kind that no table here has: for an error.
+        let unlike = |value: &AnyValue<'_>| Cell::Word(value.to_string().into());
+        let cells = self.part.columns().iter().map(|column| {
+            let value = column.get(self.row)?;
+            Ok(cell(&value).unwrap_or_else(|| unlike(&value)))
+        });
         let cells = cells.collect::<Result<_, TableFileError>>()?;
         self.row += 1;
         Ok(Some(cells))
     }
 }
-
-fn cell(value: &AnyValue<'_>) -> Cell {
-    let signed = |value: i64| u64::try_from(value).map_or(Cell::Other(value.to_string()), Cell::Whole);
-    match value {
-        AnyValue::Null => Cell::Empty,
-        AnyValue::Float64(number) => Cell::Number(*number),
-        AnyValue::Float32(number) => Cell::Number((*number).into()),
-        AnyValue::UInt64(whole) => Cell::Whole(*whole),
-        AnyValue::UInt32(whole) => Cell::Whole((*whole).into()),
-        // Whole numbers as other programs store them.
-        AnyValue::Int64(whole) => signed(*whole),
-        AnyValue::Int32(whole) => signed((*whole).into()),
-        AnyValue::Boolean(flag) => Cell::Flag(*flag),
-        // For an error, where more would not help.
-        AnyValue::String(text) => Cell::Other(text.chars().take(LONGEST_QUOTE).collect()),
-        other => Cell::Other(other.to_string()),
-    }
-}
-
-/// Characters of a text that are kept to be quoted.
-const LONGEST_QUOTE: usize = 1000;
 
 /// One match of a diff, as a row. For several events of a side: the numbers of the first and the last, the
 /// earliest onset, the latest end and the blocks of all.
@@ -234,8 +205,9 @@ fn frame(rows: &[MatchRow], is_over_area: bool) -> Result<DataFrame, TableFileEr
 #[cfg(test)]
 mod tests {
     use asperity_files::{Existing, FileSet, Inputs};
+    use asperity_record::Cell;
 
-    use super::{Cell, MatchFile, MatchRow, MatchSide, Rows};
+    use super::{MatchFile, MatchRow, MatchSide, Rows};
 
     #[test]
     fn matches_read_back_as_they_were_written() {
@@ -284,7 +256,7 @@ mod tests {
         assert_eq!(get("old_onset_s", 7), Cell::Number(onset_s(7)));
         assert_eq!(get("old_end_s", 7), Cell::Empty);
         assert_eq!(get("new_event", 7), Cell::Empty);
-        assert_eq!(get("new_last_event", super::BATCH), Cell::Whole(5));
+        assert_eq!(get("new_last_event", super::BATCH), Cell::Step(5));
         assert_eq!(get("new_end_s", super::BATCH), Cell::Number(1.5));
         assert_eq!(get("allowed", 0), Cell::Flag(false));
     }

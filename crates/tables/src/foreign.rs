@@ -118,17 +118,8 @@ pub(crate) fn cells(columns: &[Column], payload: &str) -> Result<Vec<Cell>, Stri
     }
     let cell = |column: &Column| {
         let value = object.get(&*column.name).unwrap_or(&Value::Null);
-        let cell = match (column.kind, value) {
-            (_, Value::Null) => Some(Cell::Empty),
-            (ColumnKind::Count, value) => {
-                value.as_u64().and_then(|value| u32::try_from(value).ok()).map(Cell::Count)
-            }
-            (ColumnKind::Step, value) => value.as_u64().map(Cell::Step),
-            (ColumnKind::Number, value) => value.as_f64().map(Cell::Number),
-            (ColumnKind::Flag, value) => value.as_bool().map(Cell::Flag),
-            (ColumnKind::Word, _) => None,
-        };
-        cell.ok_or_else(|| format!("{} = {value} (accepted: {})", column.name, column.kind.words()))
+        let unlike = || format!("{} = {value} (accepted: {})", column.name, column.kind.words());
+        Cell::of_json(column.kind, value).ok_or_else(unlike)
     };
     columns.iter().map(cell).collect()
 }

@@ -92,7 +92,9 @@ fn series(name: &str, values: &Values) -> Column {
         Values::Steps(values) => Series::new(name, values).into(),
         Values::Numbers(values) => Series::new(name, values).into(),
         Values::Flags(values) => Series::new(name, values).into(),
-        Values::Words(values) => Series::new(name, values).into(),
+        Values::Words(values) => {
+            Series::new(name, values.iter().map(Option::as_deref).collect::<Vec<_>>()).into()
+        }
     }
 }
 
@@ -126,9 +128,9 @@ mod tests {
         let mut batch = Batch::new(&layout.columns);
         for half in DOUBLES.chunks(3) {
             for value in half {
-                let number = Cell::Number(*value);
-                let (step, flag) = (Cell::Step(u64::MAX), Cell::Flag(true));
-                batch.push(&[step, number, Cell::Count(u32::MAX), number, number, Cell::Empty, number, flag]);
+                let number = || Cell::Number(*value);
+                let (step, count, flag) = (Cell::Step(u64::MAX), Cell::Count(u32::MAX), Cell::Flag(true));
+                batch.push(&[step, number(), count, number(), number(), Cell::Empty, number(), flag]);
             }
             table.write(&batch).unwrap();
             batch.clear();

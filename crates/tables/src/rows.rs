@@ -246,7 +246,7 @@ mod tests {
         let mut batch = Batch::new(&record_layouts(StepParts::default())[2].columns);
         fields(&mut batch, &state, StepParts::default()).unwrap();
         let column = |n: usize| (0..2).map(|row| batch.columns()[n].cell(row)).collect::<Vec<_>>();
-        assert_eq!(column(0), [Cell::Step(8); 2]);
+        assert_eq!(column(0), [Cell::Step(8), Cell::Step(8)]);
         assert_eq!(column(2), [Cell::Count(1), Cell::Count(2)]);
         assert_eq!(column(4), [Cell::Number(5e-324), Cell::Number(-0.0)]);
         assert_eq!(column(7), [Cell::Flag(false), Cell::Flag(true)]);

@@ -253,8 +253,8 @@ impl RunTables {
         };
         let unread = |problem| format!("an event of {} cannot be read: {problem}", event.topic());
         let cells = rows.cells(event).map_err(unread)?;
-        let time_s = match rows.time.map(|time| cells[time]) {
-            Some(Cell::Number(time_s)) => time_s,
+        let time_s = match rows.time.map(|time| &cells[time]) {
+            Some(Cell::Number(time_s)) => *time_s,
             _ => self.last_s,
         };
         if let Some(batch) = self.batch(event.topic(), time_s) {

@@ -125,15 +125,23 @@ pub fn write_csv(out: impl Write, table: &DataFrame) -> io::Result<()> {
 
 /// A value as text, as an exported table spells it.
 fn text(value: &AnyValue<'_>) -> io::Result<String> {
-    let cell = match value {
+    let unlike = || io::Error::other(format!("no way to write {value:?} as CSV"));
+    Ok(cell(value).ok_or_else(unlike)?.to_string())
+}
+
+/// A value of polars as a cell, if it is of a kind that tables have here or other programs store instead.
+pub(crate) fn cell(value: &AnyValue<'_>) -> Option<Cell> {
+    Some(match value {
         AnyValue::Null => Cell::Empty,
         AnyValue::Float64(number) => Cell::Number(*number),
+        AnyValue::Float32(number) => Cell::Number((*number).into()),
         AnyValue::UInt32(number) => Cell::Count(*number),
         AnyValue::UInt64(number) => Cell::Step(*number),
+        AnyValue::Int64(number) => Cell::Step((*number).try_into().ok()?),
+        AnyValue::Int32(number) => Cell::Step((*number).try_into().ok()?),
         AnyValue::Boolean(flag) => Cell::Flag(*flag),
-        AnyValue::String(text) => return Ok((*text).to_owned()),
-        AnyValue::StringOwned(text) => return Ok(text.to_string()),
-        other => return Err(io::Error::other(format!("no way to write {other:?} as CSV"))),
-    };
-    Ok(cell.to_string())
+        AnyValue::String(text) => Cell::word(text),
+        AnyValue::StringOwned(text) => Cell::word(text),
+        _ => return None,
+    })
 }

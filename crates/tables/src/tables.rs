@@ -7,7 +7,7 @@ use asperity_numbers::precursors::{self, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::slow_slip::slow_slips;
-use asperity_record::{Cell, ColumnKind, EventKind, Parts, Rupture, SlipEvent};
+use asperity_record::{Cell, CellValue, ColumnKind, EventKind, Parts, Rupture, SlipEvent};
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
 use crate::batch::Batch;
@@ -54,13 +54,11 @@ pub fn events(run: &RunData) -> Result<DataFrame, TableFileError> {
 pub fn ruptures(run: &RunData) -> Result<DataFrame, TableFileError> {
     let kind = EventKind::of::<Rupture>().with(run.header.parts());
     let columns = rupture_columns(run.header.parts());
-    let flag = |flag: Option<bool>| flag.map_or(Cell::Empty, Cell::Flag);
-    let summary = &run.summary;
-    let [creeps, mislead] = [summary.creeps, summary.raw_events_mislead].map(flag);
+    let of_run = [run.summary.creeps, run.summary.raw_events_mislead].map(CellValue::cell);
     let mut rows = Batch::new(&columns);
     for rupture in run.ruptures.iter().flatten() {
         let event = run.event_of(rupture).map_or(Cell::Empty, |slip| Cell::Step(slip.event));
-        rows.push(&[&kind.cells_of(rupture)[..], &[event, creeps, mislead]].concat());
+        rows.push(&[&kind.cells_of(rupture)[..], &[event], &of_run].concat());
     }
     Ok(parquet_tables::frame(&columns, &rows)?)
 }

@@ -1,6 +1,6 @@
 //! The fate of the slip events, and what follows from it.
 
-use asperity_record::{Cell as EventCell, counted};
+use asperity_record::counted;
 
 use super::{
     Block, Cell, FINDINGS_BELOW_PHYSICS, OTHERS, ROWS_MOST, Row, Table, by_class, events, headings, is_one,
@@ -159,8 +159,8 @@ pub(super) fn differences(finding: &Finding) -> Vec<String> {
         let measured = change.difference.map_or(String::new(), |difference| {
             format!(" (by {}, allowed {})", short(difference), short(change.tolerance))
         });
-        let value = |cell: EventCell| reading::cell(cell);
-        format!("{} {} → {}{measured}", change.column, value(change.old), value(change.new))
+        let [old, new] = [&change.old, &change.new].map(reading::cell);
+        format!("{} {old} → {new}{measured}", change.column)
     };
     let mut lines: Vec<String> = finding.columns.iter().map(cell).collect();
     if let Some(kept) = &finding.conservation {

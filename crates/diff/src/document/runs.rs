@@ -196,7 +196,7 @@ pub(super) fn ruptures(report: &Report) -> Vec<Block> {
         .map(|(place, finding)| {
             let load = finding.columns.iter().find(|change| change.column == Column::FT_FN_ONSET);
             let load =
-                load.map(|change| format!("{} → {}", reading::cell(change.old), reading::cell(change.new)));
+                load.map(|change| format!("{} → {}", reading::cell(&change.old), reading::cell(&change.new)));
             Row {
                 line: Some(format!("  {}", line_of(report, *place, finding))),
                 ..Row::of([

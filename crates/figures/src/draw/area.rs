@@ -9,7 +9,7 @@ use plotters::prelude::RGBColor;
 
 use super::colours::Colours;
 use super::scale::Scale;
-use super::sheet::{Cell, INK, Layer, Layout, Panel, RED, Shape, Sheet};
+use super::sheet::{INK, Layer, Layout, Panel, RED, Shape, Sheet, Tile};
 
 /// Points of the map, mm.
 pub(super) type Points = Vec<(f64, f64)>;
@@ -66,7 +66,7 @@ impl Area {
     }
 
     /// The cell of a contact.
-    pub(super) fn cell(&self, contact: u32, color: RGBColor) -> Cell {
+    pub(super) fn cell(&self, contact: u32, color: RGBColor) -> Tile {
         ([self.corner(contact, [-1.0, -1.0]), self.corner(contact, [1.0, 1.0])], color)
     }
 

@@ -120,7 +120,7 @@ fn about(gathered: &Gathered, sheet: &Sheet, origins: &Origins, provenance: bool
 
 #[cfg(test)]
 mod tests {
-    use crate::{Axis, Figures, Key, Kind, Place, Statistic};
+    use crate::{Axis, Figures, Key, Kind, Statistic};
     use asperity_record::{Cell, Column, ColumnKind, EventPayload, Rupture};
     use asperity_testkit::scenario;
 
@@ -131,7 +131,7 @@ mod tests {
 
     /// What is gathered for one figure of a sweep of tilts and stiffnesses.
     fn gathered(figure: &str) -> Gathered {
-        let values = |values: &[f64]| values.iter().map(|value| Place::Number(*value)).collect();
+        let values = |values: &[f64]| values.iter().map(|value| Cell::Number(*value)).collect();
         let key = |path, numbers| Axis {
             keys: vec![Key { path, is_number: true, log: false, values: values(numbers) }],
             joined: true,
@@ -178,7 +178,7 @@ mod tests {
             Cell::Step(number),
             Cell::Number(tilt),
             Cell::Number(stiffness),
-            Cell::Word(status),
+            Cell::Word(status.into()),
             slip,
             blocks,
         ]);

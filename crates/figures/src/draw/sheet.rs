@@ -49,7 +49,7 @@ pub(super) fn nth(index: usize) -> (Marker, Dash, RGBColor) {
 }
 
 /// A rectangle between its lower left and its upper right corner, and its colour.
-pub(super) type Cell = ([Point; 2], RGBColor);
+pub(super) type Tile = ([Point; 2], RGBColor);
 
 /// What a layer shows, in values of the axes.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,7 +65,7 @@ pub(super) enum Shape {
     /// A surface in a paler colour: so much of it, from 0 to 1.
     Surface(Vec<Point>, f64),
     /// Rectangles between two corners, each in its own colour, behind all other layers.
-    Cells(Vec<Cell>),
+    Cells(Vec<Tile>),
     /// Black lines with white edges, which stay visible on all colours.
     Contours(Vec<Vec<Point>>),
     /// Arrows from one point to another, likewise.
@@ -126,7 +126,7 @@ impl Layer {
     }
 
     /// Rectangles in colours of their own.
-    pub(super) fn cells(cells: Vec<Cell>) -> Layer {
+    pub(super) fn cells(cells: Vec<Tile>) -> Layer {
         Layer::new("", Shape::Cells(cells), INK)
     }
 

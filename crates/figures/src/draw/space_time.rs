@@ -17,7 +17,7 @@ use super::colours::{Colours, On};
 use super::kind::{Figure, keys, of_one_run, place_name};
 use super::rupture_selector::{Clock, RuptureSelector, Sort, color_of, end_s, picked, sorted};
 use super::scale::Scale;
-use super::sheet::{Cell, Dash, GREEN, INK, Layer, Shape, Sheet};
+use super::sheet::{Dash, GREEN, INK, Layer, Shape, Sheet, Tile};
 
 keys! {
     SpaceTime: file, run, title;
@@ -127,7 +127,7 @@ impl View {
     }
 
     /// Blocks between two times, both in view.
-    fn cell(&self, from_s: f64, to_s: f64, blocks: (u32, u32), color: RGBColor) -> Cell {
+    fn cell(&self, from_s: f64, to_s: f64, blocks: (u32, u32), color: RGBColor) -> Tile {
         let low = (self.place(from_s), f64::from(blocks.0) - 0.5);
         ([low, (self.place(to_s), f64::from(blocks.1) + 0.5)], color)
     }
@@ -146,7 +146,7 @@ pub(super) fn map(
     let (velocities, bar) = velocities(run, &view)?;
     // Beneath velocities patches are pale, and show where blocks slide too slowly for a colour.
     let strength = if bar.is_some() { PALE } else { 1.0 };
-    let mut patched: BTreeMap<Sort, Vec<Cell>> = BTreeMap::new();
+    let mut patched: BTreeMap<Sort, Vec<Tile>> = BTreeMap::new();
     let mut fronts = Vec::new();
     let grain_s = (view.to_s - view.from_s) / ACROSS;
     let end_of_run_s = run.plan.grid.time_s(run.header.steps);
@@ -231,7 +231,7 @@ fn speeds(run: &RunData, record: &WindowRecord) -> Vec<(u32, f64)> {
 }
 
 /// Patches of the blocks that a rupture passed, by block: neighbours that look alike are one.
-fn patches(view: &View, passed: &[&Arrival], color: RGBColor, grain_s: f64, end_of_run_s: f64) -> Vec<Cell> {
+fn patches(view: &View, passed: &[&Arrival], color: RGBColor, grain_s: f64, end_of_run_s: f64) -> Vec<Tile> {
     let grains = |arrival: &Arrival| -> Option<(i64, i64)> {
         let stop_s = arrival.stop_s.unwrap_or(end_of_run_s);
         if arrival.arrival_s > view.to_s || stop_s < view.from_s {
@@ -297,7 +297,7 @@ fn creep_front(run: &RunData, arrivals: &[Arrival], view: &View) -> Vec<(f64, f6
 
 /// Velocities of the dense records in view, and their colours; those below a thousandth of the
 /// largest have none.
-fn velocities(run: &RunData, view: &View) -> Result<(Vec<Cell>, Option<Colours>), NotKept> {
+fn velocities(run: &RunData, view: &View) -> Result<(Vec<Tile>, Option<Colours>), NotKept> {
     let mut windows: BTreeMap<u32, Vec<&WindowRecord>> = BTreeMap::new();
     let in_view = |record: &&WindowRecord| (view.from_s..=view.to_s).contains(&record.time_s);
     for record in run.windows()?.iter().chain(run.rupture_fields()?).filter(in_view) {

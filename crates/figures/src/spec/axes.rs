@@ -1,34 +1,20 @@
 //! What varies in a study, as far as its figures ask.
 
-use std::fmt;
+use asperity_record::Cell;
 
-use serde::{Deserialize, Serialize};
-
-/// The value of a key in a run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Place {
-    /// Of a key of numbers.
-    Number(f64),
-    /// Of any other, as it is written.
-    Word(String),
-}
-
-impl Place {
-    /// What a text stands for, as in `key=value`.
-    pub fn read(text: &str) -> Place {
-        let text = text.trim();
-        text.parse().map_or_else(|_| Place::Word(text.trim_matches(['"', '\'']).to_owned()), Place::Number)
+/// A value of a key or a column as a figure tells them apart: by its number, or as a word; none where it has no place.
+pub fn place(value: &Cell) -> Option<Cell> {
+    match value {
+        Cell::Flag(_) | Cell::Word(_) => Some(Cell::Word(value.to_string().into())),
+        // The two zeros are one value.
+        number => number.number().filter(|n| n.is_finite()).map(|number| Cell::Number(number + 0.0)),
     }
 }
 
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Place::Number(number) => write!(f, "{number}"),
-            Place::Word(word) => f.write_str(word),
-        }
-    }
+/// What a text stands for, as in `key=value`.
+pub fn read_place(text: &str) -> Cell {
+    let text = text.trim();
+    text.parse().map_or_else(|_| Cell::word(text.trim_matches(['"', '\''])), Cell::Number)
 }
 
 /// Keys that change together.
@@ -50,6 +36,6 @@ pub struct Key<'a> {
     pub is_number: bool,
     /// Whether the sweep spaces it by factors.
     pub log: bool,
-    /// Its values, each once.
-    pub values: Vec<Place>,
+    /// Its places ([`place`]), each once.
+    pub values: Vec<Cell>,
 }

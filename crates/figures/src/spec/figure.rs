@@ -4,9 +4,9 @@ use asperity_model::Scenario;
 use asperity_model::analytic::{LengthLaw, LengthLawParameters, LoadCurve};
 use asperity_model::front::Front;
 use asperity_model::plan::Plan;
+use asperity_record::Cell;
 use serde::{Deserialize, Serialize};
 
-use super::axes::Place;
 use super::written::Statistic;
 
 /// What is on an axis of a figure, or in its colours: a column of the table of runs.
@@ -103,7 +103,7 @@ pub struct Figure {
     /// Whether several runs may share a place.
     pub is_spread: bool,
     /// Keys and the one value of each that is shown.
-    pub at: Vec<(String, Place)>,
+    pub at: Vec<(String, Cell)>,
 }
 
 impl Figure {

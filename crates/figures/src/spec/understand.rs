@@ -6,9 +6,9 @@ use std::collections::BTreeSet;
 use asperity_model::keys::{KEYS, Kind as KeyKind};
 use asperity_model::{among, suggestion};
 use asperity_numbers::Number;
-use asperity_record::unit_of;
+use asperity_record::{Cell, unit_of};
 
-use super::axes::{Axis, Key, Place};
+use super::axes::{Axis, Key, read_place};
 use super::figure::{Figure, Kind, Quantity, Theory};
 use super::written::{Family, Figures, Lengths, PhaseMap, Scale};
 
@@ -88,7 +88,7 @@ struct Parts<'a> {
 }
 
 /// Keys and the one value of each that is shown.
-type Slice = Vec<(String, Place)>;
+type Slice = Vec<(String, Cell)>;
 
 impl Known<'_> {
     fn phase_map(&self, map: &PhaseMap) -> Result<Figure, String> {
@@ -241,9 +241,9 @@ impl Known<'_> {
                 .split_once('=')
                 .ok_or_else(|| format!("at: {text:?} is not accepted (accepted: key=value)"))?;
             let (_, key) = self.key("at", name.trim())?;
-            let value = Place::read(value);
+            let value = read_place(value);
             if !key.values.contains(&value) {
-                let values: Vec<String> = key.values.iter().take(20).map(Place::to_string).collect();
+                let values: Vec<String> = key.values.iter().take(20).map(Cell::to_string).collect();
                 let more = if key.values.len() > 20 { " and more" } else { "" };
                 return Err(format!(
                     "at: {} is not among the values of {} (accepted: {}{more})",
@@ -283,7 +283,7 @@ fn of_key(
     scale: Option<Scale>,
 ) -> Result<Quantity, String> {
     let log = scale.map_or(key.log, |scale| scale == Scale::Log) && key.is_number;
-    let is_low = |value: &Place| matches!(value, Place::Number(number) if *number <= 0.0);
+    let is_low = |value: &Cell| matches!(value, Cell::Number(number) if *number <= 0.0);
     if let Some(low) = key.values.iter().find(|value| log && is_low(value)) {
         return Err(format!(
             "{what}_scale = \"log\" with {} = {low} (accepted: with values above 0, or \"linear\")",
@@ -375,13 +375,15 @@ fn greek(symbol: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Axis, Figures, Key, Kind, Place, Theory};
+    use asperity_record::Cell;
+
+    use crate::{Axis, Figures, Key, Kind, Theory};
 
     /// Axes of a sweep: tilts and stiffnesses by factors, drives by name, and seeds.
     fn axes() -> Vec<Axis<'static>> {
-        let numbers = |values: &[f64]| values.iter().map(|value| Place::Number(*value)).collect::<Vec<_>>();
+        let numbers = |values: &[f64]| values.iter().map(|value| Cell::Number(*value)).collect::<Vec<_>>();
         let key = |path, values, log| Key { path, is_number: true, log, values };
-        let words = ["side", "top"].map(|word| Place::Word(word.to_owned())).to_vec();
+        let words = ["side", "top"].map(|word| Cell::Word(word.into())).to_vec();
         let one = |key| Axis { keys: vec![key], joined: true };
         vec![
             one(key("normal_load.tilt", numbers(&[-0.5, 0.0, 0.5]), false)),
@@ -415,7 +417,7 @@ mod tests {
         assert!(map.is_spread && map.facet.as_ref().unwrap().is_word);
         assert_eq!(family.kind, Kind::Family { joined: true, theory: Some(Theory::LoadAtGlobalSlip) });
         assert_eq!(family.y.label, "first global rupture F_T/F_N");
-        assert_eq!(family.at, [("drive.kind".to_owned(), Place::Word("side".to_owned()))]);
+        assert_eq!(family.at, [("drive.kind".to_owned(), Cell::Word("side".into()))]);
         assert_eq!((lengths.at.len(), lengths.is_spread), (2, false));
         // What a plan holds is what was understood.
         let text = serde_json::to_string(&all).unwrap();

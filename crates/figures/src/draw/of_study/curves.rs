@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_numbers::quantile;
+use asperity_record::Cell;
 use plotters::prelude::RGBColor;
 
 use super::gather::{Gathered, LEVELS, Loads, ScenarioOf};
 use super::map::in_order;
+use crate::Theory;
 use crate::draw::colours::{Colours, On, WORDS};
 use crate::draw::scale::Scale;
 use crate::draw::sheet::{Dash, GREY, INK, Layer, Marker, Shape, Sheet};
-use crate::{Place, Theory};
 
 /// Strengths of the bands between extremes and between quartiles.
 const EXTREMES: f64 = 0.13;
@@ -46,8 +47,7 @@ impl Looks {
             let all = vec![(Marker::Circle, INK); places.len().max(1)];
             return Looks { all, bar: None, legend: Vec::new() };
         };
-        let numbers =
-            || places.iter().filter_map(|place| if let Place::Number(n) = place { Some(*n) } else { None });
+        let numbers = || places.iter().filter_map(Cell::number);
         if !colour.is_word {
             let scale = Scale::of(&colour.label, colour.log, 0.0, numbers().collect::<Vec<_>>().into_iter());
             let colours = Colours::of(scale, On::Lines);

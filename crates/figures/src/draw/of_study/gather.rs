@@ -6,7 +6,7 @@ use asperity_model::Scenario;
 use asperity_numbers::RuptureGrowth;
 use asperity_record::{Cell, Column, Reach};
 
-use crate::{Figure, Kind, Place, Quantity};
+use crate::{Figure, Kind, Quantity, place};
 
 /// Gives the scenario of a run by its number, for theories.
 pub type ScenarioOf<'a> = &'a dyn Fn(u64) -> Result<Scenario, String>;
@@ -28,27 +28,14 @@ pub(super) struct Sample {
 /// The values that a quantity has in the runs shown, in the order in which they came.
 #[derive(Debug, Default)]
 pub(super) struct Values {
-    numbers: BTreeMap<u64, usize>,
-    words: BTreeMap<&'static str, usize>,
-    pub(super) places: Vec<Place>,
+    known: BTreeMap<String, usize>,
+    pub(super) places: Vec<Cell>,
 }
 
 impl Values {
-    fn index(&mut self, cell: Cell) -> Option<usize> {
-        let next = self.places.len();
-        let (index, place) = match cell {
-            Cell::Empty => return None,
-            Cell::Word(word) => (*self.words.entry(word).or_insert(next), Place::Word(word.to_owned())),
-            Cell::Flag(flag) => {
-                let word = if flag { "true" } else { "false" };
-                (*self.words.entry(word).or_insert(next), Place::Word(word.to_owned()))
-            }
-            number => {
-                // The two zeros are one value.
-                let number = as_number(number)? + 0.0;
-                (*self.numbers.entry(number.to_bits()).or_insert(next), Place::Number(number))
-            }
-        };
+    fn index(&mut self, cell: &Cell) -> Option<usize> {
+        let (next, place) = (self.places.len(), place(cell)?);
+        let index = *self.known.entry(place.to_string()).or_insert(next);
         if index == next {
             self.places.push(place);
         }
@@ -57,29 +44,22 @@ impl Values {
 
     /// The words among them.
     pub(super) fn words(&self) -> Vec<String> {
-        self.places.iter().map(Place::to_string).collect()
+        self.places.iter().map(Cell::to_string).collect()
     }
 
     /// The indexes, numbers in ascending order.
     pub(super) fn in_order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.places.len()).collect();
         order.sort_by(|a, b| match (&self.places[*a], &self.places[*b]) {
-            (Place::Number(a), Place::Number(b)) => a.total_cmp(b),
+            (Cell::Number(a), Cell::Number(b)) => a.total_cmp(b),
             _ => a.cmp(b),
         });
         order
     }
 }
 
-fn as_number(cell: Cell) -> Option<f64> {
-    let number = match cell {
-        Cell::Empty | Cell::Word(_) => return None,
-        Cell::Count(count) => f64::from(count),
-        Cell::Step(count) => count as f64,
-        Cell::Number(number) => number,
-        Cell::Flag(flag) => f64::from(u8::from(flag)),
-    };
-    number.is_finite().then_some(number)
+fn as_number(cell: &Cell) -> Option<f64> {
+    cell.number().filter(|number| number.is_finite())
 }
 
 /// Where the quantities of a figure stand in a row of the table of runs.
@@ -94,7 +74,7 @@ struct Columns {
     colour: Option<usize>,
     facet: Option<usize>,
     /// The column and the value of each key that has one value in the figure.
-    at: Vec<(usize, Place)>,
+    at: Vec<(usize, Cell)>,
 }
 
 /// The parts of a figure taken from a row of the table of ruptures.
@@ -204,14 +184,14 @@ impl Gathered {
             return;
         }
         let of = &self.of_ruptures;
-        let cell = |at: usize| cells.get(at).copied().unwrap_or(Cell::Empty);
+        let cell = |at: usize| cells.get(at).unwrap_or(&Cell::Empty);
         let (
-            Cell::Count(first),
-            Cell::Count(last),
-            Cell::Flag(reached_every_block),
-            Cell::Number(ft_fn_onset),
-            Cell::Step(onset_step),
-            Cell::Step(rupture),
+            &Cell::Count(first),
+            &Cell::Count(last),
+            &Cell::Flag(reached_every_block),
+            &Cell::Number(ft_fn_onset),
+            &Cell::Step(onset_step),
+            &Cell::Step(rupture),
         ) = (
             cell(of.first_block),
             cell(of.last_block),
@@ -231,18 +211,13 @@ impl Gathered {
     pub(super) fn run(&mut self, cells: &[Cell]) {
         let farther = std::mem::take(&mut self.farther);
         let of = &self.columns;
-        let cell = |at: usize| cells.get(at).copied().unwrap_or(Cell::Empty);
-        let is_shown = of.at.iter().all(|(at, value)| match (cell(*at), value) {
-            (Cell::Word(word), Place::Word(wanted)) => word == wanted,
-            (Cell::Flag(flag), Place::Word(wanted)) => flag.to_string() == *wanted,
-            (cell, Place::Number(wanted)) => as_number(cell) == Some(*wanted),
-            _ => false,
-        });
-        let Cell::Step(run) = cell(of.run) else { return };
+        let cell = |at: usize| cells.get(at).unwrap_or(&Cell::Empty);
+        let is_shown = of.at.iter().all(|(at, wanted)| place(cell(*at)).as_ref() == Some(wanted));
+        let &Cell::Step(run) = cell(of.run) else { return };
         if !is_shown {
             return;
         }
-        let value = |cell: Cell, quantity: &Quantity, words: &mut Values| {
+        let value = |cell: &Cell, quantity: &Quantity, words: &mut Values| {
             if quantity.is_word { words.index(cell).map(|index| index as f64) } else { as_number(cell) }
         };
         let is_map = matches!(self.figure.kind, Kind::PhaseMap { .. });
@@ -257,7 +232,7 @@ impl Gathered {
             x: value(cell(of.x), &self.figure.x, &mut self.across).unwrap_or(f64::NAN),
             y: value(cell(of.y), &self.figure.y, &mut self.upwards).unwrap_or(f64::NAN),
             value: of.colour.filter(|_| is_map).and_then(|at| as_number(cell(at))),
-            done: cell(of.status) == Cell::Word("done"),
+            done: *cell(of.status) == Cell::Word("done".into()),
         };
         self.samples.push(sample);
         if let (true, Some(blocks)) = (self.is_lengths(), as_number(cell(of.blocks))) {

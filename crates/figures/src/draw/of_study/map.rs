@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use asperity_record::Cell;
+
 use super::gather::{Gathered, Values};
+use crate::Statistic;
 use crate::draw::colours::{Colours, On};
 use crate::draw::scale::{Scale, number};
-use crate::draw::sheet::{Cell, GREY, Layer, Marker, Panel, Point, Shape, Sheet};
-use crate::{Place, Statistic};
+use crate::draw::sheet::{GREY, Layer, Marker, Panel, Point, Shape, Sheet, Tile};
 
 /// The radius of a place where places are scattered.
 const DISC: f64 = 22.0;
@@ -66,7 +68,7 @@ pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     let index = |all: &[f64], value: f64| all.partition_point(|other| *other < value);
 
     let mut panels: BTreeMap<usize, Vec<Layer>> = BTreeMap::new();
-    let mut cells: BTreeMap<usize, Vec<Cell>> = BTreeMap::new();
+    let mut cells: BTreeMap<usize, Vec<Tile>> = BTreeMap::new();
     let mut without: [BTreeMap<usize, Vec<Point>>; 2] = [BTreeMap::new(), BTreeMap::new()];
     for ((panel, at_x, at_y), spot) in &spots {
         let (at_x, at_y) = (f64::from_bits(*at_x), f64::from_bits(*at_y));
@@ -112,15 +114,12 @@ pub(super) fn in_order(
     let Some(facet) = &gathered.figure.facet else {
         return vec![panel(0)];
     };
-    let title = |place: &Place| {
+    let title = |place: &Cell| {
         let (label, unit) = match facet.label.rfind(" (") {
             Some(at) if facet.label.ends_with(')') => facet.label.split_at(at),
             _ => (facet.label.as_str(), ""),
         };
-        let value = match place {
-            Place::Number(value) => number(*value),
-            Place::Word(word) => word.clone(),
-        };
+        let value = place.number().map_or_else(|| place.to_string(), number);
         format!("{label} = {value}{}", unit.replace(['(', ')'], ""))
     };
     let order = gathered.panels.in_order().into_iter();

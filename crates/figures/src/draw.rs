@@ -222,6 +222,17 @@ impl Figures {
     /// # Errors
     /// In words, with kind and file of the figure, and what is accepted.
     pub fn check(&self) -> Result<(), String> {
+        let of_runs =
+            self.all().into_iter().map(|(_, figure)| (figure.frame().file, figure.frame().width_mm));
+        let of_tables = (self.phase_map.iter().map(|map| (map.file.as_str(), map.width_mm)))
+            .chain(self.family.iter().map(|family| (family.file.as_str(), family.width_mm)));
+        for (file, width_mm) in of_runs.chain(of_tables) {
+            if let Some(width_mm) = width_mm.filter(|width_mm| !(40.0..=400.0).contains(width_mm)) {
+                return Err(format!(
+                    "figure {file}: width_mm = {width_mm} is not accepted (accepted: 40 to 400)"
+                ));
+            }
+        }
         self.front_speeds.iter().try_for_each(front_speeds::FrontSpeeds::check)?;
         self.lengths.iter().try_for_each(Lengths::check)
     }
@@ -245,12 +256,12 @@ impl Figures {
 
     /// Each by its file, with the runs that it is made of, in the order of the files.
     pub fn by_file(&self) -> BTreeMap<&str, Vec<&str>> {
-        self.all().into_iter().map(|(_, figure)| (figure.file(), figure.runs())).collect()
+        self.all().into_iter().map(|(_, figure)| (figure.frame().file, figure.runs())).collect()
     }
 
     /// The files that the figures are written to.
     pub fn files(&self) -> impl Iterator<Item = &str> {
-        self.all().into_iter().map(|(_, figure)| figure.file())
+        self.all().into_iter().map(|(_, figure)| figure.frame().file)
     }
 
     /// What they read of a run.
@@ -308,7 +319,8 @@ impl<'a> Gathering<'a> {
             if !runs.contains(run.name.as_str()) {
                 continue;
             }
-            let failed = |problem: String| FigureError::Figure { file: figure.file().to_owned(), problem };
+            let failed =
+                |problem: String| FigureError::Figure { file: figure.frame().file.to_owned(), problem };
             let part = figure.part(run).map_err(failed)?;
             let whole = {
                 let mut parts = parts.lock().expect("whoever adds a part does not panic");
@@ -322,9 +334,9 @@ impl<'a> Gathering<'a> {
                     drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
                 let shown = Caption { title: short, caption: about.caption.clone() };
-                captions.insert(figure.file().to_owned(), shown);
+                captions.insert(figure.frame().file.to_owned(), shown);
                 drop(captions);
-                print::write(&page, &about, files, &files_of(&self.folder.join(figure.file())))?;
+                print::write(&page, &about, files, &files_of(&self.folder.join(figure.frame().file)))?;
                 count += 1;
             }
         }
@@ -502,7 +514,7 @@ mod tests {
     fn sheet(text: &str) -> Result<Sheet, String> {
         let figures: Figures = toml::from_str(text).unwrap();
         let all: Vec<&dyn AnyFigure> = figures.all().into_iter().map(|(_, figure)| figure).collect();
-        assert_eq!((all.len(), all[0].file(), all[0].runs()), (1, "f.png", vec!["a"]));
+        assert_eq!((all.len(), all[0].frame().file, all[0].runs()), (1, "f.png", vec!["a"]));
         drawn(all[0], runs(all[0].required_data()))
     }
 

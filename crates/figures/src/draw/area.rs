@@ -184,12 +184,7 @@ impl Area {
     }
 
     /// Panels over the area, each with its title and its layers, to which the drive is added, with one colour bar.
-    pub(super) fn sheet(
-        &self,
-        title: &str,
-        panels: Vec<(String, Vec<Layer>)>,
-        bar: Option<Colours>,
-    ) -> Sheet {
+    pub(super) fn sheet(&self, panels: Vec<(String, Vec<Layer>)>, bar: Option<Colours>) -> Sheet {
         let drive = match (self.drive(), self.is_driven) {
             (None, true) => Some(Layer::remark("driven from the top")),
             (drive, _) => drive,
@@ -204,7 +199,7 @@ impl Area {
             Panel::new(x, y, layers).titled(title)
         };
         let layout = Layout::Close((width + 2.0 * half) / (right - left));
-        Sheet { layout, bar, ..Sheet::of(title, panels.into_iter().map(panel).collect()) }
+        Sheet { layout, bar, ..Sheet::of(panels.into_iter().map(panel).collect()) }
     }
 }
 

@@ -14,13 +14,8 @@ use super::scale::{Scale, number};
 use super::sheet::{Layer, Sheet};
 
 keys! {
-    AreaField: file;
+    AreaField: run;
 
-    /// The run, of a sheet or a body.
-    run: String,
-    /// Title above the figure.
-    #[serde(default)]
-    title: String,
     /// One panel per instant, s.
     at_s: Vec<f64>,
     /// The quantity that colours show.
@@ -86,7 +81,6 @@ impl Quantity {
         run: &RunData,
         states: &[(String, &NodeState)],
         has_arrows: bool,
-        title: &str,
     ) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         if has_arrows && self == Quantity::NormalLoad {
@@ -118,7 +112,7 @@ impl Quantity {
             }
             (title.clone(), layers)
         });
-        Ok(area.sheet(title, panels.collect(), Some(colours)))
+        Ok(area.sheet(panels.collect(), Some(colours)))
     }
 }
 
@@ -148,7 +142,7 @@ impl Figure for AreaField {
             Ok((format!("t = {at} s{}", load.unwrap_or_else(|| ", at rest".to_owned())), state))
         });
         let states = states.collect::<Result<Vec<_>, String>>()?;
-        self.shows.sheet(run, &states, self.arrows, &self.title)
+        self.shows.sheet(run, &states, self.arrows)
     }
 }
 

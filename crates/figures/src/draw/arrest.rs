@@ -10,7 +10,7 @@ use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, RED, Sheet};
 
 keys! {
-    Arrest: file, run, title;
+    Arrest: run;
 }
 
 /// Blocks between marks, which keeps them apart.
@@ -71,6 +71,6 @@ impl Figure for Arrest {
             end(speeds.last().map_or(0.0, |(_, speed)| *speed)),
         ];
         let lower = Panel::new(x, y, series);
-        Ok(Sheet::stacked(&self.title, upper, lower))
+        Ok(Sheet::stacked(upper, lower))
     }
 }

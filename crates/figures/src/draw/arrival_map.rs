@@ -14,13 +14,8 @@ use super::scale::{Scale, number};
 use super::sheet::{INK, Layer, Marker, Sheet};
 
 keys! {
-    ArrivalMap: file;
+    ArrivalMap: run;
 
-    /// The run, of a sheet or a body.
-    run: String,
-    /// Title above the figure; by default the number, kind, onset and load of the rupture.
-    #[serde(default)]
-    title: String,
     /// The number of the rupture, as in its table.
     rupture: Option<u64>,
     /// The rupture, where `rupture` gives no number; if absent that of the most contacts.
@@ -94,8 +89,8 @@ impl ArrivalMap {
             .collect();
         layers.push(Layer::discs("", first.clone(), DISC, plotters::prelude::WHITE));
         layers.push(Layer::marks("nucleation", first, Marker::Circle, INK));
-        let title = if self.title.is_empty() { title(run, rupture)? } else { self.title.clone() };
-        Ok(area.sheet(&title, vec![(String::new(), layers)], Some(colours)))
+        let sheet = area.sheet(vec![(String::new(), layers)], Some(colours));
+        Ok(sheet.titled(title(run, rupture)?))
     }
 
     fn arrivals(

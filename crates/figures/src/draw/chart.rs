@@ -12,7 +12,7 @@ use super::ink::{FRAME_WIDTH, LINE_WIDTH};
 use super::legend::Legend;
 use super::lines::{clipped, thinned};
 use super::print::canvas::{Canvas, Element, UNIT, units};
-use super::print::page::{self, Page, Point, Role, around, circle};
+use super::print::page::{self, PER_INCH, Page, Point, Role, around, circle};
 use super::print::raster::{Pixel, Raster, Rgb};
 use super::scale::{Scale, Tick};
 use super::sheet::{Dash, GREY, INK, Layer, Layout, Panel, Shape, Sheet};
@@ -23,6 +23,7 @@ use super::text::{self, Align, Label, TICK_TEXT};
 const WIDTHS: [f64; 3] = [1800.0, 2250.0, 3300.0];
 
 /// Heights of cells of one column, of the two that stand one above the other, and of more columns.
+const NARROWEST: f64 = 700.0;
 const TALL: f64 = 1200.0;
 const STACKED: [f64; 2] = [1104.0, 696.0];
 const LOW: f64 = 860.0;
@@ -36,6 +37,9 @@ const EDGE: f64 = 20.0;
 const RIGHT: f64 = 50.0;
 /// About what numbers and a label take at the left.
 const LEFT: f64 = 200.0;
+
+/// From a frame up to the middle of its panel's letter.
+const LETTER: f64 = 15.0;
 
 /// Between panels that stand close together, and the height up to which they stand in one column, or two.
 const CLOSE: [f64; 2] = [70.0, 34.0];
@@ -125,7 +129,8 @@ impl Sheet {
     fn drawn(&self, size: Option<(f64, f64)>) -> Result<Page, String> {
         let panels: Vec<Panel> = self.panels.iter().map(Panel::fitted).collect();
         let columns = self.columns();
-        let width = size.map_or(WIDTHS[columns - 1], |size| size.0);
+        let natural = self.width().unwrap_or(WIDTHS[columns - 1]);
+        let width = size.map_or(natural, |size| size.0);
         // On a page of several pictures, legends stand below, where all of them have room.
         let legend = Legend::of(&panels, size.is_some());
         let mut below = legend.below(width - LEFT - RIGHT);
@@ -144,6 +149,11 @@ impl Sheet {
             panel.draw(&mut page, frame, numbers, left, has_numbers)?;
             if !legend.put(&mut page, n, first, frame) {
                 below.add(n, &legend);
+            }
+            if panels.len() > 1 {
+                let letter = char::from(b'a' + (n % 26) as u8).to_string();
+                let at = (frame.left - if has_numbers[1] { left - EDGE } else { 0.0 }, frame.top - LETTER);
+                text::put(&mut page, Label { align: Align::Left, ..Label::of(&letter) }, at);
             }
         }
         let last = &frames[columns.min(frames.len()) - 1];
@@ -166,8 +176,19 @@ impl Sheet {
         Legend::of(&self.panels, true).below(width - LEFT - RIGHT).height()
     }
 
+    /// The width that is asked for, in pixels.
+    fn width(&self) -> Option<f64> {
+        self.width_mm.map(|width_mm| width_mm / 25.4 * PER_INCH)
+    }
+
     /// How many panels stand beside each other.
     fn columns(&self) -> usize {
+        // Narrower ones have no room beside their numbers.
+        let most = self.width().map_or(3, |width| (width / NARROWEST).clamp(1.0, 3.0) as usize);
+        self.usual_columns().min(most)
+    }
+
+    fn usual_columns(&self) -> usize {
         match (&self.layout, self.panels.len()) {
             (Layout::Stacked, _) | (_, 0 | 1) => 1,
             (Layout::Close(shape), count) => {
@@ -186,6 +207,8 @@ impl Sheet {
     fn frames(&self, panels: &[Panel], left: f64, width: f64, height: Option<f64>) -> (Vec<Frame>, f64) {
         let columns = self.columns();
         let rows = panels.len().div_ceil(columns);
+        // A narrower page is lower as well.
+        let shorter = self.width().map_or(1.0, |width| (width / WIDTHS[columns - 1]).clamp(0.6, 1.5));
         let title = if self.title.is_empty() { 0.0 } else { TITLE };
         let is_titled = panels.iter().any(|panel| !panel.title.is_empty());
         let above = |row: usize| match row {
@@ -217,9 +240,9 @@ impl Sheet {
                     let below = if row + 1 == rows { below } else { CLOSE[1] };
                     above(row) + shape * (to - from) + below
                 }
-                (Layout::Stacked, _) => STACKED[row],
-                (_, 1) => TALL,
-                _ => LOW,
+                (Layout::Stacked, _) => STACKED[row] * shorter,
+                (_, 1) => TALL * shorter,
+                _ => LOW * shorter,
             };
             let tall = height.map_or(natural, |height| (height - title) / rows as f64);
             let below =
@@ -356,7 +379,7 @@ impl Page {
 impl Colours {
     /// What its numbers and its label take at the right of a bar.
     fn room(&self) -> f64 {
-        MARK + BESIDE_MARK + widest(self.scale.ticks().iter()) + LABEL + EDGE
+        MARK + BESIDE_MARK + widest(self.scale.ticks_with_ends(7.0).iter()) + LABEL + EDGE
     }
 
     /// Draws the bar of its colours.

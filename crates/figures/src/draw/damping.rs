@@ -10,7 +10,7 @@ use super::scale::Scale;
 use super::sheet::Sheet;
 
 keys! {
-    Damping: file;
+    Damping;
 
     /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
@@ -44,6 +44,6 @@ impl Figure for Damping {
         let x = Scale::between("t √(k/m)", 0.0, longest);
         let y = Scale::between("v_1(t)/v_1(0)", -1.1, 1.1);
         let note = "marks: simulated, lines: eq. (5.28)";
-        Ok(Sheet::single("", x, y, series).noted(note))
+        Ok(Sheet::single(x, y, series).noted(note))
     }
 }

@@ -10,13 +10,8 @@ use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, Sheet};
 
 keys! {
-    Dispersion: file;
+    Dispersion: run;
 
-    /// The run, of a slab or a sheet.
-    run: String,
-    /// Title above the figure.
-    #[serde(default)]
-    title: String,
 }
 
 /// Marks, and points of each line.
@@ -75,7 +70,7 @@ impl Figure for Dispersion {
             let (x, y) = (Scale::between("q_x a/π", 0.0, 1.0), Scale::between("ω √(m/k)", 0.0, HIGHEST));
             Panel::new(x, y, layers).titled(title)
         };
-        Ok(Sheet::of(&self.title, directions.into_iter().map(panel).collect()))
+        Ok(Sheet::of(directions.into_iter().map(panel).collect()))
     }
 }
 

@@ -8,7 +8,7 @@ use super::scale::Scale;
 use super::sheet::{Layer, Sheet, nth};
 
 keys! {
-    Displacement: file, run, title;
+    Displacement: run;
 
     /// The blocks, counted from 1; over an area contacts, row by row.
     blocks: Vec<u32>,
@@ -53,6 +53,6 @@ impl Figure for Displacement {
             return Err(format!("no displacement of its blocks is recorded in run {}", run.name));
         }
         let x = Scale::between("t (s)", 0.0, run.plan.grid.time_s(run.header.steps));
-        Ok(Sheet::single(&self.title, x, Scale::free("u_n (mm)"), series))
+        Ok(Sheet::single(x, Scale::free("u_n (mm)"), series))
     }
 }

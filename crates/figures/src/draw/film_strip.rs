@@ -11,13 +11,8 @@ use super::rupture_selector::{Clock, Film, RuptureSelector};
 use super::sheet::Sheet;
 
 keys! {
-    FilmStrip: file;
+    FilmStrip: run;
 
-    /// The run, of a sheet or a body.
-    run: String,
-    /// Title above the figure; by default the number, kind, onset and load of the rupture.
-    #[serde(default)]
-    title: String,
     /// The number of the rupture, as in its table.
     rupture: Option<u64>,
     /// The rupture, where `rupture` gives no number; if absent that of the most contacts.
@@ -94,9 +89,8 @@ impl Figure for FilmStrip {
             let at = clock.place(state.time_s - rupture.onset_s);
             (format!("t − t_0 = {at:.decimals$} {}", clock.unit), state)
         });
-        let title =
-            if self.title.is_empty() { arrival_map::title(run, rupture)? } else { self.title.clone() };
-        self.shows.sheet(run, &titled.collect::<Vec<_>>(), self.arrows, &title)
+        let sheet = self.shows.sheet(run, &titled.collect::<Vec<_>>(), self.arrows)?;
+        Ok(sheet.titled(arrival_map::title(run, rupture)?))
     }
 }
 

@@ -154,12 +154,16 @@ fn draw_one_in(stride: usize) {
     for (kind, (_, figure)) in figures.all().into_iter().enumerate() {
         for run in runs.iter().skip(kind % stride).step_by(stride) {
             cells += 1;
-            *all_of.entry(figure.file()).or_insert(0) += 1;
+            *all_of.entry(figure.frame().file).or_insert(0) += 1;
             match drawn(figure, run) {
-                Ok(()) => *drawn_of.entry(figure.file()).or_insert(0) += 1,
+                Ok(()) => *drawn_of.entry(figure.frame().file).or_insert(0) += 1,
                 Err(why) => {
                     let is_wanted = !why.contains("not kept");
-                    assert!(why.len() > 10 && !why.contains("NaN") && is_wanted, "{}: {why}", figure.file());
+                    assert!(
+                        why.len() > 10 && !why.contains("NaN") && is_wanted,
+                        "{}: {why}",
+                        figure.frame().file
+                    );
                     refused += 1;
                 }
             }

@@ -9,7 +9,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, INK, Layer, Sheet};
 
 keys! {
-    Forces: file, run, title;
+    Forces: run;
 
     /// Start of the time axis; by default that of the run.
     from_s: Option<f64>,
@@ -44,6 +44,6 @@ impl Figure for Forces {
         }
         let pulls = if both_ways { "F_T, both ends added" } else { "F_T" };
         series.push(Layer::line(pulls, pull, Dash::Solid, INK));
-        Ok(Sheet::single(&self.title, x, Scale::free("force (N)"), series))
+        Ok(Sheet::single(x, Scale::free("force (N)"), series))
     }
 }

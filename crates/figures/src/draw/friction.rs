@@ -12,7 +12,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, INK, Layer, Sheet, nth};
 
 keys! {
-    Friction: file, title;
+    Friction;
 
     /// What friction is drawn against.
     against: Against,
@@ -133,7 +133,7 @@ impl Figure for Friction {
             Against::Velocity => Scale::free_powers("v (m/s)"),
             Against::Slip => Scale::free("slip over D_c"),
         };
-        Ok(Sheet::single(&self.title, x, Scale::free("friction over load F/p"), series).noted(note))
+        Ok(Sheet::single(x, Scale::free("friction over load F/p"), series).noted(note))
     }
 }
 

@@ -10,7 +10,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, INK, Layer, Sheet};
 
 keys! {
-    Front: file, run;
+    Front: run;
 
     /// The length of the precursor; the nearest one is shown.
     blocks: u32,
@@ -48,6 +48,6 @@ impl Figure for Front {
             Layer::line(format!("simulated, t = {end_s:.3} s"), profile, Dash::Solid, INK),
         ]);
         let x = Scale::between(place_name(run), 0.0, last);
-        Ok(Sheet::single("", x, Scale::free("τ_n/p_n"), series))
+        Ok(Sheet::single(x, Scale::free("τ_n/p_n"), series))
     }
 }

@@ -14,7 +14,7 @@ use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREEN, GREY, INK, Layer, Marker, RED, Sheet};
 
 keys! {
-    FrontProfile: file, run, title;
+    FrontProfile: run;
 
     /// The number of the rupture, as in its table.
     rupture: Option<u64>,
@@ -87,14 +87,10 @@ impl Figure for FrontProfile {
             layers.push(Layer::marks("above the axis", above, Marker::Triangle, color));
         }
         layers.push(Layer::line("nucleation", vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE));
-        let title = if self.title.is_empty() {
-            format!("rupture {}, F_T/F_N = {:.3} at its onset", rupture.rupture, rupture.ft_fn_onset)
-        } else {
-            self.title.clone()
-        };
+        let title = format!("rupture {}, F_T/F_N = {:.3} at its onset", rupture.rupture, rupture.ft_fn_onset);
         let x = Scale::between(place_name(run), first - 0.5, last + 0.5);
         let y = Scale::between(&format!("v/{c}"), 0.0, to);
-        Ok(Sheet::single(&title, x, y, layers))
+        Ok(Sheet::single(x, y, layers).titled(title))
     }
 }
 
@@ -180,6 +176,7 @@ mod tests {
         file: String::new(),
         run: String::new(),
         title: String::new(),
+        width_mm: None,
         rupture: None,
         which: None,
         to_speed: None,

@@ -11,7 +11,7 @@ use super::scale::Scale;
 use super::sheet::{Panel, Pen, Sheet};
 
 keys! {
-    FrontSpeed: file, title;
+    FrontSpeed;
 
     /// Text above the legend.
     #[serde(default)]
@@ -81,6 +81,6 @@ impl Figure for FrontSpeed {
         }
         let y = Scale::between("v/c", self.from_speed, self.to_speed);
         let upper = Panel::new(Scale::between("", 0.0, 1.0), y, speeds).noted(&self.note);
-        Ok(Sheet::stacked(&self.title, upper, lower))
+        Ok(Sheet::stacked(upper, lower))
     }
 }

@@ -13,7 +13,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
-    FrontSpeeds: file, title;
+    FrontSpeeds;
 
     /// Runs that belong together, such as those of several seeds. An ensemble stands for its runs.
     series: Vec<Group>,
@@ -204,7 +204,7 @@ impl Figure for FrontSpeeds {
         surfaces.extend(lines);
         let x = Scale::of(&format!("local front speed v/{c}"), true, 0.0, [from, to].into_iter());
         let y = Scale::between("share of local front speeds", 0.0, top);
-        Ok(Sheet::single(&self.title, x, y, surfaces))
+        Ok(Sheet::single(x, y, surfaces))
     }
 }
 

@@ -9,7 +9,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
-    FrontStress: file, title;
+    FrontStress;
 
     /// The runs, each with its label in the legend: their precursors and first global slips are shown.
     series: Vec<Labelled>,
@@ -107,7 +107,7 @@ impl Figure for FrontStress {
         layers.extend(has(1).then(|| Layer::remark("discs: first global slip")));
         layers.push(Layer::remark(&first.over));
         let y = Scale::between(&format!("v/{name}"), 0.0, self.to_speed);
-        Ok(Sheet::single(&self.title, x, y, layers))
+        Ok(Sheet::single(x, y, layers))
     }
 }
 

@@ -9,7 +9,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet};
 
 keys! {
-    FrontTransient: file, title;
+    FrontTransient;
 
     /// Text above the legend.
     #[serde(default)]
@@ -57,6 +57,6 @@ impl Figure for FrontTransient {
         }
         let x = Scale::powers_between("block n", 1.0, end);
         let y = Scale::between("v/c between n − 1 and n", self.from_speed, self.to_speed);
-        Ok(Sheet::single(&self.title, x, y, series).noted(&self.note))
+        Ok(Sheet::single(x, y, series).noted(&self.note))
     }
 }

@@ -9,7 +9,7 @@ use super::scale::Scale;
 use super::sheet::Sheet;
 
 keys! {
-    InitialShear: file;
+    InitialShear;
 
     /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
@@ -68,7 +68,7 @@ impl Figure for InitialShear {
         };
         let x = Scale::between("x/L", 0.0, 1.0);
         let y = Scale::between("τ_0/p", -1.15 * largest, 1.15 * largest);
-        Ok(Sheet::single("", x, y, series).noted(note))
+        Ok(Sheet::single(x, y, series).noted(note))
     }
 }
 

@@ -12,7 +12,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Panel, Pen, Sheet};
 
 keys! {
-    JunctionForces: file, run, title;
+    JunctionForces: run;
 
     /// Instants, s; the recorded state nearest to each is shown.
     at_s: Vec<f64>,
@@ -68,7 +68,7 @@ impl Figure for JunctionForces {
             Panel::new(Scale::between(x, 0.0, to_mm), Scale::free(y), series)
         };
         let upper = panel("", "mean force/(p_n/N_s)", means);
-        Ok(Sheet::stacked(&self.title, upper, panel("x (mm)", "width", widths)))
+        Ok(Sheet::stacked(upper, panel("x (mm)", "width", widths)))
     }
 }
 

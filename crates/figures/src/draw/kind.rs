@@ -13,12 +13,9 @@ use super::sheet::{BLUE, Dash, Layer, Pen, RED, Sheet};
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
-pub(super) trait Figure: Sync {
+pub(super) trait Figure: Framed + Sync {
     /// What it takes of a run: the points that it shows, and no more.
     type Part: Send + 'static;
-
-    /// The file to write, without folder.
-    fn file(&self) -> &str;
 
     /// The runs it is made of.
     fn runs(&self) -> Vec<&str>;
@@ -36,7 +33,8 @@ pub(super) trait Figure: Sync {
     /// Its part of a run; in words, what the run lacks.
     fn part(&self, run: &RunData) -> Result<Self::Part, String>;
 
-    /// What is on it, made of the parts of all its runs; in words, what they lack.
+    /// What is on it, made of the parts of all its runs; in words, what they lack. One without a title has that of the
+    /// figure.
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String>;
 }
 
@@ -44,8 +42,7 @@ pub(super) trait Figure: Sync {
 pub(super) type Parts<P> = BTreeMap<String, P>;
 
 /// A figure of whichever kind.
-pub(super) trait AnyFigure: Sync {
-    fn file(&self) -> &str;
+pub(super) trait AnyFigure: Framed + Sync {
     fn runs(&self) -> Vec<&str>;
     fn required_data(&self) -> RequiredData;
     fn part(&self, run: &RunData) -> Result<AnyPart, String>;
@@ -56,10 +53,6 @@ pub(super) trait AnyFigure: Sync {
 pub(super) type AnyPart = Box<dyn Any + Send>;
 
 impl<F: Figure> AnyFigure for F {
-    fn file(&self) -> &str {
-        Figure::file(self)
-    }
-
     fn runs(&self) -> Vec<&str> {
         Figure::runs(self)
     }
@@ -74,46 +67,59 @@ impl<F: Figure> AnyFigure for F {
 
     fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String> {
         let own = |part: AnyPart| *part.downcast().expect("a figure gets back the parts that it took");
-        Figure::sheet(self, parts.into_iter().map(|(run, part)| (run, own(part))).collect())
+        let sheet = Figure::sheet(self, parts.into_iter().map(|(run, part)| (run, own(part))).collect())?;
+        let Frame { title, width_mm, .. } = self.frame();
+        let title = if title.is_empty() { sheet.title } else { title.to_owned() };
+        Ok(Sheet { title, width_mm, ..sheet })
     }
 }
 
-/// Declares a kind of figure by the keys that a pipeline gives: `file` and, where named after it, `run`
-/// and `title`, of which all kinds say alike; then those of its own, each with its comment.
+/// What all figures say of themselves.
+pub(super) struct Frame<'a> {
+    /// The file to write, without folder.
+    pub(super) file: &'a str,
+    /// Stands above it, if it is not empty.
+    pub(super) title: &'a str,
+    /// Its width on paper; by default as wide as its panels need.
+    pub(super) width_mm: Option<f64>,
+}
+
+/// A figure with the keys that all have.
+pub(super) trait Framed {
+    fn frame(&self) -> Frame<'_>;
+}
+
+/// Declares a kind of figure by the keys that a pipeline gives: those of all figures, `run` where named behind the
+/// kind, and those of its own, each with its comment.
 macro_rules! keys {
-    ($figure:ident: file, run, title; $($own:tt)*) => {
+    ($figure:ident: run; $($own:tt)*) => {
         $crate::draw::kind::keys! {
-            $figure: file, run;
-            /// Title above the figure.
-            #[serde(default)]
-            title: String,
-            $($own)*
-        }
-    };
-    ($figure:ident: file, run; $($own:tt)*) => {
-        $crate::draw::kind::keys! {
-            $figure: file;
+            $figure;
             /// The run.
             run: String,
             $($own)*
         }
     };
-    ($figure:ident: file, title; $($own:tt)*) => {
-        $crate::draw::kind::keys! {
-            $figure: file;
-            /// Title above the figure.
-            #[serde(default)]
-            title: String,
-            $($own)*
-        }
-    };
-    ($figure:ident: file; $($own:tt)*) => {
+    ($figure:ident; $($own:tt)*) => {
         #[derive(Debug, Clone, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(crate) struct $figure {
             /// Name of the file in the folder `figures`, ending in `.png`.
             file: String,
+            /// Title above the figure.
+            #[serde(default)]
+            title: String,
+            /// Width on paper, 40 to 400 mm, with letters of the same size; by default as wide as the panels need.
+            #[serde(default)]
+            width_mm: Option<f64>,
             $($own)*
+        }
+
+        impl $crate::draw::kind::Framed for $figure {
+            fn frame(&self) -> $crate::draw::kind::Frame<'_> {
+                let Self { file, title, width_mm, .. } = self;
+                $crate::draw::kind::Frame { file, title, width_mm: *width_mm }
+            }
         }
     };
 }
@@ -122,10 +128,6 @@ macro_rules! keys {
 macro_rules! of_one_run {
     () => {
         type Part = $crate::draw::sheet::Sheet;
-
-        fn file(&self) -> &str {
-            &self.file
-        }
 
         fn runs(&self) -> Vec<&str> {
             vec![&self.run]
@@ -145,10 +147,6 @@ macro_rules! of_one_run {
 macro_rules! of_runs_in {
     ($list:ident, $part:ty) => {
         type Part = $part;
-
-        fn file(&self) -> &str {
-            &self.file
-        }
 
         fn runs(&self) -> Vec<&str> {
             self.$list.iter().flat_map(|labelled| labelled.runs()).collect()

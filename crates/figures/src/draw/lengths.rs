@@ -10,7 +10,7 @@ use asperity_numbers::precursors::{self, Precursor};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
 
-use super::kind::{Figure, Labelled, Parts, of_runs_in, with_pens};
+use super::kind::{Figure, Frame, Framed, Labelled, Parts, of_runs_in, with_pens};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, INK, Layer, Marker, Shape, Sheet};
 use crate::spec::Lengths;
@@ -30,6 +30,13 @@ pub(crate) struct Part {
     areas: Vec<(f64, f64)>,
     /// Both in their place, where the drive is held.
     beside_hold: Option<[Layer; 4]>,
+}
+
+impl Framed for Lengths {
+    fn frame(&self) -> Frame<'_> {
+        let Lengths { file, title, width_mm, .. } = self;
+        Frame { file, title, width_mm: *width_mm }
+    }
 }
 
 impl Figure for Lengths {
@@ -104,7 +111,7 @@ impl Figure for Lengths {
         drawn.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
         let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
         let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
-        Ok(Sheet::single(&self.title, x, y, drawn).noted(&note))
+        Ok(Sheet::single(x, y, drawn).noted(&note))
     }
 }
 

@@ -13,7 +13,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Panel, Shape, Sheet};
 
 keys! {
-    Load: file, run, title;
+    Load: run;
 
     /// Whether to show the number of sliding blocks beneath.
     sliding: bool,
@@ -26,7 +26,13 @@ const MOST_LINES: usize = 40;
 
 impl Load {
     pub(super) fn of_run(file: &str, run: &str) -> Load {
-        Load { file: file.to_owned(), run: run.to_owned(), title: String::new(), sliding: true }
+        Load {
+            file: file.to_owned(),
+            run: run.to_owned(),
+            title: String::new(),
+            width_mm: None,
+            sliding: true,
+        }
     }
 }
 
@@ -54,7 +60,7 @@ impl Figure for Load {
         let series: Vec<Layer> =
             coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect();
         if !self.sliding {
-            return Ok(Sheet::single(&self.title, x, y, series));
+            return Ok(Sheet::single(x, y, series));
         }
         let upper = Panel::new(x, y, series);
         // A line for each event. After the first slip of the whole slider there may be too many for
@@ -74,7 +80,7 @@ impl Figure for Load {
             Layer::discs("", points(after), DOT_RADIUS, INK),
         ];
         let lower = Panel::new(x, y, series);
-        Ok(Sheet::stacked(&self.title, upper, lower))
+        Ok(Sheet::stacked(upper, lower))
     }
 }
 

@@ -9,7 +9,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, INK, Layer, Marker, Shape, Sheet};
 
 keys! {
-    LoadRuptures: file, run, title;
+    LoadRuptures: run;
 
     /// Start of the time axis; by default that of the run.
     from_s: Option<f64>,
@@ -25,7 +25,7 @@ impl Figure for LoadRuptures {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        Ok(Sheet { title: self.title.clone(), ..curve(run, self.from_s, self.to_s)? })
+        curve(run, self.from_s, self.to_s)
     }
 }
 
@@ -108,7 +108,7 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
     }
     let x = Scale::between(&clock.label("t"), from, to);
     let y = Scale::between("F_T/F_N", bottom, top);
-    Ok(Sheet::single("", x, y, layers))
+    Ok(Sheet::single(x, y, layers))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::scale::Scale;
 use super::sheet::{BLUE, Dash, Layer, RED, Sheet};
 
 keys! {
-    Loads: file, run, title;
+    Loads: run;
 }
 
 impl Figure for Loads {
@@ -29,6 +29,6 @@ impl Figure for Loads {
             Layer::line("F_N", normal, Dash::Dashed, BLUE),
             Layer::line("F_T", driving, Dash::Solid, RED),
         ];
-        Ok(Sheet::single(&self.title, x, Scale::free("force (N)"), series))
+        Ok(Sheet::single(x, Scale::free("force (N)"), series))
     }
 }

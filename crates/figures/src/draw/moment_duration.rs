@@ -9,7 +9,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
-    MomentDuration: file, title;
+    MomentDuration;
 
     /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
@@ -53,7 +53,7 @@ impl Figure for MomentDuration {
             layers.push(Layer::marks(format!("{label}: {}", points.len()), placed.collect(), marker, color));
         }
         let x = Scale::free_powers(&clock.label("duration T"));
-        Ok(Sheet::single(&self.title, x, Scale::free_powers("moment M_0 (N m)"), layers))
+        Ok(Sheet::single(x, Scale::free_powers("moment M_0 (N m)"), layers))
     }
 }
 

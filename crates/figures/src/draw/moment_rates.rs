@@ -17,7 +17,7 @@ use super::scale::{Scale, number};
 use super::sheet::{Layer, Sheet, nth};
 
 keys! {
-    MomentRates: file, run, title;
+    MomentRates: run;
 
     /// How many ruptures, those of the largest moment among the recorded ones, up to five.
     #[serde(default = "three")]
@@ -70,7 +70,7 @@ impl Figure for MomentRates {
         }
         let label = "moment rate (N m/s)";
         let y = if self.logarithmic { Scale::free_powers(label) } else { Scale::free(label) };
-        Ok(Sheet::single(&self.title, Scale::free(&clock.label("t − onset")), y, layers))
+        Ok(Sheet::single(Scale::free(&clock.label("t − onset")), y, layers))
     }
 }
 

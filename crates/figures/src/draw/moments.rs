@@ -8,7 +8,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
-    Moments: file, title;
+    Moments;
 
     /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
@@ -77,7 +77,7 @@ impl Figure for Moments {
             layers.push(Layer::line(format!("slope −{b}"), vec![from, (end, lowest)], Dash::Dashed, GREY));
         }
         let (x, y) = ("moment M_0 (N m)", "ruptures per unit of ln M_0");
-        Ok(Sheet::single(&self.title, Scale::free_powers(x), Scale::free_powers(y), layers))
+        Ok(Sheet::single(Scale::free_powers(x), Scale::free_powers(y), layers))
     }
 }
 

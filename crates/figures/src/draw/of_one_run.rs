@@ -335,7 +335,7 @@ mod tests {
         let check = |name: &str, set: &str| kind(name).check(&[set.to_owned()]);
         assert_eq!(
             kind("space-time").keys(),
-            ["from_block", "from_s", "rupture", "title", "to_block", "to_s", "which"]
+            ["from_block", "from_s", "rupture", "title", "to_block", "to_s", "which", "width_mm"]
         );
         check("space-time", "which=longest-precursor").unwrap();
         check("space-time", "from_s=1e-3").unwrap();
@@ -345,7 +345,8 @@ mod tests {
             ("space-time", "from_s=soon", "from_s=soon: invalid type: string \"soon\""),
             ("space-time", "which=widst", "which=widst: unknown variant `widst`"),
             ("space-time", "run=b", "have no such key (accepted: from_block, from_s"),
-            ("lengths", "over=[]", "have no such key (accepted: law, title)"),
+            ("lengths", "over=[]", "have no such key (accepted: law, title, width_mm)"),
+            ("load", "width_mm=3", "figure load.png: width_mm = 3 is not accepted (accepted: 40 to 400)"),
             ("overview", "title", "\"title\" (accepted: KEY=VALUE"),
         ];
         for (name, set, says) in refused {

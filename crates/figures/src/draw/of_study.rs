@@ -85,7 +85,8 @@ impl Drawer {
                 Kind::Lengths { law } => curves::lengths(gathered, law, scenario_of),
             };
             let path = folder.join(file);
-            let sheet = sheet.map_err(failed)?;
+            let Figure { title, width_mm, .. } = &gathered.figure;
+            let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
             let about = about(gathered, &sheet, origins, provenance);
             let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
             print::write(&page, &about, files, &print::files_of(&path))?;
@@ -214,8 +215,9 @@ mod tests {
         assert_eq!(crossed.shape, Shape::Marks(vec![(0.0, 2.0)], Marker::Cross));
         assert_eq!([none.label.as_str(), crossed.label.as_str()], ["none", "no run"]);
         // What is labelled was run.
-        let labels =
-            |scale: &Scale| -> Vec<String> { scale.ticks().into_iter().map(|tick| tick.label).collect() };
+        let labels = |scale: &Scale| -> Vec<String> {
+            scale.ticks_at_most(7.0).into_iter().map(|tick| tick.label).collect()
+        };
         assert_eq!(
             (labels(&sheet.panels[0].x).join(" "), labels(&sheet.panels[0].y).join(" ")),
             ("0.0 0.5".to_owned(), "1 2 4".to_owned())

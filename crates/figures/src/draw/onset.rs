@@ -12,7 +12,7 @@ use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, RED, Sheet};
 
 keys! {
-    Onset: file;
+    Onset;
 
     /// How many blocks to show from the driven end.
     blocks: u32,
@@ -96,7 +96,7 @@ impl Figure for Onset {
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let panels = with_parts(&self.panel, &parts)?.into_iter();
-        Ok(Sheet::of("", panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
+        Ok(Sheet::of(panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
     }
 }
 
@@ -113,7 +113,8 @@ mod tests {
         let state =
             FieldRecord { step: 100, tangential_force_n: vec![100.0, 38.0, 14.0], ..FieldRecord::default() };
         made_up::with_states(&mut run, &[state]);
-        let figure = Onset { file: String::new(), blocks: 3, logarithmic: false, panel: Vec::new() };
+        let figure: Onset =
+            toml::from_str("file = 'f.png'\nblocks = 3\nlogarithmic = false\npanel = []").unwrap();
         figure.part(&run).unwrap().layers.into_iter().map(|layer| layer.label).collect()
     }
 

@@ -12,7 +12,7 @@ use super::scale::Scale;
 use super::sheet::{Layer, Sheet};
 
 keys! {
-    Outlines: file, run, title;
+    Outlines: run;
 
     /// Fewest contacts of a precursor that is shown.
     #[serde(default = "one")]
@@ -64,7 +64,7 @@ impl Figure for Outlines {
         let label =
             format!("{}, outlined, by F_T/F_N at the onset", counted(extents.len() as u64, "precursor"));
         let layers = vec![Layer::cells(cells), Layer::contours(label, outlines.collect())];
-        Ok(area.sheet(&self.title, vec![(String::new(), layers)], Some(colours)))
+        Ok(area.sheet(vec![(String::new(), layers)], Some(colours)))
     }
 }
 

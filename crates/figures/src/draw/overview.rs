@@ -14,11 +14,8 @@ use super::sheet::{Layout, Sheet};
 use super::{load_ruptures, recurrence, sizes, space_time};
 
 keys! {
-    Overview: file, run;
+    Overview: run;
 
-    /// Title above the page; by default scenario, parameter set, N and Δt.
-    #[serde(default)]
-    title: String,
 }
 
 impl Figure for Overview {
@@ -30,21 +27,13 @@ impl Figure for Overview {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let header = &run.header;
-        let title = if self.title.is_empty() {
-            let contacts = header.contacts();
-            let count = match contacts.rows() {
-                1 => header.blocks.to_string(),
-                rows => format!("{} × {rows}", contacts.columns()),
-            };
-            format!(
-                "{}, {}, N = {count}, Δt = {} s",
-                header.scenario,
-                header.parameter_set,
-                number(header.time_step_s)
-            )
-        } else {
-            self.title.clone()
+        let contacts = header.contacts();
+        let count = match contacts.rows() {
+            1 => header.blocks.to_string(),
+            rows => format!("{} × {rows}", contacts.columns()),
         };
+        let step = number(header.time_step_s);
+        let title = format!("{}, {}, N = {count}, Δt = {step} s", header.scenario, header.parameter_set);
         let of_sizes = sizes::part(run, 1)?;
         let of_times = recurrence::part(run, None)?;
         let sizes = sizes::distribution(&[("ruptures", &of_sizes)], 1, SizeLaw::PowerLaw)?;
@@ -53,7 +42,7 @@ impl Figure for Overview {
         let map = space_time::map(run, None, [None, None], [None, None])?;
         let layout =
             Layout::Page { wide: vec![load, map], beside: vec![sizes, recurrence], numbers: numbers(run)? };
-        Ok(Sheet { layout, ..Sheet::of(&title, Vec::new()) })
+        Ok(Sheet { layout, ..Sheet::of(Vec::new()).titled(title) })
     }
 }
 

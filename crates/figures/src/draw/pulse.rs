@@ -12,7 +12,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Panel, Sheet};
 
 keys! {
-    Pulse: file, title;
+    Pulse;
 
     /// Time shown before a pulse reaches a block, over `a / c`.
     before: f64,
@@ -86,6 +86,6 @@ impl Figure for Pulse {
         );
         let x = Scale::between("time since the pulse came, over a/c", from, to);
         let lower = Panel::new(x, Scale::free("slip × k/[(μ_s − μ_d)p]"), slips);
-        Ok(Sheet::stacked(&self.title, upper, lower.noted(if is_held { "dotted: 2τ/γ" } else { "" })))
+        Ok(Sheet::stacked(upper, lower.noted(if is_held { "dotted: 2τ/γ" } else { "" })))
     }
 }

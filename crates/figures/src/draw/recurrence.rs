@@ -12,13 +12,10 @@ use super::sheet::{Dash, Layer, Sheet, nth};
 use super::sizes::{band, fit_words, steps, with_error};
 
 keys! {
-    Recurrence: file;
+    Recurrence;
 
     /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
-    /// Title above the figure.
-    #[serde(default)]
-    title: String,
     /// The smallest rupture that counts, in blocks; by default only global slips count. Times run from
     /// onset to onset of successive ruptures, from the first global slip on.
     from_blocks: Option<u32>,
@@ -42,8 +39,7 @@ impl Figure for Recurrence {
     }
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let sheet = distribution(&with_parts(&self.series, &parts)?, self.fit);
-        Ok(Sheet { title: self.title.clone(), ..sheet })
+        Ok(distribution(&with_parts(&self.series, &parts)?, self.fit))
     }
 }
 
@@ -104,7 +100,12 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Sheet {
                 let dash = if dash == Dash::Solid { Dash::Dashed } else { dash };
                 let test = Test::of_times(&fit, &part.times_s, law);
                 let (first, rest) = words(fit, &clock, test);
-                layers.push(Layer::line(first, course, dash, color));
+                // Of a law that is rejected there is no line.
+                layers.push(if test.rejects() {
+                    Layer::remark(first)
+                } else {
+                    Layer::line(first, course, dash, color)
+                });
                 layers.extend(rest.into_iter().flatten().map(Layer::remark));
             }
             None => layers.push(Layer::remark("too few for a fit")),
@@ -113,7 +114,7 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Sheet {
     behind.extend(layers);
     let x = Scale::between(&clock.label("T between onsets"), clock.place(from_s), clock.place(to_s));
     let y = Scale::between("share of longer times", 0.0, 1.04);
-    Sheet::single("", x, y, behind)
+    Sheet::single(x, y, behind)
 }
 
 /// The law that was fitted; its second parameter, and the test.

@@ -1,8 +1,5 @@
 //! Axes and colour bars: where a value stands, and which values are labelled.
 
-/// Most marks between the ends of an axis.
-const MOST_TICKS: f64 = 7.0;
-
 /// Least and largest magnitude of an end of an axis that is not zero: beyond them the power of ten that
 /// is taken out of its numbers is no double.
 const LEAST: f64 = 1e-290;
@@ -255,11 +252,6 @@ impl Scale {
         if is_plain { 0 } else { (largest.log10() + 1e-9).floor() as i32 }
     }
 
-    /// The values that are labelled.
-    pub(crate) fn ticks(&self) -> Vec<Tick> {
-        self.ticks_at_most(MOST_TICKS)
-    }
-
     /// The ticks of the axis, at most about as many between the ends as there is room for.
     pub(crate) fn ticks_at_most(&self, most: f64) -> Vec<Tick> {
         if !self.words.is_empty() {
@@ -287,6 +279,16 @@ impl Scale {
                 Tick { at: value * unit, label: minus(&format!("{value:.decimals$}")) }
             })
             .collect()
+    }
+
+    /// The ticks of a colour bar: those of an axis, and its ends, which what is beyond them has the colours of.
+    pub(crate) fn ticks_with_ends(&self, most: f64) -> Vec<Tick> {
+        let (from, to) = self.ends();
+        let unit = if self.log { 1.0 } else { 10f64.powi(self.power()) };
+        let end = |at: f64| Tick { at, label: number(rounded(at / unit)) };
+        let is_clear = |tick: &Tick| (0.06..0.94).contains(&self.way(tick.at));
+        let between = self.ticks_at_most(most).into_iter().filter(is_clear);
+        std::iter::once(end(from)).chain(between).chain([end(to)]).collect()
     }
 
     /// Ticks at the values that are to be labelled, without those that stand too near to the one before.
@@ -372,6 +374,11 @@ pub(crate) fn number(value: f64) -> String {
     if digits == "1" { format!("10^{{{ten}}}") } else { format!("{digits}·10^{{{ten}}}") }
 }
 
+/// To three digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
 /// With the sign as it is printed; a rounded zero has none.
 fn minus(text: &str) -> String {
     match text.strip_prefix('-') {
@@ -386,7 +393,7 @@ mod tests {
     use super::{Scale, ends, number};
 
     fn labels(scale: &Scale) -> Vec<String> {
-        scale.ticks().into_iter().map(|tick| tick.label).collect()
+        scale.ticks_at_most(7.0).into_iter().map(|tick| tick.label).collect()
     }
 
     #[test]
@@ -460,7 +467,7 @@ mod tests {
                 Scale::counts("x", to),
             ];
             for scale in &scales {
-                let ticks = scale.ticks();
+                let ticks = scale.ticks_at_most(7.0);
                 let is_on_it = |at: f64| scale.share(at).is_some();
                 assert!(
                     ticks.len() < 20 && ticks.iter().all(|tick| is_on_it(tick.at)),

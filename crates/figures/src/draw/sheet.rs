@@ -240,6 +240,8 @@ pub(super) enum Layout {
 pub(super) struct Sheet {
     /// Stands above all panels; may be empty.
     pub(super) title: String,
+    /// Its width on paper; by default as wide as its panels need.
+    pub(super) width_mm: Option<f64>,
     pub(super) panels: Vec<Panel>,
     pub(super) layout: Layout,
     /// What colours show, at the right of the panels.
@@ -247,19 +249,23 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    /// Panels in columns.
-    pub(super) fn of(title: &str, panels: Vec<Panel>) -> Sheet {
-        Sheet { title: title.to_owned(), panels, layout: Layout::Columns, bar: None }
+    /// Panels in columns, without title.
+    pub(super) fn of(panels: Vec<Panel>) -> Sheet {
+        Sheet { title: String::new(), width_mm: None, panels, layout: Layout::Columns, bar: None }
+    }
+
+    pub(super) fn titled(self, title: impl Into<String>) -> Sheet {
+        Sheet { title: title.into(), ..self }
     }
 
     /// One panel.
-    pub(super) fn single(title: &str, x: Scale, y: Scale, layers: Vec<Layer>) -> Sheet {
-        Sheet::of(title, vec![Panel::new(x, y, layers)])
+    pub(super) fn single(x: Scale, y: Scale, layers: Vec<Layer>) -> Sheet {
+        Sheet::of(vec![Panel::new(x, y, layers)])
     }
 
     /// A tall panel above a low one.
-    pub(super) fn stacked(title: &str, upper: Panel, lower: Panel) -> Sheet {
-        Sheet { layout: Layout::Stacked, ..Sheet::of(title, vec![upper, lower]) }
+    pub(super) fn stacked(upper: Panel, lower: Panel) -> Sheet {
+        Sheet { layout: Layout::Stacked, ..Sheet::of(vec![upper, lower]) }
     }
 
     /// It with a remark below the legend of its first panel.

@@ -11,13 +11,10 @@ use super::scale::Scale;
 use super::sheet::{Layer, Sheet, nth};
 
 keys! {
-    Sizes: file;
+    Sizes;
 
     /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
-    /// Title above the figure.
-    #[serde(default)]
-    title: String,
     /// The smallest rupture that counts, in blocks.
     #[serde(default = "one")]
     from_blocks: u32,
@@ -55,8 +52,7 @@ impl Figure for Sizes {
     }
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let sheet = distribution(&with_parts(&self.series, &parts)?, self.from_blocks, self.fit)?;
-        Ok(Sheet { title: self.title.clone(), ..sheet })
+        distribution(&with_parts(&self.series, &parts)?, self.from_blocks, self.fit)
     }
 }
 
@@ -140,7 +136,12 @@ pub(super) fn distribution(
                 let course = fit.survival().into_iter().filter(|(_, p)| *p >= lowest).collect();
                 let test = Test::of_sizes(&fit, &part.sizes, law);
                 let (first, second) = words(law, fit.theta, test);
-                layers.push(Layer::line(first, course, dash, color));
+                // Of a law that is rejected there is no line.
+                layers.push(if test.rejects() {
+                    Layer::remark(first)
+                } else {
+                    Layer::line(first, course, dash, color)
+                });
                 layers.extend(second.map(Layer::remark));
             }
             None => layers.push(Layer::remark("too few for a fit")),
@@ -152,7 +153,7 @@ pub(super) fn distribution(
     let unit = if series.iter().all(|(_, part)| part.unit == unit) { unit } else { "blocks" };
     let x = Scale::of(&format!("size s ({unit})"), true, 0.04, frame.into_iter());
     let y = Scale::of("share of at least s", true, 0.0, [lowest, 1.25].into_iter());
-    Ok(Sheet::single("", x, y, behind))
+    Ok(Sheet::single(x, y, behind))
 }
 
 /// The law that was fitted, and the test.

@@ -20,13 +20,8 @@ use super::scale::{Scale, number};
 use super::sheet::{Layer, Layout, Panel, Sheet};
 
 keys! {
-    SlabField: file;
+    SlabField: run;
 
-    /// The run, of a slab or a body.
-    run: String,
-    /// Title above the figure.
-    #[serde(default)]
-    title: String,
     /// One panel per instant, s.
     at_s: Vec<f64>,
     /// The quantity that colours show.
@@ -155,7 +150,7 @@ impl Figure for SlabField {
         };
         let panels = cells.into_iter().map(panel).collect();
         let layout = Layout::Close(rows / columns);
-        Ok(Sheet { layout, bar: Some(colours), ..Sheet::of(&self.title, panels) })
+        Ok(Sheet { layout, bar: Some(colours), ..Sheet::of(panels) })
     }
 }
 

@@ -12,7 +12,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet};
 
 keys! {
-    Slipped: file, title;
+    Slipped;
 
     /// The runs, each with its label in the legend.
     series: Vec<Labelled>,
@@ -54,6 +54,6 @@ impl Figure for Slipped {
         }
         let x = Scale::between("F_T/F_N", 0.0, highest * 1.06);
         let y = Scale::between("share of blocks that slid", 0.0, 1.08);
-        Ok(Sheet::single(&self.title, x, y, series))
+        Ok(Sheet::single(x, y, series))
     }
 }

@@ -20,7 +20,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Shape, Sheet, Tile};
 
 keys! {
-    SpaceTime: file, run, title;
+    SpaceTime: run;
 
     /// Start of the time axis; by default that of the run, or shortly before the rupture.
     from_s: Option<f64>,
@@ -46,11 +46,8 @@ impl Figure for SpaceTime {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let zoom = picked(run, self.rupture, self.which)?;
         let sheet = map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?;
-        let title = match zoom {
-            Some(rupture) if self.title.is_empty() => format!("rupture {}", rupture.rupture),
-            _ => self.title.clone(),
-        };
-        Ok(Sheet { title, ..sheet })
+        let title = zoom.map_or_else(String::new, |rupture| format!("rupture {}", rupture.rupture));
+        Ok(sheet.titled(title))
     }
 }
 
@@ -193,7 +190,7 @@ pub(super) fn map(
     let x = Scale::between(&view.clock.label("t"), from, to);
     let y = Scale::between(place_name(run), f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5)
         .in_whole_numbers(true);
-    Ok(Sheet { bar, ..Sheet::single("", x, y, layers) })
+    Ok(Sheet { bar, ..Sheet::single(x, y, layers) })
 }
 
 /// Arrivals block by block; over an area column by column, from the first arrival to the last stop of its

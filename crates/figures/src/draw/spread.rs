@@ -11,7 +11,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, Layer, Panel, Pen, RED, Sheet};
 
 keys! {
-    Spread: file;
+    Spread;
 
     /// A panel for each case.
     panel: Vec<Case>,
@@ -81,6 +81,6 @@ impl Figure for Spread {
                 Panel::new(x.clone(), y.clone(), series).titled(&case.label)
             })
             .collect();
-        Ok(Sheet::of("", panels))
+        Ok(Sheet::of(panels))
     }
 }

@@ -11,7 +11,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, Layer, Pen, Sheet, nth};
 
 keys! {
-    StabilityBoundary: file, title;
+    StabilityBoundary;
 
     /// Sliders that differ in the velocity and the stiffness of their drive: at each velocity two or more
     /// stiffnesses, from which oscillations grow and decay.
@@ -100,7 +100,7 @@ impl Figure for StabilityBoundary {
         let y = Scale::free("k_c D_c / (b − a) p")
             .fitted(drawn.iter().flat_map(Layer::points).filter(in_view).map(|at| at.1));
         let note = "marks: oscillations neither grow nor decay, lines: closed form";
-        Ok(Sheet::single(&self.title, x, y, drawn).noted(note))
+        Ok(Sheet::single(x, y, drawn).noted(note))
     }
 }
 

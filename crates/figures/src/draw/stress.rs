@@ -13,7 +13,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, INK, Layer, Panel, Sheet};
 
 keys! {
-    Stress: file, run;
+    Stress: run;
 
     /// One panel per instant; the recorded state nearest to it is shown.
     at_s: Vec<f64>,
@@ -42,7 +42,7 @@ impl Figure for Stress {
         let any_mirrored = states.iter().any(|(fields, load)| is_mirrored(run, fields, load));
         let panels: Vec<Panel> =
             states.iter().map(|(fields, load)| panel(run, fields, load, any_mirrored)).collect();
-        Ok(Sheet::of("", panels))
+        Ok(Sheet::of(panels))
     }
 }
 

@@ -17,7 +17,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, Layer, Panel, Sheet};
 
 keys! {
-    StressSequence: file, run, title;
+    StressSequence: run;
 
     /// Fewest blocks of a precursor that is shown.
     #[serde(default = "one")]
@@ -76,7 +76,7 @@ impl Figure for StressSequence {
             Panel::new(x, Scale::free("τ_n/p_n"), profiles.chain(levels).collect()).titled(title)
         };
         let panels = vec![panel("before each precursor", 0), panel("after each precursor", 1)];
-        Ok(Sheet { bar: Some(colours), ..Sheet::of(&self.title, panels) })
+        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels) })
     }
 }
 

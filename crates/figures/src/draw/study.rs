@@ -9,7 +9,7 @@ use super::scale::Scale;
 use super::sheet::{Panel, Pen, Sheet};
 
 keys! {
-    StudyFigure: file;
+    StudyFigure;
 
     /// The scenario key that the runs differ in, or a number of them.
     parameter: String,
@@ -107,6 +107,6 @@ impl Figure for StudyFigure {
         if panel.is_empty() {
             return Err(format!("no run has a {}", self.measure.name()));
         }
-        Ok(Sheet::of("", vec![panel]))
+        Ok(Sheet::of(vec![panel]))
     }
 }

@@ -10,7 +10,7 @@ use super::scale::Scale;
 use super::sheet::{Dash, GREY, INK, Layer, Panel, Sheet, nth};
 
 keys! {
-    Velocities: file, run, title;
+    Velocities: run;
 
     /// The length of the event; the nearest one within the dense window is shown.
     blocks: u32,
@@ -73,6 +73,6 @@ impl Figure for Velocities {
         let y = Scale::counts("blocks sliding", most);
         let series = vec![Layer::line("", sliding, Dash::Solid, INK)];
         let lower = Panel::new(x, y, series);
-        Ok(Sheet::stacked(&self.title, upper, lower))
+        Ok(Sheet::stacked(upper, lower))
     }
 }

@@ -92,6 +92,9 @@ pub struct Figure {
     pub file: String,
     /// Stands above it; may be empty.
     pub title: String,
+    /// Its width on paper; by default as wide as its panels need.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width_mm: Option<f64>,
     /// What stands across.
     pub x: Quantity,
     /// What stands upwards.

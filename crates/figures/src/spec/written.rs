@@ -48,6 +48,9 @@ pub struct PhaseMap {
     /// Title above the figure.
     #[serde(default)]
     pub title: String,
+    /// Width on paper, 40 to 400 mm, with letters of the same size; by default as wide as the panels need.
+    #[serde(default)]
+    pub width_mm: Option<f64>,
     /// The key across.
     pub x: String,
     /// The key upwards.
@@ -88,6 +91,9 @@ pub struct Family {
     /// Title above the figure.
     #[serde(default)]
     pub title: String,
+    /// Width on paper, 40 to 400 mm, with letters of the same size; by default as wide as the panels need.
+    #[serde(default)]
+    pub width_mm: Option<f64>,
     /// The quantity across: a key that varies, or a number of the summary, which then has a mark for each
     /// run.
     pub x: String,
@@ -132,6 +138,9 @@ pub struct Lengths {
     /// Title above the figure.
     #[serde(default)]
     pub title: String,
+    /// Width on paper, 40 to 400 mm, with letters of the same size; by default as wide as the panels need.
+    #[serde(default)]
+    pub width_mm: Option<f64>,
     /// The law drawn as a line; slabs, sheets and bodies have none. Without this key, `series` have no line, and runs over
     /// axes have the law that applies to each scenario; if runs of one colour have more than twelve laws,
     /// none is drawn.

@@ -325,5 +325,5 @@ fn sheet<const N: usize>(
     let with_legend =
         |(panel, layers): (usize, [Vec<Layer>; N])| (panel, [layers.concat(), legend.clone()].concat());
     let panels = panels.into_iter().map(with_legend).collect();
-    Sheet { bar, ..Sheet::of(&gathered.figure.title, in_order(gathered, panels, &x, &y)) }
+    Sheet { bar, ..Sheet::of(in_order(gathered, panels, &x, &y)) }
 }

@@ -100,7 +100,7 @@ pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) 
         panels.entry(panel).or_default().push(Layer::marks("no run", points, Marker::Cross, GREY));
     }
     let panels = in_order(gathered, panels, &x, &y);
-    Ok(Sheet { bar: Some(colours), ..Sheet::of(&figure.title, panels) })
+    Ok(Sheet { bar: Some(colours), ..Sheet::of(panels) })
 }
 
 /// The panels in the order of their values, each with its title.

@@ -136,7 +136,7 @@ fn wrong_words_are_refused_at_once() {
         (&["--kind", "load,stress", "--set", "title=A"], "accepted: --set with one --kind"),
         (
             &["--kind", "stress", "--set", "at=1"],
-            "--set at: figures of the kind stress have no such key (accepted: at_s)",
+            "--set at: figures of the kind stress have no such key (accepted: at_s, title, width_mm)",
         ),
         (&["--kind", "stress", "--set", "at_s=soon"], "--set at_s=soon: invalid type"),
         (&["-o", "one.png"], "--out one.png is one file, and several kinds are drawn"),

@@ -335,7 +335,7 @@ fn chart<'p, 's>(
 /// Draws the axes of a chart with their marks and numbers, and what they are called.
 fn axes(chart: &mut Chart<'_, '_>, frame: &Frame, [x, y]: [&str; 2]) -> Result<(), String> {
     let fits = |text: &str, longest: f64| Label::of(text).at_most(longest).size;
-    let size = fits(x, frame.width() + 2.0 * RIGHT).min(fits(y, frame.height()));
+    let size = fits(x, frame.width() + 2.0 * RIGHT).min(fits(y, frame.height() - 2.0 * LETTER));
     // First the marks with numbers, then those between.
     for (numbers, mark) in [(100, MARK), (0, SHORT_MARK)] {
         let mut mesh = chart.configure_mesh();
@@ -394,7 +394,7 @@ impl Colours {
         let across = Scale::between("", 0.0, 1.0);
         let x = Axis { scale: &across, ticks: Vec::new() };
         let y =
-            Axis { scale: &self.scale, ticks: self.scale.ticks_at_most((frame.height() / 60.0).min(7.0)) };
+            Axis { scale: &self.scale, ticks: self.scale.ticks_with_ends((frame.height() / 60.0).min(7.0)) };
         let mut chart = chart(page, frame, [0.0, self.room(), 0.0], x, y)?;
         axes(&mut chart, frame, ["", &self.scale.label()])
     }

@@ -286,7 +286,8 @@ impl Scale {
         let (from, to) = self.ends();
         let unit = if self.log { 1.0 } else { 10f64.powi(self.power()) };
         let end = |at: f64| Tick { at, label: number(rounded(at / unit)) };
-        let is_clear = |tick: &Tick| (0.06..0.94).contains(&self.way(tick.at));
+        let clear = 0.6 / most.max(2.0);
+        let is_clear = |tick: &Tick| (clear..1.0 - clear).contains(&self.way(tick.at));
         let between = self.ticks_at_most(most).into_iter().filter(is_clear);
         std::iter::once(end(from)).chain(between).chain([end(to)]).collect()
     }

@@ -410,7 +410,7 @@ def test_scenarios_are_values(tmp_path: Path) -> None:
     swept = asperity.sweep(scenario, {"friction.spread_seed": [1, 2]}, set={"friction.static_spread": 0.1}, keep="events")
     assert pl.DataFrame(swept.runs)["blocks"].to_list() == [20, 20]
     for arguments, says in [
-        ({"keep": ["evnts"]}, "keep = \"evnts\" .accepted: events"),
+        ({"keep": ["evnts"]}, "keep = .evnts. is not accepted; did you mean events. .accepted: events"),
         ({"jobs": 0}, "jobs = 0 .accepted: a whole number from 1"),
     ]:
         with pytest.raises(asperity.Refused, match=says):

@@ -14,7 +14,7 @@ use toml::Value;
 use crate::attend::Watch;
 use crate::errors::refused;
 use crate::tables::{Table, described};
-use crate::values::scalar;
+use crate::values::{items, scalar};
 
 /// The detectors of one run.
 pub(crate) struct Detectors {
@@ -112,8 +112,7 @@ impl Detector {
     }
 
     fn add_row(&mut self, row: &Bound<'_, PyMapping>) -> PyResult<()> {
-        for pair in row.items()?.try_iter()? {
-            let (column, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
+        for (column, value) in items(row)? {
             // A number of NumPy is one of Python.
             let value = value.call_method0("item").unwrap_or(value);
             let cell = scalar(&value)?;

@@ -116,11 +116,7 @@ impl Diff {
         !self.is_within_policy()
     }
 
-    fn __str__(&self) -> String {
-        summary::lines(&self.0).iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
-    }
-
     fn __repr__(&self) -> String {
-        self.__str__()
+        summary::lines(&self.0).iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
     }
 }

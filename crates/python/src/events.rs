@@ -16,8 +16,6 @@ use crate::detectors::Detectors;
 use crate::errors::refused;
 use crate::tables::Table;
 
-type Tables<'py> = BTreeMap<String, Bound<'py, Table>>;
-
 /// The events that detectors found.
 #[pyclass(frozen, subclass, module = "asperity")]
 pub(crate) struct Events {
@@ -141,12 +139,8 @@ impl Events {
     }
 
     #[staticmethod]
-    fn _restored(tables: Tables<'_>, found: Tables<'_>) -> Events {
-        let owned = |(name, table): (String, Bound<'_, Table>)| (name, table.get().clone());
-        Events {
-            tables: tables.into_iter().map(owned).collect(),
-            found: found.into_iter().map(owned).collect(),
-        }
+    fn _restored(tables: BTreeMap<String, Table>, found: BTreeMap<String, Table>) -> Events {
+        Events { tables, found }
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {

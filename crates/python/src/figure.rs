@@ -12,7 +12,7 @@ use pyo3::types::{PyDict, PyString};
 use crate::attend::{Callbacks, attend};
 use crate::errors::{failed, refused};
 use crate::source::Source;
-use crate::values::{assigned, to_json};
+use crate::values::{assigned, items};
 
 /// The kinds of figures that `Run.draw` draws: name and what they show (docs/figures.md).
 #[pyfunction]
@@ -42,11 +42,8 @@ impl Figure {
             let known: Vec<&str> = Kind::all().map(|kind| kind.name).collect();
             refused(format!("{kind} is no kind of figure{}", among(kind, &known, "`asperity.figures()`")))
         })?;
-        let mut set = Vec::new();
-        for (key, value) in keys.into_iter().flatten() {
-            let key: String = key.extract()?;
-            set.push(assigned(&key, &to_json(&value, &key)?));
-        }
+        let keys = keys.map_or_else(|| Ok(Vec::new()), |keys| items(keys.as_mapping()))?;
+        let set = keys.iter().map(|(key, value)| assigned(key, value)).collect::<PyResult<Vec<_>>>()?;
         let figure = py.detach(|| kind.of_run(name, header, scenario, &set)).map_err(refused)?;
         let required = figure.required_data();
         let collector = Collector::new(name, header.clone(), scenario.clone(), required);

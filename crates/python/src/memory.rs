@@ -45,14 +45,4 @@ impl Memory {
         };
         if filled == -1 { Err(PyErr::fetch(slf.py())) } else { Ok(()) }
     }
-
-    /// The address of the first byte.
-    #[getter]
-    fn address(&self) -> usize {
-        self.0.as_ptr() as usize
-    }
-
-    fn __len__(&self) -> usize {
-        self.0.len()
-    }
 }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use asperity_files::{better_name, is_taken};
 use asperity_model::{Scenario as Resolved, ScenarioSource};
 use asperity_numbers::{Slider, Summarizer, Summary, text};
-use asperity_record::{Notice, Observer, Record, RunEnd, counted};
+use asperity_record::{Notice, Observer, Record, RunEnd, RunHeader, counted};
 use asperity_report::html::markup;
 use asperity_run::detectors::Settings;
 use asperity_run::{Begin, Detectors as Trackers, LogTo, OpenLog, Reading, SolverKind, Task, Verdict};
@@ -107,14 +107,9 @@ pub(crate) fn run(
     make(py, scenario, solver, log, begin, detectors, progress, stop)
 }
 
-/// The unfinished run of a log, if there is one: its scenario and solver, unless it was cut before them.
-fn left(py: Python<'_>, log: &Path) -> PyResult<Option<Option<(String, SolverKind)>>> {
-    let left = || {
-        let Some(unfinished) = Unfinished::of(log).map_err(failed)? else { return Ok(None) };
-        let begun = unfinished.begun().map_err(failed)?;
-        Ok(Some(begun.map(|(header, toml)| (toml, SolverKind::named(&header.solver).unwrap_or_default()))))
-    };
-    py.detach(left)
+/// The unfinished run of a log, if there is one: its header and scenario, unless it was cut before them.
+fn left(py: Python<'_>, log: &Path) -> PyResult<Option<Option<(RunHeader, String)>>> {
+    py.detach(|| Unfinished::of(log).map_err(failed)?.map(|left| left.begun().map_err(failed)).transpose())
 }
 
 /// Continues the unfinished run of a log, which then equals that of an unbroken run. Opens a whole log.
@@ -152,7 +147,8 @@ pub(crate) fn resume(
              it again)"
         ))
     };
-    let (toml, solver) = begun.ok_or_else(ends_early)?;
+    let (header, toml) = begun.ok_or_else(ends_early)?;
+    let solver = SolverKind::named(&header.solver).unwrap_or_default();
     let source = ScenarioSource::logged(format!("{}: scenario.toml", partial.display()), &toml);
     let scenario = py.detach(|| Resolved::resolve(&source)).map_err(failed)?;
     make(py, scenario, solver, Some(log), Begin::GoOn, detectors, progress, stop)
@@ -495,8 +491,8 @@ impl Run {
 
     fn _repr_html_(&self) -> String {
         let words: Vec<String> = self.text().lines().map(markup::text).collect();
-        let name = markup::text(self.name());
-        format!("<details open><summary>{name}</summary><pre>{}</pre></details>", words.join("\n"))
+        let (name, words) = (markup::text(self.name()), words.join("\n"));
+        format!("<details open><summary>{name}</summary><pre>{words}</pre></details>")
     }
 
     fn __reduce__(&self) -> PyResult<()> {

@@ -1,6 +1,6 @@
 //! Scenarios.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use asperity_model::{Plan, Scenario as Resolved, ScenarioSource, builtin, source};
 use asperity_numbers::Summary;
@@ -14,7 +14,7 @@ use pyo3::types::{PyDict, PyMapping};
 use serde_json::Value;
 
 use crate::errors::{of_faults, of_scenario, refused};
-use crate::values::{assigned, assignments, to_python};
+use crate::values::{assignments, to_python};
 
 /// The built-in scenarios: name and one line about each.
 #[pyfunction]
@@ -33,14 +33,14 @@ pub(crate) struct Scenario {
     pub(crate) resolved: Resolved,
     source: ScenarioSource,
     /// The name or path, and the values given beside it; none for the scenario of a run.
-    given: Option<(PathBuf, Vec<(String, Value)>)>,
+    given: Option<(PathBuf, Vec<String>)>,
 }
 
 impl Scenario {
     fn of(
         py: Python<'_>,
         source: ScenarioSource,
-        given: Option<(PathBuf, Vec<(String, Value)>)>,
+        given: Option<(PathBuf, Vec<String>)>,
     ) -> PyResult<Scenario> {
         let resolved = py.detach(|| Resolved::resolve_with(&source, &Opened));
         let resolved = resolved.map_err(|errors| of_faults(&errors))?;
@@ -48,9 +48,8 @@ impl Scenario {
     }
 
     /// Its name or path, and the values given beside it.
-    pub(crate) fn given_as(&self) -> PyResult<(&Path, &[(String, Value)])> {
-        let given = self.given.as_ref().map(|(name, values)| (name.as_path(), values.as_slice()));
-        given.ok_or_else(|| {
+    pub(crate) fn given_as(&self) -> PyResult<&(PathBuf, Vec<String>)> {
+        self.given.as_ref().ok_or_else(|| {
             refused(format!(
                 "{} has no name or path (accepted: asperity.Scenario(NAME, ...), not that of a run)",
                 self.__repr__()
@@ -164,15 +163,13 @@ impl Scenario {
             ),
         ];
         let scales = plan.scales.parts().into_iter();
-        let own = scales.chain(of_plan).map(|(name, value)| (name.to_owned(), Value::from(value)));
+        let own = scales.chain(of_plan).map(|(name, value)| (name, Value::from(value)));
         let forecast = [&forecast["preview"], &forecast].into_iter().filter_map(Value::as_object).flatten();
         // The time of the plain solver is only measured for the command.
-        let is_number =
-            |name: &str, value: &Value| (value.is_number() || value.is_null()) && name != "plain_solver_s";
-        let forecast = forecast.filter(|(name, value)| is_number(name, value));
-        let forecast = forecast.map(|(name, value)| (name.clone(), value.clone()));
-        let numbers: Vec<(String, Value)> = own.chain(forecast).collect();
-        numbers_of(py, numbers.iter().map(|(name, value)| (name.as_str(), value)), "")
+        let forecast = forecast.filter(|(name, _)| *name != "plain_solver_s");
+        let forecast = forecast.filter(|(_, value)| value.is_number() || value.is_null());
+        let forecast = forecast.map(|(name, value)| (name.as_str(), value.clone()));
+        numbers_of(py, own.chain(forecast), "")
     }
 
     /// Every key, by section.
@@ -220,27 +217,25 @@ impl Scenario {
 }
 
 /// Adds values to a scenario.
-fn with(source: ScenarioSource, values: &[(String, Value)]) -> ScenarioSource {
-    values.iter().fold(source, |source, (key, value)| {
-        source.with_override_from("given".to_owned(), &assigned(key, value))
-    })
+fn with(source: ScenarioSource, values: &[String]) -> ScenarioSource {
+    values.iter().fold(source, |source, value| source.with_override_from("given".to_owned(), value))
 }
 
 /// The numbers of a run, and what they are printed as.
 pub(crate) fn summary_of<'py>(py: Python<'py>, summary: &Summary, text: &str) -> PyResult<Bound<'py, PyAny>> {
     let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
-    numbers_of(py, names.zip(&summary.values()), text)
+    numbers_of(py, names.zip(summary.values()), text)
 }
 
 /// Numbers by name, as the package's dictionary of numbers with units.
 fn numbers_of<'py, 'a>(
     py: Python<'py>,
-    numbers: impl Iterator<Item = (&'a str, &'a Value)>,
+    numbers: impl Iterator<Item = (&'a str, Value)>,
     text: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (values, units, about) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
     for (name, value) in numbers {
-        values.set_item(name, to_python(py, value)?)?;
+        values.set_item(name, to_python(py, &value)?)?;
         let key = Summary::KEYS.iter().find(|key| key.column.name == name);
         let unit = key.map_or_else(|| asperity_record::unit_of(name), |key| key.column.unit);
         units.set_item(name, unit)?;

@@ -19,7 +19,7 @@ use crate::attend::{Callbacks, Watch, attend};
 use crate::errors::{error as error_of, failed, not_pickled, refused};
 use crate::scenario::{Scenario, summary_of};
 use crate::tables::Table;
-use crate::values::{self, assigned, assignments, to_json};
+use crate::values::{self, DEEPEST, assignments, items, to_json};
 
 /// Makes the runs of a study that are missing, on all cores, and returns its tables.
 ///
@@ -42,19 +42,14 @@ pub(crate) fn sweep(
     stop: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Sweep> {
     let jobs = at_once(jobs)?;
-    let (given, written) = match (study.cast::<Scenario>(), axes) {
-        (Ok(scenario), Some(axes)) => {
-            let (name, values) = scenario.get().given_as()?;
-            (name.into(), Some(of_axes(name, values, axes, set, keep)?))
+    let (given, values) = match study.cast::<Scenario>() {
+        Ok(_) if axes.is_none() => {
+            return Err(refused("a scenario alone is no study (accepted: with axes)"));
         }
-        (Ok(_), None) => return Err(refused("a scenario alone is no study (accepted: with axes)")),
-        (Err(_), Some(axes)) => {
-            let name: PathBuf = study.extract()?;
-            let written = of_axes(&name, &[], axes, set, keep)?;
-            (name, Some(written))
-        }
-        (Err(_), None) => (study.extract::<PathBuf>()?, None),
+        Ok(scenario) => scenario.get().given_as()?.clone(),
+        Err(_) => (study.extract()?, Vec::new()),
     };
+    let written = axes.map(|axes| of_axes(&given, &values, axes, set, keep)).transpose()?;
     // A folder of a study that has been planned.
     let is_folder = written.is_none() && given.join(FILE).exists();
     let mut temporary = None;
@@ -115,7 +110,7 @@ pub(crate) fn reproduce<'py>(
     let written = pipeline.to_str().filter(|text| text.contains('\n')).map(str::to_owned);
     let file = if written.is_some() { PathBuf::from("pipeline") } else { pipeline };
     let mut study = parsed(&file, written.as_deref()).map_err(|error| of_study(error, &out))?;
-    study.set(&assignments(set, None)?.iter().map(|(key, value)| assigned(key, value)).collect::<Vec<_>>());
+    study.set(&assignments(set, None)?);
     let total = study.count() + study.runs.len() as u64;
     let callbacks = Callbacks::new(py, "reproduce", progress, stop, total)?;
     let made = attend(py, &callbacks, |watch| {
@@ -168,7 +163,7 @@ impl Watcher for Watch {
 /// A study as TOML: a scenario over axes.
 fn of_axes(
     scenario: &Path,
-    values: &[(String, Value)],
+    values: &[String],
     axes: &Bound<'_, PyMapping>,
     set: Option<&Bound<'_, PyMapping>>,
     keep: Option<&Bound<'_, PyAny>>,
@@ -177,12 +172,10 @@ fn of_axes(
         keep.extract().map(|keep| vec![keep]).or_else(|_| keep.extract())
     };
     let keep = keep.map_or_else(|| Ok(vec!["events".to_owned(), "ruptures".to_owned()]), several)?;
-    let set = values.iter().cloned().chain(assignments(set, None)?);
-    let set: Vec<String> = set.map(|(key, value)| assigned(&key, &value)).collect();
+    let set = [values, &assignments(set, None)?].concat();
     let mut axis = Vec::new();
-    for pair in axes.items()?.try_iter()? {
-        let (key, values): (String, Bound<'_, PyAny>) = pair?.extract()?;
-        let values = match to_json(&values, &key)? {
+    for (key, values) in items(axes)? {
+        let values = match to_json(&values, &key, DEEPEST)? {
             Value::Array(values) if !values.is_empty() => values,
             value => {
                 return Err(refused(format!(
@@ -231,7 +224,7 @@ pub(crate) struct Sweep {
 
 impl Sweep {
     fn table(&self, name: &str) -> PyResult<Table> {
-        let found = self.tables.iter().find(|table| table.is_called(name)).cloned();
+        let found = self.tables.iter().find(|table| table.name == name).cloned();
         found.ok_or_else(|| refused(format!("the study keeps no {name} (accepted: keep=[{name:?}])")))
     }
 }

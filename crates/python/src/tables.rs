@@ -32,10 +32,12 @@ const SHOWN_ROWS: usize = 10;
 ///
 /// Any library that reads Arrow takes it, again and again, without a copy:
 /// `polars.DataFrame(table)`, `pyarrow.table(table)`, `duckdb.from_arrow(table)`.
-#[pyclass(frozen, module = "asperity")]
+#[pyclass(frozen, from_py_object, module = "asperity")]
 #[derive(Clone)]
 pub(crate) struct Table {
-    name: String,
+    /// Its name: that of its topic, or of its detector.
+    #[pyo3(get)]
+    pub(crate) name: String,
     batch: RecordBatch,
 }
 
@@ -67,11 +69,6 @@ impl Table {
         Table::of(name, &table.layout.columns, &table.batch)
     }
 
-    /// Whether this is its name.
-    pub(crate) fn is_called(&self, name: &str) -> bool {
-        self.name == name
-    }
-
     /// Its name and its number of rows.
     pub(crate) fn summary(&self) -> String {
         format!("{}: {}", self.name, asperity_record::counted(self.batch.num_rows() as u64, "row"))
@@ -80,20 +77,6 @@ impl Table {
     /// The values of a column that has only numbers, by its place.
     pub(crate) fn steps(&self, column: &str) -> Option<&UInt64Array> {
         self.batch.column_by_name(column)?.as_any().downcast_ref()
-    }
-
-    fn field(&self, column: &str) -> PyResult<(&Field, &ArrayRef)> {
-        let schema = self.batch.schema_ref();
-        let (index, field) = schema.column_with_name(column).ok_or_else(|| {
-            let names: Vec<&str> = schema.fields().iter().map(|field| field.name().as_str()).collect();
-            let suggestion = asperity_model::suggestion(column, names.iter().copied());
-            PyKeyError::new_err(format!(
-                "{column}: no column of {}{suggestion} (accepted: {})",
-                self.name,
-                names.join(", ")
-            ))
-        })?;
-        Ok((field, self.batch.column(index)))
     }
 
     fn described<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyDict>> {
@@ -173,12 +156,6 @@ fn numpy<'py>(py: Python<'py>, values: &ArrayRef) -> PyResult<Bound<'py, PyAny>>
 
 #[pymethods]
 impl Table {
-    /// Its name: that of its topic, or of its detector.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.name
-    }
-
     /// The names of its columns.
     #[getter]
     fn columns(&self) -> Vec<String> {
@@ -218,7 +195,13 @@ impl Table {
 
     /// A column, without a copy; where values are missing a copy as float64 with NaN for them.
     fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
-        numpy(py, self.field(column)?.1)
+        let values = self.batch.column_by_name(column).ok_or_else(|| {
+            let (names, table) = (self.columns(), &self.name);
+            let suggestion = asperity_model::suggestion(column, names.iter().map(String::as_str));
+            let accepted = names.join(", ");
+            PyKeyError::new_err(format!("{column}: no column of {table}{suggestion} (accepted: {accepted})"))
+        })?;
+        numpy(py, values)
     }
 
     /// All columns as arrays, by name; see `table["COLUMN"]`.

@@ -14,13 +14,7 @@ pub(crate) fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'
 }
 
 /// Deepest list of a value.
-const DEEPEST: usize = 8;
-
-/// A Python value as the JSON value that it means; NumPy's numbers and arrays are values as well. `of` is what
-/// the value is of, for messages.
-pub(crate) fn to_json(value: &Bound<'_, PyAny>, of: &str) -> PyResult<Value> {
-    to_json_within(value, of, DEEPEST)
-}
+pub(crate) const DEEPEST: usize = 8;
 
 /// A truth value, a number or a text as TOML has it; None for anything else.
 pub(crate) fn scalar(value: &Bound<'_, PyAny>) -> PyResult<Option<toml::Value>> {
@@ -33,7 +27,9 @@ pub(crate) fn scalar(value: &Bound<'_, PyAny>) -> PyResult<Option<toml::Value>> 
     }))
 }
 
-fn to_json_within(value: &Bound<'_, PyAny>, of: &str, depth: usize) -> PyResult<Value> {
+/// A Python value as the JSON value that it means, of lists as deep as this; NumPy's numbers and arrays are values as
+/// well. `of` is what the value is of, for messages.
+pub(crate) fn to_json(value: &Bound<'_, PyAny>, of: &str, depth: usize) -> PyResult<Value> {
     let refused = |accepted: &str| refused(format!("{of} = {value} (accepted: {accepted})"));
     match scalar(value).map_err(|_| refused("a whole number of 64 bits"))? {
         Some(toml::Value::Float(number)) if !number.is_finite() => return Err(refused("a finite number")),
@@ -41,19 +37,15 @@ fn to_json_within(value: &Bound<'_, PyAny>, of: &str, depth: usize) -> PyResult<
         None => {}
     }
     let accepted = "a number, a text, a truth value, or a list of them";
+    let unlike = || PyTypeError::new_err(format!("{of} = {value} (accepted: {accepted})"));
+    let depth = depth.checked_sub(1).ok_or_else(unlike)?;
     // A number or an array of NumPy, which knows what it is in Python.
     if let Ok(list) = value.call_method0("tolist") {
-        return to_json_within(&list, of, depth.checked_sub(1).ok_or_else(|| refused(accepted))?);
+        return to_json(&list, of, depth);
     }
     let is_list = value.cast::<PyMapping>().is_err() && !value.is_instance_of::<PyBytes>();
-    let values = value
-        .try_iter()
-        .ok()
-        .filter(|_| is_list)
-        .ok_or_else(|| PyTypeError::new_err(format!("{of} = {value} (accepted: {accepted})")))?;
-    let depth =
-        depth.checked_sub(1).ok_or_else(|| PyTypeError::new_err(format!("{of} (accepted: {accepted})")))?;
-    values.map(|value| to_json_within(&value?, of, depth)).collect::<PyResult<Vec<_>>>().map(Value::Array)
+    let values = value.try_iter().ok().filter(|_| is_list).ok_or_else(unlike)?;
+    values.map(|value| to_json(&value?, of, depth)).collect::<PyResult<Vec<_>>>().map(Value::Array)
 }
 
 /// A solver by its name.
@@ -66,36 +58,34 @@ pub(crate) fn solver(name: Option<&str>) -> PyResult<Option<SolverKind>> {
 }
 
 /// A key and its value as `--set` takes them.
-pub(crate) fn assigned(key: &str, value: &Value) -> String {
-    let value = toml::Value::try_from(value).expect("it has texts, numbers, truth values and lists of them");
-    format!("{key}={value}")
+pub(crate) fn assigned(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    let value = toml::Value::try_from(to_json(value, key, DEEPEST)?);
+    Ok(format!("{key}={}", value.expect("it has texts, numbers, truth values and lists of them")))
 }
 
 /// Keys and values of a scenario, dotted: `{"friction.law": ...}` and `friction={"law": ...}` alike.
 pub(crate) fn assignments(
     overrides: Option<&Bound<'_, PyMapping>>,
     groups: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Vec<(String, Value)>> {
+) -> PyResult<Vec<String>> {
     let mut found = Vec::new();
     let groups = groups.map(|groups| groups.as_mapping());
     for given in [overrides, groups].into_iter().flatten() {
-        for pair in given.items()?.try_iter()? {
-            let (key, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
+        for (key, value) in items(given)? {
             match value.cast::<PyMapping>() {
                 Ok(group) if !key.contains('.') => {
-                    for pair in group.items()?.try_iter()? {
-                        let (inner, value): (String, Bound<'_, PyAny>) = pair?.extract()?;
-                        let key = format!("{key}.{inner}");
-                        let value = to_json(&value, &key)?;
-                        found.push((key, value));
+                    for (inner, value) in items(group)? {
+                        found.push(assigned(&format!("{key}.{inner}"), &value)?);
                     }
                 }
-                _ => {
-                    let value = to_json(&value, &key)?;
-                    found.push((key, value));
-                }
+                _ => found.push(assigned(&key, &value)?),
             }
         }
     }
     Ok(found)
+}
+
+/// The items of a mapping whose keys are texts.
+pub(crate) fn items<'py>(mapping: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    mapping.items()?.try_iter()?.map(|pair| pair?.extract()).collect()
 }

@@ -62,7 +62,6 @@ pub mod pipeline;
 pub mod plan;
 pub mod record;
 pub mod reduction;
-pub mod reference;
 mod relative_link;
 pub mod results;
 pub mod runs;

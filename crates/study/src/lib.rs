@@ -52,7 +52,6 @@ pub mod emit;
 mod error;
 mod file;
 pub mod given;
-mod lines;
 mod named;
 mod outputs;
 pub mod page;

@@ -6,10 +6,9 @@
 use std::env;
 use std::fs;
 
-use asperity_study::reference::parts;
-
 use crate::support::clients::file;
 use crate::support::markdown::blocks;
+use crate::support::schemas::parts;
 
 const PAGE: &str = "docs/figures.md";
 
@@ -24,6 +23,8 @@ fn page(path: &str) -> String {
 fn the_pages_say_what_the_code_does() {
     let mut pages = PAGES.map(|path| (path, page(path)));
     for (name, text) in parts() {
+        let lacks = |line: &&str| line.contains("| value |") || line.ends_with("|  |");
+        assert_eq!(text.lines().find(lacks), None, "{name}: a key lacks its type or meaning");
         let begin = format!("<!-- from the code: {name} -->\n");
         let found = pages.iter_mut().find(|(_, page)| page.contains(&begin));
         let (path, page) = found.unwrap_or_else(|| panic!("{PAGES:?} lack {begin}"));

@@ -21,7 +21,7 @@ use crate::exit::{self, Code, Failure};
 use crate::progress::Board;
 use crate::quakeml::{self, OfRun, dated, longitude_degrees};
 use crate::reading::{self, Reading};
-use crate::study::{outcome, read_for_tables};
+use crate::study::{outcome, read};
 use crate::{terminal, verdict_exit};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -188,7 +188,7 @@ fn of_log(run: &Path, number: usize, board: &Board) -> Result<Read, Failure> {
 
 /// The ruptures of all runs of a study that have results or logs; the outcome is that of the study.
 fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure> {
-    let (plan, results) = read_for_tables(folder)?;
+    let (plan, results) = read(folder)?;
     results.check()?;
     if !plan.common.keep.contains(&Keep::Ruptures) {
         return Err(Failure::BadInput(format!(
@@ -202,9 +202,8 @@ fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure
     for row in &plan.rows {
         match results.state(row.run) {
             State::Done(_) => {
-                let (scenario, header) = plan
-                    .scenario_of_results(row)
-                    .map_err(|problem| failed(format!("run {}: {problem}", row.run)))?;
+                let (scenario, header) =
+                    plan.scenario(row).map_err(|problem| failed(format!("run {}: {problem}", row.run)))?;
                 let mut catalogue = Catalogue::new(&header, &scenario);
                 let made = results.outcome(&plan, row.run)?.and_then(Result::ok);
                 let ruptures = made.into_iter().flat_map(|made| made.ruptures);
@@ -224,9 +223,8 @@ fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure
         }
     }
     note_others(folder, left_out, board);
-    let counts = results.counts();
     board.line(&format!("{}: {}", folder.display(), results.in_words()));
-    Ok((Source { path: folder.display().to_string(), is_study: true, runs }, outcome(counts)))
+    Ok((Source { path: folder.display().to_string(), is_study: true, runs }, outcome(&results, |_| true)))
 }
 
 fn csv(sources: &[Source]) -> Result<(), Failure> {

@@ -14,7 +14,7 @@ use crate::interrupt;
 use crate::outputs::{A_FOLDER, fits};
 use crate::progress::Board;
 use crate::reproduce::tell_where_to_look;
-use crate::study::{outcome, read_for_tables};
+use crate::study::{outcome, read};
 use crate::terminal::say;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -63,7 +63,7 @@ pub(crate) struct SweepDrawArguments {
 pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
     let SweepCollectArguments { folder, to, out, no_provenance } = arguments;
     out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
-    let (plan, results) = &read_for_tables(folder)?;
+    let (plan, results) = &read(folder)?;
     make(
         &Outputs { plan, results, folder, provenance: !no_provenance, watcher: board },
         to,
@@ -108,13 +108,13 @@ pub(crate) fn make(
             tell_where_to_look(&plan.common.title, folder)?;
         }
     }
-    outcome(results.counts())
+    outcome(results, |_| true)
 }
 
 pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
     let SweepDrawArguments { folder, from, out, no_provenance } = arguments;
     out.as_ref().map_or(Ok(()), |out| fits("--out", out, "", A_FOLDER))?;
-    let (plan, results) = &read_for_tables(folder)?;
+    let (plan, results) = &read(folder)?;
     if let Some(from) = from {
         given::check(from, Taken::Runs)?;
     }
@@ -122,5 +122,5 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     let paths = outputs.figures(from.as_deref(), out.as_deref())?;
     paths.iter().try_for_each(|path| say(path.display()))?;
     board.line(&results.in_words());
-    outcome(results.counts())
+    outcome(results, |_| true)
 }

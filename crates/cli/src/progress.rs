@@ -85,7 +85,6 @@ impl Board {
         RunProgress {
             board: self.clone(),
             bar: self.bar(name, steps, "{prefix:20} {bar:30} {msg} {eta} left"),
-            name: name.to_owned(),
             steps,
             step: 0,
             duration_s,
@@ -150,7 +149,7 @@ impl Watcher for Board {
 
     fn over(&self, made: &Made) {
         self.tell(|tally| match made {
-            Made::Done { events } => (tally.done, tally.events) = (tally.done + 1, tally.events + events),
+            Made::Done => tally.done += 1,
             Made::Failed(_) => tally.failed += 1,
             Made::Stopped | Made::ByAnother => {}
         });
@@ -201,7 +200,6 @@ impl Drop for Bar {
 pub(crate) struct RunProgress {
     board: Board,
     bar: Bar,
-    name: String,
     steps: u64,
     step: u64,
     duration_s: f64,
@@ -226,7 +224,7 @@ impl Observer for RunProgress {
     }
 
     fn notice(&mut self, notice: Notice<'_>) {
-        let note = format!("{}: {notice}", self.name);
+        let note = format!("{}: {notice}", self.bar.name);
         match notice {
             Notice::GoesOn { step, .. } => {
                 self.told.0 = step as f64 / self.steps as f64;
@@ -272,7 +270,7 @@ impl Drop for RunProgress {
         self.bar.bar.finish_and_clear();
         self.board.line(&format!(
             "{}: {} s simulated, {}, in {:.1} s",
-            self.name,
+            self.bar.name,
             self.duration_s,
             counted(events, "slip event"),
             self.started.elapsed().as_secs_f64()
@@ -288,7 +286,6 @@ struct Tally {
     runs: u64,
     done: u64,
     failed: u64,
-    events: u64,
     /// Block steps of all; 0 if runs are only counted.
     work: f64,
     /// Those that are made.
@@ -299,17 +296,8 @@ struct Tally {
 
 impl Tally {
     fn new(runs: u64, work: u64) -> Tally {
-        let (done, failed, events) = (0, 0, 0);
-        Tally {
-            started: Instant::now(),
-            runs,
-            done,
-            failed,
-            events,
-            work: work as f64,
-            made: 0.0,
-            before: 0.0,
-        }
+        let (started, work) = (Instant::now(), work as f64);
+        Tally { started, runs, done: 0, failed: 0, work, made: 0.0, before: 0.0 }
     }
 
     /// Share of the work that is done.
@@ -332,10 +320,7 @@ impl Tally {
         if self.failed > 0 {
             status += &format!(", {} failed", self.failed);
         }
-        status += &match self.work > 0.0 {
-            true => format!(", {:.0} % of the work", 100.0 * self.share()),
-            false => format!(", {}", counted(self.events, "slip event")),
-        };
+        status += &format!(", {:.0} % of the work", 100.0 * self.share());
         match self.left(self.started.elapsed()) {
             Some(left) if self.done + self.failed < self.runs => {
                 format!("{status}, {:#} left", HumanDuration(left))
@@ -362,8 +347,8 @@ mod tests {
         assert_eq!(tally.left(2 * S), Some(5 * S));
         (tally.made, tally.done) = (400.0, 2);
         assert_eq!(tally.status(), "2 of 2 runs done, 100 % of the work");
-        let mut counts = Tally { done: 2, failed: 1, events: 7, ..Tally::new(3, 0) };
-        assert_eq!(counts.status(), "2 of 3 runs done, 1 failed, 7 slip events");
+        let mut counts = Tally { done: 2, failed: 1, ..Tally::new(3, 0) };
+        assert_eq!(counts.status(), "2 of 3 runs done, 1 failed, 100 % of the work");
         counts.done = 1;
         assert_eq!(counts.left(2 * S), Some(S));
     }

@@ -76,7 +76,7 @@ pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), 
             study.html()
         }
         [Given::Study] => {
-            let (plan, results) = &study::read_for_tables(&of[0])?;
+            let (plan, results) = &study::read(&of[0])?;
             let html = page::of_folder(&of[0], (plan, results), out, &files, !arguments.no_provenance)?;
             board.line(&results.in_words());
             html

@@ -193,7 +193,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     };
     match reproduction.of(&study, file, out)?.is_empty() {
         true => Ok(()),
-        false => tell_where_to_look(&study.title, out),
+        false => tell_where_to_look(&study.pipeline.title, out),
     }
 }
 

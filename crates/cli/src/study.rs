@@ -4,7 +4,6 @@ use std::path::Path;
 
 use asperity_files::FileError;
 use asperity_study::plan::FILE;
-use asperity_study::results::Counts;
 use asperity_study::{Plan, Results, StudyError};
 
 use crate::exit::{Code, Failure};
@@ -46,14 +45,6 @@ pub(crate) fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
     Ok((plan, results))
 }
 
-/// Reads a study for tables and figures, after checking that the values in its plan are those of
-/// the runs.
-pub(crate) fn read_for_tables(folder: &Path) -> Result<(Plan, Results), Failure> {
-    let (plan, results) = read(folder)?;
-    plan.check_ids(folder)?;
-    Ok((plan, results))
-}
-
 /// Prints the results that differ, if there are such, and fails.
 pub(crate) fn tell_faults(results: &Results) -> Result<(), Failure> {
     match results.check() {
@@ -65,12 +56,13 @@ pub(crate) fn tell_faults(results: &Results) -> Result<(), Failure> {
     }
 }
 
-/// The exit code of a study in that state.
-pub(crate) fn outcome(counts: Counts) -> Result<(), Failure> {
-    let code = match counts {
-        Counts { missing: 1.., .. } => Code::Incomplete,
-        Counts { failed: 1.., .. } => Code::Failed,
-        _ => Code::Success,
+/// The exit code of the runs that were asked for.
+pub(crate) fn outcome(results: &Results, is_asked: impl Fn(&u64) -> bool) -> Result<(), Failure> {
+    let is_any = |word| results.runs(word).any(|run| is_asked(&run));
+    let code = match () {
+        () if is_any("missing") => Code::Incomplete,
+        () if is_any("failed") => Code::Failed,
+        () => Code::Success,
     };
     code.said()
 }

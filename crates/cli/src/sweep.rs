@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use asperity_model::text;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, UnderWay, Word, arrays};
-use asperity_study::results::{Results, parse_ranges, ranges};
+use asperity_study::results::{parse_ranges, ranges};
 use asperity_study::segment::this_node;
 use asperity_study::verification::{Sample, Verification, number_in_parts};
 use asperity_study::work::{Making, PATIENCE};
@@ -278,7 +278,6 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
 fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     let SweepStatusArguments { folder, tasks, array_size, under_way, verify } = arguments;
     let (plan, results) = read(folder)?;
-    let counts = results.counts();
     let verification = match verify {
         Some(sample) => Some(Verification::of(&sampled(*sample, &plan)?, &results, None)),
         None => None,
@@ -303,24 +302,21 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
             say(format_args!("{offset} {tasks} {parts}"))?;
         }
         results.check()?;
-        return outcome(counts);
+        return outcome(&results, |_| true);
     }
     say(results.in_words())?;
-    let of = |word: &str| {
-        ranges(plan.rows.iter().map(|row| row.run).filter(|run| results.state(*run).word() == word))
-    };
     for name in ["failed", "refused", "contradicted", "missing"] {
-        let runs = of(name);
+        let runs = ranges(results.runs(name));
         if !runs.is_empty() {
             say(format_args!("{name}: {runs}"))?;
         }
     }
     let begun =
         staging::begun(folder).map_err(|error| Failure::Failed(format!("{}: {error}", folder.display())))?;
-    let begun = || begun.iter().filter(|(run, _)| results.is_missing(*run));
-    if begun().next().is_some() {
-        let bytes: u64 = begun().map(|(_, bytes)| bytes).sum();
-        let runs = ranges(begun().map(|(run, _)| *run));
+    let begun = begun.into_iter().filter(|(run, _)| results.is_missing(*run));
+    let (runs, bytes): (Vec<u64>, Vec<u64>) = begun.unzip();
+    if !runs.is_empty() {
+        let (runs, bytes) = (ranges(runs), bytes.iter().sum::<u64>());
         say(format_args!("begun: {runs}, with {:.1} MB in {}", bytes as f64 / 1e6, staging::FOLDER))?;
     }
     for (path, bytes) in &results.torn {
@@ -331,7 +327,7 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     }
     verification.iter().flat_map(Verification::lines).try_for_each(say)?;
     tell_faults(&results)?;
-    outcome(counts)?;
+    outcome(&results, |_| true)?;
     verification.as_ref().map_or(Ok(()), outcome_of_verification)
 }
 
@@ -341,10 +337,8 @@ fn go(arguments: &SweepGoArguments, board: &Board) -> Result<(), Failure> {
     let folder = &arguments.out;
     let plan = sweep_plan::begun(arguments, board)?;
     interrupt::install()?;
-    let results = Results::read(folder, &plan)?;
-    let missing: Vec<u64> = results.missing().collect();
     let making = Making { jobs: arguments.jobs, max_fails: *max_fails, ..Making::new(folder, board) };
-    let results = &making.make(&plan, results, &missing)?;
+    let results = &making.make_missing(&plan, |_| true)?;
     let provenance = !no_provenance;
     collect::make(&Outputs { plan: &plan, results, folder, provenance, watcher: board }, to, None, board)
 }
@@ -387,7 +381,7 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     let results = making.make(&plan, results, &missing)?;
     board.line(&results.in_words());
     results.check()?;
-    outcome(results.counts_of(is_chosen))
+    outcome(&results, is_chosen)
 }
 
 /// The exit code of a verification that has found no fault.

@@ -87,23 +87,20 @@ impl ScenarioSource {
     /// Adds an override as [`ScenarioSource::with_override`] does; errors call it `origin`.
     #[must_use]
     pub fn with_override_from(mut self, origin: String, assignment: &str) -> ScenarioSource {
-        let is_toml = |text: &str| DeTable::parse(text).is_ok();
-        let text = match assignment.split_once('=') {
-            Some((key, value)) if !is_toml(assignment) => {
-                let quoted = |text: &str| toml::Value::String(text.trim().to_owned()).to_string();
-                let as_text = format!("{key}={}", quoted(value));
+        let layer = |text: String| Layer::new(origin.clone(), text, LayerKind::Override);
+        let is_toml = |layer: &Arc<Layer>| layer.entries.is_ok();
+        let mut added = layer(assignment.to_owned());
+        if let Some((key, value)) = assignment.split_once('=').filter(|_| !is_toml(&added)) {
+            let quoted = |text: &str| toml::Value::String(text.trim().to_owned()).to_string();
+            added = layer(format!("{key}={}", quoted(value)));
+            let is_word = !key.trim().is_empty() && !key.contains(['"', '\'', '[', '#', '\n', '\r']);
+            if is_word && !is_toml(&added) {
                 let with_quoted_key =
-                    [value.to_owned(), quoted(value)].map(|value| format!("{}={value}", quoted(key)));
-                let is_word = !key.trim().is_empty() && !key.contains(['"', '\'', '[', '#', '\n', '\r']);
-                if is_word && !is_toml(&as_text) {
-                    with_quoted_key.into_iter().find(|text| is_toml(text)).unwrap_or(as_text)
-                } else {
-                    as_text
-                }
+                    [value.to_owned(), quoted(value)].map(|value| layer(format!("{}={value}", quoted(key))));
+                added = with_quoted_key.into_iter().find(is_toml).unwrap_or(added);
             }
-            _ => assignment.to_owned(),
-        };
-        self.layers.push(Layer::new(origin, text, LayerKind::Override));
+        }
+        self.layers.push(added);
         self
     }
 

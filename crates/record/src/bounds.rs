@@ -58,12 +58,11 @@ pub const LONGEST_STEP_BYTES: usize = 1 << 12;
 /// and whether the block slides.
 pub const LONGEST_STATE_OF_BLOCK_BYTES: usize = 292;
 
-/// The longest first line of a plan: the texts of scenarios, of a sweep and of the files that they name, in which JSON escapes
-/// line breaks and quotation marks as two bytes.
+/// The longest texts and states that the scenarios of a plan name, together.
 pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;
 
-/// The longest line of a run in a plan; only the error of a refused scenario can be long.
-pub const LONGEST_ROW_BYTES: usize = 1 << 20;
+/// The longest plan, of some hundred bytes a run.
+pub const LONGEST_PLAN_BYTES: usize = 1 << 30;
 
 /// Most runs of a sweep.
 pub const MOST_RUNS: u64 = 1_000_000;

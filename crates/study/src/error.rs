@@ -1,5 +1,7 @@
 //! Why a study cannot be read, made or written.
 
+use std::path::Path;
+
 use asperity_figures::draw::FigureError;
 use asperity_files::FileError;
 use asperity_tables::TableFileError;
@@ -26,6 +28,17 @@ impl StudyError {
     /// A failure, in its own words.
     pub(crate) fn failed(error: impl std::fmt::Display) -> StudyError {
         StudyError::Failed(error.to_string())
+    }
+
+    /// What is wrong with what a path has.
+    pub(crate) fn refused(path: &Path) -> impl Fn(String) -> StudyError + use<> {
+        let path = path.display().to_string();
+        move |problem| StudyError::Refused(format!("{path}: {problem}"))
+    }
+
+    /// The failure of the system at a path.
+    pub(crate) fn at(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
+        move |error| StudyError::Failed(format!("{}: {error}", path.display()))
     }
 }
 

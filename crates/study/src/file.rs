@@ -119,14 +119,11 @@ impl Pipeline {
         let mut spell_out = SpellOut::new(&self.ensemble)?;
         spell_out.add_runs(&mut self.run)?;
         spell_out.set_in_all(&self.set, &mut self.run)?;
-        {
-            let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
-                .chain(self.study.iter_mut().map(|study| &mut study.runs))
-                .chain(self.figure.lists_mut())
-                .chain([&mut self.first_global_slips, &mut self.slow_slip]);
-            lists.try_for_each(|names| spell_out.replace_in(names))?;
-        }
-        Ok(())
+        let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
+            .chain(self.study.iter_mut().map(|study| &mut study.runs))
+            .chain(self.figure.lists_mut())
+            .chain([&mut self.first_global_slips, &mut self.slow_slip]);
+        lists.try_for_each(|names| spell_out.replace_in(names))
     }
 }
 

@@ -20,7 +20,7 @@ use crate::outputs::Outputs;
 use crate::pipeline::Pipeline;
 use crate::plan::{self, Plan};
 use crate::reduction::{Beside, Passing, Reduction};
-use crate::results::{Results, State};
+use crate::results::State;
 use crate::runs::FOLDER;
 use crate::study::Study;
 use crate::watch::Watcher;
@@ -48,15 +48,12 @@ impl Reproduction<'_> {
     /// # Errors
     /// If a scenario is refused, the folder is of another study, a run cannot be made, or the caller stops.
     pub fn of(&self, study: &Study, file: &Path, out: &Path) -> Result<Vec<Summary>, StudyError> {
-        let refused = |problem: String| StudyError::Refused(format!("{}: {problem}", file.display()));
-        let jobs = study.jobs().map_err(refused)?;
+        let jobs = study.jobs().map_err(StudyError::refused(file))?;
         let mut beside = Beside::default();
         if study.grid.is_some() {
             let (plan, _) = Plan::begun(study, file, out, false, self.jobs)?;
-            let results = Results::read(out, &plan)?;
-            let missing: Vec<u64> = results.missing().filter(|run| *run <= plan.numbered()).collect();
             let making = Making { jobs: self.jobs, ..Making::new(out, self.watcher) };
-            let results = &making.make(&plan, results, &missing)?;
+            let results = &making.make_missing(&plan, |run| run <= plan.numbered())?;
             let (provenance, watcher) = (self.provenance, self.watcher);
             let outputs = Outputs { plan: &plan, results, folder: out, provenance, watcher };
             beside = outputs.tables(&[&Csv, &Parquet], None)?.1;
@@ -66,59 +63,20 @@ impl Reproduction<'_> {
         }
         let scenarios = study.runs.iter().map(|run| run.scenario.as_str());
         let inputs = inputs(file, scenarios, &jobs);
-        NamedRuns { pipeline: &study.pipeline, jobs, out, beside, inputs }.reduce(self, true)
+        self.reduce(&study.pipeline, jobs, out, inputs, beside, true)
     }
-}
 
-/// Makes tables, figures and claims of the named runs of a study, whose logs are all in its folder.
-///
-/// # Errors
-/// If one is missing or damaged, or a file cannot be written.
-pub fn reduce(outputs: Outputs<'_>, beside: Beside) -> Result<Vec<Summary>, StudyError> {
-    let Outputs { plan, results, folder, provenance, watcher } = outputs;
-    let named = (plan.numbered() + 1..).zip(&plan.common.runs);
-    let missing = named.filter(|(run, _)| results.state(*run) != State::Logged);
-    let missing: Vec<&str> = missing.map(|(_, named)| named.name.as_str()).collect();
-    if !missing.is_empty() {
-        watcher.note(&format!("no tables, figures and claims without {}", some_of(&missing)));
-        return Ok(Vec::new());
-    }
-    let file = folder.join(plan::FILE);
-    let refused = |problem: String| StudyError::Refused(format!("{}: {problem}", file.display()));
-    let pipeline = Pipeline::of_plan(plan, folder)?;
-    let names = plan.common.runs.iter().map(|run| &run.name);
-    let pipeline = pipeline.filter(|pipeline| pipeline.runs.iter().eq(names)).ok_or_else(|| {
-        refused("its runs are not those of its study (accepted: an unedited plan)".to_owned())
-    })?;
-    let jobs = plan.common.runs.iter().map(|run| run.job(&plan.common.files));
-    let jobs = jobs.collect::<Result<Vec<Job>, _>>().map_err(refused)?;
-    let inputs = inputs(&file, plan.common.runs.iter().map(|run| run.scenario.as_str()), &jobs);
-    let way = Reproduction { solver: None, fresh: false, jobs: None, provenance, watcher };
-    NamedRuns { pipeline: &pipeline, jobs, out: folder, beside, inputs }.reduce(&way, false)
-}
-
-/// The inputs of a study: its file, and those of its scenarios.
-fn inputs<'a>(file: &Path, scenarios: impl Iterator<Item = &'a str>, jobs: &'a [Job]) -> Inputs {
-    let mut inputs = Inputs::of([file]);
-    let named = jobs.iter().flat_map(|job| job.scenario.files()).map(Path::new);
-    inputs.add(scenarios.map(Path::new).chain(named).filter(|path| path.is_file()));
-    inputs
-}
-
-/// Named runs, and their outputs.
-struct NamedRuns<'a> {
-    pipeline: &'a Pipeline,
-    jobs: Vec<Job>,
-    out: &'a Path,
-    beside: Beside,
-    inputs: Inputs,
-}
-
-impl NamedRuns<'_> {
     /// Reduces each run in one pass, from its log during the check, or while it is made, if that `may_be`.
-    fn reduce(self, way: &Reproduction<'_>, may_be: bool) -> Result<Vec<Summary>, StudyError> {
-        let NamedRuns { pipeline, jobs, out, beside, inputs } = self;
-        let &Reproduction { solver, fresh, jobs: jobs_at_once, provenance, watcher } = way;
+    fn reduce(
+        &self,
+        pipeline: &Pipeline,
+        jobs: Vec<Job>,
+        out: &Path,
+        inputs: Inputs,
+        beside: Beside,
+        may_be: bool,
+    ) -> Result<Vec<Summary>, StudyError> {
+        let &Reproduction { solver, fresh, jobs: jobs_at_once, provenance, watcher } = self;
         let runs_folder = out.join(FOLDER);
         create_folder(out)?;
         let _lock = FolderLock::take(out)?;
@@ -130,7 +88,7 @@ impl NamedRuns<'_> {
         logs.chain(pipeline.outputs(out)).try_for_each(|path| inputs.check(&path))?;
         create_folder(&runs_folder)?;
         let reduction = Reduction::begin(pipeline, out, inputs, provenance)?;
-        let reducing = Reducing { reduction, way, runs_folder: &runs_folder };
+        let reducing = Reducing { reduction, way: self, runs_folder: &runs_folder };
         let stored = at_once(&jobs, jobs_at_once, |job| match fresh {
             true => Ok(Stored::Nothing),
             false => reducing.of_log(job),
@@ -184,6 +142,41 @@ impl NamedRuns<'_> {
     }
 }
 
+/// Makes tables, figures and claims of the named runs of a study, whose logs are all in its folder.
+///
+/// # Errors
+/// If one is missing or damaged, or a file cannot be written.
+pub fn reduce(outputs: Outputs<'_>, beside: Beside) -> Result<Vec<Summary>, StudyError> {
+    let Outputs { plan, results, folder, provenance, watcher } = outputs;
+    let named = (plan.numbered() + 1..).zip(&plan.common.runs);
+    let missing = named.filter(|(run, _)| results.state(*run) != State::Logged);
+    let missing: Vec<&str> = missing.map(|(_, named)| named.name.as_str()).collect();
+    if !missing.is_empty() {
+        watcher.note(&format!("no tables, figures and claims without {}", some_of(&missing)));
+        return Ok(Vec::new());
+    }
+    let file = folder.join(plan::FILE);
+    let refused = StudyError::refused(&file);
+    let pipeline = Pipeline::of_plan(plan, folder)?;
+    let names = plan.common.runs.iter().map(|run| &run.name);
+    let pipeline = pipeline.filter(|pipeline| pipeline.runs.iter().eq(names)).ok_or_else(|| {
+        refused("its runs are not those of its study (accepted: an unedited plan)".to_owned())
+    })?;
+    let jobs = plan.common.runs.iter().map(|run| run.job(&plan.common.files));
+    let jobs = jobs.collect::<Result<Vec<Job>, _>>().map_err(refused)?;
+    let inputs = inputs(&file, plan.common.runs.iter().map(|run| run.scenario.as_str()), &jobs);
+    let way = Reproduction { solver: None, fresh: false, jobs: None, provenance, watcher };
+    way.reduce(&pipeline, jobs, folder, inputs, beside, false)
+}
+
+/// The inputs of a study: its file, and those of its scenarios.
+fn inputs<'a>(file: &Path, scenarios: impl Iterator<Item = &'a str>, jobs: &'a [Job]) -> Inputs {
+    let mut inputs = Inputs::of([file]);
+    let named = jobs.iter().flat_map(|job| job.scenario.files()).map(Path::new);
+    inputs.add(scenarios.map(Path::new).chain(named).filter(|path| path.is_file()));
+    inputs
+}
+
 /// A reduction that receives each run once, record by record.
 struct Reducing<'a> {
     reduction: Reduction<'a>,
@@ -225,7 +218,7 @@ impl Reducing<'_> {
                 }
             }
         }
-        watcher.over(&Made::Done { events: 0 });
+        watcher.over(&Made::Done);
         Ok(())
     }
 

@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use asperity_figures::draw::files_of;
 use asperity_figures::draw::of_study::{Drawer, Origins};
 use asperity_figures::{Figure, Kind};
 use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_numbers::Summary;
 use asperity_numbers::claims::{ClaimSpec, Measured};
-use asperity_record::{Cell, Column, EventKind, Rupture, SlipEvent};
+use asperity_record::{Cell, Column};
 use asperity_tables::format::Format;
 
 use crate::collect::{RUNS, RowSink, TableFiles, collect};
@@ -76,16 +75,8 @@ impl Outputs<'_> {
             page: self.plan.common.runs.is_empty().then(|| own.join(REPORT)),
         };
         let (paths, claimed) = self.make(Inputs::of([self.folder.join(FILE)]), &target)?;
-        let kinds = [RUNS, EventKind::of::<SlipEvent>().table, EventKind::of::<Rupture>().table];
-        let is_of_grid =
-            |path: &PathBuf| path.file_stem().is_some_and(|stem| kinds.iter().any(|name| stem == *name));
-        let mut files = tables_in(self.folder)?;
-        files.retain(is_of_grid);
-        files.sort();
-        let in_figures = |figure: &Figure| files_of(&self.folder.join(FIGURES).join(&figure.file));
-        files.extend(figures.iter().flat_map(in_figures));
         let figures = figures.iter().map(|figure| page::shown(self.plan, figure)).collect();
-        Ok((paths, Beside { figures, files, claimed }))
+        Ok((paths.clone(), Beside { figures, files: paths, claimed }))
     }
 
     /// Draws the figures of the plan, or those of another file of the study, into its folder or another one. Returns the
@@ -161,7 +152,7 @@ impl Outputs<'_> {
             create_folder(figures_in)?;
             let scenario_of = |run: u64| {
                 let row = &plan.rows[run as usize - 1];
-                plan.scenario_of_results(row).map(|(scenario, _)| scenario)
+                plan.scenario(row).map(|(scenario, _)| scenario)
             };
             // The first run represents all, except for the axes.
             let accepted = plan.rows.iter().find(|row| row.refused.is_none());
@@ -219,9 +210,9 @@ impl Outputs<'_> {
             if claimed.measured.contains_key(&name) {
                 continue;
             }
-            let (_, header) = plan.scenario_of_results(row).map_err(|problem| {
-                StudyError::Refused(format!("{}: run {run}: {problem}", self.folder.join(FILE).display()))
-            })?;
+            let refused = StudyError::refused(&self.folder.join(FILE));
+            let (_, header) =
+                plan.scenario(row).map_err(|problem| refused(format!("run {run}: {problem}")))?;
             let made = self.results.outcome(plan, run)?;
             let values = made.and_then(Result::ok).map_or_else(Vec::new, |made| made.summary.values());
             let number = |name: &str| {

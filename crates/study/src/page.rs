@@ -239,7 +239,7 @@ pub fn of_folder(
 
 /// The files of a study that a page uses or links to: plan, results, tables and pictures.
 fn inputs(folder: &Path, plan: &Plan) -> Result<Vec<PathBuf>, StudyError> {
-    let mut inputs = segment::all(folder).map_err(unreadable(folder))?;
+    let mut inputs = segment::all(folder).map_err(StudyError::at(folder))?;
     inputs.push(folder.join(plan::FILE));
     inputs.extend(tables_in(folder)?);
     let pictures = plan.common.figures.iter().flat_map(|figure| files_of_picture(&figure.file));
@@ -299,11 +299,7 @@ pub(crate) fn tables_in(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
     if !tables.is_dir() {
         return Ok(Vec::new());
     }
-    let entries = asperity_files::entries(&tables).map_err(unreadable(&tables))?;
+    let entries = asperity_files::entries(&tables).map_err(StudyError::at(&tables))?;
     let is_one = |path: &PathBuf| path.extension().is_some_and(|end| end == "csv" || end == "parquet");
     Ok(entries.iter().map(DirEntry::path).filter(is_one).collect())
-}
-
-fn unreadable(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
-    move |error| StudyError::Failed(format!("{}: {error}", path.display()))
 }

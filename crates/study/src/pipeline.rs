@@ -72,9 +72,7 @@ impl Pipeline {
     pub(crate) fn of_plan(plan: &Plan, folder: &Path) -> Result<Option<Pipeline>, StudyError> {
         let Some(text) = &plan.common.study_toml else { return Ok(None) };
         let pipeline = Pipeline::beside(text, plan.numbered(), &|at| plan.runs_at(at));
-        let refused =
-            |problem| StudyError::Refused(format!("{}: {problem}", folder.join(plan::FILE).display()));
-        pipeline.map(Some).map_err(refused)
+        pipeline.map(Some).map_err(StudyError::refused(&folder.join(plan::FILE)))
     }
 
     /// The study, if it speaks of no run that it does not have.
@@ -161,7 +159,7 @@ impl Pipeline {
     }
 
     /// The laws with which the precursors of a run are compared.
-    fn laws_of(&self, run: &str) -> impl Iterator<Item = (LengthLaw, PrecursorRules)> {
+    pub(crate) fn laws_of(&self, run: &str) -> impl Iterator<Item = (LengthLaw, PrecursorRules)> {
         let of_run = self.precursors.iter().filter(move |spec| spec.run == run);
         of_run.map(|spec| (spec.law, spec.rules))
     }

@@ -1,12 +1,12 @@
 //! The plan of a study: made once, and never changed.
 //!
 //! A plan is a file of JSON lines: the common part of all runs, a line per run, and finally a BLAKE3 hash
-//! of everything before, which detects edits. It is read line by line, and every value is checked against
-//! its key, since anybody can recompute the hash.
+//! of everything before, which detects edits. What would make a command fail later, or write outside of the
+//! folder, is refused also where somebody has computed the hash anew.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{self, BufRead, BufReader};
+use std::io::{self, Read};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -16,7 +16,7 @@ use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::files::UnfitState;
 use asperity_model::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
-use asperity_record::bounds::{LONGEST_COMMON_BYTES, LONGEST_ROW_BYTES, MOST_RUNS};
+use asperity_record::bounds::{LONGEST_COMMON_BYTES, LONGEST_PLAN_BYTES};
 use asperity_record::{Cell, Parts, RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Opened, Task, at_once};
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,6 @@ use serde::{Deserialize, Serialize};
 use crate::axis::{check_value, key_of, names, runs_at, settled, spelled};
 use crate::error::StudyError;
 use crate::file::Keep;
-use crate::lines::{Lines, problem_of};
 use crate::runs::{Named, check_name};
 use crate::study::{Grid, Study};
 
@@ -33,9 +32,6 @@ pub const FILE: &str = "plan.ndjson";
 
 /// The version of the format.
 const FORMAT: u32 = 2;
-
-/// Characters of an id.
-const ID_LENGTH: usize = 64;
 
 /// The common part of all runs.
 #[derive(Debug, Serialize, Deserialize)]
@@ -101,11 +97,11 @@ pub struct Row {
     pub preview: Option<Preview>,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct End {
-    rows: u64,
-    blake3: String,
+/// The last line.
+#[derive(Serialize)]
+struct End<'a> {
+    rows: usize,
+    blake3: &'a str,
 }
 
 /// A plan.
@@ -128,17 +124,17 @@ impl Plan {
     ///
     /// # Errors
     /// If a scenario refuses combinations, or all of them, or a run that has a name.
-    pub fn of(study: &Study, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, StudyError> {
-        let grid = study.grid.as_ref();
-        let of_grid = |value: fn(&Grid) -> &String| grid.map(value).cloned().unwrap_or_default();
+    pub fn of(study: &Study, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, String> {
+        let none = Grid::default();
+        let grid = study.grid.as_ref().unwrap_or(&none);
         let mut common = Common {
             format: FORMAT,
-            title: study.title.clone(),
-            scenario: of_grid(|grid| &grid.scenario),
-            scenario_toml: of_grid(|grid| &grid.scenario_toml),
-            set: grid.map(|grid| grid.set.clone()).unwrap_or_default(),
-            keep: grid.map(|grid| grid.keep.clone()).unwrap_or_default(),
-            keys: grid.map(Grid::keys).unwrap_or_default(),
+            title: study.pipeline.title.clone(),
+            scenario: grid.scenario.clone(),
+            scenario_toml: grid.scenario_toml.clone(),
+            set: grid.set.clone(),
+            keep: grid.keep.clone(),
+            keys: grid.keys(),
             record_schema_version: RECORD_SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
             figures: study.figures.clone(),
@@ -149,18 +145,15 @@ impl Plan {
         };
         let numbers: Vec<u64> = (0..study.count()).collect();
         let mut rows = at_once(&numbers, jobs, |number| {
-            let values = grid.map(|grid| grid.values(*number)).unwrap_or_default();
+            let values = grid.values(*number);
             let resolved = common.resolve(&values);
-            Ok::<_, StudyError>(Row::of(number + 1, values, resolved))
+            Ok::<_, String>(Row::of(number + 1, values, resolved))
         })?;
         let first = rows.len() as u64 + 1;
         let numbers: Vec<u64> = (0..study.runs.len() as u64).collect();
         rows.extend(at_once(&numbers, jobs, |number| {
-            let resolved = study.runs[*number as usize].resolve(&common.files);
-            match resolved {
-                Ok(_) => Ok(Row::of(first + number, Vec::new(), resolved)),
-                Err(problem) => Err(StudyError::Refused(problem)),
-            }
+            let scenario = study.runs[*number as usize].resolve(&common.files)?;
+            Ok::<_, String>(Row::of(first + number, Vec::new(), Ok(scenario)))
         })?);
         common.files.opens = false;
         let refused: Vec<&Row> = rows.iter().filter(|row| row.refused.is_some()).collect();
@@ -178,18 +171,11 @@ impl Plan {
             problem.push_str(
                 "\n(accepted: other values, or --skip-refused to leave those out that are refused)",
             );
-            return Err(StudyError::Refused(problem));
+            return Err(problem);
         }
         let text = lines(&common, &rows);
-        for (n, line) in text.lines().enumerate() {
-            let longest_bytes = if n == 0 { LONGEST_COMMON_BYTES } else { LONGEST_ROW_BYTES };
-            if line.len() > longest_bytes {
-                let what =
-                    if n == 0 { "the scenarios and their study".to_owned() } else { format!("run {n}") };
-                let problem =
-                    format!("{what}: {} bytes in a plan (accepted: up to {longest_bytes})", line.len());
-                return Err(StudyError::Refused(problem));
-            }
+        if text.len() > LONGEST_PLAN_BYTES {
+            return Err(format!("{} bytes in a plan (accepted: up to {LONGEST_PLAN_BYTES})", text.len()));
         }
         Ok(Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows })
     }
@@ -199,9 +185,8 @@ impl Plan {
     /// # Errors
     /// If the folder has one, or the system refuses.
     pub fn write(&self, folder: &Path, inputs: Inputs) -> Result<(), StudyError> {
-        let mut text = lines(&self.common, &self.rows);
-        let end = End { rows: self.rows.len() as u64, blake3: self.hash.clone() };
-        text.push_str(&json(&end));
+        let end = End { rows: self.rows.len(), blake3: &self.hash };
+        let text = lines(&self.common, &self.rows) + &json(&end);
         Ok(FileSet::write_one(&folder.join(FILE), text, Existing::Refuse, inputs)?)
     }
 
@@ -216,19 +201,14 @@ impl Plan {
         skip_refused: bool,
         jobs: Option<NonZeroUsize>,
     ) -> Result<(Plan, bool), StudyError> {
-        let plan = Plan::of(study, skip_refused, jobs).map_err(|error| match error {
-            StudyError::Refused(problem) => StudyError::Refused(format!("{}: {problem}", file.display())),
-            error => error,
-        })?;
+        let plan = Plan::of(study, skip_refused, jobs).map_err(StudyError::refused(file))?;
         let is_new = !folder.join(FILE).exists();
         if is_new {
             create_folder(folder)?;
             plan.write(folder, Inputs::of([file]))?;
         } else if Plan::read(folder)?.hash != plan.hash {
-            return Err(StudyError::Refused(format!(
-                "{}: it has the plan of another study, or by other code (accepted: another folder)",
-                folder.display()
-            )));
+            let problem = "it has the plan of another study, or by other code (accepted: another folder)";
+            return Err(StudyError::refused(folder)(problem.to_owned()));
         }
         Ok((plan, is_new))
     }
@@ -239,77 +219,40 @@ impl Plan {
     /// If there is none, or it is invalid or edited.
     pub fn read(folder: &Path) -> Result<Plan, StudyError> {
         let path = folder.join(FILE);
-        let no_plan = |problem: String| StudyError::Refused(format!("{}: {problem}", path.display()));
+        let no_plan = StudyError::refused(&path);
         let file = asperity_files::open(&path).map_err(|error| {
             no_plan(format!("there is no plan ({error}) (accepted: a folder of `asperity sweep plan`)"))
         })?;
-        Plan::parse(BufReader::new(file)).map_err(no_plan)
+        Plan::parse(file).map_err(no_plan)
     }
 
     /// Parses the lines of a plan.
     ///
     /// # Errors
     /// A message with line, key, value and what is accepted, if the plan is invalid or edited.
-    pub fn parse(source: impl BufRead) -> Result<Plan, String> {
-        let edited =
-            |why: String| format!("{why}it was changed after it was written (accepted: an unedited plan)");
-        let mut lines = Lines::of(source);
-        let mut hasher = blake3::Hasher::new();
-        let (mut common, mut keys, mut rows) = (None, Vec::new(), Vec::new());
-        // If the hash at the end reveals an edit, that is reported instead of the first invalid line.
-        let mut problem: Option<String> = None;
-        // The last line is the hash; only the end reveals which one is last.
-        let mut last: Option<String> = None;
-        let mut longest_bytes = LONGEST_COMMON_BYTES;
-        for number in 0_u64.. {
-            let next = lines.next(longest_bytes).map_err(|error| edited(format!("{error}: ")))?;
-            let Some(line) = next.map(str::to_owned) else { break };
-            longest_bytes = LONGEST_ROW_BYTES;
-            let Some(whole) = last.replace(line) else { continue };
-            hasher.update(whole.as_bytes()).update(b"\n");
-            let taken = match &common {
-                _ if problem.is_some() => continue,
-                None => {
-                    check_version(&whole)?;
-                    Common::parse(&whole).map(|parsed| (common, keys) = (Some(parsed.0), parsed.1))
-                }
-                Some(Common { runs, .. }) => {
-                    let row = Row::parse(&whole, number - 1, &keys, !runs.is_empty());
-                    row.map(|row| rows.push(row))
-                }
-            };
-            problem = taken.err().map(|problem| format!("line {number}: {problem}"));
+    pub fn parse(source: impl Read) -> Result<Plan, String> {
+        let mut text = String::new();
+        let read = source.take(LONGEST_PLAN_BYTES as u64).read_to_string(&mut text);
+        read.map_err(|error| format!("{error} (accepted: an unedited plan)"))?;
+        let (body, end) = text.split_at(text.trim_end().rfind('\n').map_or(0, |at| at + 1));
+        let mut lines = (1_u64..).zip(body.lines());
+        let common = lines.next().map_or("", |(_, line)| line);
+        check_version(common)?;
+        let all = lines.clone().count();
+        let hash = blake3::hash(body.as_bytes()).to_hex().to_string();
+        if end != json(&End { rows: all, blake3: &hash }) {
+            return Err("it was changed after it was written (accepted: an unedited plan)".to_owned());
         }
-        let hash = hasher.finalize().to_hex().to_string();
-        let last = last.unwrap_or_default();
-        match serde_json::from_str::<End>(&last) {
-            Ok(End { blake3, .. }) if blake3 == hash => {}
-            _ => return Err(edited(String::new())),
-        }
-        problem.map_or(Ok(()), Err)?;
-        let end = json(&End { rows: rows.len() as u64, blake3: hash.clone() });
-        if end.trim_end() != last {
-            return Err(format!("{last} behind {} runs (accepted: {})", rows.len(), end.trim_end()));
-        }
-        let plan = Plan { common: common.ok_or_else(|| edited(String::new()))?, rows, hash };
-        plan.check_rows().map(|()| plan)
-    }
-
-    /// Checks that the last rows, and no others, are of the runs that have names.
-    fn check_rows(&self) -> Result<(), String> {
-        let is_right = |row: &Row| row.values.is_empty() == self.named(row.run).is_some();
-        match self.rows.iter().find(|row| !is_right(row)) {
-            None if self.rows.len() >= self.common.runs.len() => Ok(()),
-            None => Err(format!("{} runs (accepted: {} or more)", self.rows.len(), self.common.runs.len())),
-            Some(row) => Err(format!(
-                "line {}: run {} has {} values (accepted: {}, behind which the {} runs with names stand)",
-                row.run + 1,
-                row.run,
-                row.values.len(),
-                if row.values.is_empty() { self.common.keys.len() } else { 0 },
-                self.common.runs.len()
-            )),
-        }
+        let at = |number: u64| move |problem: String| format!("line {number}: {problem}");
+        let (common, keys) = Common::parse(common).map_err(at(1))?;
+        let named = common.runs.len();
+        let numbered = all.checked_sub(named).ok_or(format!("{all} runs (accepted: {named} or more)"))?;
+        let row = |(number, line): (u64, &str)| {
+            let keys = if number - 1 <= numbered as u64 { &keys[..] } else { &[] };
+            Row::parse(line, number - 1, keys).map_err(at(number))
+        };
+        let rows = lines.map(row).collect::<Result<_, _>>()?;
+        Ok(Plan { common, rows, hash })
     }
 
     /// Checks that this program is the one that the runs were planned for.
@@ -320,33 +263,12 @@ impl Plan {
         if self.common.code_version == CODE_VERSION {
             return Ok(());
         }
-        Err(StudyError::Refused(format!(
-            "{}: a plan by code version {} and this program is {CODE_VERSION} (accepted: the program that made it, or \
-             a new plan in another folder)",
-            folder.join(FILE).display(),
+        let problem = format!(
+            "a plan by code version {} and this program is {CODE_VERSION} (accepted: the program that made it, or a new \
+             plan in another folder)",
             self.common.code_version
-        )))
-    }
-
-    /// Checks, on all cores, that the values of every run give its id. This takes as long as planning.
-    /// Plans by another code version, whose ids differ, are not checked.
-    ///
-    /// # Errors
-    /// If an id is wrong.
-    pub fn check_ids(&self, folder: &Path) -> Result<(), StudyError> {
-        if self.common.code_version != CODE_VERSION {
-            return Ok(());
-        }
-        let check = |row: &Row| match row.id.is_some() && self.scenario(row).is_err() {
-            false => Ok(()),
-            true => Err(StudyError::Refused(format!(
-                "{}: line {}: the values of run {} do not give its id (accepted: an unedited plan)",
-                folder.join(FILE).display(),
-                row.run + 1,
-                row.run
-            ))),
-        };
-        at_once(&self.rows, None, check).map(drop)
+        );
+        Err(StudyError::refused(&folder.join(FILE))(problem))
     }
 
     /// The number of runs over axes; the rows after them have names.
@@ -406,30 +328,17 @@ impl Plan {
         named.unwrap_or_else(|| self.common.resolve(&row.values))
     }
 
-    /// The scenario and the header of a run.
+    /// The scenario of a run, and its header as this program makes it. Ids of plans by other code versions differ, and
+    /// cannot verify that it is the planned one.
     ///
     /// # Errors
     /// If they are not those planned.
     pub fn scenario(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
         let scenario = self.resolve(row)?;
         let header = Task::new(&scenario).header();
-        match &row.id {
-            Some(planned) if *planned == header.run_id => Ok((scenario, header)),
-            _ => Err("its scenario has changed since it was planned".to_owned()),
+        if self.common.code_version == CODE_VERSION && row.id.as_ref() != Some(&header.run_id) {
+            return Err("its scenario has changed since it was planned".to_owned());
         }
-    }
-
-    /// The scenario of a run whose results are read, and its header as this program makes it. Ids of plans by other
-    /// code versions differ, and cannot verify that it is the planned one.
-    ///
-    /// # Errors
-    /// As [`Plan::scenario`], for plans by this code version.
-    pub fn scenario_of_results(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
-        if self.common.code_version == CODE_VERSION {
-            return self.scenario(row);
-        }
-        let scenario = self.resolve(row)?;
-        let header = Task::new(&scenario).header();
         Ok((scenario, header))
     }
 }
@@ -466,10 +375,7 @@ impl Row {
         }
     }
 
-    fn parse(line: &str, run: u64, keys: &[&'static Key], has_names: bool) -> Result<Row, String> {
-        if run > MOST_RUNS {
-            return Err(format!("run {run} (accepted: up to {MOST_RUNS} runs)"));
-        }
+    fn parse(line: &str, run: u64, keys: &[&'static Key]) -> Result<Row, String> {
         let mut row: Row = serde_json::from_str(line).map_err(|error| {
             format!("{} (accepted: run {run}, as `asperity sweep plan` writes it)", problem_of(&error))
         })?;
@@ -479,18 +385,15 @@ impl Row {
                 row.run
             ));
         }
-        if row.values.len() != keys.len() && !(has_names && row.values.is_empty()) {
+        if row.values.len() != keys.len() {
             let (count, names) = (row.values.len(), names(keys));
             return Err(format!("values: {count} of them (accepted: {}, of {names})", keys.len()));
         }
         keys.iter().zip(&mut row.values).for_each(|(key, value)| *value = settled(key, value));
         keys.iter().zip(&row.values).try_for_each(|(key, value)| check_value(key, value))?;
-        let is_id = |id: &String| id.len() == ID_LENGTH && id.bytes().all(|byte| byte.is_ascii_hexdigit());
-        match (&row.id, &row.refused) {
-            (Some(id), None) if is_id(id) => Ok(row),
-            (None, Some(_)) => Ok(row),
-            (Some(id), None) => Err(format!("id = {id:?} (accepted: {ID_LENGTH} hexadecimal digits)")),
-            _ => Err("it has both id and refused, or neither (accepted: one of them)".to_owned()),
+        match row.id.is_some() == row.refused.is_some() {
+            true => Err("it has both id and refused, or neither (accepted: one of them)".to_owned()),
+            false => Ok(row),
         }
     }
 }
@@ -503,18 +406,8 @@ impl Common {
         })?;
         let keys = common.keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>();
         let keys = keys.map_err(|problem| format!("keys: {problem}"))?;
-        let mut seen = BTreeSet::new();
-        if (keys.is_empty() && common.runs.is_empty()) || !keys.iter().all(|key| seen.insert(key.path)) {
-            return Err(format!("keys = {:?} (accepted: one or more, each once)", common.keys));
-        }
         Figure::check_files(&common.figures)?;
-        let mut names = BTreeSet::new();
-        for run in &common.runs {
-            check_name(&run.name)?;
-            if !names.insert(&run.name) {
-                return Err(format!("two runs are called {} (accepted: different names)", run.name));
-            }
-        }
+        common.runs.iter().try_for_each(|run| check_name(&run.name))?;
         Ok((common, keys))
     }
 
@@ -592,6 +485,13 @@ fn lines(common: &Common, rows: &[Row]) -> String {
     let mut text = json(common);
     rows.iter().for_each(|row| text.push_str(&json(row)));
     text
+}
+
+/// The message of a JSON error, without the line number, which is always 1.
+fn problem_of(error: &serde_json::Error) -> String {
+    let words = error.to_string();
+    let problem = words.rsplit_once(" at line ").map_or(&*words, |(problem, _)| problem);
+    format!("column {}: {problem}", error.column())
 }
 
 fn json(value: &impl Serialize) -> String {

@@ -16,10 +16,9 @@ use asperity_numbers::Summary;
 use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::claims::{self, Measured};
 use asperity_numbers::precursors::PrecursorRules;
-use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
-use asperity_report::{Collected, Limits, PageCollector, Run, Shown, Study as Page};
+use asperity_report::{Limits, PageCollector, Run, Shown, Study as Page};
 use asperity_tables::load_table::LoadTable;
 use asperity_tables::tables::{FirstGlobalSlip, ResidualRow};
 use asperity_tables::{Frame, TableFileError, summaries, table_file, tables};
@@ -95,12 +94,10 @@ pub fn write_claims(
 
 /// The data kept of a run.
 struct Passed {
-    header: RunHeader,
-    scenario: Scenario,
-    summary: Summary,
     /// Its part of the page.
-    collected: Collected,
-    residuals: Vec<ResidualRow>,
+    shown: Run,
+    /// One for each table of precursors, by the table's place in the pipeline.
+    residuals: BTreeMap<usize, ResidualRow>,
     first_global_slip: Option<FirstGlobalSlip>,
     /// One for each study that the run is in, by the study's place in the pipeline.
     studies: BTreeMap<usize, StudyRow>,
@@ -167,18 +164,13 @@ impl<'a> Reduction<'a> {
         Ok(Reduction { pipeline, out, tables, files, figures, provenance, passed: Mutex::default() })
     }
 
-    /// Data that it reads from a run.
-    fn required_data(&self, run: &str) -> RequiredData {
-        self.pipeline.required_data(run)
-    }
-
     /// A run is about to go by, while it is made or out of its log.
     ///
     /// # Errors
     /// If a table cannot be written.
     pub fn passing(&self, run: &str, header: RunHeader, scenario: Scenario) -> Result<Passing, StudyError> {
         let contacts = header.contacts();
-        let collector = Collector::new(run, header, scenario, self.required_data(run));
+        let collector = Collector::new(run, header, scenario, self.pipeline.required_data(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
         let limits = Limits::of_runs(self.pipeline.runs.len());
@@ -205,8 +197,7 @@ impl<'a> Reduction<'a> {
         let json = self.tables.join(table_of(&run.name, summaries::JSON));
         summaries::write_json(&self.files, &json, &run.summary)?;
         write(tables::RUPTURES, tables::ruptures(&run)?)?;
-        let compared = || self.pipeline.precursors.iter().filter(|spec| spec.run == run.name);
-        let laws: Vec<(LengthLaw, PrecursorRules)> = compared().map(|spec| (spec.law, spec.rules)).collect();
+        let laws: Vec<(LengthLaw, PrecursorRules)> = self.pipeline.laws_of(&run.name).collect();
         if !laws.is_empty() {
             write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, &laws)?)?;
         }
@@ -214,18 +205,18 @@ impl<'a> Reduction<'a> {
             write(tables::SLOW_SLIP, tables::slow_slip(&run)?)?;
         }
         write("events", tables::events(&run)?)?;
-        for spec in compared() {
-            let mut table = tables::precursors(&run, spec.law, &spec.rules)?;
-            table_file::write(&self.files, &self.tables, &precursor_table(spec), &mut table)?;
+        let mut residuals = BTreeMap::new();
+        for (index, spec) in self.pipeline.precursors.iter().enumerate() {
+            if spec.run == run.name {
+                let mut table = tables::precursors(&run, spec.law, &spec.rules)?;
+                table_file::write(&self.files, &self.tables, &precursor_table(spec), &mut table)?;
+                residuals.insert(index, ResidualRow::of(&run, spec.law, &spec.rules)?);
+            }
         }
         let studies = self.pipeline.study.iter().enumerate();
         let studies = studies.filter(|(_, study)| study.runs.contains(&run.name));
         let stays = Passed {
-            summary: run.summary.clone(),
-            residuals: laws
-                .iter()
-                .map(|(law, rules)| ResidualRow::of(&run, *law, rules))
-                .collect::<Result<_, TableFileError>>()?,
+            residuals,
             first_global_slip: (self.pipeline.first_global_slips.contains(&run.name))
                 .then(|| FirstGlobalSlip::of(&run))
                 .transpose()?,
@@ -233,9 +224,16 @@ impl<'a> Reduction<'a> {
                 .map(|(index, study)| Ok((index, study.row(&run)?)))
                 .collect::<Result<_, StudyError>>()?,
             measured: Measured::of(&self.pipeline.claim, &run),
-            header: run.header.clone(),
-            scenario: run.scenario.clone(),
-            collected: page.finish(),
+            shown: Run {
+                name: run.name.clone(),
+                header: run.header.clone(),
+                scenario: run.scenario.clone(),
+                summary: run.summary.clone(),
+                collected: page.finish(),
+                lacks: None,
+                note: BTreeMap::new(),
+                links: Vec::new(),
+            },
         };
         self.figures.run(&run, &self.files)?;
         self.passed.lock().expect("whoever adds a run does not panic").insert(run.name.clone(), stays);
@@ -252,15 +250,12 @@ impl<'a> Reduction<'a> {
         let Reduction { pipeline, out, tables: folder, files, provenance, figures, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
         let write = |name: &str, mut table: Frame| table_file::write(&files, &folder, name, &mut table);
-        let in_order = pipeline.runs.iter().map(|name| &runs[name].summary);
+        let in_order = pipeline.runs.iter().map(|name| &runs[name].shown.summary);
         summaries::write_table(&files, &folder.join(summaries::TABLE), in_order)?;
         if !pipeline.precursors.is_empty() {
-            // Those of one run are in the order of the pipeline.
-            let mut left: BTreeMap<&str, _> =
-                runs.iter().map(|(name, run)| (name.as_str(), run.residuals.iter())).collect();
-            let next = |run: &str| left.get_mut(run).and_then(Iterator::next).cloned();
-            let rows: Vec<ResidualRow> =
-                pipeline.precursors.iter().map(|spec| spec.run.as_str()).filter_map(next).collect();
+            let specs = pipeline.precursors.iter().enumerate();
+            let rows = specs.filter_map(|(index, spec)| runs[&spec.run].residuals.get(&index).cloned());
+            let rows: Vec<ResidualRow> = rows.collect();
             write(RESIDUALS, tables::residual_table(&rows)?)?;
         }
         if !pipeline.first_global_slips.is_empty() {
@@ -276,25 +271,15 @@ impl<'a> Reduction<'a> {
         if !pipeline.claim.is_empty() {
             let mut claimed = beside.claimed;
             claimed.measured.extend(runs.iter().map(|(name, run)| (name.clone(), run.measured.clone())));
-            claimed.headers.extend(runs.values().map(|run| run.header.clone()));
+            claimed.headers.extend(runs.values().map(|run| run.shown.header.clone()));
             judged = write_claims(pipeline, &claimed, &files, &folder)?;
         }
         let mut contents = pipeline.contents(&figures.captions());
         contents.figures.extend(beside.figures);
         let written = || pipeline.outputs(out).into_iter().chain(beside.files.iter().cloned());
-        let headers = pipeline.runs.iter().map(|name| (name.as_str(), &runs[name].header));
+        let headers = pipeline.runs.iter().map(|name| (name.as_str(), &runs[name].shown.header));
         record::write(&files, out, COMMAND, headers, written(), Some(&contents))?;
-        let in_order = pipeline.runs.iter().filter_map(|name| runs.remove_entry(name));
-        let shown = in_order.map(|(name, run)| Run {
-            name,
-            header: run.header,
-            scenario: run.scenario,
-            summary: run.summary,
-            collected: run.collected,
-            lacks: None,
-            note: BTreeMap::new(),
-            links: Vec::new(),
-        });
+        let shown = pipeline.runs.iter().filter_map(|name| Some(runs.remove(name)?.shown));
         let from_folder = |path: PathBuf| path.strip_prefix(out).unwrap_or(&path).display().to_string();
         let written: Vec<String> = written().map(from_folder).collect();
         let read = |file: &str| {

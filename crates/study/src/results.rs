@@ -30,9 +30,7 @@ const WHAT_TO_DO: &str = "a run gives the same result wherever it is made: remov
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     segment: u32,
-    length: u32,
-    at: u64,
-    is_done: bool,
+    frame: Frame,
 }
 
 /// A result that is not of its run, or two results of a run that differ.
@@ -97,21 +95,6 @@ impl State {
     }
 }
 
-/// Numbers of runs by state.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Done.
-    pub done: u64,
-    /// Failed.
-    pub failed: u64,
-    /// Refused.
-    pub refused: u64,
-    /// With two different results.
-    pub contradicted: u64,
-    /// To be made.
-    pub missing: u64,
-}
-
 /// The results of a plan's runs.
 #[derive(Debug)]
 pub struct Results {
@@ -133,8 +116,7 @@ impl Results {
     /// # Errors
     /// If one cannot be read.
     pub fn read(folder: &Path, plan: &Plan) -> Result<Results, StudyError> {
-        Results::scan(folder, plan)
-            .map_err(|error| StudyError::Failed(format!("{}: {error}", folder.display())))
+        Results::scan(folder, plan).map_err(StudyError::at(folder))
     }
 
     fn scan(folder: &Path, plan: &Plan) -> io::Result<Results> {
@@ -144,8 +126,8 @@ impl Results {
         let mut further = Vec::new();
         for path in segment::all(folder)? {
             let number = segments.len() as u32;
-            let take = |Frame { is_done, run, at, length }: Frame| {
-                let place = Place { segment: number, length, at, is_done };
+            let take = |frame @ Frame { is_done, run, .. }: Frame| {
+                let place = Place { segment: number, frame };
                 let index = run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
                 let Some(state) = index.and_then(|index| states.get_mut(index)) else { return false };
                 match state.place() {
@@ -209,12 +191,12 @@ impl Results {
         Ok(())
     }
 
-    fn content(&self, Place { segment, at, length, .. }: Place) -> io::Result<Vec<u8>> {
-        segment::content(&self.segments[segment as usize], at, length)
+    fn content(&self, Place { segment, frame }: Place) -> io::Result<Vec<u8>> {
+        segment::content(&self.segments[segment as usize], frame)
     }
 
     fn spot(&self, place: Place) -> (PathBuf, u64) {
-        (self.segments[place.segment as usize].clone(), place.at)
+        (self.segments[place.segment as usize].clone(), place.frame.at)
     }
 
     /// The result at a place, or why it is not of this run.
@@ -236,7 +218,7 @@ impl Results {
                 "it is of run {} of id {} (accepted: run {run} of id {planned}, under which it stands)",
                 result.run, result.id
             ))
-        } else if place.is_done != result.outcome.is_ok() {
+        } else if place.frame.is_done != result.outcome.is_ok() {
             Err("its frame and its content disagree whether it is done (accepted: the same of both)"
                 .to_owned())
         } else if result.outcome.as_ref().is_ok_and(lacks_events) {
@@ -295,39 +277,23 @@ impl Results {
         index.and_then(|index| self.states.get(index)) == Some(&State::Missing)
     }
 
-    /// Counts all runs by state.
-    pub fn counts(&self) -> Counts {
-        self.counts_of(|_| true)
-    }
-
     /// The number of runs in each state, in words.
     pub fn in_words(&self) -> String {
-        let Counts { done, failed, refused, contradicted, missing } = self.counts();
-        let all =
-            [(failed, "failed"), (refused, "refused"), (contradicted, "contradicted"), (missing, "missing")];
-        let others = all.iter().filter(|(count, _)| *count > 0);
-        let others: String = others.map(|(count, word)| format!(", {count} {word}")).collect();
-        format!("{done} of {} done{others}", counted(self.states.len() as u64, "run"))
+        let count = |word| self.runs(word).count();
+        let others = ["failed", "refused", "contradicted", "missing"].map(|word| (word, count(word)));
+        let others = others.iter().filter(|(_, count)| *count > 0);
+        let others: String = others.map(|(word, count)| format!(", {count} {word}")).collect();
+        format!("{} of {} done{others}", count("done"), counted(self.states.len() as u64, "run"))
     }
 
-    /// Counts some of the runs by state.
-    pub fn counts_of(&self, is_counted: impl Fn(&u64) -> bool) -> Counts {
-        let mut counts = Counts::default();
-        for (_, state) in (1..).zip(&self.states).filter(|(run, _)| is_counted(run)) {
-            *match state {
-                State::Missing => &mut counts.missing,
-                State::Done(_) | State::Logged => &mut counts.done,
-                State::Failed(_) => &mut counts.failed,
-                State::Refused => &mut counts.refused,
-                State::Contradicted => &mut counts.contradicted,
-            } += 1;
-        }
-        counts
+    /// The runs in a state, by its [word](State::word), in order.
+    pub fn runs(&self, word: &str) -> impl Iterator<Item = u64> {
+        (1..).zip(&self.states).filter(move |(_, state)| state.word() == word).map(|(run, _)| run)
     }
 
     /// The runs to be made, in order.
     pub fn missing(&self) -> impl Iterator<Item = u64> {
-        (1..).zip(&self.states).filter(|(_, state)| **state == State::Missing).map(|(run, _)| run)
+        self.runs("missing")
     }
 }
 

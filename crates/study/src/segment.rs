@@ -159,18 +159,17 @@ pub fn packed(result: &RunResult) -> io::Result<Vec<u8>> {
 /// # Errors
 /// If it is none.
 pub fn unpacked(packed: &[u8]) -> io::Result<RunResult> {
+    let refused = |problem: String| io::Error::new(io::ErrorKind::InvalidData, problem);
     // A few bytes may stand for gigabytes.
     let length = get_frame_content_size(packed).ok().flatten().unwrap_or(u64::MAX);
     if length > LONGEST_RESULT_BYTES as u64 {
-        let problem = format!("a result of {length} bytes or more (accepted: up to {LONGEST_RESULT_BYTES})");
-        return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
+        let accepted = format!("accepted: up to {LONGEST_RESULT_BYTES}");
+        return Err(refused(format!("a result of {length} bytes or more ({accepted})")));
     }
-    let line = decompress(packed, length as usize).map_err(|error| {
-        io::Error::new(io::ErrorKind::InvalidData, format!("{error} (accepted: a zstd frame)"))
-    })?;
-    RunResult::from_json(&line).map_err(|error| {
-        io::Error::new(io::ErrorKind::InvalidData, format!("{error} (accepted: a result by this program)"))
-    })
+    let line = decompress(packed, length as usize);
+    let line = line.map_err(|error| refused(format!("{error} (accepted: a zstd frame)")))?;
+    RunResult::from_json(&line)
+        .map_err(|error| refused(format!("{error} (accepted: a result by this program)")))
 }
 
 /// A result in a segment.
@@ -232,7 +231,7 @@ pub fn scan(path: &Path, plan: &str, mut take: impl FnMut(Frame) -> bool) -> io:
 ///
 /// # Errors
 /// If the segment cannot be read.
-pub(crate) fn content(path: &Path, at: u64, length: u32) -> io::Result<Vec<u8>> {
+pub(crate) fn content(path: &Path, Frame { at, length, .. }: Frame) -> io::Result<Vec<u8>> {
     let mut file = asperity_files::open(path)?;
     file.seek(SeekFrom::Start(at))?;
     let mut content = vec![0; length as usize];
@@ -276,7 +275,7 @@ mod tests {
         let read = || {
             let mut runs = Vec::new();
             let torn = scan(&path, "plan", |frame| {
-                let content = content(&path, frame.at, frame.length).unwrap();
+                let content = content(&path, frame).unwrap();
                 assert_eq!(content, format!("result {}", frame.run).as_bytes());
                 runs.push(frame.run);
                 frame.is_done

@@ -3,8 +3,7 @@
 //!
 //! They only save time. Without them, a run is made from its beginning.
 
-use std::collections::BTreeSet;
-use std::ffi::OsStr;
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -21,16 +20,7 @@ pub const LOGS: &str = "logs";
 
 /// The path of a run's log in progress, in the folder of a plan.
 pub fn log(folder: &Path, run: u64) -> PathBuf {
-    folder.join(FOLDER).join(name(run))
-}
-
-/// The path of a kept log, in the folder of a plan.
-pub fn kept_log(folder: &Path, run: u64) -> PathBuf {
-    folder.join(LOGS).join(name(run))
-}
-
-fn name(run: u64) -> String {
-    format!("{run}.mcap")
+    folder.join(FOLDER).join(format!("{run}.mcap"))
 }
 
 /// Moves the whole log of a run to the kept ones, replacing an existing one.
@@ -40,7 +30,7 @@ fn name(run: u64) -> String {
 pub(crate) fn keep(folder: &Path, run: u64) -> Result<(), FileError> {
     create_folder(&folder.join(LOGS))?;
     let path = log(folder, run);
-    let kept = kept_log(folder, run);
+    let kept = folder.join(LOGS).join(path.file_name().unwrap_or_default());
     match LockedFile::open(&path)? {
         Some(mut locked) => locked.rename(&kept, Existing::Replace),
         // Another process made the run in the meantime, and cleared this log.
@@ -79,32 +69,22 @@ pub fn clear(folder: &Path, run: u64) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// The runs that have a log in progress, unfinished or whole, in order.
+/// The runs that have a log in progress, unfinished or whole, in order, with its bytes.
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn left(folder: &Path) -> io::Result<BTreeSet<u64>> {
-    let run = |name: &OsStr| name.to_str()?.split_once(".mcap")?.0.parse().ok();
-    Ok(entries(&folder.join(FOLDER))?.iter().filter_map(|entry| run(&entry.file_name())).collect())
-}
-
-/// The runs that have an unfinished log, in order, with its bytes.
-///
-/// # Errors
-/// If the folder cannot be read.
-pub fn begun(folder: &Path) -> io::Result<Vec<(u64, u64)>> {
-    let mut begun = Vec::new();
+pub fn begun(folder: &Path) -> io::Result<BTreeMap<u64, u64>> {
+    let mut begun = BTreeMap::new();
     for entry in entries(&folder.join(FOLDER))? {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let run = name.split('.').next().and_then(|run| run.parse().ok());
-        let Some(run) = run.filter(|run| partial_path(&log(folder, *run)) == entry.path()) else { continue };
+        let name = entry.file_name();
+        let run = name.to_str().and_then(|name| name.split_once(".mcap")?.0.parse().ok());
+        let Some(run) = run else { continue };
         match entry.metadata() {
-            Ok(file) => begun.push((run, file.len())),
+            Ok(file) => *begun.entry(run).or_default() += file.len(),
             // Its run has finished in the meantime.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(error) => return Err(error),
         }
     }
-    begun.sort_unstable();
     Ok(begun)
 }

@@ -19,7 +19,7 @@ use crate::pipeline::Pipeline;
 use crate::runs::{Named, read_scenario};
 
 /// One scenario over axes: its runs have numbers.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Grid {
     /// The name or path of the scenario.
     pub scenario: String,
@@ -37,8 +37,6 @@ pub struct Grid {
 /// Many runs, and their outputs.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// Its title, for headings.
-    pub title: String,
     /// One scenario over axes.
     pub grid: Option<Grid>,
     /// The runs that have names; their results are run logs.
@@ -61,7 +59,7 @@ impl Study {
     /// # Errors
     /// A message with file, key, value and the accepted values.
     pub fn read(path: &Path) -> Result<Study, StudyError> {
-        let refused = |problem: String| StudyError::Refused(format!("{}: {problem}", path.display()));
+        let refused = StudyError::refused(path);
         let text = text::read(path)
             .map_err(|error| refused(format!("study cannot be read: {error} (accepted: a TOML file)")))?;
         Study::parse(&text, path.parent().unwrap_or(Path::new("."))).map_err(refused)
@@ -96,8 +94,7 @@ impl Study {
         let at = |at: &[String]| grid.as_ref().map_or(Ok(Vec::new()), |grid| grid.runs_at(at));
         let pipeline = file.checked(grid.as_ref().map_or(0, Grid::count), &at)?;
         let shared_sets = (pipeline.set.len(), 0);
-        let (title, text) = (pipeline.title.clone(), text.to_owned());
-        Ok(Study { title, grid, runs, shared_sets, figures, pipeline, text })
+        Ok(Study { grid, runs, shared_sets, figures, pipeline, text: text.to_owned() })
     }
 
     /// Whether it has outputs beyond the tables of its grid and their figures, which need its text.

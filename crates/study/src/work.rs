@@ -3,14 +3,14 @@
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::thread;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use asperity_files::create_folder;
 use asperity_model::Scenario;
 use asperity_numbers::{RunOutcome, RunResult, Slider, Summarizer};
-use asperity_record::{Event, EventPayload, Record, RunHeader, Rupture, SlipEvent};
+use asperity_record::{Event, Record, RunHeader, Rupture, SlipEvent};
 use asperity_run::study::Job;
 use asperity_run::{
     Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, Threads, at_once,
@@ -35,10 +35,7 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 #[derive(Debug)]
 pub enum Made {
     /// It is done.
-    Done {
-        /// The number of its slip events.
-        events: u64,
-    },
+    Done,
     /// It cannot be made, now or later, and why.
     Failed(String),
     /// The caller stopped it.
@@ -71,6 +68,16 @@ impl<'a> Making<'a> {
         Making { folder, jobs: None, max_fails: None, patience: PATIENCE, again: false, watcher }
     }
 
+    /// Makes the missing ones of the runs that are asked for, and returns all results.
+    ///
+    /// # Errors
+    /// As [`Making::make`]; if results cannot be read.
+    pub fn make_missing(&self, plan: &Plan, is_asked: impl Fn(u64) -> bool) -> Result<Results, StudyError> {
+        let results = Results::read(self.folder, plan)?;
+        let missing: Vec<u64> = results.missing().filter(|run| is_asked(*run)).collect();
+        self.make(plan, results, &missing)
+    }
+
     /// Makes these runs on the threads of this process, one on each, and returns all results.
     ///
     /// # Errors
@@ -84,62 +91,49 @@ impl<'a> Making<'a> {
         // A hundred thousand of them take memory.
         drop(results);
         create_folder(&folder.join(staging::FOLDER))?;
-        let (next, failed) = (AtomicUsize::new(0), AtomicU64::new(0));
-        let end = || next.store(runs.len(), Ordering::Relaxed);
-        let are_too_many = |failed: u64| max_fails.is_some_and(|most| failed > most);
-        let watch = |run: u64, made: &Made| {
-            let note = |what: &str| watcher.note(&format!("{}: {what}", plan.label(run)));
-            let is_end = match made {
-                Made::Done { .. } => false,
-                Made::Failed(reason) => {
+        // One for each thread.
+        let segments: Mutex<Vec<Writer>> = Mutex::default();
+        let idle = || segments.lock().unwrap_or_else(PoisonError::into_inner);
+        let failed = AtomicU64::new(0);
+        let make = |run: &u64| {
+            if watcher.is_stopped() {
+                return Err(StudyError::Stopped);
+            }
+            let mut segment = idle().pop();
+            let made = self.make_and_store(plan, &plan.rows[*run as usize - 1], &mut segment);
+            idle().extend(segment);
+            let made = made?;
+            let note = |what: &str| watcher.note(&format!("{}: {what}", plan.label(*run)));
+            watcher.over(&made);
+            match (made, max_fails) {
+                (Made::Stopped, _) => return Err(StudyError::Stopped),
+                (Made::ByAnother, _) => note("left to another process, which is making it"),
+                (Made::Failed(reason), most) => {
                     note(&reason.replace('\n', " "));
-                    are_too_many(failed.fetch_add(1, Ordering::Relaxed) + 1)
+                    let failed = failed.fetch_add(1, Ordering::Relaxed) + 1;
+                    if let Some(most) = most.filter(|most| failed > *most) {
+                        return Err(StudyError::Failed(format!(
+                            "more than {most} runs failed (--max-fails)"
+                        )));
+                    }
                 }
-                Made::ByAnother => {
-                    note("left to another process, which is making it");
-                    false
-                }
-                Made::Stopped => true,
-            };
-            if is_end {
-                end();
+                (Made::Done, _) => {}
             }
-            watcher.over(made);
+            Ok(())
         };
-        let worker = |_: &usize| {
-            let mut segment = None;
-            let mut make_all = || {
-                while let Some(run) =
-                    runs.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !watcher.is_stopped())
-                {
-                    let made = self.make_and_store(plan, &plan.rows[*run as usize - 1], &mut segment)?;
-                    watch(*run, &made);
-                }
-                Ok(())
-            };
-            let made: Result<(), StudyError> = make_all();
-            if made.is_err() {
-                end();
-            }
-            made.and(segment.map_or(Ok(()), |mut segment| segment.sync().map_err(unwritten)))
-        };
-        let jobs = self.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
-        let workers: Vec<usize> = (0..jobs.min(runs.len())).collect();
         watcher.begin(runs.len() as u64, 0);
-        let made = at_once(&workers, NonZeroUsize::new(workers.len()), worker);
+        let made = at_once(runs, self.jobs, make);
         watcher.end();
-        made?;
-        let results = Results::read(folder, plan)?;
-        clear_done(folder, &results)?;
-        match max_fails {
-            _ if watcher.is_stopped() => {
+        let synced = idle().iter_mut().try_for_each(|segment| segment.sync().map_err(unwritten));
+        // Also of runs that another process has finished meanwhile, no log stays.
+        let results = Results::read(folder, plan);
+        let results = results.and_then(|results| clear_done(folder, &results).map(|()| results));
+        match made.map(drop).and(synced) {
+            Ok(()) | Err(StudyError::Stopped) if watcher.is_stopped() => {
                 watcher.note("interrupted; called again, the command continues from here");
                 Err(StudyError::Stopped)
             }
-            Some(most) if are_too_many(failed.into_inner()) => {
-                Err(StudyError::Failed(format!("more than {most} runs failed (--max-fails)")))
-            }
-            _ => Ok(results),
+            made => made.and(results),
         }
     }
 
@@ -208,8 +202,7 @@ impl<'a> Making<'a> {
             Err(error) => return unmade(error, |error| failed(error)).map(|made| (made, None)),
         };
         let summary = summarizer.finish(true, Some(&outcome.into_end(header.steps)));
-        let made = Made::Done { events: summary.event_count };
-        Ok((made, Some(RunOutcome { summary, slips, ruptures })))
+        Ok((Made::Done, Some(RunOutcome { summary, slips, ruptures })))
     }
 
     fn make_from(
@@ -255,10 +248,9 @@ impl<'a> Making<'a> {
         create_folder(&folder)?;
         let job = Job { name: name.to_owned(), scenario };
         let mut watched = self.watcher.run(&job);
-        let mut observers = (SlipCount(0), &mut *watched);
         let stop = || self.watcher.is_stopped();
-        match job.make(&folder, None, false, Threads::One, &stop, &mut observers) {
-            Ok(_) => Ok(Made::Done { events: observers.0.0 }),
+        match job.make(&folder, None, false, Threads::One, &stop, &mut *watched) {
+            Ok(_) => Ok(Made::Done),
             Err(error) => unmade(error, |error| failed(error)),
         }
     }
@@ -281,19 +273,9 @@ fn unwritten(error: std::io::Error) -> StudyError {
 /// Removes logs of runs that are no longer missing: left by processes that died between storing a result and
 /// clearing its log, or whose run another process finished first.
 fn clear_done(folder: &Path, results: &Results) -> Result<(), StudyError> {
-    let left = staging::left(folder)
-        .map_err(|error| StudyError::Failed(format!("{}: {error}", folder.display())))?;
-    let mut done = left.into_iter().filter(|run| !results.is_missing(*run));
+    let begun = staging::begun(folder).map_err(StudyError::at(folder))?;
+    let mut done = begun.into_keys().filter(|run| !results.is_missing(*run));
     done.try_for_each(|run| staging::clear(folder, run)).map_err(StudyError::failed)
-}
-
-/// Counts slip events.
-struct SlipCount(u64);
-
-impl Observer for SlipCount {
-    fn event(&mut self, event: &Event) {
-        self.0 += u64::from(event.topic() == SlipEvent::TOPIC);
-    }
 }
 
 /// Collects the result of a run from its records and events.

@@ -1,4 +1,4 @@
-//! Plans and segments of studies: bits and bytes changed, files cut, numbers forged with correct checksums,
+//! Plans and segments of studies: bits and bytes changed, files cut, results changed with correct checksums,
 //! results of two studies mixed. Tables of a study are those of its runs or are not made: if
 //! `sweep collect` exits with 0, they are equal to the byte. It names what it refuses, and if it reports a
 //! run as missing, `sweep run` restores the tables.
@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::case::{Case, try_all};
-use crate::frames::{Frame, Segment, body, sealed};
+use crate::frames::{Frame, Segment};
 use crate::ground::{Error, Ground, emptied};
 use crate::random::Random;
 
@@ -167,23 +167,9 @@ fn judged(case: &mut Case<'_>, kind: &str, what: &str, files: &Files, ours: &Stu
     Ok(())
 }
 
-/// One thing changed that no checksum gives away.
+/// One thing changed in a result that no checksum gives away, as by a node that computes wrongly.
 fn forged(random: &mut Random, ours: &Study) -> (String, Files) {
     let mut files = ours.files();
-    if random.below(2) == 0 {
-        // A value of the plan, and the segments follow.
-        let lines: Vec<&str> = body(&ours.plan).lines().collect();
-        let line = random.below(lines.len() as u64) as usize;
-        let (what, changed) = json_changed(random, lines[line]);
-        let mut all: Vec<&str> = lines.clone();
-        all[line] = &changed;
-        let plan = sealed(&all.join("\n"));
-        for (name, segment) in &ours.segments {
-            files.insert(format!("segments/{name}"), segment.of_plan(&plan).bytes());
-        }
-        files.insert(PLAN.to_owned(), plan.into_bytes());
-        return (format!("line {} of the plan: {what}", line + 1), files);
-    }
     let (chosen, at) = ours.chosen(random);
     let (name, mut segment) = ours.segments[chosen].clone();
     let frame = &mut segment.frames[at];
@@ -241,45 +227,6 @@ fn forged(random: &mut Random, ours: &Study) -> (String, Files) {
     (format!("{name}: {what}"), files)
 }
 
-/// A line of JSON with one value changed to another, valid or not.
-fn json_changed(random: &mut Random, line: &str) -> (String, String) {
-    let Ok(mut value) = serde_json::from_str::<serde_json::Value>(line) else {
-        return ("is no JSON".to_owned(), "{".to_owned());
-    };
-    let mut places = Vec::new();
-    places_in(&value, String::new(), &mut places);
-    let place = places[random.below(places.len() as u64) as usize].clone();
-    let others = [
-        serde_json::json!(null),
-        serde_json::json!("nan"),
-        serde_json::json!(-1),
-        serde_json::json!(u64::MAX),
-        serde_json::json!(1e300),
-        serde_json::json!([]),
-        serde_json::json!({}),
-        serde_json::json!(true),
-    ];
-    let other = others[random.below(others.len() as u64) as usize].clone();
-    let what = format!("{place} is {other}");
-    if let Some(found) = value.pointer_mut(&place) {
-        *found = other;
-    }
-    (what, value.to_string())
-}
-
-fn places_in(value: &serde_json::Value, at: String, places: &mut Vec<String>) {
-    match value {
-        serde_json::Value::Array(values) => {
-            values.iter().enumerate().for_each(|(n, value)| places_in(value, format!("{at}/{n}"), places));
-        }
-        serde_json::Value::Object(map) => {
-            map.iter().for_each(|(key, value)| places_in(value, format!("{at}/{key}"), places));
-        }
-        _ => {}
-    }
-    places.push(at);
-}
-
 /// Results where they do not belong: of another study, of another run, doubled with other numbers.
 fn mixed(random: &mut Random, ours: &Study, other: &Study) -> (String, Files) {
     let mut files = ours.files();
@@ -325,7 +272,7 @@ fn mixed(random: &mut Random, ours: &Study, other: &Study) -> (String, Files) {
             format!("run {run} has a result of another study as well")
         }
         _ => {
-            segment.first_line = other.segments[0].1.first_line.clone();
+            segment = segment.of_plan(&other.plan);
             "a segment says that it is of another study".to_owned()
         }
     };

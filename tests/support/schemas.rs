@@ -1,17 +1,16 @@
-//! The reference of pipelines and of the figures of sweeps: every key with its type and meaning, as
-//! Markdown tables derived from the types that read them. `docs/figures.md` contains them.
+//! Every key of pipelines and of the figures of sweeps with its type and meaning, as Markdown tables derived from the
+//! types that read them.
 
 use asperity_figures as study_figures;
 use asperity_figures::spelling::spelled;
 use asperity_numbers::{Key, Number, Summary};
 use asperity_record::{Column, ColumnKind};
+use asperity_study::pipeline::Pipeline;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value};
 
-use crate::file::Pipeline;
-
 /// The parts of the page that are made from the code: the name of each, and its text.
-pub fn parts() -> Vec<(&'static str, String)> {
+pub(crate) fn parts() -> Vec<(&'static str, String)> {
     let study = Schema::of::<Pipeline>();
     let of_tables = Schema::of::<study_figures::Figures>();
     let mut figures = study.resolved(&study.root["properties"]["figure"]).clone();
@@ -200,24 +199,4 @@ fn wrapped(text: &str) -> String {
         }
     }
     lines.join("\n")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::parts;
-
-    #[test]
-    fn every_key_has_a_meaning() {
-        let parts = parts();
-        for (name, text) in &parts {
-            assert!(text.lines().count() > 10, "{name}: {text}");
-            for line in text.lines() {
-                assert!(
-                    !line.contains("|  |\n") && !line.ends_with("|  |"),
-                    "{name}: {line} lacks a meaning"
-                );
-                assert!(!line.contains("| value |"), "{name}: {line}: what it holds is not said");
-            }
-        }
-    }
 }

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::report::study;
-use crate::support::binary::{ends, run, succeed, text};
+use crate::support::binary::{ends, rows, run, succeed, text};
 use crate::support::browser::{Tab, browser};
 
 const DESK: [u32; 2] = [1400, 900];
@@ -113,10 +113,9 @@ fn a_rupture_that_is_zoomed_to_shows_its_front_block_by_block() {
     // The drawing agrees with the log for each block.
     let tables = folder.path().join("replayed");
     succeed(&["replay", text(&log), "-o", text(&tables), "--quiet"]);
-    let mut table = csv::Reader::from_path(tables.join("one.arrivals.csv")).expect("the table is there");
+    let arrivals = rows(&fs::read(tables.join("one.arrivals.csv")).expect("the table is there"));
     let mut logged: Vec<[u64; 2]> = Vec::new();
-    for row in table.deserialize::<std::collections::BTreeMap<String, String>>() {
-        let row = row.expect("a row can be read");
+    for row in arrivals {
         if row["rupture"] == number {
             logged.push(["arrival_step", "stop_step"].map(|step| row[step].parse().expect("a step")));
         }
@@ -159,16 +158,8 @@ fn cells_and_rows_lead_to_runs_and_to_the_command_that_makes_their_log() {
     assert_eq!(tab.says(cells), "#run-2,#run-4,#run-6,#run-1,#run-3,#run-5");
     let counts =
         "[...document.querySelectorAll('#part-maps-cell-by-cell td a')].map((a) => a.textContent).join()";
-    let tables = fs::read_to_string(out.join("tables/runs.csv")).expect("the table is there");
-    let mut rows = csv::Reader::from_reader(tables.as_bytes());
-    let at = rows
-        .headers()
-        .expect("it has headings")
-        .iter()
-        .position(|name| name == "event_count")
-        .expect("a column");
-    let of: Vec<String> = rows.records().map(|row| row.expect("a row")[at].to_owned()).collect();
-    assert_eq!(tab.says(counts), [1, 3, 5, 0, 2, 4].map(|n| of[n].as_str()).join(","));
+    let runs = rows(&fs::read(out.join("tables/runs.csv")).expect("the table is there"));
+    assert_eq!(tab.says(counts), [1, 3, 5, 0, 2, 4].map(|n| runs[n]["event_count"].as_str()).join(","));
     // A cell leads to its row, where the command unfolds.
     tab.click_on("#part-maps-cell-by-cell td a");
     let command = "(() => { const one = document.querySelector(':target'); return one.checkVisibility() ? one.textContent : ''; })()";

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::support::binary::{ends, outcome, succeed, text, with_sets};
+use crate::support::binary::{ends, outcome, rows, succeed, text, with_sets};
 use crate::support::{binary, small};
 use asperity_testkit::folder;
 
@@ -233,12 +233,6 @@ fn many_runs_are_replayed_at_once_to_tables_of_their_own() {
     assert!(code == 2 && said.contains("the same as logged"), "{said}");
 }
 
-/// The rows of a table by column.
-fn rows(table: &Path) -> Vec<std::collections::BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_path(table).expect("the table is there");
-    reader.deserialize().map(|row| row.expect("a table is CSV")).collect()
-}
-
 /// Merging and leaving out, done again on the raw table: a table of intervals.
 #[test]
 fn a_replay_by_other_settings_gives_their_events_and_says_so() {
@@ -249,6 +243,7 @@ fn a_replay_by_other_settings_gives_their_events_and_says_so() {
     fs::write(&settings, "detectors = [\"extent\", \"onset\"]\nmerge_gap_s = 1e-3\nmin_blocks = 3\n")
         .unwrap();
     let (raw, merged) = (folder.path().join("raw"), folder.path().join("merged"));
+    let rows = |table: &Path| rows(&fs::read(table).expect("the table is there"));
     succeed(&["replay", text(&log), "--out", text(&raw)]);
     let said = succeed(&["replay", text(&log), "--out", text(&merged), "--detectors", text(&settings)]);
     assert!(said.contains("by the settings given"), "{said}");

@@ -97,30 +97,6 @@ fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
     assert_eq!(digest(&folder.path().join("resumed.mcap")), digest(&whole));
 }
 
-/// Wherever the room ends, in one table or between two, there are all or none.
-#[cfg(target_os = "linux")]
-#[test]
-fn tables_on_a_full_disk_are_whole_or_not_there() {
-    let folder = asperity_testkit::folder();
-    let [log, whole] = ["small.mcap", "reduced"].map(|name| folder.path().join(name));
-    crate::support::small::run(&log);
-    binary::succeed(&["reduce", text(&log), "--out", text(&whole)]);
-    let script = r#"
-        for room in $(seq 4096 8192 131072) 1040384; do
-            head -c $((1040384 - room)) /dev/zero > filled
-            $ASPERITY reduce "$KEEP/small.mcap" --out reduced > out; echo "$?"
-            test ! -e reduced || diff -r "$KEEP/reduced" reduced
-            rm -rf reduced filled out; find . -type f
-        done
-    "#;
-    let Some(output) = on_a_small_disk(folder.path(), script) else { return };
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(said.lines().all(|line| matches!(line, "0" | "1")) && said.contains("1\n0\n"), "{said}{errors}");
-    let full = said.lines().filter(|line| *line == "1").count();
-    assert_eq!(errors.matches("No space left on device").count(), full, "{errors}");
-}
-
 /// Of a short run the table of ruptures is within the limit as CSV, and above it as Parquet.
 #[cfg(unix)]
 #[test]

@@ -5,17 +5,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use crate::support::binary::{outcome, succeed, text, with_sets};
+use crate::support::binary::{names, outcome, succeed, text, with_sets};
 use crate::support::small;
 
 /// The exit code, and the output on both streams.
 fn draw(arguments: &[&str]) -> (i32, String, String) {
     outcome(&[&["draw"], arguments].concat())
-}
-
-fn names(folder: &Path) -> BTreeSet<String> {
-    let entries = fs::read_dir(folder).expect("the folder is there");
-    entries.map(|entry| entry.expect("it can be read").file_name().to_string_lossy().into_owned()).collect()
 }
 
 /// The kinds that `--list` names.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::{ends, succeed, text};
+use crate::support::binary::{ends, names, succeed, text};
 use crate::support::{binary, small};
 use asperity_record::{Event, FieldRecord, Record, StepRecord, WindowRecord};
 use asperity_runlog::{LogItem, RunReader, Topics};
@@ -217,11 +217,6 @@ fn manifest(out: &Path) -> Value {
     let name = names(out).into_iter().find(|name| name.ends_with(".export.json"));
     let text = fs::read_to_string(out.join(name.expect("the file is there"))).expect("it can be read");
     serde_json::from_str(&text).expect("it is JSON")
-}
-
-fn names(folder: &Path) -> BTreeSet<String> {
-    let entries = fs::read_dir(folder).expect("the folder is there");
-    entries.map(|entry| entry.expect("it can be read").file_name().to_string_lossy().into_owned()).collect()
 }
 
 #[test]

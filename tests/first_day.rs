@@ -17,7 +17,7 @@ use asperity_model::keys::{KEYS, Kind};
 use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
 use asperity_runlog::{RunReader, Topics};
 
-use crate::support::binary::{AS_CODED, asperity, succeed, text};
+use crate::support::binary::{AS_CODED, asperity, names, succeed, text};
 use crate::support::browser::{Tab, browser};
 use crate::support::commands::{self, ON_LOGS, OnLog};
 
@@ -229,19 +229,14 @@ impl Subject {
             return wrong("it does not say why");
         }
         // Its files appear complete or not at all; the runs of a pipeline are kept.
-        if code != 0 && new.is_dir() && entries(&new) != BTreeSet::from(["runs".to_owned()]) {
-            return wrong(&format!("it leaves {:?}", entries(&new)));
+        if code != 0 && new.is_dir() && names(&new) != BTreeSet::from(["runs".to_owned()]) {
+            return wrong(&format!("it leaves {:?}", names(&new)));
         }
         if new.is_dir() {
             fs::remove_dir_all(&new).expect("it is ours");
         }
         Ok(())
     }
-}
-
-fn entries(folder: &Path) -> BTreeSet<String> {
-    let entries = fs::read_dir(folder).expect("the folder is there");
-    entries.map(|entry| entry.expect("it can be read").file_name().to_string_lossy().into_owned()).collect()
 }
 
 /// Does something for each of many things, on all cores.

@@ -7,6 +7,7 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use crate::laws::file;
 use crate::support::binary::{self, outcome, text, with_sets};
 use crate::support::small;
 use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
@@ -55,13 +56,7 @@ impl Altered {
 /// The kind of top-level record that each byte of a file is in; that of the magics is 0.
 fn kinds(bytes: &[u8]) -> Vec<u8> {
     let mut kinds = vec![0; bytes.len()];
-    let mut at = 8;
-    while at + 9 < bytes.len() {
-        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes")) as usize;
-        let end = (at + 9 + length).min(bytes.len());
-        kinds[at..end].fill(bytes[at]);
-        at += 9 + length;
-    }
+    file::records(bytes).into_iter().for_each(|record| kinds[record.at].fill(record.opcode));
     kinds
 }
 

@@ -1,15 +1,19 @@
 //! MCAP files of other programs: no command takes one for a run log, or destroys it.
 //!
-//! They are of the kinds of MCAP's conformance suite, written after the specification: contents, and any combination of
+//! They are of the kinds of MCAP's conformance suite, written by its library: contents, and any combination of
 //! the suite's features. An MCAP file without messages passed for an unfinished run once, and was overwritten.
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use asperity_run::{Verdict, check};
 use asperity_runlog::{must_be_ours, partial_path};
+use mcap::Attachment;
+use mcap::records::{MessageHeader, Metadata};
 
+use crate::laws::file::records;
 use crate::support::binary::{asperity, text};
 use crate::support::commands::{ON_LOGS, arguments, words};
 
@@ -26,106 +30,61 @@ const UNPADDED: [u8; 2] = [0x02, 0x05];
 /// A file of these contents and features, as name and bytes.
 fn file(content: &str, features: &[&str]) -> (String, Vec<u8>) {
     let has = |feature: &str| features.contains(&feature);
-    let record = |opcode: u8, fields: &[&[u8]]| {
-        let padding: &[u8] = if has("pad") && !UNPADDED.contains(&opcode) { &[1, 255, 255] } else { &[] };
-        let body = [&fields.concat(), padding].concat();
-        [&[opcode][..], &long(body.len()), &body].concat()
-    };
+    let options = mcap::WriteOptions::new()
+        .profile("")
+        .library("")
+        .compression(None)
+        .use_chunks(has("ch"))
+        .emit_message_indexes(has("mx"))
+        .repeat_channels(has("rch"))
+        .repeat_schemas(has("rsh"))
+        .emit_attachment_indexes(has("ax"))
+        .emit_metadata_indexes(has("mdx"))
+        .emit_statistics(has("st"))
+        .emit_chunk_indexes(has("chx"))
+        .emit_summary_offsets(has("sum"));
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
     let messages = match content {
         "OneMessage" | "OneSchemalessMessage" => 1,
         "TenMessages" => 10,
         _ => 0,
     };
-    let has_schema = messages > 0 && content != "OneSchemalessMessage";
-    let schema = record(0x03, &[&[1, 0], &string("Example"), &string("c"), &[3, 0, 0, 0], &[4, 5, 6]]);
-    let topic = [string("example"), string("a"), vec![0; 4]].concat();
-    let channel = record(0x04, &[&[1, 0], &[u8::from(has_schema), 0], &topic]);
-    let mut bytes = [mcap::MAGIC, &record(0x01, &[&string(""), &string("")])].concat();
-    let mut summary: BTreeMap<u8, Vec<u8>> = BTreeMap::new();
-    let (mut chunk, mut index) = (Vec::new(), Vec::new());
-    if has_schema {
-        chunk.extend_from_slice(&schema);
-        summary.extend(has("rsh").then_some((0x03, schema)));
-    }
     if messages > 0 {
-        chunk.extend_from_slice(&channel);
-        summary.extend(has("rch").then_some((0x04, channel)));
-    }
-    for n in 0..messages {
-        index.extend([long(n), long(chunk.len())].concat());
-        chunk.extend(record(0x05, &[&[1, 0], &[n as u8, 0, 0, 0], &long(n), &long(n), &[1, 2, 3]]));
-    }
-    let times = [long(0), long(messages.max(1) - 1)].concat();
-    if has("ch") && messages > 0 {
-        let (at, size) = (bytes.len(), long(chunk.len()));
-        let crc = crc32fast::hash(&chunk).to_le_bytes();
-        bytes.extend(record(0x06, &[&times, &size, &crc, &string(""), &size, &chunk]));
-        let (indexes_at, length) = (long(bytes.len()), long(bytes.len() - at));
-        let mut offsets = Vec::new();
-        if has("mx") {
-            bytes.extend(record(0x07, &[&[1, 0], &(index.len() as u32).to_le_bytes(), &index]));
-            offsets.extend([&[1, 0], &indexes_at[..]].concat());
+        let is_plain = content == "OneSchemalessMessage";
+        let schema = if is_plain { 0 } else { writer.add_schema("Example", "c", &[4, 5, 6]).unwrap() };
+        let channel_id = writer.add_channel(schema, "example", "a", &BTreeMap::new()).unwrap();
+        for sequence in 0..messages {
+            let [log_time, publish_time] = [u64::from(sequence); 2];
+            let header = MessageHeader { channel_id, sequence, log_time, publish_time };
+            writer.write_to_known_channel(&header, &[1, 2, 3]).unwrap();
         }
-        let offsets = [&(offsets.len() as u32).to_le_bytes()[..], &offsets].concat();
-        let length_of_indexes = long(bytes.len() - at - u64::from_le_bytes(length) as usize);
-        let fields: [&[u8]; 8] =
-            [&times, &long(at), &length, &offsets, &length_of_indexes, &string(""), &size, &size];
-        summary.extend(has("chx").then(|| (0x08, record(0x08, &fields))));
-    } else {
-        bytes.extend(chunk);
     }
-    let at = long(bytes.len());
-    if content == "OneAttachment" {
-        let [name, media] = [string("myFile"), string("application/octet-stream")];
-        let fields = [&long(2)[..], &long(1), &name, &media, &long(3), &[1, 2, 3]].concat();
-        bytes.extend(record(0x09, &[&fields, &crc32fast::hash(&fields).to_le_bytes()]));
-        let length = long(bytes.len() - u64::from_le_bytes(at) as usize);
-        let fields: [&[u8]; 7] = [&at, &length, &long(2), &long(1), &long(3), &name, &media];
-        summary.extend(has("ax").then(|| (0x0A, record(0x0A, &fields))));
+    match content {
+        "OneAttachment" => {
+            let [name, media_type] = ["myFile", "application/octet-stream"].map(str::to_owned);
+            let data = [1, 2, 3][..].into();
+            let attachment = Attachment { log_time: 2, create_time: 1, name, media_type, data };
+            writer.attach(&attachment).unwrap();
+        }
+        "OneMetadata" => {
+            let metadata = [("foo".to_owned(), "bar".to_owned())].into();
+            writer.write_metadata(&Metadata { name: "myMetadata".to_owned(), metadata }).unwrap();
+        }
+        _ => {}
     }
-    if content == "OneMetadata" {
-        let map = [string("foo"), string("bar")].concat();
-        bytes.extend(record(0x0C, &[&string("myMetadata"), &(map.len() as u32).to_le_bytes(), &map]));
-        let length = long(bytes.len() - u64::from_le_bytes(at) as usize);
-        summary.extend(has("mdx").then(|| (0x0D, record(0x0D, &[&at, &length, &string("myMetadata")]))));
+    writer.finish().unwrap();
+    let mut bytes = writer.into_inner().into_inner();
+    if has("pad") {
+        let records = records(&bytes);
+        let mut padded = mcap::MAGIC.to_vec();
+        for mut part in records.iter().map(|record| record.part(&bytes)) {
+            part.body.extend(if UNPADDED.contains(&part.opcode) { &[][..] } else { &[1, 255, 255] });
+            part.put(&mut padded);
+        }
+        padded.extend(mcap::MAGIC);
+        bytes = padded;
     }
-    if has("st") {
-        let counts = [
-            u32::from(messages > 0),
-            u32::from(content == "OneAttachment"),
-            u32::from(content == "OneMetadata"),
-            u32::from(has("ch") && messages > 0),
-        ];
-        let counts: Vec<u8> = counts.iter().flat_map(|count| count.to_le_bytes()).collect();
-        let of_channel = if messages > 0 { [&[1, 0], &long(messages)[..]].concat() } else { Vec::new() };
-        let length = (of_channel.len() as u32).to_le_bytes();
-        let schemas = [u8::from(has_schema), 0];
-        summary
-            .insert(0x0B, record(0x0B, &[&long(messages), &schemas, &counts, &times, &length, &of_channel]));
-    }
-    bytes.extend(record(0x0F, &[&[0; 4]]));
-    let mut begins = [0, 0];
-    let mut offsets = Vec::new();
-    for (opcode, records) in &summary {
-        begins[0] = if begins[0] == 0 { bytes.len() } else { begins[0] };
-        offsets.extend(record(0x0E, &[&[*opcode], &long(bytes.len()), &long(records.len())]));
-        bytes.extend(records);
-    }
-    if has("sum") && !summary.is_empty() {
-        begins[1] = bytes.len();
-        bytes.extend(offsets);
-    }
-    bytes.extend(record(0x02, &[&long(begins[0]), &long(begins[1]), &[0; 4]]));
-    bytes.extend(mcap::MAGIC);
     ([&[content], features].concat().join("-"), bytes)
-}
-
-fn long(value: usize) -> [u8; 8] {
-    (value as u64).to_le_bytes()
-}
-
-fn string(text: &str) -> Vec<u8> {
-    [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat()
 }
 
 /// All contents with every combination of features, each file once.
@@ -214,7 +173,7 @@ fn none_is_a_run_log_wherever_it_is_cut() {
     let scratch = asperity_testkit::folder();
     let path = scratch.path().join("a.mcap");
     let all = all();
-    assert_eq!(all.len(), 416);
+    assert_eq!(all.len(), 440);
     for (n, (bytes, name)) in all.iter().enumerate() {
         // Shorter beginnings are also those of run logs.
         let cut = 10 + n % (bytes.len() - 10);

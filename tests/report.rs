@@ -9,7 +9,7 @@ use std::process::Command;
 use asperity_testkit::Grey;
 
 use crate::print::are_there;
-use crate::support::binary::{asperity, ends, outcome, run, succeed, text, with_sets};
+use crate::support::binary::{asperity, ends, outcome, rows, run, succeed, text, with_sets};
 use crate::support::browser::{Tab, browser};
 
 const SIZE: [u32; 2] = [1280, 1000];
@@ -212,10 +212,8 @@ fn fronts_have_the_speed_of_the_side_where_they_ran_farther() {
     for row in data["ruptures"].as_array().expect("a list") {
         speeds.insert(row[0].to_string(), row[10].as_f64());
     }
-    let mut table = csv::Reader::from_path(tables.join("ruptures.csv")).expect("the table is there");
     let mut downwards = 0;
-    for row in table.deserialize::<std::collections::BTreeMap<String, String>>() {
-        let row = row.expect("a row can be read");
+    for row in rows(&fs::read(tables.join("ruptures.csv")).expect("the table is there")) {
         let block = |name: &str| row[name].parse::<i64>().expect("a block");
         let speed = |name: &str| row[name].parse::<f64>().ok();
         let (up, down) = (speed("front_speed_up_m_per_s"), speed("front_speed_down_m_per_s"));

@@ -1,13 +1,13 @@
 //! Salvages damaged logs: everything undamaged is kept, nothing else is, and what is missing is
 //! reported.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::ops::{Deref, Range};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use crate::export::TOPICS;
+use crate::laws::file::{self, Message};
 use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::take_apart;
 use crate::support::binary::{ends, outcome, succeed, text, with_sets};
@@ -15,8 +15,7 @@ use crate::support::{binary, small};
 use asperity_run::Verdict;
 use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
 use asperity_testkit::{first_stray, read_until_problem};
-use mcap::read::LinearReader;
-use mcap::records::{Record, op};
+use mcap::records::op;
 
 /// A log of many chunks, in memory, and a folder for damaged copies.
 struct Log {
@@ -27,8 +26,10 @@ struct Log {
 struct Contents {
     bytes: Vec<u8>,
     items: Vec<LogItem>,
-    /// Where its chunks are, with their indexes, and their messages.
-    chunks: Vec<(Range<usize>, Vec<Message>)>,
+    /// Where its chunks are.
+    chunks: Vec<Range<usize>>,
+    /// Each with the number of its chunk.
+    messages: Vec<(usize, Message)>,
 }
 
 impl Deref for Log {
@@ -38,9 +39,6 @@ impl Deref for Log {
         &self.contents
     }
 }
-
-/// A message as any program reads it: topic, number, time, payload.
-type Message = (String, u32, u64, Vec<u8>);
 
 impl Log {
     /// It consists mostly of states of all blocks, so it has many chunks.
@@ -57,17 +55,17 @@ impl Log {
         binary::run(scenario, &path);
         let bytes = fs::read(&path).expect("the log can be read");
         let items = read_until_problem(&path).0;
-        let chunks = chunks(&bytes);
+        let chunks: Vec<_> = file::chunks(&bytes).into_iter().map(|chunk| chunk.at).collect();
         assert!(chunks.len() >= 5, "{} chunks", chunks.len());
-        Log { folder, contents: Arc::new(Contents { bytes, items, chunks }) }
+        let messages = file::messages(&bytes).expect("the log is whole");
+        Log { folder, contents: Arc::new(Contents { bytes, items, chunks, messages }) }
     }
 
     /// The messages of all chunks that were not hit; none depends on the indices behind a chunk.
-    fn outside(&self, hit: &Range<usize>) -> Vec<Message> {
-        let untouched = |(chunk, _): &&(Range<usize>, _)| {
-            record_at(&self.bytes, chunk.start).end <= hit.start || hit.end <= chunk.start
-        };
-        self.chunks.iter().filter(untouched).flat_map(|(_, messages)| messages).cloned().collect()
+    fn outside(&self, hit: &Range<usize>) -> Vec<&Message> {
+        let untouched = |chunk: &Range<usize>| chunk.end <= hit.start || hit.end <= chunk.start;
+        let kept = self.messages.iter().filter(|(chunk, _)| untouched(&self.chunks[*chunk]));
+        kept.map(|(_, message)| message).collect()
     }
 
     /// Salvages some bytes; returns the output of the command, and its log.
@@ -94,54 +92,13 @@ impl Log {
             None,
             "{what}: an item that the log did not have, or not in this place\n{said}"
         );
-        let kept = messages(&fs::read(&out).expect("it was just written"));
-        let expected = self.outside(hit);
-        let differs = kept.iter().zip(&expected).position(|(kept, expected)| kept != expected);
-        assert_eq!((kept.len(), differs), (expected.len(), None), "{what}: {said}");
+        let kept = file::messages(&fs::read(&out).expect("it was just written")).expect("it can be read");
+        let kept: Vec<&Message> = kept.iter().map(|(_, message)| message).collect();
+        assert_eq!(file::difference(&self.outside(hit), &kept), None, "{what}: {said}");
         let checked = asperity_run::check(&out);
         assert_eq!(checked.verdict, Verdict::Salvaged, "{what}: {checked}");
         said
     }
-}
-
-/// The chunks of a log, each with its indexes, and their messages.
-fn chunks(bytes: &[u8]) -> Vec<(Range<usize>, Vec<Message>)> {
-    let mut topics = BTreeMap::new();
-    let mut chunks: Vec<(Range<usize>, Vec<Message>)> = Vec::new();
-    let mut at = 8;
-    for record in LinearReader::new(bytes).expect("the log is MCAP") {
-        let record = record.expect("the log is whole");
-        let end = record_at(bytes, at).end;
-        match &record {
-            Record::Chunk { header, data } => {
-                let mut messages = Vec::new();
-                for record in mcap::read::ChunkReader::new(header.clone(), data).expect("a chunk opens") {
-                    match record.expect("a chunk can be read") {
-                        Record::Channel(channel) => drop(topics.insert(channel.id, channel.topic)),
-                        Record::Message { header, data } => {
-                            let topic = topics[&header.channel_id].clone();
-                            messages.push((topic, header.sequence, header.log_time, data.into_owned()));
-                        }
-                        _ => {}
-                    }
-                }
-                chunks.push((at..end, messages));
-            }
-            Record::MessageIndex(_) => chunks.last_mut().expect("it follows a chunk").0.end = end,
-            _ => {}
-        }
-        at = end;
-    }
-    chunks
-}
-
-fn messages(bytes: &[u8]) -> Vec<Message> {
-    chunks(bytes).into_iter().flat_map(|(_, messages)| messages).collect()
-}
-
-/// The record at that position.
-fn record_at(bytes: &[u8], at: usize) -> Range<usize> {
-    at..at + 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize
 }
 
 #[test]
@@ -163,15 +120,14 @@ fn hit(each: usize) {
         let (number, way) = (number / 5, number % 5);
         let any = 40 + (end - 80) * number / 12 + 77 * number;
         // Header and scenario are in one block of the disk; with both gone, nothing identifies the run.
-        let place = any.max(log.chunks[0].0.start);
+        let place = any.max(log.chunks[0].start);
         let block = place..(place + 4096).min(end);
         let (what, damaged, hit) = match way {
             0 => {
                 let mut flipped = bytes.clone();
                 flipped[any] ^= 1 << (number % 8);
                 // No message depends on the times in the head of a chunk, whose content has a checksum of its own.
-                let times =
-                    |chunk: &(Range<usize>, _)| (chunk.0.start + 9..chunk.0.start + 25).contains(&any);
+                let times = |chunk: &Range<usize>| (chunk.start + 9..chunk.start + 25).contains(&any);
                 let hit = if log.chunks.iter().any(times) { 0..0 } else { any..any + 1 };
                 ("a bit turned", flipped, hit)
             }
@@ -186,7 +142,7 @@ fn hit(each: usize) {
                 ("bytes put in", inserted, place..place)
             }
             _ => {
-                let place = place.max(log.chunks[0].0.end);
+                let place = place.max(log.chunks[0].end);
                 ("cut off", bytes[..place].to_vec(), place..end)
             }
         };
@@ -198,7 +154,7 @@ fn hit(each: usize) {
 #[test]
 fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
     let log = Log::make();
-    let first = log.chunks[0].0.clone();
+    let first = log.chunks[0].clone();
     let mut bytes = log.bytes.clone();
     bytes[first.clone()].fill(0xff);
     let said = log.must_keep("the first chunk", &bytes, &first);
@@ -224,7 +180,7 @@ fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
 fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
     let log = Log::make();
     let b = &log.bytes;
-    let third = log.chunks[2].0.clone();
+    let third = log.chunks[2].clone();
     let gone = [&b[..third.start], &b[third.end..]].concat();
     let said = log.must_keep("a chunk cut out", &gone, &third);
     assert!(said.contains("nothing between step "), "{said}");
@@ -236,7 +192,7 @@ fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
     assert_eq!(read_until_problem(&out).0, log.items);
 
     // Of a chunk that was moved forward, or those that it has overtaken, some are kept.
-    let last = log.chunks[log.chunks.len() - 1].0.clone();
+    let last = log.chunks[log.chunks.len() - 1].clone();
     let moved = [&b[..third.start], &b[last.clone()], &b[third.start..last.start], &b[last.end..]].concat();
     let (said, out) = log.salvage(&moved);
     assert!(
@@ -248,7 +204,7 @@ fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
 
     let other = ["recording.fields_s=0.0005", "time.duration_s=0.6", "slider.blocks=50"];
     let other = Log::with(&with_sets(&["default"], &other));
-    let foreign = &other.bytes[other.chunks[1].0.clone()];
+    let foreign = &other.bytes[other.chunks[1].clone()];
     let among = [&b[..third.start], foreign, &b[third.start..]].concat();
     let said = log.must_keep("a chunk of another slider", &among, &(third.start..third.start));
     assert!(said.contains("50 values, not 100") || said.contains("has 50 values"), "{said}");
@@ -259,7 +215,7 @@ fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
 #[test]
 fn false_beginnings_of_chunks_cost_little() {
     let log = Log::make();
-    let own = log.chunks[1].0.start;
+    let own = log.chunks[1].start;
     let mut false_chunk = vec![op::CHUNK];
     false_chunk.extend(2_000_000u64.to_le_bytes());
     false_chunk.extend([0; 28]);
@@ -280,7 +236,7 @@ fn what_is_whole_or_hopeless_is_left_alone() {
         (&b""[..], 3, "nothing identifies its run"),
         (b"no log at all, but long enough to be one", 2, "nothing identifies its run"),
         (&log.bytes[..20], 3, "nothing identifies its run"),
-        (&log.bytes[..log.chunks[0].0.start], 3, "no message is left that a checksum confirms"),
+        (&log.bytes[..log.chunks[0].start], 3, "no message is left that a checksum confirms"),
     ] {
         fs::write(&damaged, bytes).expect("the folder can be written");
         ends(code, &["salvage", text(&damaged), "--out", text(&out)], &[told, "damaged.mcap"]);
@@ -298,7 +254,7 @@ fn what_is_whole_or_hopeless_is_left_alone() {
 fn commands_take_a_salvaged_log_for_what_it_is() {
     let log = Log::make();
     let mut bytes = log.bytes.clone();
-    let third = log.chunks[2].0.clone();
+    let third = log.chunks[2].clone();
     bytes[third.start + 100] ^= 1;
     let (_, out) = log.salvage(&bytes);
     let (code, printed, _) = outcome(&["events", text(&out)]);
@@ -339,15 +295,7 @@ fn lose_chunks(of_each_packing: usize) {
     // Chunks of one message each, too: then only that message is missing.
     for per_chunk in [1, 7, 40] {
         let bytes = put_together(&parts, Packing { per_chunk, ..Packing::USUAL });
-        let mut at = 8;
-        let mut chunks = Vec::new();
-        while at + 9 < bytes.len() {
-            let record = record_at(&bytes, at);
-            at = record.end;
-            if bytes[record.start] == mcap::records::op::CHUNK {
-                chunks.push(record);
-            }
-        }
+        let chunks: Vec<_> = file::chunks(&bytes).into_iter().map(|chunk| chunk.at).collect();
         let stride = chunks.len() / of_each_packing + 1;
         for chunk in chunks.into_iter().step_by(stride) {
             let mut broken = bytes.clone();

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::binary;
-use crate::support::binary::{outcome, succeed, text, with_sets};
+use crate::support::binary::{outcome, rows, succeed, text, with_sets};
 use asperity_numbers::Summary;
 use asperity_record::Record;
 use asperity_runlog::LogItem;
@@ -67,15 +67,11 @@ fn states_of_a_slab_say_what_each_contact_bears() {
     let out = folder.path().join("tables");
     succeed(&["export", text(&log), "--topic", "/fields", "--to", "csv", "--out", text(&out)]);
     let table = fs::read_to_string(out.join("slab.fields.csv")).expect("the table was written");
-    let mut rows = csv::Reader::from_reader(table.as_bytes());
-    let columns = rows.headers().expect("a table has a header").clone();
-    let column = |name: &str| columns.iter().position(|found| found == name).expect("it is a column");
-    let (step, tau, load) = (column("step"), column("tangential_force_n"), column("normal_load_n"));
-    let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("it is CSV")).collect();
-    let of_start: Vec<(f64, f64)> = rows
+    let number = |row: &BTreeMap<String, String>, column: &str| row[column].parse().expect("a number");
+    let of_start: Vec<(f64, f64)> = rows(table.as_bytes())
         .iter()
-        .filter(|row| &row[step] == "0")
-        .map(|row| (row[tau].parse().expect("a number"), row[load].parse().expect("a number")))
+        .filter(|row| row["step"] == "0")
+        .map(|row| (number(row, "tangential_force_n"), number(row, "normal_load_n")))
         .collect();
     assert_eq!(of_start.len(), 29);
     let ratio = of_start[0].0 / of_start[0].1;

@@ -7,7 +7,7 @@ use std::path::Path;
 use asperity_model::{Plan, resolve};
 
 use crate::slab::COARSE;
-use crate::support::binary::{ends, outcome, run, succeed, text, with_sets};
+use crate::support::binary::{ends, outcome, rows, run, succeed, text, with_sets};
 use crate::support::clients::file;
 
 /// Runs a coarse slab with states all along.
@@ -18,15 +18,10 @@ fn slab(log: &Path, more: &[&str]) {
 
 /// The values of some columns of a table, by the texts of others.
 fn columns(table: &str, by: &[&str], of: &[&str]) -> BTreeMap<Vec<String>, Vec<String>> {
-    let mut rows = csv::Reader::from_reader(table.as_bytes());
-    let header = rows.headers().expect("it is CSV").clone();
-    let at = |name: &&str| header.iter().position(|found| found == *name).expect("it is a column");
-    let (by, of): (Vec<usize>, Vec<usize>) = (by.iter().map(at).collect(), of.iter().map(at).collect());
-    let cells = |row: &csv::StringRecord, at: &[usize]| at.iter().map(|n| row[*n].to_owned()).collect();
-    rows.records()
-        .map(|row| row.expect("it is CSV"))
-        .map(|row| (cells(&row, &by), cells(&row, &of)))
-        .collect()
+    let cells = |row: &BTreeMap<String, String>, names: &[&str]| {
+        names.iter().map(|name| row[*name].clone()).collect()
+    };
+    rows(table.as_bytes()).iter().map(|row| (cells(row, by), cells(row, of))).collect()
 }
 
 fn read(path: &Path) -> String {

@@ -6,7 +6,7 @@ use std::fs;
 
 use toml::{Table, Value};
 
-use crate::support::binary::{succeed, text};
+use crate::support::binary::{rows, succeed, text};
 use crate::support::clients::file;
 
 /// The runs that are made.
@@ -81,18 +81,9 @@ fn what_the_study_says_of_its_short_runs_holds() {
     fs::write(&asked, pipeline.to_string()).expect("the folder can be written");
     let out = folder.path().join("out");
     succeed(&["reproduce", text(&asked), "-o", text(&out), "--quiet"]);
-    let table = fs::read_to_string(out.join("tables/claims.csv")).expect("claims were judged");
-    let mut rows = csv::Reader::from_reader(table.as_bytes());
-    let columns = rows.headers().expect("it is CSV").clone();
-    let at = |name: &str| columns.iter().position(|column| column == name).expect("it is a column");
-    let (quote, verdict) = (at("quote"), at("verdict"));
-    let mut judged = 0;
-    for row in rows.records() {
-        let row = row.expect("it is CSV");
-        assert_eq!(&row[verdict], "agrees", "{}", &row[quote]);
-        judged += 1;
-    }
-    assert_eq!(judged, claims);
+    let judged = rows(&fs::read(out.join("tables/claims.csv")).expect("claims were judged"));
+    judged.iter().for_each(|row| assert_eq!(row["verdict"], "agrees", "{}", row["quote"]));
+    assert_eq!(judged.len(), claims);
     let drawn = fs::read_dir(out.join("figures")).expect("figures were drawn").count();
     assert_eq!(drawn, 3 * figures, "each as PNG, SVG and PDF");
 }

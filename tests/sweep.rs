@@ -13,7 +13,7 @@ use asperity_study::segment::this_node;
 use asperity_testkit::Random;
 
 use crate::laws::frames::{Segment, body, sealed};
-use crate::support::binary::{contents, outcome, run, succeed, text, with_sets};
+use crate::support::binary::{contents, outcome, rows, run, succeed, text, with_sets};
 
 /// A folder with a sweep in it.
 pub(crate) struct Study {
@@ -68,12 +68,6 @@ impl Study {
 pub(crate) fn tables(study: &Path) -> BTreeMap<String, Vec<u8>> {
     succeed(&["sweep", "collect", text(study), "--to", "parquet,csv"]);
     contents(&study.join("tables"))
-}
-
-/// The rows of a CSV file, by the names of its columns.
-pub(crate) fn rows(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_reader(csv);
-    reader.deserialize().map(|row| row.expect("it is CSV")).collect()
 }
 
 pub(crate) fn sweep(arguments: &[&str]) -> (i32, String, String) {

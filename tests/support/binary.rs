@@ -1,6 +1,6 @@
 //! Running the built `asperity` binary.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -90,6 +90,18 @@ pub(crate) fn goes_on(run: &[&str], eighths: &[usize]) {
         assert_eq!(end_again.topic_digests, end.topic_digests);
         fs::remove_file(&resumed).expect("the log is there");
     }
+}
+
+/// The names of what is in a folder.
+pub(crate) fn names(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).expect("the folder is there");
+    entries.map(|entry| entry.expect("it can be read").file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// The rows of a CSV file, by the names of its columns.
+pub(crate) fn rows(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(csv);
+    reader.deserialize().map(|row| row.expect("it is CSV")).collect()
 }
 
 /// Name and bytes of every file in a folder.

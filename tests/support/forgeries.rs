@@ -4,10 +4,9 @@
 mod messages;
 mod own;
 
-use std::collections::BTreeMap;
-
 use mcap::records::op;
 
+use crate::laws::file;
 use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end};
 use crate::laws::thin::messages;
@@ -238,13 +237,6 @@ impl Forge {
                 parts.pop();
             },
         );
-        self.parts_only(
-            "cut-in-run-and-closed",
-            "cut off between messages, and an end of an MCAP file put behind",
-            Incomplete,
-            "no metadata `run_end`",
-            |parts| parts.truncate(parts.len() - 30),
-        );
         self.file(
             "cut-end-magic",
             "without its last byte",
@@ -261,7 +253,6 @@ impl Forge {
         );
         let text = b"step,time_s\n1,0.5\n".to_vec();
         let says = "it does not begin with the eight bytes that begin every MCAP file";
-        self.file("no-mcap-short", "five bytes of another kind of file", NoRunLog, says, text[..5].to_vec());
         self.file("no-mcap", "another kind of file", NoRunLog, says, text);
         let mut header = Vec::new();
         for text in ["", "another program"] {
@@ -295,7 +286,6 @@ impl Forge {
         let whole = put_together(&self.sound, Packing::USUAL);
         for (name, length, says) in [
             ("length-of-record-2-63", 1 << 63, "exceeds limit"),
-            ("length-of-record-2-64", u64::MAX, "exceeds limit"),
             ("length-of-record-over-the-end", 1 << 20, "claims to be longer than the rest of the file"),
         ] {
             let bytes = [&whole[..8], &head(op::HEADER, length), &whole[17..]].concat();
@@ -308,13 +298,6 @@ impl Forge {
             Damaged,
             "length exceeds limit",
             |parts| small(parts, Part::chunk_of(1 << 63, 1, "zstd", 4, b"abcd")),
-        );
-        self.parts_only(
-            "chunk-claims-to-hold-2-63",
-            "a chunk that claims to hold 2^63 bytes",
-            Damaged,
-            "holds a length that reaches over its end",
-            |parts| small(parts, Part::chunk_of(4, 1, "zstd", 1 << 63, b"abcd")),
         );
         let bomb = zstd::bulk::compress(&vec![0; 30_000_000], 19).expect("zeros compress");
         self.parts_only(
@@ -346,25 +329,11 @@ impl Forge {
             },
         );
         self.parts_only(
-            "chunk-not-zstd",
-            "a chunk that does not unpack",
-            Damaged,
-            "Error during decompression",
-            |parts| small(parts, Part::chunk_of(100, 1, "zstd", 4, b"abcd")),
-        );
-        self.parts_only(
             "chunk-of-another-compression",
             "a chunk of a compression that does not exist",
             Damaged,
             "Unsupported compression format `shrunk`",
             |parts| small(parts, Part::chunk_of(4, 1, "shrunk", 4, b"abcd")),
-        );
-        self.parts_only(
-            "chunk-without-checksum",
-            "a chunk whose checksum is said not to have been made",
-            Damaged,
-            "Chunk ended in the middle of a record",
-            |parts| small(parts, Part::chunk_of(4, 0, "", 4, b"abcd")),
         );
         let over = head(op::MESSAGE, 1000);
         self.parts_only(
@@ -390,15 +359,7 @@ impl Forge {
             "holds a length that reaches over its end",
             |parts| small(parts, Part::new(op::METADATA, [0xff; 12])),
         );
-        let attachment = Part::attachment("a", b"");
-        self.parts_only(
-            "attachment-without-checksum",
-            "an attachment that ends before its checksum",
-            Damaged,
-            "holds a length that reaches over its end",
-            |parts| small(parts, Part::new(op::ATTACHMENT, &attachment.body[..attachment.body.len() - 4])),
-        );
-        let mut huge = attachment.body.clone();
+        let mut huge = Part::attachment("a", b"").body;
         huge[25..33].copy_from_slice(&(1u64 << 62).to_le_bytes());
         self.parts_only(
             "attachment-of-2-62",
@@ -406,13 +367,6 @@ impl Forge {
             Damaged,
             "holds a length that reaches over its end",
             |parts| small(parts, Part::new(op::ATTACHMENT, huge)),
-        );
-        self.parts_only(
-            "index-of-nonsense",
-            "an index of messages that claims 2^32 - 1 bytes",
-            Damaged,
-            "holds a length that reaches over its end",
-            |parts| small(parts, Part::new(op::MESSAGE_INDEX, [0, 0, 0xff, 0xff, 0xff, 0xff])),
         );
     }
 
@@ -472,18 +426,11 @@ impl Forge {
                 parts[at].body[..2].copy_from_slice(&77u16.to_le_bytes());
             },
         );
-        let data = |sound: &[Part]| {
-            let file = put_together(sound, Packing::USUAL);
-            let mut at = mcap::MAGIC.len();
-            while file[at] != op::DATA_END {
-                let length = file[at + 1..at + 9].try_into().expect("eight bytes");
-                at += 9 + u64::from_le_bytes(length) as usize;
-            }
-            (file[..at].to_vec(), file[at..].to_vec())
-        };
-        let (records, rest) = data(&self.sound);
+        let whole = put_together(&self.sound, Packing::USUAL);
+        let data_end = file::records(&whole).into_iter().find(|record| record.opcode == op::DATA_END);
+        let (records, rest) = whole.split_at(data_end.expect("it has one").at.start);
         let with = |between: &[Part], behind: &[Part]| {
-            let mut file = records.clone();
+            let mut file = records.to_vec();
             file.extend(&rest[..13]);
             between.iter().for_each(|part| part.put(&mut file));
             let magic = rest.len() - mcap::MAGIC.len();
@@ -495,7 +442,7 @@ impl Forge {
         let step = self.sound[messages(&self.sound, "/step")[0]].clone();
         let behind_data = with(std::slice::from_ref(&step), &[]);
         let behind_footer = with(&[], &[step]);
-        let no_data_end = [&records[..], &rest[13..]].concat();
+        let no_data_end = [records, &rest[13..]].concat();
         self.file(
             "message-behind-data",
             "a message after the end of the data",
@@ -525,14 +472,9 @@ impl Forge {
         for (name, key, value) in [
             ("run-blocks-4294967295", "blocks", "4294967295"),
             ("run-blocks-0", "blocks", "0"),
-            ("run-blocks-minus-1", "blocks", "-1"),
-            ("run-blocks-text", "blocks", "many"),
             ("run-step-0", "time_step_s", "0"),
-            ("run-step-minus-1", "time_step_s", "-1"),
             ("run-step-nan", "time_step_s", "NaN"),
-            ("run-step-infinite", "time_step_s", "inf"),
             ("run-steps-2-64", "steps", "18446744073709551616"),
-            ("run-steps-minus-1", "steps", "-1"),
             ("run-version-text", "record_schema_version", "two"),
         ] {
             self.says(name, "run", key, Some(value), "a header that no run has", whole);
@@ -541,81 +483,41 @@ impl Forge {
         let other = "a time step that is not that of the messages";
         let from = self.made.len();
         self.says("run-step-1e-320", "run", "time_step_s", Some("1e-320"), other, times);
-        self.says("run-step-1e308", "run", "time_step_s", Some("1e308"), other, times);
         let ends = "says the last step|metadata `run` says";
         let steps = "more steps than it took";
         self.says("run-steps-most", "run", "steps", Some("18446744073709551615"), steps, ends);
         let fewer = "fewer blocks than it has states of";
-        self.says(
-            "run-blocks-fewer",
-            "run",
-            "blocks",
-            Some("3"),
-            fewer,
-            "values, not 3|metadata `run` says 3",
-        );
+        let says = "values, not 3|metadata `run` says 3";
+        self.says("run-blocks-fewer", "run", "blocks", Some("3"), fewer, says);
         self.made[from..].iter_mut().for_each(|forgery| forgery.consistent = true);
     }
 
     fn end(&mut self) {
+        let mut end = |name, key, value, what, says| self.says(name, "run_end", key, value, what, says);
         let what = "an end that is not that of the messages";
-        self.says("end-status", "run_end", "status", Some("splendid"), what, "has status = \"splendid\"");
-        self.says("end-switches", "run_end", "switches", Some("7"), what, "says switches: 7");
-        self.says("end-digest", "run_end", "digest", Some("00"), what, "right by itself: 00|says digest: 00");
-        self.says("end-last-step", "run_end", "last_step", Some("7"), what, "says the last step: 7");
-        self.says("end-count", "run_end", "messages:/step", Some("7"), what, "says messages of /step: 7");
-        self.says(
-            "end-count-text",
-            "run_end",
-            "messages:/step",
-            Some("x"),
-            what,
-            "which is not a whole number",
-        );
+        end("end-status", "status", Some("splendid"), what, "has status = \"splendid\"");
+        end("end-switches", "switches", Some("7"), what, "says switches: 7");
+        end("end-digest", "digest", Some("00"), what, "right by itself: 00|says digest: 00");
+        end("end-last-step", "last_step", Some("7"), what, "says the last step: 7");
+        end("end-count", "messages:/step", Some("7"), what, "says messages of /step: 7");
+        end("end-count-text", "messages:/step", Some("x"), what, "which is not a whole number");
         let missing = "an end that is silent on a topic";
-        self.says(
-            "end-without-count",
-            "run_end",
-            "messages:/fields",
-            None,
-            missing,
-            "says messages of /fields: 0",
-        );
+        end("end-without-count", "messages:/fields", None, missing, "says messages of /fields: 0");
         let more = "an end that counts a topic which is not there";
-        self.says(
-            "end-with-count",
-            "run_end",
-            "messages:/more",
-            Some("1"),
-            more,
-            "says messages of /more: 1",
-        );
-        self.says("end-without-digest", "run_end", "digest", None, "no digest", "lacks the key digest");
-        // Whether or not the sound log has digests of its topics, these have.
-        let mut digested = |name, what, says, change: fn(&mut BTreeMap<String, String>)| {
-            self.parts_only(name, what, Damaged, says, |parts| {
-                let at = named(parts, "run_end");
-                let mut map = parts[at].map().expect("it is metadata");
-                map.insert("digest:/step".to_owned(), String::new());
-                parts[at] = Part::metadata("run_end", &map);
-                correct_end(parts);
-                let mut map = parts[at].map().expect("it is metadata");
-                change(&mut map);
-                parts[at] = Part::metadata("run_end", &map);
-            });
-        };
+        end("end-with-count", "messages:/more", Some("1"), more, "says messages of /more: 1");
+        end("end-without-digest", "digest", None, "no digest", "lacks the key digest");
         let other = "a digest of a topic that is not that of its messages";
-        digested("end-topic-digest", other, "says digest of /step: 00, the file has", |map| {
-            map.insert("digest:/step".to_owned(), "00".to_owned());
-        });
+        end("end-topic-digest", "digest:/step", Some("00"), other, "says digest of /step: 00, the file has");
         let missing = "digests of all topics but one";
-        digested("end-without-topic-digest", missing, "says digest of /fields: nothing", |map| {
-            map.remove("digest:/fields");
-        });
+        end("end-without-topic-digest", "digest:/fields", None, missing, "says digest of /fields: nothing");
         let more = "a digest of a topic which is not there";
-        digested("end-with-topic-digest", more, "says digest of /more: 00, the file has", |map| {
-            map.insert("digest:/more".to_owned(), "00".to_owned());
-        });
+        end(
+            "end-with-topic-digest",
+            "digest:/more",
+            Some("00"),
+            more,
+            "says digest of /more: 00, the file has",
+        );
     }
 }
 

@@ -20,7 +20,7 @@ fn broken(case: &mut Case<'_>, log: &Genuine) -> Result<(), Error> {
     let number = case.number;
     let chunk = &log.chunks[number];
     let fields = file::chunk(chunk.body(&log.bytes)).ok_or("a genuine chunk cannot be read")?;
-    let start = chunk.at.start + file::HEAD + fields.records_at;
+    let start = chunk.at.end - fields.records.len();
     let place = start + case.random.below(fields.records.len() as u64) as usize;
     let mut bytes = log.bytes.clone();
     bytes[place] ^= 1 << case.random.below(8);

@@ -42,9 +42,11 @@ struct Point {
 }
 
 /// Commands that print what they read, beside those on logs that write no file.
-const READERS: [&str; 2] = ["sweep status in/study", "scenario show default"];
+const READERS: [&str; 3] =
+    ["sweep status in/study", "scenario show default", "diff in/a/run.mcap in/a2/run.mcap"];
 
-fn readers() -> Vec<Vec<String>> {
+/// All of them, as words.
+pub(crate) fn readers() -> Vec<Vec<String>> {
     let on_logs = ON_LOGS.iter().map(|command| command.words).filter(|words| !words.contains("NEW"));
     on_logs.chain(READERS).map(|command| words(command, &["in/a/run.mcap"], "")).collect()
 }

@@ -11,6 +11,7 @@ use crate::calls::Call;
 use crate::case::{Case, try_all};
 use crate::file;
 use crate::ground::{AREA, DENSE, Error, Genuine, Ground, RUN, SMALL, STATE};
+use crate::parts::Part;
 use mcap::records::op;
 
 /// A log and the places in it, by kind, so that small kinds are tried too.
@@ -89,6 +90,32 @@ impl Target {
     }
 }
 
+/// The kind of the record, in words; metadata and attachments by their names.
+fn kind(part: &Part) -> String {
+    let word = match part.opcode {
+        op::HEADER => "header",
+        op::FOOTER => "footer",
+        op::SCHEMA => "schema",
+        op::CHANNEL => "channel",
+        op::MESSAGE => "message",
+        op::CHUNK => "chunk",
+        op::MESSAGE_INDEX => "message index",
+        op::CHUNK_INDEX => "chunk index",
+        op::ATTACHMENT => "attachment",
+        op::ATTACHMENT_INDEX => "attachment index",
+        op::STATISTICS => "statistics",
+        op::METADATA => "metadata",
+        op::METADATA_INDEX => "metadata index",
+        op::SUMMARY_OFFSET => "summary offset",
+        op::DATA_END => "data end",
+        _ => "record of no kind",
+    };
+    match (part.opcode, part.name()) {
+        (op::METADATA | op::ATTACHMENT, Some(name)) => format!("{word} {name}"),
+        _ => word.to_owned(),
+    }
+}
+
 /// The places of a file by the kind of record. Heads and what they head are two kinds.
 fn regions(bytes: &[u8]) -> Vec<(String, Vec<Range<usize>>)> {
     let mut found: BTreeMap<String, Vec<Range<usize>>> = BTreeMap::new();
@@ -102,14 +129,15 @@ fn regions(bytes: &[u8]) -> Vec<(String, Vec<Range<usize>>)> {
     let records = file::records(bytes);
     let mut in_summary = false;
     for record in &records {
-        let kind = record.kind(bytes);
+        let kind = kind(&record.part(bytes));
         let place = if in_summary { " of the summary" } else { "" };
         let body = record.at.start + file::HEAD;
         add(format!("the head of a {kind}{place}"), record.at.start..body);
         match file::chunk(record.body(bytes)).filter(|_| record.opcode == op::CHUNK) {
             Some(chunk) => {
-                add("the fields of a chunk".to_owned(), body..body + chunk.records_at);
-                add("the data of a chunk".to_owned(), body + chunk.records_at..record.at.end);
+                let records = record.at.end - chunk.records.len();
+                add("the fields of a chunk".to_owned(), body..records);
+                add("the data of a chunk".to_owned(), records..record.at.end);
             }
             None => add(format!("a {kind}{place}"), body..record.at.end),
         }

@@ -7,55 +7,47 @@ use std::process::Command;
 
 use crate::calls::{Call, Outcome};
 use crate::case::{Case, try_all};
+use crate::commands::arguments;
 use crate::ground::{Error, Ground};
 use crate::hostile;
 use crate::writers::{INPUTS, Writer, Written, compared, found, prepare};
 
-/// Lines of shell before a call, and those after it.
-const LIMITS: [(&str, &str, &str); 25] = [
-    ("standard error full", "", "2>/dev/full"),
-    ("standard error closed", "", "2>&-"),
-    ("standard output full", "", ">/dev/full"),
-    ("standard output closed", "", ">&-"),
-    ("both outputs full", "", ">/dev/full 2>&1"),
-    ("files of 0 bytes", "ulimit -f 0", ""),
-    ("files of 8 kB", "ulimit -f 16", ""),
-    ("files of 100 kB", "ulimit -f 200", ""),
-    ("4 open files", "ulimit -n 4", ""),
-    ("5 open files", "ulimit -n 5", ""),
-    ("6 open files", "ulimit -n 6", ""),
-    ("8 open files", "ulimit -n 8", ""),
-    ("12 open files", "ulimit -n 12", ""),
-    ("memory of 100 MB", "ulimit -v 100000", ""),
-    ("memory of 110 MB", "ulimit -v 110000", ""),
-    ("memory of 120 MB", "ulimit -v 120000", ""),
-    ("memory of 130 MB", "ulimit -v 130000", ""),
-    ("memory of 140 MB", "ulimit -v 140000", ""),
-    ("memory of 150 MB", "ulimit -v 150000", ""),
-    ("memory of 160 MB", "ulimit -v 160000", ""),
-    ("memory of 180 MB", "ulimit -v 180000", ""),
-    ("memory of 200 MB", "ulimit -v 200000", ""),
-    ("memory of 250 MB", "ulimit -v 250000", ""),
-    ("memory of 300 MB", "ulimit -v 300000", ""),
-    ("memory of 400 MB", "ulimit -v 400000", ""),
+/// Redirections of a call.
+const OUTPUTS: [(&str, &str); 5] = [
+    ("standard error full", "2>/dev/full"),
+    ("standard error closed", "2>&-"),
+    ("standard output full", ">/dev/full"),
+    ("standard output closed", ">&-"),
+    ("both outputs full", ">/dev/full 2>&1"),
 ];
+
+/// Bytes of a file, in the blocks of 512 that the shell counts in.
+const FILE_BLOCKS: [u32; 3] = [0, 16, 200];
+
+const OPEN_FILES: [u32; 5] = [4, 5, 6, 8, 12];
+
+const MEMORY_MB: [u32; 12] = [100, 110, 120, 130, 140, 150, 160, 180, 200, 250, 300, 400];
+
+/// What is lacking, with the line of shell before a call, and its redirections.
+fn limits() -> Vec<(String, String, &'static str)> {
+    let outputs = OUTPUTS.map(|(what, to)| (what.to_owned(), "true".to_owned(), to));
+    let files = FILE_BLOCKS
+        .map(|blocks| (format!("files of {} bytes", 512 * blocks), format!("ulimit -f {blocks}"), ""));
+    let open = OPEN_FILES.map(|count| (format!("{count} open files"), format!("ulimit -n {count}"), ""));
+    let memory = MEMORY_MB.map(|mb| (format!("memory of {mb} MB"), format!("ulimit -v {mb}000"), ""));
+    outputs.into_iter().chain(files).chain(open).chain(memory).collect()
+}
 
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     let writers = Writer::all(ground)?;
-    let readers: [&[&str]; 5] = [
-        &["check", "in/a/run.mcap"],
-        &["events", "in/a/run.mcap"],
-        &["scenario", "show", "default"],
-        &["diff", "in/a/run.mcap", "in/b/run.mcap"],
-        &["--help"],
-    ];
-    let commands = writers.len() + readers.len();
-    let chosen = ground.some_of(LIMITS.len() * commands, 120);
+    let readers = crate::faults::readers();
+    let (limits, commands) = (limits(), writers.len() + readers.len());
+    let chosen = ground.some_of(limits.len() * commands, 120);
     try_all(ground, "limits", "resources", chosen.len(), |case| {
-        let (limit, command) = (LIMITS[chosen[case.number] / commands], chosen[case.number] % commands);
+        let (limit, command) = (&limits[chosen[case.number] / commands], chosen[case.number] % commands);
         match writers.get(command) {
             Some(writer) => limited(case, limit, writer.arguments(0), Some(writer)),
-            None => limited(case, limit, readers[command - writers.len()], None),
+            None => limited(case, limit, &arguments(&readers[command - writers.len()]), None),
         }
     })?;
     full_disk(ground, writers)?;
@@ -64,7 +56,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
 
 fn limited(
     case: &mut Case<'_>,
-    (limit, before, redirections): (&str, &str, &str),
+    (limit, before, redirections): &(String, String, &str),
     arguments: &[&str],
     writer: Option<&Writer>,
 ) -> Result<(), Error> {
@@ -83,7 +75,6 @@ fn limited(
         case.call(writer.arguments(1))?;
         former = found(&folder)?.written;
     }
-    let before = if before.is_empty() { "true" } else { before };
     let outcome = Call::by_shell(program, &folder, before, arguments, redirections)?.run()?;
     let told = || format!("{}: {}: {}", outcome.call, outcome.ending(), outcome.said());
     let command = writer.map_or(arguments[0], |writer| writer.name);
@@ -98,9 +89,7 @@ fn limited(
         case.must_end_well(&outcome);
     }
     let failed = outcome.code != Some(0);
-    // A diff of differing runs has succeeded.
-    let differs = command == "diff" && writer.is_none() && outcome.code == Some(1);
-    if failed && !differs && spoken {
+    if failed && spoken {
         case.hold(words.trim().len() > 10, &format!("{command} fails without a word, with {limit}"), told);
     }
     if failed && limit.ends_with("open files") && spoken {
@@ -112,8 +101,7 @@ fn limited(
     }
     let muted = |name: &str| limit.starts_with(name);
     if muted("standard error") || muted("standard output closed") {
-        let expected = if command == "diff" && writer.is_none() { Some(1) } else { Some(0) };
-        case.hold(outcome.code == expected, &format!("{command} does not work, with {limit}"), told);
+        case.hold(!failed, &format!("{command} does not work, with {limit}"), told);
     }
     if muted("standard output full") && outcome.code != Some(1) {
         // A command without output cannot fail to print.

@@ -14,6 +14,8 @@ mod chunks;
 mod commands;
 mod disk;
 mod faults;
+#[path = "../../fuzz/src/file.rs"]
+#[expect(unreachable_pub, reason = "the tests share it")]
 mod file;
 mod flips;
 mod forge;
@@ -29,7 +31,6 @@ mod memory;
 mod mixes;
 mod operations;
 mod pairs;
-mod parquet;
 #[path = "../../fuzz/src/parts.rs"]
 #[expect(dead_code, unreachable_pub, reason = "the fuzzers share it, and need more of it")]
 mod parts;

@@ -7,28 +7,37 @@ use std::path::Path;
 
 use crate::calls::{Call, Outcome};
 use crate::case::{Case, try_all};
+use crate::commands::{ON_LOGS, arguments, words};
 use crate::ground::{Error, Ground, emptied};
 use crate::tally::say;
 use crate::writers::{Written, found, prepare};
 
-/// Each kind of input with commands that read it.
-const READERS: [(&str, &[&str]); 15] = [
-    ("logs", &["check", "in/a/run.mcap"]),
-    ("logs", &["events", "in/a/run.mcap"]),
-    ("logs", &["summary", "in/a/run.mcap"]),
-    ("logs", &["export", "in/a/run.mcap", "--to", "parquet", "--quiet", "--out", "out"]),
-    ("logs", &["salvage", "in/damaged-a.mcap", "--out", "salvaged.mcap"]),
-    ("logs", &["diff", "in/a/run.mcap", "in/b/run.mcap"]),
-    ("plans and segments", &["sweep", "status", "in/study"]),
-    ("plans and segments", &["sweep", "collect", "in/study", "--quiet"]),
-    ("TOML", &["scenario", "show", "in/scenario.toml"]),
-    ("TOML", &["sweep", "plan", "in/s.toml", "--quiet", "--out", "out"]),
-    ("CSV", &["diff", "in/events.csv", "in/events.csv"]),
-    ("CSV", &["scenario", "show", "in/csv.toml"]),
-    ("Parquet", &["events", "in/events.parquet"]),
-    ("Parquet", &["diff", "in/events.parquet", "in/events.csv"]),
-    ("inputs of pages", &["report", "in/a/run.mcap", "--quiet", "--out", "page.html"]),
+/// Commands on other inputs than logs, by the kind of input.
+const ON_OTHERS: [(&str, &str); 9] = [
+    ("logs", "salvage in/damaged-a.mcap --out salvaged.mcap"),
+    ("plans and segments", "sweep status in/study"),
+    ("plans and segments", "sweep collect in/study --quiet"),
+    ("TOML", "scenario show in/scenario.toml"),
+    ("TOML", "sweep plan in/s.toml --quiet --out out"),
+    ("CSV", "diff in/events.csv in/events.csv"),
+    ("CSV", "scenario show in/csv.toml"),
+    ("Parquet", "events in/events.parquet"),
+    ("Parquet", "diff in/events.parquet in/events.csv"),
 ];
+
+/// Each kind of input with commands that read it: of those on the records of a log, the first form of each.
+fn readers() -> Vec<(&'static str, Vec<String>)> {
+    let of_records = ON_LOGS.iter().filter(|command| !command.scenario_alone);
+    let mut on_logs: Vec<&str> = of_records.map(|command| command.words).collect();
+    on_logs.dedup_by_key(|command| command.split(' ').next());
+    // Of a sound log there is nothing to salvage.
+    on_logs.retain(|command| !command.starts_with("salvage"));
+    let on_logs = on_logs.into_iter().map(|command| ("logs", command));
+    on_logs
+        .chain(ON_OTHERS)
+        .map(|(kind, command)| (kind, words(command, &["in/a/run.mcap"], "new")))
+        .collect()
+}
 
 /// A refusal.
 struct Point {
@@ -58,26 +67,31 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     make_inputs(ground, &inputs)?;
     let (mut alone, mut points) = (Vec::new(), Vec::new());
     let mut random = crate::random::Random::new(ground.seed);
-    for (number, (kind, arguments)) in READERS.iter().enumerate() {
-        let call = undisturbed(ground, &inputs, arguments)?;
+    let readers = readers();
+    for (kind, command) in &readers {
+        let arguments = arguments(command);
+        let call = undisturbed(ground, &inputs, &arguments)?;
         let allocations = call.allocations;
         if allocations == 0 {
             return Err(format!("{}: no allocation was counted", arguments.join(" ")).into());
         }
         say(&format!("  memory: {kind}: {}: {allocations} allocations", arguments.join(" ")));
         alone.push(call);
-        for place in 0..ground.size.refusals {
+    }
+    // All readers in turn, since the time may end before all is tried.
+    for place in 0..ground.size.refusals {
+        for (reader, allocations) in alone.iter().map(|call| call.allocations).enumerate() {
             // The first ones all, then more rarely.
             let at = match place as u64 + 1 {
                 first if 3 * first < ground.size.refusals as u64 => first,
                 _ => random.log_uniform(1.0, allocations as f64 + 1.0) as u64,
             };
-            points.push(Point { reader: number, at: at.min(allocations), lasts: place % 2 == 1 });
+            points.push(Point { reader, at: at.min(allocations), lasts: place % 2 == 1 });
         }
     }
     try_all(ground, "memory", "refusals", points.len(), |case| {
         let point = &points[case.number];
-        refused(case, &inputs, point, &alone[point.reader])
+        refused(case, &inputs, point, &readers[point.reader], &alone[point.reader])
     })
 }
 
@@ -117,8 +131,14 @@ fn undisturbed(ground: &Ground, inputs: &Path, arguments: &[&str]) -> Result<Alo
     Ok(Alone { outcome, written: found(&folder)?.written, allocations })
 }
 
-fn refused(case: &mut Case<'_>, inputs: &Path, point: &Point, alone: &Alone) -> Result<(), Error> {
-    let (kind, arguments) = READERS[point.reader];
+fn refused(
+    case: &mut Case<'_>,
+    inputs: &Path,
+    point: &Point,
+    (kind, command): &(&str, Vec<String>),
+    alone: &Alone,
+) -> Result<(), Error> {
+    let arguments = &arguments(command);
     let folder = case.folder.clone();
     crate::writers::copy(&inputs.join("in"), &folder.join("in"))?;
     let mut set = vec![("REFUSE_AT", point.at.to_string())];
@@ -133,7 +153,7 @@ fn refused(case: &mut Case<'_>, inputs: &Path, point: &Point, alone: &Alone) -> 
     };
     let is_same = outcome.code == alone.outcome.code && outcome.out == alone.outcome.out;
     // A library that copes with a refusal may take it for an input that is too long.
-    let is_refused_input = outcome.code == Some(2) && kind == "Parquet" && outcome.err.contains("too long");
+    let is_refused_input = outcome.code == Some(2) && *kind == "Parquet" && outcome.err.contains("too long");
     case.hold(
         outcome.code == Some(1) || is_same || is_refused_input,
         &format!("{name}: ends with another code than 1"),

@@ -13,6 +13,7 @@ use crate::case::Case;
 use crate::file;
 use crate::ground::{AREA, Error, Ground, OTHER, RUN, SMALL, emptied};
 use crate::studies::SWEEP;
+use mcap::records::op;
 
 /// A command that writes.
 pub(crate) struct Writer {
@@ -307,13 +308,19 @@ pub(crate) fn is_temporary(name: &str) -> bool {
         || (name.starts_with('.') && name.contains("asperity"))
 }
 
+/// The content of the first metadata record of that name.
+fn metadata(bytes: &[u8], name: &str) -> Option<BTreeMap<String, String>> {
+    let parts = file::records(bytes).into_iter().filter(|record| record.opcode == op::METADATA);
+    parts.map(|record| record.part(bytes)).find(|part| part.name() == Some(name))?.map()
+}
+
 /// A digest of a file.
 pub(crate) fn digest(bytes: &[u8]) -> String {
     let mut hasher = blake3::Hasher::new();
     if !bytes.starts_with(mcap::MAGIC) {
         return hasher.update(bytes).finalize().to_hex().to_string();
     }
-    let status = file::metadata(bytes, "run_end").and_then(|end| end.get("status").cloned());
+    let status = metadata(bytes, "run_end").and_then(|end| end.get("status").cloned());
     match (file::messages(bytes), status) {
         (Ok(messages), Some(status)) if bytes.ends_with(mcap::MAGIC) => {
             hasher.update(status.as_bytes());

@@ -6,6 +6,7 @@
 //! fuzzer.
 
 pub mod edits;
+pub mod file;
 pub mod frames;
 pub mod packing;
 pub mod parts;

@@ -267,6 +267,17 @@ const CASES: &[(&str, &str)] = &[
          \"interfacial-springs\")",
     ),
     ("initial_shear.profile_csv = \"no such file\"", "initial_shear.profile_csv: no such file: "),
+    ("prestress.profile_csv = \"no such file\"", "prestress.profile_csv: no such file: "),
+    (
+        "prestress.ratio = nan",
+        "test.toml:1:19: prestress.ratio: NaN is not accepted (accepted: a number from -1000000 to 1000000)",
+    ),
+    (
+        "prestress.profile = [0.1, 0.2]",
+        "prestress.profile: 2 numbers for 100 blocks (accepted: 100 numbers, or none)",
+    ),
+    ("prestress.profile = 0.1", "prestress.profile: 0.1 is not accepted (accepted: a list"),
+    ("prestress.rato = 1", "prestress.rato: unknown key, set to 1; did you mean prestress.ratio?"),
 ];
 
 #[test]

@@ -6,67 +6,36 @@ use std::sync::Arc;
 
 use mcap::records::op;
 
-use crate::parts::Part;
+use super::parts::Part;
 
 /// Opcode and length, before every record.
-pub(crate) const HEAD: usize = 9;
+pub const HEAD: usize = 9;
 
 /// No chunk of a genuine log unpacks to more.
 const LONGEST_CHUNK: usize = 1 << 26;
 
 /// A record in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Record {
-    pub(crate) opcode: u8,
+pub struct Record {
+    pub opcode: u8,
     /// Its bytes in the file, including its head.
-    pub(crate) at: Range<usize>,
+    pub at: Range<usize>,
 }
 
 impl Record {
     /// Its content after the head.
-    pub(crate) fn body<'a>(&self, bytes: &'a [u8]) -> &'a [u8] {
+    pub fn body<'a>(&self, bytes: &'a [u8]) -> &'a [u8] {
         &bytes[self.at.start + HEAD..self.at.end]
     }
 
     /// The record by itself.
-    pub(crate) fn part(&self, bytes: &[u8]) -> Part {
+    pub fn part(&self, bytes: &[u8]) -> Part {
         Part::new(self.opcode, self.body(bytes))
-    }
-
-    /// The kind of the record, in words.
-    pub(crate) fn kind(&self, bytes: &[u8]) -> String {
-        kind(&self.part(bytes))
-    }
-}
-
-/// The kind of the record, in words; metadata and attachments by their names.
-fn kind(part: &Part) -> String {
-    let word = match part.opcode {
-        op::HEADER => "header",
-        op::FOOTER => "footer",
-        op::SCHEMA => "schema",
-        op::CHANNEL => "channel",
-        op::MESSAGE => "message",
-        op::CHUNK => "chunk",
-        op::MESSAGE_INDEX => "message index",
-        op::CHUNK_INDEX => "chunk index",
-        op::ATTACHMENT => "attachment",
-        op::ATTACHMENT_INDEX => "attachment index",
-        op::STATISTICS => "statistics",
-        op::METADATA => "metadata",
-        op::METADATA_INDEX => "metadata index",
-        op::SUMMARY_OFFSET => "summary offset",
-        op::DATA_END => "data end",
-        _ => "record of no kind",
-    };
-    match (part.opcode, part.name()) {
-        (op::METADATA | op::ATTACHMENT, Some(name)) => format!("{word} {name}"),
-        _ => word.to_owned(),
     }
 }
 
 /// The records of a file, to where the bytes end or make none.
-pub(crate) fn records(bytes: &[u8]) -> Vec<Record> {
+pub fn records(bytes: &[u8]) -> Vec<Record> {
     let mut found = Vec::new();
     let mut at = mcap::MAGIC.len();
     while let Some(head) = bytes.get(at..at + HEAD) {
@@ -83,33 +52,30 @@ pub(crate) fn records(bytes: &[u8]) -> Vec<Record> {
 }
 
 /// Those that are chunks.
-pub(crate) fn chunks(bytes: &[u8]) -> Vec<Record> {
+pub fn chunks(bytes: &[u8]) -> Vec<Record> {
     records(bytes).into_iter().filter(|record| record.opcode == op::CHUNK).collect()
 }
 
 /// A chunk's own fields.
 #[derive(Debug, Clone)]
-pub(crate) struct Chunk<'a> {
-    pub(crate) crc: u32,
-    pub(crate) compression: &'a str,
-    pub(crate) size: u64,
-    /// Where in the body its records begin.
-    pub(crate) records_at: usize,
-    pub(crate) records: &'a [u8],
+pub struct Chunk<'a> {
+    pub crc: u32,
+    pub compression: &'a str,
+    pub size: u64,
+    pub records: &'a [u8],
 }
 
 /// Reads a chunk's fields.
-pub(crate) fn chunk(body: &[u8]) -> Option<Chunk<'_>> {
+pub fn chunk(body: &[u8]) -> Option<Chunk<'_>> {
     let size = u64::from_le_bytes(*body.get(16..)?.first_chunk()?);
     let crc = u32::from_le_bytes(*body.get(24..)?.first_chunk()?);
     let length = u32::from_le_bytes(*body.get(28..)?.first_chunk()?) as usize;
     let compression = std::str::from_utf8(body.get(32..32 + length)?).ok()?;
-    let records_at = 32 + length + 8;
-    Some(Chunk { crc, compression, size, records_at, records: body.get(records_at..)? })
+    Some(Chunk { crc, compression, size, records: body.get(32 + length + 8..)? })
 }
 
 /// The records in a chunk, its checksum compared.
-pub(crate) fn opened(body: &[u8]) -> Result<Vec<Part>, String> {
+pub fn opened(body: &[u8]) -> Result<Vec<Part>, String> {
     let chunk = chunk(body).ok_or("a chunk too short for its own fields")?;
     let size = usize::try_from(chunk.size).unwrap_or(usize::MAX).min(LONGEST_CHUNK);
     let unpacked = match chunk.compression {
@@ -134,23 +100,22 @@ pub(crate) fn opened(body: &[u8]) -> Result<Vec<Part>, String> {
 
 /// A message, as every reader sees it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Message {
-    pub(crate) topic: Arc<str>,
-    pub(crate) sequence: u32,
-    pub(crate) time_ns: u64,
-    pub(crate) payload: Vec<u8>,
+pub struct Message {
+    pub topic: Arc<str>,
+    pub sequence: u32,
+    pub time_ns: u64,
+    pub payload: Vec<u8>,
 }
 
 impl std::fmt::Display for Message {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let payload = String::from_utf8_lossy(&self.payload);
-        let payload = crate::calls::shortened(&payload, 120);
+        let payload: String = String::from_utf8_lossy(&self.payload).chars().take(120).collect();
         write!(f, "{} {} at {} ns: {payload}", self.topic, self.sequence, self.time_ns)
     }
 }
 
 /// The messages of a file in their order, each with the number of its chunk.
-pub(crate) fn messages(bytes: &[u8]) -> Result<Vec<(usize, Message)>, String> {
+pub fn messages(bytes: &[u8]) -> Result<Vec<(usize, Message)>, String> {
     let mut topics: BTreeMap<u16, Arc<str>> = BTreeMap::new();
     let mut found = Vec::new();
     let mut number = 0;
@@ -187,14 +152,8 @@ fn message(part: &Part, topic: &Arc<str>) -> Option<Message> {
     })
 }
 
-/// The content of the first metadata record of that name.
-pub(crate) fn metadata(bytes: &[u8], name: &str) -> Option<BTreeMap<String, String>> {
-    let parts = records(bytes).into_iter().filter(|record| record.opcode == op::METADATA);
-    parts.map(|record| record.part(bytes)).find(|part| part.name() == Some(name))?.map()
-}
-
 /// The difference of two sequences of messages, in words; `None` if they agree.
-pub(crate) fn difference(expected: &[&Message], found: &[&Message]) -> Option<String> {
+pub fn difference(expected: &[&Message], found: &[&Message]) -> Option<String> {
     let same = expected.iter().zip(found).take_while(|(a, b)| a == b).count();
     if same == expected.len() && same == found.len() {
         return None;

@@ -109,7 +109,7 @@ macro_rules! keys {
             /// Title above the figure.
             #[serde(default)]
             title: String,
-            /// Width on paper, 40 to 400 mm, with letters of the same size; by default as wide as the panels need.
+            /// Width on paper, 40 to 400 mm.
             #[serde(default)]
             width_mm: Option<f64>,
             $($own)*

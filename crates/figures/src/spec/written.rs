@@ -48,7 +48,7 @@ pub struct PhaseMap {
     /// Title above the figure.
     #[serde(default)]
     pub title: String,
-    /// Width on paper, 40 to 400 mm, with letters of the same size; by default as wide as the panels need.
+    /// Width on paper, 40 to 400 mm.
     #[serde(default)]
     pub width_mm: Option<f64>,
     /// The key across.
@@ -91,7 +91,7 @@ pub struct Family {
     /// Title above the figure.
     #[serde(default)]
     pub title: String,
-    /// Width on paper, 40 to 400 mm, with letters of the same size; by default as wide as the panels need.
+    /// Width on paper, 40 to 400 mm.
     #[serde(default)]
     pub width_mm: Option<f64>,
     /// The quantity across: a key that varies, or a number of the summary, which then has a mark for each
@@ -138,7 +138,7 @@ pub struct Lengths {
     /// Title above the figure.
     #[serde(default)]
     pub title: String,
-    /// Width on paper, 40 to 400 mm, with letters of the same size; by default as wide as the panels need.
+    /// Width on paper, 40 to 400 mm.
     #[serde(default)]
     pub width_mm: Option<f64>,
     /// The law drawn as a line; slabs, sheets and bodies have none. Without this key, `series` have no line, and runs over

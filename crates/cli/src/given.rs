@@ -46,9 +46,15 @@ impl Taken {
 /// Refuses a path that is clearly of a kind that the command does not accept, and returns the kind of others.
 ///
 /// # Errors
-/// If it is, with the command for it.
+/// If it is, with the command for it; or if a scenario cannot be read.
 pub(crate) fn check(path: &Path, taken: Taken) -> Result<Given, Failure> {
-    let given = Given::of(path);
+    let given = match Given::read(path) {
+        // Whoever opens it next might say that it is something else.
+        Err(error) if taken == Taken::Scenario => {
+            return Err(Failure::BadInput(format!("{}: {error}", path.display())));
+        }
+        given => given.unwrap_or(Given::Other),
+    };
     match said(path, given).filter(|_| !taken.accepts(given)) {
         Some(said) => {
             Err(Failure::BadInput(format!("{}: {said} (accepted: {})", path.display(), taken.words())))

@@ -115,9 +115,8 @@ fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
     let given = if is_built_in { Given::of(path) } else { given::check(path, Taken::Scenario)? };
     if given == Given::Log {
         // What follows the scenario may be cut off or damaged.
-        let Ok(toml) = RunReader::scenario_of(path) else {
-            return Err(verdict_exit::failure(path, &check(path)));
-        };
+        let toml = RunReader::scenario_of(path)
+            .map_err(|error| verdict_exit::unreadable(path, check(path).verdict, error.problem))?;
         let origin = format!("{}: scenario.toml", path.display());
         return Ok((ScenarioSource::logged(origin, toml), false));
     }

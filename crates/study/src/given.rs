@@ -2,9 +2,9 @@
 //! first bytes, the keys of a TOML file or the names in a folder decide, whether or not the contents are
 //! valid.
 
-use std::fs;
 use std::io::Read;
 use std::path::Path;
+use std::{fs, io};
 
 use asperity_files::open;
 use asperity_model::keys::KEYS;
@@ -48,8 +48,19 @@ const PARQUET: &[u8] = b"PAR1";
 
 impl Given {
     /// Looks at a path.
+    ///
+    /// # Errors
+    /// If it is a file that cannot be read.
+    pub fn read(path: &Path) -> io::Result<Given> {
+        if path.is_dir() {
+            return Ok(Given::of_folder(path));
+        }
+        Given::of_file(path).map(|given| given.unwrap_or(Given::Other))
+    }
+
+    /// Looks at a path; a file that cannot be read is [`Given::Other`], for whoever opens it to report.
     pub fn of(path: &Path) -> Given {
-        if path.is_dir() { Given::of_folder(path) } else { Given::of_file(path).unwrap_or(Given::Other) }
+        Given::read(path).unwrap_or(Given::Other)
     }
 
     fn of_folder(folder: &Path) -> Given {
@@ -64,26 +75,26 @@ impl Given {
         }
     }
 
-    /// None if it is no file, or cannot be read.
-    fn of_file(path: &Path) -> Option<Given> {
+    /// None if it is no file, or of no kind here.
+    fn of_file(path: &Path) -> io::Result<Option<Given>> {
         // A stream can be read only once, and the command will read it.
         if !path.is_file() {
-            return None;
+            return Ok(None);
         }
-        let mut file = open(path).ok()?;
+        let mut file = open(path)?;
         let mut bytes = Vec::new();
-        file.by_ref().take(MCAP.len() as u64).read_to_end(&mut bytes).ok()?;
+        file.by_ref().take(MCAP.len() as u64).read_to_end(&mut bytes)?;
         if bytes == MCAP {
-            return Some(Given::Log);
+            return Ok(Some(Given::Log));
         }
         if bytes.starts_with(PARQUET) {
-            return Some(Given::Parquet);
+            return Ok(Some(Given::Parquet));
         }
         let is_toml = path.extension().is_some_and(|ending| ending == "toml");
-        file.take(LONGEST_TOML_BYTES as u64).read_to_end(&mut bytes).ok()?;
+        file.take(LONGEST_TOML_BYTES as u64).read_to_end(&mut bytes)?;
         let text = String::from_utf8(bytes).ok();
         let of_keys = text.and_then(|text| Given::of_toml(&text));
-        of_keys.or(is_toml.then_some(Given::Toml))
+        Ok(of_keys.or(is_toml.then_some(Given::Toml)))
     }
 
     fn of_toml(text: &str) -> Option<Given> {

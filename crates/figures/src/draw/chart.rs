@@ -127,7 +127,11 @@ impl Sheet {
 
     /// Draws it, in this width and height if they are given.
     fn drawn(&self, size: Option<(f64, f64)>) -> Result<Page, String> {
-        let panels: Vec<Panel> = self.panels.iter().map(Panel::fitted).collect();
+        let mut panels: Vec<Panel> = self.panels.iter().map(Panel::fitted).collect();
+        if panels.is_empty() {
+            // It says that there is nothing to draw.
+            panels.push(Panel::new(Scale::between("", 0.0, 1.0), Scale::between("", 0.0, 1.0), Vec::new()));
+        }
         let columns = self.columns();
         let natural = self.width().unwrap_or(WIDTHS[columns - 1]);
         let width = size.map_or(natural, |size| size.0);
@@ -441,10 +445,10 @@ impl Panel {
         [has_across, has_upwards]: [bool; 2],
     ) -> Result<(), String> {
         let mut across = self.across(frame);
-        for (ticks, _) in
-            [(&mut across, has_across), (&mut upwards, has_upwards)].into_iter().filter(|(_, has)| !has)
-        {
-            ticks.iter_mut().for_each(|tick| tick.label.clear());
+        for (ticks, has_numbers) in [(&mut across, has_across), (&mut upwards, has_upwards)] {
+            if !has_numbers {
+                ticks.iter_mut().for_each(|tick| tick.label.clear());
+            }
         }
         let (x, y) = (Axis { scale: &self.x, ticks: across }, Axis { scale: &self.y, ticks: upwards });
         let labels = [(has_across, &self.x), (has_upwards, &self.y)]
@@ -611,7 +615,14 @@ fn clear_of(levels: &[f64], frame: &Frame, (x, y): Point, length: f64) -> Option
 
 #[cfg(test)]
 mod tests {
-    use super::{CLEAR, Frame, SMALL_TEXT, clear_of};
+    use super::{CLEAR, Frame, SMALL_TEXT, Sheet, clear_of};
+
+    /// As of `stress` with `at_s = []`.
+    #[test]
+    fn a_sheet_without_panels_says_that_there_is_nothing() {
+        let page = Sheet::of(Vec::new()).page(None).unwrap();
+        assert!(page.items.iter().any(|item| item.text == "nothing to draw"), "{page:?}");
+    }
 
     /// Numbers of ruptures were crossed by the line of the friction coefficient and by the frame.
     #[test]

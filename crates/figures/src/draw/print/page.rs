@@ -71,7 +71,7 @@ pub(crate) enum Role {
 }
 
 impl Role {
-    /// Its inverse for words beside axes.
+    /// The role of this name among those of words that charts draw: numbers beside marks, or else labels.
     pub(crate) fn named(word: &str) -> Role {
         let beside_axes = [Role::NumberAcross, Role::NumberUpwards];
         beside_axes.into_iter().find(|role| role.word() == word).unwrap_or(Role::Label)
